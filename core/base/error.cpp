@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+std::string_view reason(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kMeshMalformed: return "MESH_MALFORMED";
+    case ErrorCode::kMeshEmpty: return "MESH_EMPTY";
+    case ErrorCode::kMeshTooLarge: return "MESH_TOO_LARGE";
+    case ErrorCode::kMeshNonFinite: return "MESH_NON_FINITE";
+    case ErrorCode::kMeshIndexOutOfRange: return "MESH_INDEX_OUT_OF_RANGE";
+    case ErrorCode::kMeshRepeatedVertex: return "MESH_REPEATED_VERTEX";
+    case ErrorCode::kMeshUnsupportedCell: return "MESH_UNSUPPORTED_CELL";
+    case ErrorCode::kMeshNonManifoldFace: return "MESH_NON_MANIFOLD_FACE";
+    case ErrorCode::kMeshNonManifoldEdge: return "MESH_NON_MANIFOLD_EDGE";
+    case ErrorCode::kMeshNonManifoldVertex: return "MESH_NON_MANIFOLD_VERTEX";
+    case ErrorCode::kMeshSharedFaces: return "MESH_SHARED_FACES";
+    case ErrorCode::kMeshInvertedCell: return "MESH_INVERTED_CELL";
+    case ErrorCode::kMeshIsolatedVertex: return "MESH_ISOLATED_VERTEX";
+    case ErrorCode::kMeshBadSharpFeature: return "MESH_BAD_SHARP_FEATURE";
+    case ErrorCode::kMeshBadChannel: return "MESH_BAD_CHANNEL";
+    case ErrorCode::kMeshValenceTooHigh: return "MESH_VALENCE_TOO_HIGH";
+    case ErrorCode::kPitchInvalid: return "PITCH_INVALID";
+    case ErrorCode::kGridTooLarge: return "GRID_TOO_LARGE";
+    case ErrorCode::kPlacementSingular: return "PLACEMENT_SINGULAR";
+    case ErrorCode::kLayerRangeEmpty: return "LAYER_RANGE_EMPTY";
+    case ErrorCode::kLayerRangeOutOfBounds: return "LAYER_RANGE_OUT_OF_BOUNDS";
+    case ErrorCode::kToleranceInvalid: return "TOLERANCE_INVALID";
+    case ErrorCode::kContentInvalid: return "CONTENT_INVALID";
+    case ErrorCode::kEncodingUnsupported: return "ENCODING_UNSUPPORTED";
+    case ErrorCode::kParameterInvalid: return "PARAMETER_INVALID";
+    case ErrorCode::kCancelled: return "CANCELLED";
+    case ErrorCode::kInternal: return "INTERNAL";
+    case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";
+    case ErrorCode::kFileSyntax: return "FILE_SYNTAX";
+    case ErrorCode::kFileUnsupported: return "FILE_UNSUPPORTED";
+    case ErrorCode::kFileUnwritable: return "FILE_UNWRITABLE";
+  }
+  return "INTERNAL";
+}
+
+}  // namespace ccslice

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Contours: the closed loops in which a plane cuts the limit surface [Luu19, 3.1], by the paper's adaptive method with a
+// bound where the paper has a flatness threshold.
+//
+// A face is subdivided locally (its control net halved by de Casteljau's algorithm) until every leaf that the plane may
+// meet is RESOLVED: each of its edges meets the plane at most once (its Bernstein coefficients have one sign, or are
+// monotone), its inside holds no closed loop (the height above the plane is monotone in some parameter direction) and the
+// chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 is below the tolerance; or until it is smaller than half a voxel. So no loop
+// wider than a voxel is lost, at tops and saddles too, and every point of a polygon lies within the tolerance of the
+// limit surface.
+//
+// The plane counts as infinitesimally above where it is asked for: a limit point whose height is zero is below. Faces in
+// the plane, and vertices on it, thus give the contour of the solid just above.
+//
+// Every contour point is ON the limit surface and in the plane (Newton along the leaf's edge), found once per edge
+// between two vertices of the leaf mesh, T-vertices of finer neighbours included, and shared by the two leaves that
+// meet there: loops are closed by construction.
+
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/base/types.h"
+#include "core/limit/boundary_surface.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// An oriented plane with 2-D coordinates: points origin + x * x_axis + y * y_axis. Axes orthonormal, world mm. Height of
+/// a point = (point - origin) . (x_axis cross y_axis).
+struct SlicePlane {
+  Vec3 origin = Vec3::Zero();
+  Vec3 x_axis = Vec3::UnitX();
+  Vec3 y_axis = Vec3::UnitY();
+};
+
+struct ContourPoint {
+  std::uint32_t face = 0;  // Index into BoundarySurface::faces(): the limit patch.
+  double s = 0;            // Parameters of the point in that face's frame: the paper's (u,v).
+  double t = 0;
+  Vec2 xy = Vec2::Zero();  // In the plane's coordinates, mm.
+};
+
+/// Closed: the last point joins the first. Counter-clockwise round material when seen from above the plane, clockwise
+/// round holes (mirrored placements included). At least three points.
+struct ContourLoop {
+  std::vector<ContourPoint> points;
+};
+
+struct Contours {
+  std::vector<ContourLoop> loops;   // In a canonical order: same bytes on every run.
+  std::size_t leaves = 0;           // Leaves that the plane meets.
+  std::size_t unresolved_leaves = 0;  // Of these, accepted for their size only.
+};
+
+struct ContourOptions {
+  double tolerance_mm = 1e-3;      // Largest distance polygon - limit surface, world mm.
+  double smallest_feature_mm = 0.03;  // Loops wider than this are never lost: the smaller in-plane voxel pitch.
+  CancellationToken cancel;
+};
+
+/// Intersects placement * limit surface with the plane. Pure; the solid isn't prepared again for any plane or placement.
+/// REQUIRES: placement invertible, tolerance and feature size positive. Throws Error{kCancelled} only.
+Contours intersect(const LimitSolid& solid, const Placement& placement, const SlicePlane& plane, const ContourOptions& options);
+
+}  // namespace ccslice

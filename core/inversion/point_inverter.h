@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Point inversion [Luu19, 3.2.2, Alg. 1]: the parameter (i,u,v,w) that geo maps to a given point.
+//
+// Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Newton starts at
+// interior points ((i + 1/2)/4 in each direction), and a soft clip keeps it off the singular lines: a step may not take a
+// coordinate below a tenth of its old value, likewise at 1. A result is accepted in geometry space, after clamping.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "core/limit/limit_evaluator.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+struct InversionOptions {
+  double accept_mm = 1e-6;    // A point inside: |geo - point| at most this.
+  double outside_mm = 2e-3;   // Points this far outside the limit volume still get the nearest parameter found.
+};
+
+struct InversionResult {
+  CellParam at;
+  double residual_mm = 0;  // |geo(at) - point|.
+  int newton_steps = 0;
+  bool full = false;       // The whole candidate search ran (no hint, or the hint's cell and its neighbours failed).
+};
+
+/// One solid, one thread. Distances are measured in the mesh frame.
+class PointInverter {
+ public:
+  explicit PointInverter(const LimitSolid& solid, const InversionOptions& options = {});
+  ~PointInverter();
+  PointInverter(PointInverter&&) noexcept;
+  PointInverter& operator=(PointInverter&&) noexcept;
+
+  /// `point`: mesh frame, mm. `hint`: a parameter solved for a point nearby (coherence), or nothing.
+  /// Returns nothing if no candidate cell comes within options.outside_mm. Where the limit volume overlaps itself the
+  /// lowest cell id wins, whatever the hint.
+  std::optional<InversionResult> invert(const Vec3& point, const std::optional<CellParam>& hint = {}) noexcept;
+
+  LimitEvaluator& evaluator() noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ccslice

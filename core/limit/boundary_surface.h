@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The boundary of the limit volume: the Catmull-Clark surface of the boundary faces [Luu19, 3.1].
+//
+// Every boundary face of a limit-ready cell has a frame (s,t) in [0,1]^2, oriented so that dS/ds x dS/dt points out of
+// the solid, with its irregular surface vertex, if any, at (0,0). A regular face is one bicubic patch. An irregular face
+// is tiled by regular patches over dyadic sub-boxes: three a level ((1,0), (0,1), (1,1) of the box that remains at the
+// origin), as deep as the caller wants; what remains at the origin shrinks geometrically.
+//
+// Dyadic places on the surface have exact integer keys, shared by all faces that meet there whatever their refinement
+// level: contours are stitched by keys, never by comparing coordinates.
+
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// Fixed-point parameter: kSurfaceOne is 1.0. Dyadic fractions down to 2^-31 are exact.
+inline constexpr std::uint32_t kSurfaceOne = 1u << 31;
+
+/// Identity of a dyadic place on the surface. Equal keys <=> same place. Ordered, hashable by its three words.
+struct SurfaceKey {
+  enum class Kind : std::uint32_t { kVertex, kEdge, kFace };
+  Kind kind = Kind::kVertex;
+  std::uint32_t id = 0;  // Vertex, edge or face, by kind.
+  std::uint32_t s = 0;   // kEdge: position along the root edge; kFace: s in the face's frame; else 0.
+  std::uint32_t t = 0;   // kFace: t in the face's frame; else 0.
+  friend auto operator<=>(const SurfaceKey&, const SurfaceKey&) = default;
+};
+
+/// A side of a face: a dyadic interval of an edge of the surface. t_begin may be larger than t_end.
+struct FaceSide {
+  std::uint32_t edge = 0;
+  std::uint32_t t_begin = 0;
+  std::uint32_t t_end = kSurfaceOne;
+};
+
+struct BoundaryFace {
+  std::uint32_t cell = 0;              // Limit cell.
+  std::uint8_t cell_side = 0;          // 2 * axis + (at 1), in the cell's frame: u=0, u=1, v=0, v=1, w=0, w=1.
+  bool regular = true;
+  std::array<SurfaceKey, 4> corners;   // At (0,0), (1,0), (1,1), (0,1).
+  std::array<FaceSide, 4> sides;       // From corner i to corner (i+1) % 4.
+  std::array<std::uint8_t, 4> cell_corner;  // Corner bits (u + 2v + 4w) of the cell's frame at the four corners.
+};
+
+/// Control net of a bicubic Bezier patch: b[4 * row + column], column along s, row along t. mm, mesh frame.
+struct BezierPatch {
+  std::array<Vec3, 16> b;
+};
+
+/// The part of an irregular face that remains at its origin: the box [0, 2^-level]^2 of the face's frame.
+struct IrregularCorner {
+  std::uint32_t op = 0;
+  int level = 0;
+  std::vector<Vec3> ring;  // Control points of the corner's one-ring: the corner's surface lies in their convex hull.
+};
+
+class BoundarySurface {
+ public:
+  explicit BoundarySurface(const LimitSolid& solid) : solid_(&solid) {}
+
+  std::span<const BoundaryFace> faces() const noexcept;
+  /// REQUIRES: faces()[face].regular.
+  BezierPatch regular_patch(std::uint32_t face) const noexcept;
+  /// Control points whose convex hull holds the face's surface: their box.
+  Box3 hull_box(std::uint32_t face) const noexcept;
+  /// REQUIRES: !faces()[face].regular. Writes the whole face (level 0). Reuses the memory of `corner`.
+  void irregular_corner(std::uint32_t face, IrregularCorner& corner) const;
+  /// Splits off the three regular patches of the next level, over the boxes (in units of 2^-(level+1)) at (1,0), (0,1)
+  /// and (1,1), and leaves in `corner` what remains. `scratch` is reused memory.
+  void split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches, std::vector<Vec3>& scratch) const;
+  /// The limit position of the irregular vertex at the face's origin.
+  Vec3 corner_position(const IrregularCorner& corner) const noexcept;
+
+  /// The key of the dyadic place (s,t), fixed point, of a face: on sides and corners the shared key.
+  SurfaceKey key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept;
+  /// (s,t) of a face -> (u,v,w) of its cell. s, t in [0,1].
+  CellParam cell_param(std::uint32_t face, double s, double t) const noexcept;
+
+ private:
+  const LimitSolid* solid_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The prepared Catmull-Clark solid: an immutable, shareable value from which the limit volume is evaluated.
+//
+// Refining the control mesh where necessary yields the LIMIT-READY cells (the mesh M of [Luu19, 3]): hexahedra of three
+// classes, regular (one tricubic B-spline patch), line (one irregular line along one edge: a 2-D scheme times a cubic
+// B-spline) and vertex (one irregular vertex where all irregular lines of the cell meet). Limit cells are numbered in
+// the order of their control cells, children after one another, so numbers depend on the mesh and the engine only.
+//
+// Cold builder, hot value: LimitSolid::prepare() allocates and throws; a prepared solid never changes, and any number of
+// LimitEvaluators may read it at the same time.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/base/types.h"
+#include "core/mesh/control_mesh.h"
+#include "core/mesh/validate.h"
+
+namespace ccslice {
+
+enum class CellClass : std::uint8_t { kRegular = 0, kLine = 1, kVertex = 2 };
+
+struct ChannelRange {
+  std::string name;
+  double min = 0;  // Over the control points: bounds the limit's values (convex hull property).
+  double max = 0;
+};
+
+/// A place where the limit volume folds (det J <= 0).
+struct FoldPlace {
+  std::uint32_t cell = 0;          // Limit cell.
+  std::uint32_t control_cell = 0;  // The control cell that it came from.
+  Vec3 position = Vec3::Zero();    // mm, mesh frame.
+  double determinant = 0;          // Of the Jacobian there, mm^3 per unit parameter volume.
+};
+
+/// Counts and warnings of a prepared solid.
+struct SolidSummary {
+  std::size_t control_vertices = 0;
+  std::size_t control_cells = 0;
+  std::size_t limit_cells = 0;
+  std::size_t regular_cells = 0;
+  std::size_t line_cells = 0;
+  std::size_t vertex_cells = 0;
+  std::size_t extraordinary_edges = 0;        // Of the control mesh: interior, valence != 4.
+  std::size_t extraordinary_vertices = 0;     // Of the control mesh: interior, with EEs that aren't straight.
+  std::size_t irregular_boundary_edges = 0;   // Of the control mesh: smooth with other than 2 cells, sharp with other than 1.
+  std::size_t sharp_edges = 0;
+  std::size_t boundary_faces = 0;             // Of the limit-ready cells.
+  Box3 bounding_box;                          // Of the limit volume, mesh frame, mm.
+  std::size_t memory_bytes = 0;
+  std::vector<std::uint32_t> inverted_control_cells;  // Only with allow_folds.
+  std::size_t folding_cells = 0;              // Limit cells that fold somewhere.
+  std::vector<FoldPlace> folds;               // Worst place of each folding cell, at most 32 of them, by cell.
+  std::vector<ChannelRange> channels;
+};
+
+struct PrepareOptions {
+  MeshLimits limits;
+  CancellationToken cancel;
+};
+
+class LimitSolid {
+ public:
+  /// Validates, refines where necessary, classifies. Throws Error (1xx, kCancelled).
+  static std::shared_ptr<const LimitSolid> prepare(ControlMesh mesh, const PrepareOptions& options = {});
+
+  ~LimitSolid();
+  LimitSolid(const LimitSolid&) = delete;
+  LimitSolid& operator=(const LimitSolid&) = delete;
+
+  const SolidSummary& summary() const noexcept;
+  std::size_t channel_count() const noexcept;
+  std::uint32_t cell_count() const noexcept;
+  CellClass cell_class(std::uint32_t cell) const noexcept;
+  std::uint32_t control_cell(std::uint32_t cell) const noexcept;
+
+  /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure, cheap (microseconds
+  /// to a few milliseconds).
+  Box3 placed_bounding_box(const Placement& placement) const;
+
+  struct Data;
+  const Data& data() const noexcept { return *data_; }
+
+ private:
+  explicit LimitSolid(std::unique_ptr<const Data> data);
+  std::unique_ptr<const Data> data_;
+};
+
+}  // namespace ccslice

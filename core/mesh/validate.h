@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice {
+
+/// What a control mesh may hold at most. Checked before anything proportional to it is allocated.
+struct MeshLimits {
+  std::size_t max_vertices = 16'000'000;
+  std::size_t max_cells = 8'000'000;
+  std::size_t max_channels = 64;
+  std::size_t max_channel_name_bytes = 256;
+  double max_abs_coordinate_mm = 1e6;
+  std::uint32_t max_edge_valence = 64;    // Cells round one edge.
+  std::uint32_t max_vertex_valence = 256; // Cells round one vertex.
+};
+
+/// What validation found that doesn't refuse the mesh.
+struct MeshReport {
+  std::vector<std::uint32_t> inverted_cells;  // With allow_folds only: cells with a corner of non-positive Jacobian.
+};
+
+/// Checks every rule of a control mesh and reorients cells whose corners are all negative (mirrored corner order).
+/// Throws Error (1xx) naming the offending ids. `mesh` is unchanged if it throws.
+MeshReport validate(ControlMesh& mesh, const MeshLimits& limits = {});
+
+}  // namespace ccslice

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The voxel grid of a job: x_i = x0 + (i + 1/2) dx, y_j likewise, z_k = z0 + (k + 1/2) dz, world mm. Anchored at the bounding
+// box of placement * limit volume unless the request says where: then every replica computes the same grid.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/limit/limit_solid.h"
+#include "core/slicer/slice_limits.h"
+
+namespace ccslice {
+
+struct VoxelPitch {
+  double x_mm = 0, y_mm = 0, z_mm = 0;
+};
+
+struct GridExtent {
+  std::uint32_t columns = 0, rows = 0, layers = 0;
+};
+
+struct GridRequest {
+  VoxelPitch pitch;
+  std::optional<Vec3> origin_mm;     // Lower corner of voxel (0,0,0). Default: the bounding box's lower corner.
+  std::optional<GridExtent> extent;  // Default: as many voxels as have their centre within the bounding box, at least 1.
+};
+
+struct Grid {
+  Vec3 origin_mm = Vec3::Zero();
+  VoxelPitch pitch;
+  GridExtent extent;
+  Box3 part_box;  // placement * limit volume, world mm.
+
+  double layer_z_mm(std::uint32_t layer) const { return origin_mm.z() + (layer + 0.5) * pitch.z_mm; }
+};
+
+/// Throws Error{kPitchInvalid, kPlacementSingular, kGridTooLarge}.
+Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request, const SliceLimits& limits = {});
+
+}  // namespace ccslice

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A layer from first to last: contours -> occupancy -> materials -> encoded planes [Luu19, Fig. 1]. A layer depends on the
+// job and its absolute index only, so any split of a range over threads, calls or replicas gives the same bytes.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/contour/contour.h"
+#include "core/limit/limit_solid.h"
+#include "core/output/plane.h"
+#include "core/slicer/grid.h"
+
+namespace ccslice {
+
+/// Layers worked on together start at multiples of this absolute index.
+inline constexpr std::uint32_t kSlabLayers = 8;
+
+struct SliceJob {
+  Placement placement = Placement::Identity();
+  Grid grid;
+  std::vector<PlaneSpec> planes;
+  bool contours = false;  // Deliver the polylines too.
+  double contour_tolerance_mm = 1e-3;
+};
+
+struct LayerStats {
+  std::uint64_t voxels_inside = 0;
+  std::uint64_t voxels_coherent = 0;    // Inverted from a neighbour's parameter.
+  std::uint64_t voxels_full = 0;        // Inverted by the whole candidate search.
+  std::uint64_t voxels_unresolved = 0;  // Inside the contours, not reached: took the nearest solved parameter.
+  double max_residual_mm = 0;           // Over all inverted voxels, unresolved ones excluded, world mm.
+  std::uint64_t contour_loops = 0;
+  std::uint64_t contour_points = 0;
+  std::uint64_t contour_leaves_unresolved = 0;
+};
+
+struct Layer {
+  std::uint32_t index = 0;
+  double z_mm = 0;
+  LayerStats stats;
+  std::vector<EncodedPlane> planes;  // In the order of SliceJob::planes.
+  Contours contours;                 // Empty unless asked for. xy are world x and y.
+};
+
+/// Checks a job against its solid and the limits: Error{kContentInvalid, kEncodingUnsupported, kToleranceInvalid,
+/// kPlacementSingular, kGridTooLarge}.
+void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
+
+/// One thread's worker. Holds scratch memory bounded by one layer.
+class LayerSlicer {
+ public:
+  /// REQUIRES: validate_job(*solid, job) passes.
+  LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job);
+  ~LayerSlicer();
+  LayerSlicer(LayerSlicer&&) noexcept;
+  LayerSlicer& operator=(LayerSlicer&&) noexcept;
+
+  /// REQUIRES: layer < job.grid.extent.layers. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal.
+  Layer slice(std::uint32_t layer, const CancellationToken& cancel);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Layers [first, first + count) by slabs. Serial.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count);
+
+}  // namespace ccslice

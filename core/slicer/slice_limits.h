@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+
+namespace ccslice {
+
+/// What a slicing request may ask for at most.
+struct SliceLimits {
+  std::uint32_t max_columns = 65'536;
+  std::uint32_t max_rows = 65'536;
+  std::uint32_t max_layers = 1'000'000;
+  std::uint64_t max_voxels_per_layer = 256ull << 20;
+  double min_pitch_mm = 1e-4;
+  double max_pitch_mm = 1e3;
+  double min_contour_tolerance_mm = 1e-5;
+  double max_contour_tolerance_mm = 1.0;
+  std::uint32_t max_planes = 64;  // Pictures per layer: occupancy and channels.
+};
+
+}  // namespace ccslice
