@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# ccslice_compile_options: what every target of ours is compiled with. Link it PUBLIC: Eigen's memory layout depends on
+# the instruction set, so all translation units must agree on it.
+#
+# Replicas have to agree to the bit. So one instruction set, no -ffast-math, and no silent contraction of a * b + c (it
+# depends on how a compiler happens to inline): kernels that want a fused multiply-add say so.
+
+add_library(ccslice_compile_options INTERFACE)
+
+target_compile_features(ccslice_compile_options INTERFACE cxx_std_20)
+
+target_compile_options(
+  ccslice_compile_options
+  INTERFACE
+    -march=${CCSLICE_MARCH}
+    -ffp-contract=off
+    -Wall
+    -Wextra
+)
+
+target_include_directories(ccslice_compile_options INTERFACE "${PROJECT_SOURCE_DIR}")
+
+if(CCSLICE_SANITIZE)
+  target_compile_options(
+    ccslice_compile_options
+    INTERFACE
+      -fsanitize=${CCSLICE_SANITIZE}
+      -fno-sanitize-recover=all
+      -fno-omit-frame-pointer
+  )
+  target_link_options(ccslice_compile_options INTERFACE -fsanitize=${CCSLICE_SANITIZE})
+endif()
+
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+
+find_program(CCSLICE_CCACHE ccache)
+if(CCSLICE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCSLICE_CCACHE}")
+endif()

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Everything is a Debian 12 package (deploy/install.sh).
+
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+
+# core
+find_package(Eigen3 REQUIRED CONFIG)
+find_package(TBB REQUIRED CONFIG)
+find_package(ZLIB REQUIRED)
+pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
+
+# OpenImageIO's own CMake package asks for packages that Debian doesn't install with it.
+if(CCSLICE_WITH_OPENIMAGEIO)
+  find_package(Imath REQUIRED CONFIG)
+  pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
+endif()
+
+# proto, server, client. Debian packages no CONFIG file for protobuf.
+if(CCSLICE_BUILD_SERVER OR CCSLICE_BUILD_CLIENT)
+  find_package(Protobuf REQUIRED MODULE)
+  find_package(gRPC REQUIRED CONFIG)
+endif()
+
+if(CCSLICE_BUILD_SERVER)
+  find_package(spdlog REQUIRED CONFIG)
+endif()
+
+if(CCSLICE_BUILD_TESTS)
+  find_package(GTest REQUIRED CONFIG)
+endif()
