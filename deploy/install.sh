@@ -1,0 +1,147 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Installs the Debian 12 packages of the given groups, where they are missing.
+#
+#   deploy/install.sh build          what compiling ccsliced and ccslice takes
+#   deploy/install.sh test           test frameworks, oracles, linters
+#   deploy/install.sh bench          benchmarks
+#   deploy/install.sh containers     building and running images without a Docker engine
+#   deploy/install.sh fuzz           clang for the fuzz preset
+
+set -euo pipefail
+
+readonly build=(
+  cmake
+  g++
+  libeigen3-dev
+  libgrpc++-dev
+  libimath-dev
+  libopenimageio-dev
+  libprotobuf-dev
+  libspdlog-dev
+  libtbb-dev
+  libzstd-dev
+  ninja-build
+  pkgconf
+  protobuf-compiler
+  protobuf-compiler-grpc
+  zlib1g-dev
+)
+
+readonly test=(
+  ca-certificates
+  clang-format
+  libgmock-dev
+  libgtest-dev
+  libosd-dev
+  python3
+  shellcheck
+)
+
+readonly bench=(
+  libbenchmark-dev
+  python3
+)
+
+readonly containers=(
+  buildah
+  debootstrap
+  podman
+  runc
+)
+
+readonly fuzz=(
+  clang-14
+  libclang-rt-14-dev
+)
+
+fail() {
+  echo "install.sh: $*" >&2
+  exit 1
+}
+
+# os_release <KEY>: that value of /etc/os-release, or nothing.
+os_release() {
+  sed -n "s/^$1=\"\{0,1\}\([^\"]*\)\"\{0,1\}$/\1/p" /etc/os-release 2>/dev/null || true
+}
+
+require_debian_12() {
+  local id version
+  id=$(os_release ID)
+  version=$(os_release VERSION_ID)
+  [[ $id == debian && $version == 12 ]] ||
+    fail "needs Debian 12, found ${id:-an unknown system} ${version}. Install the packages listed in this script by hand."
+}
+
+packages_of() {
+  case $1 in
+    build) printf '%s\n' "${build[@]}" ;;
+    test)
+      printf '%s\n' "${test[@]}"
+      # Any npm does: other sources of Node.js bring their own and conflict with Debian's.
+      command -v npm >/dev/null || echo npm
+      ;;
+    bench) printf '%s\n' "${bench[@]}" ;;
+    containers) printf '%s\n' "${containers[@]}" ;;
+    fuzz) printf '%s\n' "${fuzz[@]}" ;;
+    *) fail "unknown group '$1'. Groups: build test bench containers fuzz" ;;
+  esac
+}
+
+is_installed() {
+  [[ $(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null) == installed ]]
+}
+
+as_root() {
+  if [[ $(id -u) == 0 ]]; then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    fail "needs root or sudo to install: ${missing[*]}"
+  fi
+}
+
+# Quiet unless something goes wrong.
+apt_get() {
+  local log
+  log=$(mktemp)
+  if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 -o Acquire::Retries=3 "$@" \
+    </dev/null >"$log" 2>&1; then
+    cat "$log" >&2
+    rm -f "$log"
+    fail "apt-get $1 failed"
+  fi
+  rm -f "$log"
+}
+
+install_group() {
+  local group=$1 list package
+  list=$(packages_of "$group")
+  missing=()
+  for package in $list; do
+    is_installed "$package" || missing+=("$package")
+  done
+  if ((${#missing[@]} == 0)); then
+    echo "install.sh: $group: complete"
+    return
+  fi
+  if [[ $updated == no ]]; then
+    apt_get update
+    updated=yes
+  fi
+  echo "install.sh: $group: installing ${missing[*]}"
+  apt_get install --yes --no-install-recommends "${missing[@]}"
+}
+
+(($# > 0)) || fail "name one or more groups: build test bench containers fuzz"
+for group in "$@"; do
+  packages_of "$group" >/dev/null
+done
+require_debian_12
+updated=no
+for group in "$@"; do
+  install_group "$group"
+done
