@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Runs all tests: installs what they need, builds, runs. Arguments go to ctest: tests/run.sh -R Contour
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+deploy/install.sh build test
+cmake --preset release
+cmake --build --preset release --parallel "$(nproc)"
+ctest --preset release --parallel "$(nproc)" "$@"
