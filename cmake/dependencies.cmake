@@ -31,3 +31,7 @@ endif()
 if(CCSLICE_BUILD_TESTS)
   find_package(GTest REQUIRED CONFIG)
 endif()
+
+if(CCSLICE_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED CONFIG)
+endif()
