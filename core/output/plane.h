@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PLANE is one picture of a layer: the occupancy, or one material channel. Its samples are what the checksum covers and
-// what a client gets after decoding, whatever the encoding.
+// A PLANE is one picture of a layer: the occupancy, or one material channel. Its samples are what the checksum covers
+// and what a client gets after decoding, whatever the encoding.
 
 #pragma once
 
@@ -37,11 +37,11 @@ struct ValueRange {
 
 struct PlaneSpec {
   PlaneContent content = PlaneContent::kOccupancy;
-  std::uint32_t channel = 0;           // kChannel: index into the solid's channels.
+  std::uint32_t channel = 0;  // kChannel: index into the solid's channels.
   SampleType sample_type = SampleType::kBit;
   Encoding encoding = Encoding::kRawZstd;
-  std::optional<ValueRange> range;     // kChannel as integers: what 0 and the largest integer stand for. Default: the
-                                       // channel's range in the control mesh (a constant channel maps to 0).
+  std::optional<ValueRange> range;  // kChannel as integers: what 0 and the largest integer stand for. Default: the
+                                    // channel's range in the control mesh (a constant channel maps to 0).
 };
 
 struct EncodedPlane {

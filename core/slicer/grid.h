@@ -1,8 +1,15 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The voxel grid of a job: x_i = x0 + (i + 1/2) dx, y_j likewise, z_k = z0 + (k + 1/2) dz, world mm. Anchored at the bounding
-// box of placement * limit volume unless the request says where: then every replica computes the same grid.
+// The voxel grid of a job: x_i = x0 + (i + 1/2) dx, y_j likewise, z_k = z0 + (k + 1/2) dz, world mm. Anchored at the
+// bounding box of placement * limit volume unless the request says where: then every replica computes the same grid.
+//
+// By default an axis gets as many voxels as have their centre inside the box:
+//
+//   n = max(1, floor(length / pitch * (1 + 1e-9) + 1/2)),   length from the grid's origin to the box's upper corner.
+//
+// The box itself is exact to 1e-9 of its diagonal, hence the 1e-9: a centre on the upper face counts as inside, and
+// rounding never takes the last voxel away.
 
 #pragma once
 
@@ -24,8 +31,9 @@ struct GridExtent {
 
 struct GridRequest {
   VoxelPitch pitch;
-  std::optional<Vec3> origin_mm;     // Lower corner of voxel (0,0,0). Default: the bounding box's lower corner.
-  std::optional<GridExtent> extent;  // Default: as many voxels as have their centre within the bounding box, at least 1.
+  std::optional<Vec3> origin_mm;  // Lower corner of voxel (0,0,0). Default: the bounding box's lower corner.
+  std::optional<GridExtent>
+      extent;  // Default: as many voxels as have their centre within the bounding box, at least 1.
 };
 
 struct Grid {
@@ -37,7 +45,21 @@ struct Grid {
   double layer_z_mm(std::uint32_t layer) const { return origin_mm.z() + (layer + 0.5) * pitch.z_mm; }
 };
 
-/// Throws Error{kPitchInvalid, kPlacementSingular, kGridTooLarge}.
-Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request, const SliceLimits& limits = {});
+/// Finite, and its smallest scale more than 1e-9 of its largest. Throws Error{kPlacementSingular}.
+void validate_placement(const Placement& placement);
+
+/// Throws Error{kPitchInvalid}, naming the axis, unless all three are within the limits.
+void validate_pitch(const VoxelPitch& pitch, const SliceLimits& limits = {});
+
+/// At least one voxel each way, within the limits. Throws Error{kParameterInvalid, kGridTooLarge}.
+void validate_extent(const GridExtent& extent, const SliceLimits& limits = {});
+
+/// Throws Error{kPitchInvalid, kPlacementSingular, kGridTooLarge, kParameterInvalid}; the last one is an origin that
+/// isn't finite or an extent of 0.
+Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,
+               const SliceLimits& limits = {});
+
+/// The same for a part whose placed bounding box is known. REQUIRES: part_box not empty.
+Grid plan_grid(const Box3& part_box, const GridRequest& request, const SliceLimits& limits = {});
 
 }  // namespace ccslice

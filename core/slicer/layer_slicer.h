@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A layer from first to last: contours -> occupancy -> materials -> encoded planes [Luu19, Fig. 1]. A layer depends on the
-// job and its absolute index only, so any split of a range over threads, calls or replicas gives the same bytes.
+// A layer from first to last: contours -> occupancy -> materials -> encoded planes [Luu19, Fig. 1]. A layer depends on
+// the job and its absolute index only, so any split of a range over threads, calls or replicas gives the same bytes.
 
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -49,8 +50,9 @@ struct Layer {
 };
 
 /// Checks a job against its solid and the limits: Error{kContentInvalid, kEncodingUnsupported, kToleranceInvalid,
-/// kPlacementSingular, kGridTooLarge}.
+/// kPlacementSingular, kPitchInvalid, kGridTooLarge, kParameterInvalid}. Fields are named as in a SliceRangeRequest.
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
+void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 
 /// One thread's worker. Holds scratch memory bounded by one layer.
 class LayerSlicer {
@@ -69,7 +71,8 @@ class LayerSlicer {
   std::unique_ptr<State> state_;
 };
 
-/// Layers [first, first + count) by slabs. Serial.
+/// Layers [first, first + count) as (first, count) of slabs, cut at multiples of kSlabLayers.
+/// REQUIRES: first + count fits 32 bits.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count);
 
 }  // namespace ccslice

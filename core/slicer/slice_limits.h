@@ -13,11 +13,13 @@ struct SliceLimits {
   std::uint32_t max_rows = 65'536;
   std::uint32_t max_layers = 1'000'000;
   std::uint64_t max_voxels_per_layer = 256ull << 20;
+  std::uint64_t max_layer_bytes = 2ull << 30;  // Samples of all planes of a layer before encoding.
   double min_pitch_mm = 1e-4;
   double max_pitch_mm = 1e3;
   double min_contour_tolerance_mm = 1e-5;
   double max_contour_tolerance_mm = 1.0;
-  std::uint32_t max_planes = 64;  // Pictures per layer: occupancy and channels.
+  double max_abs_coordinate_mm = 1e7;  // Of the placed part and the grid's origin: doubles resolve 2 nm there.
+  std::uint32_t max_planes = 64;       // Pictures per layer: occupancy and channels.
 };
 
 }  // namespace ccslice

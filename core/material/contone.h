@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Contone planes: one material channel, one sample a voxel.
+//
+//   integer sample = floor((value - min) / (max - min) * largest + 1/2), clamped to [0, largest]
+//
+// so halves round up, and 0 and `largest` stand for min and max. Voxels that nobody sets are 0, whatever min is.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/limit/limit_solid.h"
+#include "core/output/encode.h"
+#include "core/output/plane.h"
+
+namespace ccslice {
+
+/// What an integer plane maps: spec.range, or else the channel's range in the control mesh.
+ValueRange value_range(const PlaneSpec& spec, const ChannelRange& channel);
+
+/// REQUIRES: value not NaN. An empty range (a constant channel) maps everything to 0.
+std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t largest) noexcept;
+
+/// The samples of one channel in one layer. Memory is kept from layer to layer.
+class ContonePlane {
+ public:
+  /// REQUIRES: spec.content is kChannel, spec.sample_type isn't kBit.
+  ContonePlane(const PlaneSpec& spec, const ChannelRange& channel);
+
+  /// All samples 0.
+  void clear(std::uint32_t width, std::uint32_t height);
+  /// Sets voxel `index` (width * y + x) from the values of all channels.
+  void set(std::size_t index, std::span<const double> channel_values) noexcept;
+  void copy(std::size_t from_index, std::size_t to_index) noexcept;
+
+  SampleImage image() const noexcept { return {type_, width_, height_, samples_}; }
+
+ private:
+  std::uint32_t channel_;
+  SampleType type_;
+  ValueRange range_;
+  std::uint32_t width_ = 0;
+  std::uint32_t height_ = 0;
+  std::vector<std::uint8_t> samples_;
+};
+
+}  // namespace ccslice

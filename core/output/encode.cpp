@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/encode.h"
+
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <bit>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/output/png.h"
+
+namespace ccslice {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "samples are written in native order");
+
+constexpr int kZstdLevel = 1;
+constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
+
+std::uint32_t crc32_by_pieces(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {
+  uLong crc = crc32_z(0, nullptr, 0);
+  while (!bytes.empty()) {
+    cancel.throw_if_cancelled();
+    const std::size_t piece = std::min(bytes.size(), kPieceBytes);
+    crc = crc32_z(crc, bytes.data(), piece);
+    bytes = bytes.subspan(piece);
+  }
+  return static_cast<std::uint32_t>(crc);
+}
+
+// One byte a voxel, 0 or 255.
+std::vector<std::uint8_t> grey_of_bits(const SampleImage& image) {
+  const std::size_t row_bytes = (std::size_t{image.width} + 7) / 8;
+  std::vector<std::uint8_t> grey(std::size_t{image.width} * image.height);
+  auto out = grey.begin();
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto row = image.samples.subspan(y * row_bytes, row_bytes);
+    for (std::size_t x = 0; x < image.width; ++x) *out++ = row[x / 8] >> (7 - x % 8) & 1 ? 255 : 0;
+  }
+  return grey;
+}
+
+std::vector<std::uint8_t> encode_png(const SampleImage& image, const CancellationToken& cancel) {
+  if (image.type == SampleType::kBit) return encode_grey_png(image.width, image.height, 1, grey_of_bits(image), cancel);
+  const int bytes_per_sample = image.type == SampleType::kUint8 ? 1 : 2;
+  return encode_grey_png(image.width, image.height, bytes_per_sample, image.samples, cancel);
+}
+
+}  // namespace
+
+struct PlaneEncoder::State {
+  struct FreeContext {
+    void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  };
+  std::unique_ptr<ZSTD_CCtx, FreeContext> zstd;
+  std::vector<std::uint8_t> scratch;
+
+  static std::size_t checked(std::size_t zstd_result) {
+    if (ZSTD_isError(zstd_result)) {
+      throw Error(ErrorCode::kInternal, std::string("zstd failed: ") + ZSTD_getErrorName(zstd_result));
+    }
+    return zstd_result;
+  }
+
+  std::vector<std::uint8_t> compress(std::span<const std::uint8_t> samples, const CancellationToken& cancel) {
+    if (!zstd) zstd.reset(ZSTD_createCCtx());
+    if (!zstd) throw std::bad_alloc();
+    checked(ZSTD_CCtx_reset(zstd.get(), ZSTD_reset_session_and_parameters));
+    checked(ZSTD_CCtx_setParameter(zstd.get(), ZSTD_c_compressionLevel, kZstdLevel));
+    checked(ZSTD_CCtx_setPledgedSrcSize(zstd.get(), samples.size()));
+    scratch.resize(std::max(scratch.size(), ZSTD_compressBound(samples.size())));
+    ZSTD_outBuffer out{scratch.data(), scratch.size(), 0};
+    for (std::size_t begin = 0; begin < samples.size();) {
+      cancel.throw_if_cancelled();
+      const std::size_t piece = std::min(samples.size() - begin, kPieceBytes);
+      ZSTD_inBuffer in{samples.data() + begin, piece, 0};
+      begin += piece;
+      const ZSTD_EndDirective directive = begin == samples.size() ? ZSTD_e_end : ZSTD_e_continue;
+      const std::size_t left = checked(ZSTD_compressStream2(zstd.get(), &out, &in, directive));
+      if (in.pos != in.size || (directive == ZSTD_e_end && left != 0)) {
+        throw Error(ErrorCode::kInternal, "zstd wrote more than its bound");
+      }
+    }
+    return {scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(out.pos)};
+  }
+};
+
+PlaneEncoder::PlaneEncoder() : state_(std::make_unique<State>()) {}
+PlaneEncoder::~PlaneEncoder() = default;
+PlaneEncoder::PlaneEncoder(PlaneEncoder&&) noexcept = default;
+PlaneEncoder& PlaneEncoder::operator=(PlaneEncoder&&) noexcept = default;
+
+std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height) {
+  switch (type) {
+    case SampleType::kBit: return (std::uint64_t{width} + 7) / 8 * height;
+    case SampleType::kUint8: return std::uint64_t{width} * height;
+    case SampleType::kUint16: return std::uint64_t{width} * height * 2;
+    case SampleType::kFloat32: return std::uint64_t{width} * height * 4;
+  }
+  throw Error(ErrorCode::kInternal, "unknown sample type " + std::to_string(static_cast<int>(type)));
+}
+
+std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding) {
+  switch (encoding) {
+    case Encoding::kRaw:
+    case Encoding::kRawZstd: return std::nullopt;
+    case Encoding::kPng:
+      if (type == SampleType::kFloat32) return "PNG holds no floats; ask for raw zstd, or for 16 bit samples";
+      if (!png_available()) {
+        return "PNG isn't built in (CCSLICE_WITH_OPENIMAGEIO=OFF); ask for raw zstd, or use a build with OpenImageIO";
+      }
+      return std::nullopt;
+  }
+  return "unknown encoding; ask for raw, raw zstd or PNG";
+}
+
+std::uint32_t crc32_of(std::span<const std::uint8_t> bytes) { return crc32_by_pieces(bytes, {}); }
+
+EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel) {
+  if (const auto obstacle = encoding_obstacle(image.type, encoding)) {
+    throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
+  }
+  if (image.samples.size() != sample_bytes(image.type, image.width, image.height) || image.samples.empty()) {
+    throw Error(ErrorCode::kInternal, "a plane's samples don't fit its size");
+  }
+  EncodedPlane plane;
+  plane.raw_bytes = image.samples.size();
+  plane.crc32 = crc32_by_pieces(image.samples, cancel);
+  switch (encoding) {
+    case Encoding::kRaw: plane.bytes.assign(image.samples.begin(), image.samples.end()); break;
+    case Encoding::kRawZstd: plane.bytes = state_->compress(image.samples, cancel); break;
+    case Encoding::kPng: plane.bytes = encode_png(image, cancel); break;
+  }
+  return plane;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From samples to the bytes that travel. Encoding is serial and deterministic: the same samples give the same bytes in
+// every call, on every thread and on every replica of the same build.
+//
+//   kRaw      the samples themselves;
+//   kRawZstd  one zstd frame, level 1, with its content size: a reader can allocate before it decodes;
+//   kPng      grey, deflate level 1 without row filters (adaptive filters cost more than the deflate). Through
+//             OpenImageIO, and only in builds that have it (CCSLICE_WITH_OPENIMAGEIO).
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "core/base/cancellation.h"
+#include "core/output/plane.h"
+
+namespace ccslice {
+
+/// The samples of a plane, rows from 0 up, as SampleType lays them out. Not owned.
+struct SampleImage {
+  SampleType type = SampleType::kBit;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::span<const std::uint8_t> samples;
+};
+
+/// Size of a plane's samples.
+std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height);
+
+/// Why samples of this type can't be encoded so, and what to ask for instead; nothing if they can.
+std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding);
+
+/// CRC-32 (IEEE 802.3, as in PNG and zlib).
+std::uint32_t crc32_of(std::span<const std::uint8_t> bytes);
+
+/// One thread's encoder: keeps codec state and scratch memory from plane to plane.
+class PlaneEncoder {
+ public:
+  PlaneEncoder();
+  ~PlaneEncoder();
+  PlaneEncoder(PlaneEncoder&&) noexcept;
+  PlaneEncoder& operator=(PlaneEncoder&&) noexcept;
+
+  /// REQUIRES: image.samples.size() == sample_bytes(image's type, width, height), and that not 0.
+  /// Throws Error{kEncodingUnsupported, kCancelled, kInternal}. Polls `cancel` every megabyte or so.
+  EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel = {});
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/layer_slicer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/material/contone.h"
+#include "core/output/encode.h"
+#include "core/raster/occupancy.h"
+#include "core/slicer/material_field.h"
+#include "core/slicer/material_pass.h"
+
+namespace ccslice {
+namespace {
+
+// How far outside the limit volume a voxel inside the contours may lie, beyond the contours' own tolerance.
+constexpr double kOutsideSlackMm = 1e-3;
+
+LayerLattice lattice_of(const Grid& grid) {
+  return {grid.origin_mm.x(), grid.origin_mm.y(),  grid.pitch.x_mm,
+          grid.pitch.y_mm,    grid.extent.columns, grid.extent.rows};
+}
+
+}  // namespace
+
+struct LayerSlicer::State {
+  std::shared_ptr<const LimitSolid> solid;
+  SliceJob job;
+  LayerLattice lattice;
+  PlaneEncoder encoder;
+  // Of jobs that want a channel:
+  std::vector<ContonePlane> contone;
+  std::unique_ptr<MaterialField> field;
+  std::optional<MaterialPass> materials;
+
+  State(std::shared_ptr<const LimitSolid> the_solid, SliceJob the_job)
+      : solid(std::move(the_solid)), job(std::move(the_job)), lattice(lattice_of(job.grid)) {
+    for (const PlaneSpec& plane : job.planes) {
+      if (plane.content == PlaneContent::kChannel)
+        contone.emplace_back(plane, solid->summary().channels[plane.channel]);
+    }
+    if (contone.empty()) return;
+    field = make_material_field(solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
+    materials.emplace(*field);
+  }
+
+  Contours trace(double z_mm, const CancellationToken& cancel) const {
+    SlicePlane plane;
+    plane.origin = Vec3(0, 0, z_mm);
+    ContourOptions options;
+    options.tolerance_mm = job.contour_tolerance_mm;
+    options.smallest_feature_mm = std::min(job.grid.pitch.x_mm, job.grid.pitch.y_mm);
+    options.cancel = cancel;
+    return intersect(*solid, job.placement, plane, options);
+  }
+
+  void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
+    if (!materials) return;
+    for (ContonePlane& plane : contone) {
+      cancel.throw_if_cancelled();
+      plane.clear(lattice.width, lattice.height);
+    }
+    materials->run(spans, lattice, layer.z_mm, contone, layer.stats, cancel);
+  }
+
+  void encode(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
+    auto next_contone = contone.begin();
+    BitImage bits;
+    for (const PlaneSpec& plane : job.planes) {
+      SampleImage image;
+      if (plane.content == PlaneContent::kChannel) {
+        image = (next_contone++)->image();
+      } else {
+        if (bits.bits.empty()) bits = to_bit_image(spans, lattice.width, lattice.height);
+        image = {SampleType::kBit, bits.width, bits.height, bits.bits};
+      }
+      layer.planes.push_back(encoder.encode(image, plane.encoding, cancel));
+    }
+  }
+};
+
+LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job)
+    : state_(std::make_unique<State>(std::move(solid), std::move(job))) {}
+LayerSlicer::~LayerSlicer() = default;
+LayerSlicer::LayerSlicer(LayerSlicer&&) noexcept = default;
+LayerSlicer& LayerSlicer::operator=(LayerSlicer&&) noexcept = default;
+
+Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& cancel) {
+  cancel.throw_if_cancelled();
+  Layer layer;
+  layer.index = layer_index;
+  layer.z_mm = state_->job.grid.layer_z_mm(layer_index);
+  layer.contours = state_->trace(layer.z_mm, cancel);
+  layer.stats.contour_loops = layer.contours.loops.size();
+  for (const ContourLoop& loop : layer.contours.loops) layer.stats.contour_points += loop.points.size();
+  layer.stats.contour_leaves_unresolved = layer.contours.unresolved_leaves;
+
+  const std::vector<Span> spans = rasterize(layer.contours, state_->lattice);
+  for (const Span& span : spans) layer.stats.voxels_inside += span.end - span.begin;
+  if (!state_->job.contours) layer.contours = {};
+  state_->evaluate_materials(spans, layer, cancel);
+  state_->encode(spans, layer, cancel);
+  return layer;
+}
+
+std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs;
+  while (count > 0) {
+    const std::uint32_t size = std::min(count, kSlabLayers - first % kSlabLayers);
+    slabs.emplace_back(first, size);
+    first += size;
+    count -= size;
+  }
+  return slabs;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/material_field.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <utility>
+
+namespace ccslice {
+namespace {
+
+constexpr double kAcceptMm = 1e-6;
+constexpr double kSmallestAcceptOfDiagonal = 1e-12;  // What doubles can reach, however the placement magnifies.
+
+class InvertedField final : public MaterialField {
+ public:
+  InvertedField(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm)
+      : solid_(std::move(solid)),
+        mesh_of_world_(placement.inverse(Eigen::Affine)),
+        scales_(Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues()),
+        inverter_(*solid_, options(outside_mm)) {}
+
+  std::optional<InversionResult> invert(const Vec3& world, const std::optional<CellParam>& hint) override {
+    return in_world_mm(inverter_.invert(mesh_of_world_ * world, hint));
+  }
+
+  std::optional<InversionResult> nearest(const Vec3& world) override {
+    if (!far_inverter_) far_inverter_.emplace(*solid_, far_options(world));
+    return in_world_mm(far_inverter_->invert(mesh_of_world_ * world));
+  }
+
+  void mat(const CellParam& at, std::span<double> out) override { inverter_.evaluator().mat(at, out); }
+  std::size_t channel_count() const override { return solid_->channel_count(); }
+
+ private:
+  double diagonal_mm() const { return solid_->summary().bounding_box.diagonal().norm(); }
+
+  InversionOptions options(double outside_mm) const {
+    InversionOptions result;
+    result.accept_mm = std::max(kAcceptMm / scales_[0], kSmallestAcceptOfDiagonal * diagonal_mm());
+    result.outside_mm = outside_mm / scales_[2];
+    return result;
+  }
+
+  InversionOptions far_options(const Vec3& world) const {
+    InversionOptions result = options(0);
+    result.outside_mm = diagonal_mm() + solid_->summary().bounding_box.exteriorDistance(mesh_of_world_ * world);
+    return result;
+  }
+
+  std::optional<InversionResult> in_world_mm(std::optional<InversionResult> result) const {
+    if (result) result->residual_mm *= scales_[0];
+    return result;
+  }
+
+  std::shared_ptr<const LimitSolid> solid_;
+  Placement mesh_of_world_;
+  Vec3 scales_;  // Singular values of the placement, largest first.
+  PointInverter inverter_;
+  std::optional<PointInverter> far_inverter_;
+};
+
+}  // namespace
+
+std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
+                                                   double outside_mm) {
+  return std::make_unique<InvertedField>(std::move(solid), placement, outside_mm);
+}
+
+}  // namespace ccslice

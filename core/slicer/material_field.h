@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The materials of a placed solid as a function of world points: placement^-1, point inversion, mat [Luu19, 3.2.2].
+
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "core/base/types.h"
+#include "core/inversion/point_inverter.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// What a layer's material pass needs of a solid. One thread.
+class MaterialField {
+ public:
+  virtual ~MaterialField() = default;
+
+  /// The parameter of a world point; residual_mm in world mm. `hint`: a parameter solved for a point nearby.
+  virtual std::optional<InversionResult> invert(const Vec3& world, const std::optional<CellParam>& hint) = 0;
+  /// The nearest parameter to a world point that may lie anywhere. Costly: for points that invert() gives up.
+  virtual std::optional<InversionResult> nearest(const Vec3& world) = 0;
+  /// REQUIRES: out.size() == channel_count().
+  virtual void mat(const CellParam& at, std::span<double> out) = 0;
+  virtual std::size_t channel_count() const = 0;
+};
+
+/// The real one. A point inside is accepted within 1e-6 mm, and a point that the contours' tolerance puts inside
+/// although it is `outside_mm` off the limit volume still gets a parameter; both are world lengths. Residuals are
+/// |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales, an upper bound for the rest.
+/// REQUIRES: placement passes validate_placement().
+std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
+                                                   double outside_mm);
+
+}  // namespace ccslice

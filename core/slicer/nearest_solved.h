@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The nearest voxel of a layer that has a material, for voxels that have none.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/raster/occupancy.h"
+
+namespace ccslice {
+
+class NearestSolved {
+ public:
+  struct Voxel {
+    std::uint32_t x, y;
+  };
+
+  /// The voxels of `inside` less those of `unresolved`, both by row, then by column.
+  /// REQUIRES: every run of `unresolved` lies within one span of `inside`.
+  NearestSolved(std::span<const Span> inside, std::span<const Span> unresolved, const LayerLattice& lattice);
+
+  bool empty() const noexcept { return runs_.empty(); }
+  /// By the distance between centres in mm; ties: lower row, then lower column. REQUIRES: !empty().
+  Voxel nearest(std::uint32_t x, std::uint32_t y) const noexcept;
+
+ private:
+  std::optional<std::uint32_t> nearest_column(std::uint32_t x, std::uint32_t y) const noexcept;
+
+  double dx_mm_, dy_mm_;
+  std::uint32_t height_;
+  std::vector<Span> runs_;
+  std::vector<std::size_t> row_begin_;  // Runs of row y: [row_begin_[y], row_begin_[y + 1]).
+};
+
+}  // namespace ccslice

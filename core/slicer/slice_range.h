@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Layers of a range on several threads, delivered in ascending order. The same bytes for any number of threads.
+
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "core/base/cancellation.h"
+#include "core/limit/limit_solid.h"
+#include "core/slicer/layer_slicer.h"
+
+namespace ccslice {
+
+struct SliceRangeOptions {
+  int threads = 0;  // DEFAULT: 0, as many as TBB sees fit.
+  CancellationToken cancel;
+};
+
+/// Calls `on_layer` for layers [first, first + count), one at a time, in order, from any thread. At most two layers a
+/// thread are in flight. REQUIRES: validate_job(*solid, job) passes. Throws what slicing throws (kCancelled included),
+/// what `on_layer` throws, and Error{kLayerRangeEmpty, kLayerRangeOutOfBounds}.
+void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
+                 std::uint32_t count, const std::function<void(Layer&&)>& on_layer,
+                 const SliceRangeOptions& options = {});
+
+/// Throws Error{kLayerRangeEmpty, kLayerRangeOutOfBounds} unless [first, first + count) holds layers of the grid only.
+void validate_layer_range(const Grid& grid, std::uint32_t first, std::uint32_t count);
+
+}  // namespace ccslice

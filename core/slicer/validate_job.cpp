@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/output/encode.h"
+#include "core/slicer/layer_slicer.h"
+#include "core/slicer/number_text.h"
+
+namespace ccslice {
+namespace {
+
+std::string channel_list(const SolidSummary& summary) {
+  if (summary.channels.empty()) return "the solid has none";
+  std::string list = "the solid has " + std::to_string(summary.channels.size()) + ": ";
+  for (std::size_t i = 0; i < summary.channels.size(); ++i) {
+    list += (i ? ", " : "") + std::to_string(i) + " \"" + summary.channels[i].name + '"';
+  }
+  return list;
+}
+
+// One plane of the job; `path` is its field's name, e.g. "planes[2]".
+class PlaneCheck {
+ public:
+  PlaneCheck(const PlaneSpec& plane, std::string path) : plane_(plane), path_(std::move(path)) {}
+
+  void run(const SolidSummary& summary) const {
+    switch (plane_.content) {
+      case PlaneContent::kOccupancy: check_occupancy(); break;
+      case PlaneContent::kChannel: check_channel(summary); break;
+      default: refuse(ErrorCode::kContentInvalid, ".content", "unknown; ask for the occupancy or a channel");
+    }
+    if (plane_.range) check_range(*plane_.range);
+    const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding);
+    if (obstacle) refuse(ErrorCode::kEncodingUnsupported, ".encoding", std::string(*obstacle));
+  }
+
+ private:
+  [[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) const {
+    throw Error(code, path_ + field + ": " + what, path_ + field);
+  }
+
+  bool has_integer_samples() const {
+    return plane_.sample_type == SampleType::kUint8 || plane_.sample_type == SampleType::kUint16;
+  }
+
+  void check_occupancy() const {
+    if (plane_.sample_type == SampleType::kBit) return;
+    refuse(ErrorCode::kEncodingUnsupported, ".sample_type", "occupancy is 1 bit a voxel; ask for BIT");
+  }
+
+  void check_channel(const SolidSummary& summary) const {
+    if (plane_.channel >= summary.channels.size()) {
+      const std::string number = std::to_string(plane_.channel);
+      refuse(ErrorCode::kContentInvalid, ".channel", number + " doesn't exist; " + channel_list(summary));
+    }
+    if (!has_integer_samples() && plane_.sample_type != SampleType::kFloat32) {
+      refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
+             "a channel needs more than 1 bit a voxel; ask for UINT8, UINT16 or FLOAT32");
+    }
+  }
+
+  void check_range(const ValueRange& range) const {
+    const auto refuse_range = [this](const std::string& what) {
+      refuse(ErrorCode::kContentInvalid, ".value_range", what);
+    };
+    if (plane_.content != PlaneContent::kChannel || !has_integer_samples()) {
+      refuse_range("only channels with integer samples have one; leave it out");
+    }
+    if (!std::isfinite(range.min) || !std::isfinite(range.max) || !std::isfinite(range.max - range.min)) {
+      refuse_range("not finite; give the values that 0 and the largest sample stand for");
+    }
+    if (!(range.min < range.max)) {
+      refuse_range("empty (min " + number_text(range.min) + ", max " + number_text(range.max) +
+                   "); min must be below max");
+    }
+  }
+
+  const PlaneSpec& plane_;
+  std::string path_;
+};
+
+void validate_tolerance(double tolerance_mm, const SliceLimits& limits) {
+  const double low = limits.min_contour_tolerance_mm;
+  const double high = limits.max_contour_tolerance_mm;
+  if (tolerance_mm >= low && tolerance_mm <= high) return;
+  throw Error(ErrorCode::kToleranceInvalid,
+              "contour_tolerance_mm: " + number_text(tolerance_mm) + " is outside [" + number_text(low) + ", " +
+                  number_text(high) + "]; 0.001 does for any printer",
+              "contour_tolerance_mm");
+}
+
+void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
+  std::uint64_t bytes = 0;
+  for (const PlaneSpec& plane : job.planes) {
+    bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows);
+  }
+  if (bytes <= limits.max_layer_bytes) return;
+  throw Error(ErrorCode::kGridTooLarge,
+              "planes: " + std::to_string(bytes) + " bytes of samples a layer are more than the limit of " +
+                  std::to_string(limits.max_layer_bytes) + "; ask for fewer planes, smaller samples or a larger pitch",
+              "planes");
+}
+
+}  // namespace
+
+void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits) {
+  validate_job(solid.summary(), job, limits);
+}
+
+void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits) {
+  validate_placement(job.placement);
+  validate_pitch(job.grid.pitch, limits);
+  validate_extent(job.grid.extent, limits);
+  validate_tolerance(job.contour_tolerance_mm, limits);
+  if (job.planes.empty() && !job.contours) {
+    throw Error(ErrorCode::kContentInvalid,
+                "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");
+  }
+  if (job.planes.size() > limits.max_planes) {
+    throw Error(ErrorCode::kContentInvalid,
+                "planes: " + std::to_string(job.planes.size()) + " are more than the limit of " +
+                    std::to_string(limits.max_planes) + "; split the job by planes",
+                "planes");
+  }
+  for (std::size_t i = 0; i < job.planes.size(); ++i) {
+    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary);
+  }
+  validate_layer_bytes(job, limits);
+}
+
+}  // namespace ccslice
