@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/grade.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::string_view kHowTo =
+    "; write NAME=FIELD[:OPTION]..., for example stiffness=z, hardness=x:20..95, dye=radial:z or "
+    "dye=radial:1..0:@0,0,12.5";
+
+[[noreturn]] void refuse(std::string_view grade, const std::string& why) {
+  throw Error(ErrorCode::kParameterInvalid, "grade '" + std::string(grade) + "': " + why + std::string(kHowTo),
+              "grade");
+}
+
+std::optional<int> axis_of(std::string_view text) {
+  if (text.size() != 1 || text[0] < 'x' || text[0] > 'z') return std::nullopt;
+  return text[0] - 'x';
+}
+
+std::optional<double> number_of(std::string_view text) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = status == std::errc() && end == text.data() + text.size() && !text.empty();
+  return whole && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  for (std::size_t at = 0; at != std::string_view::npos;) {
+    const std::size_t end = text.find(separator, at);
+    parts.push_back(text.substr(at, end - at));
+    at = end == std::string_view::npos ? end : end + 1;
+  }
+  return parts;
+}
+
+bool is_radial(GradeField field) { return field >= GradeField::kRadialX; }
+
+GradeField parse_field(std::string_view grade, std::string_view text) {
+  if (const auto axis = axis_of(text)) return static_cast<GradeField>(*axis);
+  if (text == "radial") return GradeField::kRadialPoint;
+  refuse(grade, "the field is x, y, z or radial, not '" + std::string(text) + "'");
+}
+
+Vec3 parse_centre(std::string_view grade, std::string_view text) {
+  const std::vector<std::string_view> parts = split(text, ',');
+  Vec3 centre = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::optional<double> value = parts.size() == 3 ? number_of(parts[i]) : std::nullopt;
+    if (!value) refuse(grade, "a centre is three numbers in mm, as in @0,0,12.5, not '@" + std::string(text) + "'");
+    centre[static_cast<Eigen::Index>(i)] = *value;
+  }
+  return centre;
+}
+
+void parse_range(std::string_view grade, std::string_view text, Grade& out) {
+  const std::size_t dots = text.find("..");
+  const std::optional<double> first = number_of(text.substr(0, dots));
+  const std::optional<double> last = number_of(text.substr(dots + 2));
+  if (!first || !last) refuse(grade, "values are two numbers, as in 0..1, not '" + std::string(text) + "'");
+  out.first = *first;
+  out.last = *last;
+}
+
+void parse_option(std::string_view grade, std::string_view option, Grade& out) {
+  if (option.find("..") != std::string_view::npos) return parse_range(grade, option, out);
+  const bool centre = !option.empty() && option.front() == '@';
+  const std::optional<int> axis = axis_of(option);
+  if (!centre && !axis) {
+    refuse(grade, "'" + std::string(option) + "' is neither values (0..1), an axis (x, y, z) nor a centre (@X,Y,Z)");
+  }
+  if (!is_radial(out.field)) refuse(grade, "'" + std::string(option) + "' is for radial grades only");
+  if (centre) {
+    out.centre_mm = parse_centre(grade, option.substr(1));
+  } else {
+    out.field = static_cast<GradeField>(static_cast<int>(GradeField::kRadialX) + *axis);
+  }
+}
+
+/// The coordinate or distance that the grade runs over.
+double measure(GradeField field, const Vec3& position, const Vec3& centre) {
+  if (!is_radial(field)) return position[static_cast<int>(field)];
+  Vec3 offset = position - centre;
+  if (field != GradeField::kRadialPoint) offset[static_cast<int>(field) - static_cast<int>(GradeField::kRadialX)] = 0;
+  return offset.norm();
+}
+
+std::vector<double> measure_all(const Grade& grade, const ControlMesh& mesh) {
+  Box3 box;
+  for (const Vec3& position : mesh.positions) box.extend(position);
+  const Vec3 centre = grade.centre_mm.value_or(box.center());
+  std::vector<double> measures;
+  measures.reserve(mesh.vertex_count());
+  for (const Vec3& position : mesh.positions) measures.push_back(measure(grade.field, position, centre));
+  return measures;
+}
+
+}  // namespace
+
+Grade parse_grade(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) refuse(text, "there is no '='");
+  if (equals == 0) refuse(text, "the channel has no name");
+  const std::vector<std::string_view> parts = split(text.substr(equals + 1), ':');
+  Grade grade;
+  grade.channel = std::string(text.substr(0, equals));
+  grade.field = parse_field(text, parts.front());
+  for (std::size_t i = 1; i < parts.size(); ++i) parse_option(text, parts[i], grade);
+  return grade;
+}
+
+void apply_grade(const Grade& grade, ControlMesh& mesh) {
+  if (std::find(mesh.channel_names.begin(), mesh.channel_names.end(), grade.channel) != mesh.channel_names.end()) {
+    throw Error(ErrorCode::kMeshBadChannel, "the mesh has a channel '" + grade.channel + "' already", "channel_names");
+  }
+  const std::vector<double> measures = measure_all(grade, mesh);
+  const auto [least, greatest] = std::minmax_element(measures.begin(), measures.end());
+  const double span = *greatest - *least;
+  const std::size_t old_channels = mesh.channel_count();
+  std::vector<float> values;
+  values.reserve(mesh.vertex_count() * (old_channels + 1));
+  for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
+    const auto row = mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * old_channels);
+    values.insert(values.end(), row, row + static_cast<std::ptrdiff_t>(old_channels));
+    const double fraction = span > 0 ? (measures[vertex] - *least) / span : 0;
+    values.push_back(static_cast<float>(std::lerp(grade.first, grade.last, fraction)));
+  }
+  mesh.channel_names.push_back(grade.channel);
+  mesh.channel_values = std::move(values);
+}
+
+}  // namespace ccslice

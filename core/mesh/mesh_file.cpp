@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/mesh_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "core/base/error.h"
+#include "core/mesh/read_medit.h"
+#include "core/mesh/read_vtk.h"
+#include "core/mesh/text_scanner.h"
+
+namespace ccslice {
+
+MeshFileKind mesh_file_kind(std::string_view bytes) {
+  constexpr std::string_view kVtkMagic = "# vtk DataFile";
+  if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
+  TextScanner scanner(bytes);
+  constexpr std::string_view kMeditMagic = "MeshVersionFormatted";
+  return equals_ignoring_case(scanner.peek(), kMeditMagic) ? MeshFileKind::kMedit : MeshFileKind::kUnknown;
+}
+
+std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
+  std::error_code status;
+  if (std::filesystem::is_directory(path, status)) {
+    throw Error(ErrorCode::kFileUnreadable, path + " is a folder, not a file");
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(ErrorCode::kFileUnreadable, "cannot open " + path + ": " + std::strerror(errno));
+  std::string bytes;
+  std::vector<char> block(1 << 20);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
+    bytes.append(block.data(), static_cast<std::size_t>(file.gcount()));
+    if (bytes.size() > max_bytes) {
+      throw Error(ErrorCode::kMeshTooLarge, path + " has more than " + std::to_string(max_bytes) + " bytes");
+    }
+  }
+  if (file.bad()) throw Error(ErrorCode::kFileUnreadable, "cannot read " + path + ": " + std::strerror(errno));
+  return bytes;
+}
+
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits) {
+  switch (mesh_file_kind(bytes)) {
+    case MeshFileKind::kMedit: return read_medit(bytes, limits);
+    case MeshFileKind::kVtk: return read_vtk(bytes, limits);
+    case MeshFileKind::kUnknown: break;
+  }
+  throw Error(ErrorCode::kFileUnsupported,
+              "neither a MEDIT mesh (first word 'MeshVersionFormatted') nor a legacy VTK file (first line "
+              "'# vtk DataFile Version ...')");
+}
+
+void check_cell_vertices(const ControlMesh& mesh) {
+  constexpr std::size_t kMostNamed = 5;
+  std::vector<std::int64_t> cells;
+  std::size_t corner = 0;
+  for (std::size_t cell = 0; cell < mesh.cell_count() && cells.size() < kMostNamed; ++cell) {
+    const auto corners = static_cast<std::size_t>(corner_count(mesh.cell_kinds[cell]));
+    const auto begin = mesh.cell_vertices.begin() + static_cast<std::ptrdiff_t>(corner);
+    const bool bad = std::any_of(begin, begin + static_cast<std::ptrdiff_t>(corners),
+                                 [&](std::uint32_t vertex) { return vertex >= mesh.vertex_count(); });
+    if (bad) cells.push_back(static_cast<std::int64_t>(cell));
+    corner += corners;
+  }
+  if (cells.empty()) return;
+  std::string named;
+  for (const std::int64_t cell : cells) named += (named.empty() ? "" : ", ") + std::to_string(cell);
+  throw Error(ErrorCode::kMeshIndexOutOfRange,
+              "cells " + named + " (from 0) use vertices that the file doesn't have; it has " +
+                  std::to_string(mesh.vertex_count()),
+              "cells", cells);
+}
+
+}  // namespace ccslice

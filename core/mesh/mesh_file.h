@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Control meshes from files. The kind of a file is told from its first line, never from its name. Readers check the
+// syntax and that ids exist; whether the cells make up a solid is validate()'s business.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/mesh/control_mesh.h"
+#include "core/mesh/validate.h"
+
+namespace ccslice {
+
+struct MeshFile {
+  ControlMesh mesh;
+  std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
+};
+
+enum class MeshFileKind { kMedit, kVtk, kUnknown };
+
+MeshFileKind mesh_file_kind(std::string_view bytes);
+
+/// The bytes of a file. Throws Error{kFileUnreadable}, or {kMeshTooLarge} if there are more than `max_bytes`.
+std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes);
+
+/// Reads whichever kind `bytes` are of. Throws Error (1xx, 4xx).
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {});
+
+/// Throws Error{kMeshIndexOutOfRange} naming up to five cells that use vertices the mesh doesn't have.
+void check_cell_vertices(const ControlMesh& mesh);
+
+}  // namespace ccslice

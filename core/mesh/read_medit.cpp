@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_medit.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/mesh/text_scanner.h"
+
+namespace ccslice {
+namespace {
+
+/// Sections of a fixed entry length that say nothing about the solid.
+struct SkippedSection {
+  std::string_view keyword;
+  int tokens_per_entry;
+};
+
+constexpr SkippedSection kSkipped[] = {{"Edges", 3},
+                                       {"Triangles", 4},
+                                       {"Quadrilaterals", 5},
+                                       {"Corners", 1},
+                                       {"Ridges", 1},
+                                       {"RequiredVertices", 1},
+                                       {"RequiredEdges", 1},
+                                       {"RequiredTriangles", 1},
+                                       {"Normals", 3},
+                                       {"RequiredQuadrilaterals", 1},
+                                       {"Tangents", 3},
+                                       {"NormalAtVertices", 2},
+                                       {"TangentAtVertices", 2}};
+
+class MeditReader {
+ public:
+  MeditReader(std::string_view text, const MeshLimits& limits) : scanner_(text), limits_(limits) {}
+
+  MeshFile read() {
+    read_header();
+    while (!scanner_.at_end() && !equals_ignoring_case(scanner_.peek(), "End")) read_section();
+    if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no Vertices");
+    if (file_.mesh.cell_kinds.empty()) {
+      throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; a solid needs volume cells");
+    }
+    check_cell_vertices(file_.mesh);
+    return std::move(file_);
+  }
+
+ private:
+  void read_header() {
+    const std::string_view magic = scanner_.next("'MeshVersionFormatted'");
+    if (!equals_ignoring_case(magic, "MeshVersionFormatted")) scanner_.fail("'MeshVersionFormatted'", magic);
+    const std::uint64_t version = scanner_.count("a format version");
+    if (version < 1 || version > 4) {
+      scanner_.fail_with(ErrorCode::kFileUnsupported, "MEDIT version " + std::to_string(version) + " is not known");
+    }
+  }
+
+  void read_section() {
+    const std::string keyword(scanner_.next("a keyword"));
+    if (equals_ignoring_case(keyword, "Dimension")) {
+      read_dimension();
+    } else if (equals_ignoring_case(keyword, "Vertices")) {
+      read_vertices();
+    } else if (equals_ignoring_case(keyword, "Hexahedra")) {
+      read_cells(CellKind::kHex);
+    } else if (equals_ignoring_case(keyword, "Tetrahedra")) {
+      read_cells(CellKind::kTet);
+    } else if (equals_ignoring_case(keyword, "Prisms")) {
+      read_cells(CellKind::kWedge);
+    } else if (equals_ignoring_case(keyword, "Pyramids")) {
+      refuse_pyramids();
+    } else {
+      skip_section(keyword);
+    }
+  }
+
+  void read_dimension() {
+    const std::uint64_t dimension = scanner_.count("the dimension, 3");
+    if (dimension != 3) {
+      scanner_.fail_with(ErrorCode::kFileUnsupported,
+                         "dimension " + std::to_string(dimension) + "; a solid needs three");
+    }
+  }
+
+  void read_vertices() {
+    if (!file_.mesh.positions.empty()) scanner_.fail("only one Vertices section", "Vertices");
+    const std::uint64_t count = scanner_.count_up_to("the number of vertices", limits_.max_vertices);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const double x = scanner_.real("a coordinate");
+      const double y = scanner_.real("a coordinate");
+      const double z = scanner_.real("a coordinate");
+      scanner_.skip(1, "a vertex reference");
+      file_.mesh.positions.emplace_back(x, y, z);
+    }
+  }
+
+  void read_cells(CellKind kind) {
+    const std::uint64_t most = limits_.max_cells - std::min(limits_.max_cells, file_.mesh.cell_count());
+    const std::uint64_t count = scanner_.count_up_to("the number of cells", most);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      for (int corner = 0; corner < corner_count(kind); ++corner) file_.mesh.cell_vertices.push_back(read_vertex_id());
+      scanner_.skip(1, "a cell reference");
+      file_.mesh.cell_kinds.push_back(kind);
+    }
+  }
+
+  std::uint32_t read_vertex_id() {
+    const std::uint64_t id = scanner_.count("a vertex id");
+    if (id < 1 || id > std::numeric_limits<std::uint32_t>::max()) {
+      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "vertex id " + std::to_string(id) + "; ids count from 1");
+    }
+    return static_cast<std::uint32_t>(id - 1);
+  }
+
+  void refuse_pyramids() {
+    const std::uint64_t count = scanner_.count("the number of pyramids");
+    if (count == 0) return;
+    scanner_.fail_with(ErrorCode::kMeshUnsupportedCell,
+                       std::to_string(count) + " pyramids (1 to " + std::to_string(count) +
+                           " of the section); a pyramid never refines to hexahedra: split it into tetrahedra");
+  }
+
+  void skip_section(const std::string& keyword) {
+    if (!is_letter(keyword.front())) scanner_.fail("a keyword", keyword);
+    for (const SkippedSection& section : kSkipped) {
+      if (!equals_ignoring_case(keyword, section.keyword)) continue;
+      const std::uint64_t count = scanner_.count("the number of entries of " + keyword);
+      for (std::uint64_t i = 0; i < count; ++i) {
+        scanner_.skip(static_cast<std::uint64_t>(section.tokens_per_entry), "an entry of " + keyword);
+      }
+      if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + keyword + " left out");
+      return;
+    }
+    while (!scanner_.at_end() && !is_letter(scanner_.peek().front())) scanner_.skip(1, "a value");
+    file_.warnings.push_back("section " + printable(keyword) + " is not known: left out");
+  }
+
+  static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+  TextScanner scanner_;
+  const MeshLimits& limits_;
+  MeshFile file_;
+};
+
+}  // namespace
+
+MeshFile read_medit(std::string_view text, const MeshLimits& limits) { return MeditReader(text, limits).read(); }
+
+}  // namespace ccslice

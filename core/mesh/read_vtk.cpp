@@ -1,0 +1,209 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_vtk.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/mesh/text_scanner.h"
+#include "core/mesh/vtk_cells.h"
+#include "core/mesh/vtk_point_data.h"
+
+namespace ccslice {
+namespace {
+
+class VtkReader {
+ public:
+  VtkReader(std::string_view text, const MeshLimits& limits) : scanner_(text), limits_(limits) {}
+
+  MeshFile read() {
+    read_header();
+    while (!scanner_.at_end()) read_section();
+    finish_cells();
+    finish_channels();
+    return std::move(file_);
+  }
+
+ private:
+  void read_header() {
+    constexpr std::string_view kMagic = "# vtk DataFile Version ";
+    const std::string_view first = scanner_.rest_of_line();
+    if (!equals_ignoring_case(first.substr(0, kMagic.size()), kMagic)) {
+      scanner_.fail("'# vtk DataFile Version ...'", first);
+    }
+    offsets_style_ = first.size() > kMagic.size() && first[kMagic.size()] >= '5';
+    scanner_.rest_of_line();  // The title.
+    const std::string_view coding = scanner_.next("'ASCII'");
+    if (equals_ignoring_case(coding, "BINARY")) {
+      scanner_.fail_with(ErrorCode::kFileUnsupported, "binary VTK files are not read; save the file as ASCII");
+    }
+    if (!equals_ignoring_case(coding, "ASCII")) scanner_.fail("'ASCII'", coding);
+    expect("DATASET");
+    const std::string_view dataset = scanner_.next("'UNSTRUCTURED_GRID'");
+    if (!equals_ignoring_case(dataset, "UNSTRUCTURED_GRID")) {
+      scanner_.fail_with(ErrorCode::kFileUnsupported,
+                         "data set '" + printable(dataset) + "' is not read; save the mesh as UNSTRUCTURED_GRID");
+    }
+  }
+
+  void read_section() {
+    const std::string keyword(scanner_.next("a keyword"));
+    if (equals_ignoring_case(keyword, "POINTS")) {
+      read_points();
+    } else if (equals_ignoring_case(keyword, "CELLS")) {
+      read_cells();
+    } else if (equals_ignoring_case(keyword, "CELL_TYPES")) {
+      read_types();
+    } else if (equals_ignoring_case(keyword, "POINT_DATA")) {
+      read_attributes(true);
+    } else if (equals_ignoring_case(keyword, "CELL_DATA")) {
+      read_attributes(false);
+    } else if (equals_ignoring_case(keyword, "FIELD")) {
+      skip_field(scanner_);
+    } else if (equals_ignoring_case(keyword, "METADATA")) {
+      scanner_.skip_paragraph();
+    } else {
+      scanner_.fail("POINTS, CELLS, CELL_TYPES, POINT_DATA, CELL_DATA, FIELD or METADATA", keyword);
+    }
+  }
+
+  void read_points() {
+    if (!file_.mesh.positions.empty()) scanner_.fail("only one POINTS section", "POINTS");
+    const std::uint64_t count = scanner_.count_up_to("the number of points", limits_.max_vertices);
+    scanner_.next("a data type");
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const double x = scanner_.real("a coordinate");
+      const double y = scanner_.real("a coordinate");
+      const double z = scanner_.real("a coordinate");
+      file_.mesh.positions.emplace_back(x, y, z);
+    }
+  }
+
+  void read_cells() {
+    if (!cells_.offsets.empty()) scanner_.fail("only one CELLS section", "CELLS");
+    const std::uint64_t first = scanner_.count_up_to("the number of cells", limits_.max_cells + 1);
+    const std::uint64_t second = scanner_.count("the size of the cell list");
+    cells_.offsets.push_back(0);
+    if (offsets_style_ || equals_ignoring_case(scanner_.peek(), "OFFSETS")) {
+      read_offsets_and_connectivity(first, second);
+    } else {
+      read_counted_cells(first, second);
+    }
+  }
+
+  /// Before 5.0: each cell as its number of points, then the points.
+  void read_counted_cells(std::uint64_t cell_count, std::uint64_t size) {
+    std::uint64_t used = 0;
+    for (std::uint64_t cell = 0; cell < cell_count; ++cell) {
+      const std::uint64_t corners = scanner_.count("the number of points of a cell");
+      used += corners + 1;
+      if (corners >= size || used > size) {
+        scanner_.fail_with(ErrorCode::kFileSyntax, "the cells are longer than the " + std::to_string(size) +
+                                                       " numbers that the CELLS line announces");
+      }
+      for (std::uint64_t i = 0; i < corners; ++i) cells_.connectivity.push_back(read_point_id());
+      cells_.offsets.push_back(cells_.connectivity.size());
+    }
+  }
+
+  /// From 5.0 on: n + 1 offsets, then all points in one list.
+  void read_offsets_and_connectivity(std::uint64_t offset_count, std::uint64_t point_count) {
+    expect("OFFSETS");
+    scanner_.next("a data type");
+    for (std::uint64_t i = 0; i < offset_count; ++i) {
+      const std::uint64_t offset = scanner_.count("an offset");
+      const bool fits = i == 0 ? offset == 0 : offset >= cells_.offsets.back() && offset <= point_count;
+      if (!fits) scanner_.fail("offsets that start at 0 and never fall", std::to_string(offset));
+      if (i > 0) cells_.offsets.push_back(offset);
+    }
+    if (offset_count > 0 && cells_.offsets.back() != point_count) {
+      scanner_.fail("a last offset of " + std::to_string(point_count), std::to_string(cells_.offsets.back()));
+    }
+    expect("CONNECTIVITY");
+    scanner_.next("a data type");
+    for (std::uint64_t i = 0; i < point_count; ++i) cells_.connectivity.push_back(read_point_id());
+  }
+
+  std::uint32_t read_point_id() {
+    const std::uint64_t id = scanner_.count("a point id");
+    if (id >= std::numeric_limits<std::uint32_t>::max()) {
+      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + " is out of range");
+    }
+    return static_cast<std::uint32_t>(id);
+  }
+
+  void read_types() {
+    if (!cells_.types.empty()) scanner_.fail("only one CELL_TYPES section", "CELL_TYPES");
+    const std::uint64_t count = scanner_.count_up_to("the number of cell types", limits_.max_cells);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      const std::uint64_t type = scanner_.count("a cell type");
+      constexpr std::uint64_t kLargestType = 255;
+      if (type > kLargestType) scanner_.fail("a VTK cell type", std::to_string(type));
+      cells_.types.push_back(static_cast<std::uint16_t>(type));
+    }
+  }
+
+  void read_attributes(bool of_points) {
+    const std::uint64_t count = scanner_.count("the number of values");
+    VtkAttributes found = read_vtk_attributes(scanner_, count, of_points ? limits_.max_channels : 0);
+    for (const std::string& name : found.left_out) {
+      file_.warnings.push_back((of_points ? "point data '" : "cell data '") + name + "' left out");
+    }
+    if (!of_points || found.channels.empty()) return;
+    if (!channels_.empty()) scanner_.fail("only one POINT_DATA section", "POINT_DATA");
+    channels_ = std::move(found.channels);
+  }
+
+  void finish_cells() {
+    if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no POINTS");
+    const std::size_t cell_count = cells_.offsets.empty() ? 0 : cells_.offsets.size() - 1;
+    if (cell_count != cells_.types.size()) {
+      throw Error(ErrorCode::kFileSyntax, "the file has " + std::to_string(cell_count) + " cells but " +
+                                              std::to_string(cells_.types.size()) + " cell types");
+    }
+    append_cells(cells_, file_.mesh, file_.warnings);
+    if (file_.mesh.cell_kinds.empty()) {
+      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
+    }
+    check_cell_vertices(file_.mesh);
+  }
+
+  void finish_channels() {
+    ControlMesh& mesh = file_.mesh;
+    for (const VtkChannel& channel : channels_) {
+      if (channel.values.size() != mesh.vertex_count()) {
+        throw Error(ErrorCode::kFileSyntax, "point data '" + channel.name + "' has " +
+                                                std::to_string(channel.values.size()) + " values for " +
+                                                std::to_string(mesh.vertex_count()) + " points");
+      }
+      mesh.channel_names.push_back(channel.name);
+    }
+    mesh.channel_values.reserve(mesh.vertex_count() * channels_.size());
+    for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
+      for (const VtkChannel& channel : channels_) mesh.channel_values.push_back(channel.values[vertex]);
+    }
+  }
+
+  void expect(std::string_view keyword) {
+    const std::string quoted = "'" + std::string(keyword) + "'";
+    const std::string_view token = scanner_.next(quoted);
+    if (!equals_ignoring_case(token, keyword)) scanner_.fail(quoted, token);
+  }
+
+  TextScanner scanner_;
+  const MeshLimits& limits_;
+  bool offsets_style_ = false;
+  VtkCells cells_;
+  std::vector<VtkChannel> channels_;
+  MeshFile file_;
+};
+
+}  // namespace
+
+MeshFile read_vtk(std::string_view text, const MeshLimits& limits) { return VtkReader(text, limits).read(); }
+
+}  // namespace ccslice

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/text_scanner.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+namespace ccslice {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// from_chars refuses numbers too small for a double as well as those too large; the small ones are zero to us.
+bool is_tiny(std::string_view token) { return std::abs(std::strtod(std::string(token).c_str(), nullptr)) < 1; }
+
+}  // namespace
+
+bool equals_ignoring_case(std::string_view a, std::string_view b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) { return lower(x) == lower(y); });
+}
+
+std::string printable(std::string_view token) {
+  constexpr std::size_t kLongest = 40;
+  std::string shown(token.substr(0, kLongest));
+  for (char& c : shown) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return token.size() > kLongest ? shown + "..." : shown;
+}
+
+void TextScanner::skip_blank() {
+  while (at_ < text_.size()) {
+    if (text_[at_] == '#') {
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    } else if (is_blank(text_[at_])) {
+      line_ += text_[at_++] == '\n';
+    } else {
+      return;
+    }
+  }
+}
+
+bool TextScanner::at_end() {
+  skip_blank();
+  return at_ == text_.size();
+}
+
+std::string_view TextScanner::peek() {
+  skip_blank();
+  std::size_t end = at_;
+  while (end < text_.size() && !is_blank(text_[end])) ++end;
+  token_line_ = line_;
+  return text_.substr(at_, end - at_);
+}
+
+std::string_view TextScanner::next(std::string_view expected) {
+  const std::string_view token = peek();
+  if (token.empty()) fail(expected, token);
+  at_ += token.size();
+  return token;
+}
+
+std::string_view TextScanner::rest_of_line() {
+  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  std::string_view rest = text_.substr(at_, end - at_);
+  token_line_ = line_;
+  at_ = end;
+  if (at_ < text_.size()) {
+    ++at_;
+    ++line_;
+  }
+  while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
+  return rest;
+}
+
+void TextScanner::skip_paragraph() {
+  while (at_ < text_.size() && !rest_of_line().empty()) {
+  }
+}
+
+double TextScanner::real(std::string_view expected) {
+  const std::string_view token = next(expected);
+  const std::string_view digits = token.front() == '+' ? token.substr(1) : token;
+  double value = 0;
+  const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (end != digits.data() + digits.size() || status == std::errc::invalid_argument) fail(expected, token);
+  if (status == std::errc::result_out_of_range) value = is_tiny(digits) ? 0 : HUGE_VAL;
+  if (!std::isfinite(value)) {
+    fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token) + "' is not a finite number");
+  }
+  return value;
+}
+
+std::uint64_t TextScanner::count(std::string_view expected) {
+  const std::string_view token = next(expected);
+  std::uint64_t value = 0;
+  const auto [end, status] = std::from_chars(token.data(), token.data() + token.size(), value);
+  if (status != std::errc() || end != token.data() + token.size() || value > (std::uint64_t{1} << 53)) {
+    fail(expected, token);
+  }
+  return value;
+}
+
+std::uint64_t TextScanner::count_up_to(std::string_view expected, std::uint64_t max) {
+  const std::uint64_t value = count(expected);
+  if (value > max) {
+    fail_with(ErrorCode::kMeshTooLarge, std::string(expected) + " is " + std::to_string(value) + ", at most " +
+                                            std::to_string(max) + " are allowed");
+  }
+  return value;
+}
+
+void TextScanner::skip(std::uint64_t tokens, std::string_view expected) {
+  for (std::uint64_t i = 0; i < tokens; ++i) next(expected);
+}
+
+void TextScanner::fail(std::string_view expected, std::string_view found) const {
+  fail_with(ErrorCode::kFileSyntax, "expected " + std::string(expected) + ", found " +
+                                        (found.empty() ? "the end of the file" : "'" + printable(found) + "'"));
+}
+
+void TextScanner::fail_with(ErrorCode code, const std::string& message) const {
+  throw Error(code, "line " + std::to_string(token_line_) + ": " + message);
+}
+
+}  // namespace ccslice

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Tokens separated by white space, with line numbers: what the mesh file readers share. Files are hostile until proved
+// otherwise, so a scanner never trusts a count: numbers are handed out one by one as their tokens arrive, and every
+// failure names the line, what was expected there and the token found instead.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+class TextScanner {
+ public:
+  /// `text` must outlive the scanner. A '#' at the start of a token opens a comment up to the end of the line.
+  explicit TextScanner(std::string_view text) : text_(text) {}
+
+  /// Line (from 1) of the token read last.
+  std::size_t line() const noexcept { return token_line_; }
+  /// True when only white space and comments are left.
+  bool at_end();
+  /// The next token without taking it; empty at the end.
+  std::string_view peek();
+  /// Takes the next token. `expected` names it for the error thrown at the end of the file.
+  std::string_view next(std::string_view expected);
+  /// Takes what is left of the current line, its end included. Comments are not recognized here.
+  std::string_view rest_of_line();
+  /// Takes lines up to the next empty one (or the end of the file).
+  void skip_paragraph();
+
+  /// A finite real. Throws kFileSyntax, or kMeshNonFinite for nan and inf.
+  double real(std::string_view expected);
+  /// An integer in [0, 2^53].
+  std::uint64_t count(std::string_view expected);
+  /// A count that must not be larger than `max`: kMeshTooLarge otherwise.
+  std::uint64_t count_up_to(std::string_view expected, std::uint64_t max);
+  /// Passes over `tokens` tokens; each must be there.
+  void skip(std::uint64_t tokens, std::string_view expected);
+
+  /// "line 12: expected a coordinate, found 'foo'".
+  [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
+  /// "line 12: <message>".
+  [[noreturn]] void fail_with(ErrorCode code, const std::string& message) const;
+
+ private:
+  void skip_blank();
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 1;
+  std::size_t token_line_ = 1;
+};
+
+/// ASCII only, for keywords.
+bool equals_ignoring_case(std::string_view a, std::string_view b);
+
+/// A token fit for a message: cut to 40 bytes, unprintable bytes replaced by '?'.
+std::string printable(std::string_view token);
+
+}  // namespace ccslice

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/vtk_cells.h"
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint16_t kLastFlatType = 9;  // VTK_QUAD; below it are points, lines and faces.
+constexpr std::uint16_t kTet = 10, kVoxel = 11, kHex = 12, kWedge = 13, kPyramid = 14;
+
+/// A voxel counts its corners along x, then y, then z; a hexahedron goes round each face.
+constexpr std::array<int, 8> kVoxelToHex = {0, 1, 3, 2, 4, 5, 7, 6};
+
+std::optional<CellKind> kind_of(std::uint16_t type) {
+  switch (type) {
+    case kTet: return CellKind::kTet;
+    case kVoxel:
+    case kHex: return CellKind::kHex;
+    case kWedge: return CellKind::kWedge;
+    default: return std::nullopt;
+  }
+}
+
+/// Cells by type: how many, and the first few ids.
+struct Tally {
+  std::size_t count = 0;
+  std::vector<std::int64_t> first_ids;
+
+  void add(std::size_t cell) {
+    constexpr std::size_t kMostNamed = 5;
+    if (count++ < kMostNamed) first_ids.push_back(static_cast<std::int64_t>(cell));
+  }
+  std::string ids() const {
+    std::string text;
+    for (const std::int64_t id : first_ids) text += (text.empty() ? "" : ", ") + std::to_string(id);
+    return count > first_ids.size() ? text + ", ..." : text;
+  }
+};
+
+[[noreturn]] void refuse(std::uint16_t type, const Tally& tally) {
+  const std::string what = type == kPyramid ? "pyramids" : "cells of VTK type " + std::to_string(type);
+  const std::string why = type == kPyramid
+                              ? "a pyramid never refines to hexahedra: split it into tetrahedra"
+                              : "only hexahedra (12), voxels (11), tetrahedra (10) and wedges (13) are read";
+  throw Error(ErrorCode::kMeshUnsupportedCell,
+              std::to_string(tally.count) + " " + what + " (cells " + tally.ids() + ", counted from 0); " + why,
+              "cells", tally.first_ids);
+}
+
+void append_cell(const VtkCells& cells, std::size_t cell, CellKind kind, ControlMesh& mesh) {
+  const std::uint64_t begin = cells.offsets[cell];
+  const auto corners = static_cast<std::uint64_t>(corner_count(kind));
+  if (cells.offsets[cell + 1] - begin != corners) {
+    throw Error(ErrorCode::kFileSyntax,
+                "cell " + std::to_string(cell) + " (from 0) is of VTK type " + std::to_string(cells.types[cell]) +
+                    ", which has " + std::to_string(corners) + " corners, but lists " +
+                    std::to_string(cells.offsets[cell + 1] - begin),
+                "cells", {static_cast<std::int64_t>(cell)});
+  }
+  const bool voxel = cells.types[cell] == kVoxel;
+  for (std::uint64_t i = 0; i < corners; ++i) {
+    const std::uint64_t corner = voxel ? static_cast<std::uint64_t>(kVoxelToHex[i]) : i;
+    mesh.cell_vertices.push_back(cells.connectivity[begin + corner]);
+  }
+  mesh.cell_kinds.push_back(kind);
+}
+
+}  // namespace
+
+void append_cells(const VtkCells& cells, ControlMesh& mesh, std::vector<std::string>& warnings) {
+  Tally flat;
+  std::map<std::uint16_t, Tally> unsupported;
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
+    if (const std::optional<CellKind> kind = kind_of(cells.types[cell])) {
+      append_cell(cells, cell, *kind, mesh);
+    } else if (cells.types[cell] <= kLastFlatType) {
+      flat.add(cell);
+    } else {
+      unsupported[cells.types[cell]].add(cell);
+    }
+  }
+  if (const auto pyramids = unsupported.find(kPyramid); pyramids != unsupported.end())
+    refuse(kPyramid, pyramids->second);
+  if (!unsupported.empty()) refuse(unsupported.begin()->first, unsupported.begin()->second);
+  if (flat.count > 0) {
+    warnings.push_back(std::to_string(flat.count) + " points, lines or faces among the cells left out (cells " +
+                       flat.ids() + "); cell ids in later messages count volume cells only");
+  }
+}
+
+}  // namespace ccslice

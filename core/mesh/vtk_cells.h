@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The cells of a VTK file, as read, turned into those of a control mesh.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice {
+
+struct VtkCells {
+  std::vector<std::uint64_t> offsets;       // n + 1 positions in `connectivity`, ascending from 0.
+  std::vector<std::uint32_t> connectivity;  // Point ids.
+  std::vector<std::uint16_t> types;         // n VTK cell types.
+};
+
+/// Appends the volume cells to `mesh` and a sentence on what was left out to `warnings`. Throws
+/// Error{kMeshUnsupportedCell, kFileSyntax}. REQUIRES: offsets.size() == types.size() + 1, the last offset in range.
+void append_cells(const VtkCells& cells, ControlMesh& mesh, std::vector<std::string>& warnings);
+
+}  // namespace ccslice
