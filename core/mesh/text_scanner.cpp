@@ -80,6 +80,7 @@ std::string_view TextScanner::rest_of_line() {
 }
 
 void TextScanner::skip_paragraph() {
+  rest_of_line();
   while (at_ < text_.size() && !rest_of_line().empty()) {
   }
 }

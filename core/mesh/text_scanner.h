@@ -31,7 +31,7 @@ class TextScanner {
   std::string_view next(std::string_view expected);
   /// Takes what is left of the current line, its end included. Comments are not recognized here.
   std::string_view rest_of_line();
-  /// Takes lines up to the next empty one (or the end of the file).
+  /// Takes the rest of the current line, then lines up to the next empty one (or the end of the file).
   void skip_paragraph();
 
   /// A finite real. Throws kFileSyntax, or kMeshNonFinite for nan and inf.

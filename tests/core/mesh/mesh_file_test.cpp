@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/mesh_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "core/mesh/validate.h"
+#include "tests/core/mesh/expect_error.h"
+
+namespace ccslice {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxBytes = 64 << 20;
+
+MeshFile read_shared(const std::string& name) {
+  return read_mesh(read_file_bytes((fs::path(CCSLICE_SHARED_MESHES_DIR) / name).string(), kMaxBytes));
+}
+
+TEST(MeshFile, TellsKindsFromTheirFirstLine) {
+  EXPECT_EQ(mesh_file_kind("# vtk DataFile Version 2.0\n"), MeshFileKind::kVtk);
+  EXPECT_EQ(mesh_file_kind("\n# comment\nMeshVersionFormatted 1"), MeshFileKind::kMedit);
+  EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
+  EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);
+  expect_error([] { read_mesh("solid cube"); }, ErrorCode::kFileUnsupported, "MEDIT");
+}
+
+TEST(MeshFile, UnreadableFilesAreNamed) {
+  expect_error([] { read_file_bytes("/nowhere/at/all.mesh", kMaxBytes); }, ErrorCode::kFileUnreadable,
+               "/nowhere/at/all.mesh");
+  expect_error([] { read_file_bytes(fs::temp_directory_path().string(), kMaxBytes); }, ErrorCode::kFileUnreadable,
+               "is a folder");
+}
+
+struct RealMesh {
+  const char* name;
+  std::size_t cells, vertices;
+};
+
+class RealMeshes : public testing::TestWithParam<RealMesh> {};
+
+TEST_P(RealMeshes, AreReadWhole) {
+  if (!fs::exists(fs::path(CCSLICE_SHARED_MESHES_DIR) / GetParam().name)) GTEST_SKIP() << "no " << GetParam().name;
+  const MeshFile file = read_shared(GetParam().name);
+  EXPECT_EQ(file.mesh.cell_count(), GetParam().cells);
+  EXPECT_EQ(file.mesh.vertex_count(), GetParam().vertices);
+}
+
+INSTANTIATE_TEST_SUITE_P(MeshFile, RealMeshes,
+                         testing::Values(RealMesh{"rod.vtk", 1280, 1815}, RealMesh{"lower_arm.vtk", 1328, 1996},
+                                         RealMesh{"screw2.mesh", 2699, 3467}, RealMesh{"mountwithhole.vtk", 3712, 5060},
+                                         RealMesh{"fertility_cmu.vtk", 4000, 4983},
+                                         RealMesh{"ellipsoid.mesh", 6816, 7293},
+                                         RealMesh{"bone_octree.vtk", 8619, 10356},
+                                         RealMesh{"rockerarm_cinolib.mesh", 10600, 12751},
+                                         RealMesh{"mixed_small.vtk", 15, 37}),
+                         [](const auto& info) {
+                           const std::string name = info.param.name;
+                           return name.substr(0, name.find('.'));
+                         });
+
+TEST(MeshFile, PyramidsAmongRealCellsAreNamed) {
+  if (!fs::exists(fs::path(CCSLICE_SHARED_MESHES_DIR) / "mixed_elements.vtk")) GTEST_SKIP() << "no mixed_elements.vtk";
+  expect_error([] { read_shared("mixed_elements.vtk"); }, ErrorCode::kMeshUnsupportedCell, "pyramids (cells ");
+}
+
+TEST(MeshFile, ChannelsOfARealFileComeAlong) {
+  if (!fs::exists(fs::path(CCSLICE_SHARED_MESHES_DIR) / "mixed_small.vtk")) GTEST_SKIP() << "no mixed_small.vtk";
+  EXPECT_THAT(read_shared("mixed_small.vtk").mesh.channel_names, testing::ElementsAre("height", "hardness"));
+}
+
+}  // namespace
+}  // namespace ccslice
