@@ -34,6 +34,11 @@ if(CCSLICE_SANITIZE)
   target_link_options(ccslice_compile_options INTERFACE -fsanitize=${CCSLICE_SANITIZE})
 endif()
 
+# libFuzzer steers by the branches taken in all of our code.
+if(CCSLICE_BUILD_FUZZERS)
+  target_compile_options(ccslice_compile_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
