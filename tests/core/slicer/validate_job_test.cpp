@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/output/png.h"
+#include "core/slicer/layer_slicer.h"
+#include "core/slicer/slice_range.h"
+
+namespace ccslice {
+namespace {
+
+SolidSummary two_channels() {
+  SolidSummary summary;
+  summary.channels = {{"stiffness", 0, 1}, {"colour", -1, 1}};
+  return summary;
+}
+
+PlaneSpec channel(std::uint32_t index, SampleType type = SampleType::kUint8) {
+  PlaneSpec plane;
+  plane.content = PlaneContent::kChannel;
+  plane.channel = index;
+  plane.sample_type = type;
+  return plane;
+}
+
+SliceJob good_job() {
+  SliceJob job;
+  job.grid.pitch = {0.1, 0.1, 0.1};
+  job.grid.extent = {100, 100, 10};
+  job.planes = {PlaneSpec{}, channel(0), channel(1, SampleType::kFloat32)};
+  return job;
+}
+
+// One way to spoil a good job, and what the user is told.
+struct Spoiled {
+  const char* name;
+  std::function<void(SliceJob&)> spoil;
+  ErrorCode code;
+  const char* field;
+  const char* message;
+};
+
+class ValidateJob : public testing::TestWithParam<Spoiled> {};
+
+TEST_P(ValidateJob, NamesTheFieldAndTheRemedy) {
+  SliceJob job = good_job();
+  GetParam().spoil(job);
+  try {
+    validate_job(two_channels(), job);
+    FAIL() << "passed";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), GetParam().code) << error.what();
+    EXPECT_EQ(error.field(), GetParam().field);
+    EXPECT_THAT(error.what(), testing::StartsWith(GetParam().field));
+    EXPECT_THAT(error.what(), testing::HasSubstr(GetParam().message));
+  }
+}
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, ValidateJob,
+    testing::Values(
+        Spoiled{"NoPlanes", [](SliceJob& job) { job.planes.clear(); }, ErrorCode::kContentInvalid, "planes",
+                "nothing is asked for; add an occupancy or a channel plane, or set contours"},
+        Spoiled{"TooManyPlanes", [](SliceJob& job) { job.planes.resize(65); }, ErrorCode::kContentInvalid, "planes",
+                "65 are more than the limit of 64"},
+        Spoiled{"UnknownChannel", [](SliceJob& job) { job.planes[2].channel = 2; }, ErrorCode::kContentInvalid,
+                "planes[2].channel", R"(2 doesn't exist; the solid has 2: 0 "stiffness", 1 "colour")"},
+        Spoiled{"UnknownContent", [](SliceJob& job) { job.planes[1].content = static_cast<PlaneContent>(9); },
+                ErrorCode::kContentInvalid, "planes[1].content", "unknown"},
+        Spoiled{"ChannelAsBits", [](SliceJob& job) { job.planes[1].sample_type = SampleType::kBit; },
+                ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for UINT8, UINT16 or FLOAT32"},
+        Spoiled{"OccupancyAsBytes", [](SliceJob& job) { job.planes[0].sample_type = SampleType::kUint8; },
+                ErrorCode::kEncodingUnsupported, "planes[0].sample_type", "ask for BIT"},
+        Spoiled{"UnknownSampleType", [](SliceJob& job) { job.planes[1].sample_type = static_cast<SampleType>(50); },
+                ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for UINT8"},
+        Spoiled{"FloatsAsPng", [](SliceJob& job) { job.planes[2].encoding = Encoding::kPng; },
+                ErrorCode::kEncodingUnsupported, "planes[2].encoding", "PNG holds no floats"},
+        Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
+                ErrorCode::kEncodingUnsupported, "planes[0].encoding", "ask for raw, raw zstd or PNG"},
+        Spoiled{"EmptyRange",
+                [](SliceJob& job) {
+                  job.planes[1].range = {2, 2};
+                },
+                ErrorCode::kContentInvalid, "planes[1].value_range", "empty (min 2, max 2); min must be below max"},
+        Spoiled{"ReversedRange",
+                [](SliceJob& job) {
+                  job.planes[1].range = {3, 2};
+                },
+                ErrorCode::kContentInvalid, "planes[1].value_range", "min must be below max"},
+        Spoiled{"NanRange",
+                [](SliceJob& job) {
+                  job.planes[1].range = {0, kNan};
+                },
+                ErrorCode::kContentInvalid, "planes[1].value_range", "not finite"},
+        Spoiled{"OverflowingRange",
+                [](SliceJob& job) {
+                  job.planes[1].range = {-1.5e308, 1.5e308};
+                },
+                ErrorCode::kContentInvalid, "planes[1].value_range", "not finite"},
+        Spoiled{"RangeOfFloats",
+                [](SliceJob& job) {
+                  job.planes[2].range = {0, 1};
+                },
+                ErrorCode::kContentInvalid, "planes[2].value_range", "leave it out"},
+        Spoiled{"RangeOfOccupancy",
+                [](SliceJob& job) {
+                  job.planes[0].range = {0, 1};
+                },
+                ErrorCode::kContentInvalid, "planes[0].value_range", "leave it out"},
+        Spoiled{"ToleranceZero", [](SliceJob& job) { job.contour_tolerance_mm = 0; }, ErrorCode::kToleranceInvalid,
+                "contour_tolerance_mm", "0 is outside [1e-05, 1]"},
+        Spoiled{"ToleranceNan", [](SliceJob& job) { job.contour_tolerance_mm = kNan; }, ErrorCode::kToleranceInvalid,
+                "contour_tolerance_mm", "nan is outside"},
+        Spoiled{"ToleranceLarge", [](SliceJob& job) { job.contour_tolerance_mm = 2; }, ErrorCode::kToleranceInvalid,
+                "contour_tolerance_mm", "2 is outside"},
+        Spoiled{"PlacementSingular", [](SliceJob& job) { job.placement.linear().setOnes(); },
+                ErrorCode::kPlacementSingular, "placement", "singular"},
+        Spoiled{"PitchZero", [](SliceJob& job) { job.grid.pitch.z_mm = 0; }, ErrorCode::kPitchInvalid,
+                "grid.pitch.z_mm", "is not a positive length"},
+        Spoiled{"GridTooWide", [](SliceJob& job) { job.grid.extent.columns = 70'000; }, ErrorCode::kGridTooLarge,
+                "grid.extent.columns", "70000 is more than the limit of 65536"},
+        Spoiled{"GridOfNothing", [](SliceJob& job) { job.grid.extent.layers = 0; }, ErrorCode::kParameterInvalid,
+                "grid.extent.layers", "at least one voxel"},
+        Spoiled{"LayerTooLarge",
+                [](SliceJob& job) {
+                  job.grid.extent = {16384, 16384, 1};
+                  job.planes.assign(3, channel(0, SampleType::kFloat32));
+                },
+                ErrorCode::kGridTooLarge, "planes", "3221225472 bytes of samples a layer"}),
+    [](const testing::TestParamInfo<Spoiled>& info) { return std::string(info.param.name); });
+
+TEST(ValidateJobOfGoodJobs, Passes) {
+  EXPECT_NO_THROW(validate_job(two_channels(), good_job()));
+  SliceJob contours_only = good_job();
+  contours_only.planes.clear();
+  contours_only.contours = true;
+  EXPECT_NO_THROW(validate_job(two_channels(), contours_only));
+  SliceJob ranged = good_job();
+  ranged.planes[1].range = {0.2, 0.7};
+  EXPECT_NO_THROW(validate_job(two_channels(), ranged));
+}
+
+TEST(ValidateJobOfGoodJobs, SaysThatASolidHasNoChannels) {
+  try {
+    validate_job(SolidSummary{}, good_job());
+    FAIL() << "passed";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "planes[1].channel: 0 doesn't exist; the solid has none");
+  }
+}
+
+TEST(ValidateJobOfGoodJobs, TakesPngIfItIsBuiltIn) {
+  SliceJob job = good_job();
+  job.planes[0].encoding = Encoding::kPng;
+  if (png_available()) {
+    EXPECT_NO_THROW(validate_job(two_channels(), job));
+  } else {
+    EXPECT_THROW(validate_job(two_channels(), job), Error);
+  }
+}
+
+TEST(ValidateLayerRange, KeepsWithinTheGrid) {
+  Grid grid;
+  grid.extent = {1, 1, 10};
+  const auto code = [&](std::uint32_t first, std::uint32_t count) {
+    try {
+      validate_layer_range(grid, first, count);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode{0};
+  };
+  EXPECT_EQ(code(0, 10), ErrorCode{0});
+  EXPECT_EQ(code(9, 1), ErrorCode{0});
+  EXPECT_EQ(code(3, 0), ErrorCode::kLayerRangeEmpty);
+  EXPECT_EQ(code(10, 1), ErrorCode::kLayerRangeOutOfBounds);
+  EXPECT_EQ(code(5, 6), ErrorCode::kLayerRangeOutOfBounds);
+  EXPECT_EQ(code(4'294'967'295u, 4'294'967'295u), ErrorCode::kLayerRangeOutOfBounds);
+}
+
+TEST(SlabsOfRange, StartAtMultiplesOfTheSlabHeight) {
+  using Slabs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  EXPECT_EQ(slabs_of_range(0, 0), Slabs{});
+  EXPECT_EQ(slabs_of_range(0, 8), (Slabs{{0, 8}}));
+  EXPECT_EQ(slabs_of_range(0, 9), (Slabs{{0, 8}, {8, 1}}));
+  EXPECT_EQ(slabs_of_range(5, 2), (Slabs{{5, 2}}));
+  EXPECT_EQ(slabs_of_range(5, 20), (Slabs{{5, 3}, {8, 8}, {16, 8}, {24, 1}}));
+}
+
+}  // namespace
+}  // namespace ccslice
