@@ -21,6 +21,7 @@ readonly build=(
   libopenimageio-dev
   libprotobuf-dev
   libspdlog-dev
+  libssl-dev
   libtbb-dev
   libzstd-dev
   ninja-build
