@@ -1,22 +1,23 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Contours: the closed loops in which a plane cuts the limit surface [Luu19, 3.1], by the paper's adaptive method with a
-// bound where the paper has a flatness threshold.
+// Contours: the closed loops in which a plane cuts the limit surface [Luu19, 3.1], by the paper's adaptive method with
+// a bound where the paper has a flatness threshold.
 //
 // A face is subdivided locally (its control net halved by de Casteljau's algorithm) until every leaf that the plane may
 // meet is RESOLVED: each of its edges meets the plane at most once (its Bernstein coefficients have one sign, or are
-// monotone), its inside holds no closed loop (the height above the plane is monotone in some parameter direction) and the
-// chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 is below the tolerance; or until it is smaller than half a voxel. So no loop
-// wider than a voxel is lost, at tops and saddles too, and every point of a polygon lies within the tolerance of the
-// limit surface.
+// monotone), its inside holds no closed loop (the height above the plane is monotone in some parameter direction) and
+// the chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 is below the tolerance; or until it is smaller than half a voxel. So
+// no loop wider than a voxel is lost, at tops and saddles too, and every point of a polygon lies within the tolerance
+// of the limit surface.
 //
-// The plane counts as infinitesimally above where it is asked for: a limit point whose height is zero is below. Faces in
-// the plane, and vertices on it, thus give the contour of the solid just above.
+// The plane counts as infinitesimally above where it is asked for: a limit point whose height is zero is below. Faces
+// in the plane, and vertices on it, thus give the contour of the solid just above. So that rounding can't contradict
+// this, the plane is lifted by 1e-10 of the placed box's diagonal (contour_index.h).
 //
-// Every contour point is ON the limit surface and in the plane (Newton along the leaf's edge), found once per edge
-// between two vertices of the leaf mesh, T-vertices of finer neighbours included, and shared by the two leaves that
-// meet there: loops are closed by construction.
+// Every contour point is ON the limit surface and in the plane (the root of the height along the leaf's edge), found
+// once per edge between two vertices of the leaf mesh, T-vertices of finer neighbours included, and shared by the two
+// leaves that meet there: loops are closed by construction.
 
 #pragma once
 
@@ -30,8 +31,8 @@
 
 namespace ccslice {
 
-/// An oriented plane with 2-D coordinates: points origin + x * x_axis + y * y_axis. Axes orthonormal, world mm. Height of
-/// a point = (point - origin) . (x_axis cross y_axis).
+/// An oriented plane with 2-D coordinates: points origin + x * x_axis + y * y_axis. Axes orthonormal, world mm. Height
+/// of a point = (point - origin) . (x_axis cross y_axis).
 struct SlicePlane {
   Vec3 origin = Vec3::Zero();
   Vec3 x_axis = Vec3::UnitX();
@@ -52,19 +53,21 @@ struct ContourLoop {
 };
 
 struct Contours {
-  std::vector<ContourLoop> loops;   // In a canonical order: same bytes on every run.
-  std::size_t leaves = 0;           // Leaves that the plane meets.
+  std::vector<ContourLoop> loops;     // In a canonical order: same bytes on every run.
+  std::size_t leaves = 0;             // Leaves that the plane meets.
   std::size_t unresolved_leaves = 0;  // Of these, accepted for their size only.
 };
 
 struct ContourOptions {
-  double tolerance_mm = 1e-3;      // Largest distance polygon - limit surface, world mm.
+  double tolerance_mm = 1e-3;         // Largest distance polygon - limit surface, world mm.
   double smallest_feature_mm = 0.03;  // Loops wider than this are never lost: the smaller in-plane voxel pitch.
   CancellationToken cancel;
 };
 
-/// Intersects placement * limit surface with the plane. Pure; the solid isn't prepared again for any plane or placement.
-/// REQUIRES: placement invertible, tolerance and feature size positive. Throws Error{kCancelled} only.
-Contours intersect(const LimitSolid& solid, const Placement& placement, const SlicePlane& plane, const ContourOptions& options);
+/// Intersects placement * limit surface with the plane. For many parallel planes: ContourTracer. Pure; the solid isn't
+/// prepared again for any plane or placement. REQUIRES: placement invertible, tolerance and feature size positive.
+/// Throws Error{kCancelled} only.
+Contours intersect(const LimitSolid& solid, const Placement& placement, const SlicePlane& plane,
+                   const ContourOptions& options);
 
 }  // namespace ccslice

@@ -3,8 +3,8 @@
 //
 // Triangles of the placed limit surface within a chord tolerance: for display, STL and 3MF.
 //
-// Every boundary face is halved in both directions until the chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 of each leaf is
-// below the tolerance: the largest distance between a patch over the unit square and the linear interpolation over
+// Every boundary face is halved in both directions until the chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 of each leaf
+// is below the tolerance: the largest distance between a patch over the unit square and the linear interpolation over
 // either half of it [Filip, Magedson, Markot 1986]. A leaf with finer neighbours becomes a fan round its middle that
 // takes in the neighbours' vertices, so the triangles close: vertices are identified by their exact dyadic place on the
 // surface, never by comparing coordinates, and every edge of a triangle has exactly two triangles.

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Occupancy [Luu19, 3.2.1]: a voxel is inside if the contours' winding number at its centre isn't zero. The answer of the
-// paper's test per voxel at the cost of the crossings only: scan conversion.
+// Occupancy [Luu19, 3.2.1]: a voxel is inside if the contours' winding number at its centre isn't zero. The answer of
+// the paper's test per voxel at the cost of the crossings only: scan conversion.
 
 #pragma once
 
@@ -22,8 +22,11 @@ struct BitImage {
   std::vector<std::uint8_t> bits;
 
   BitImage() = default;
-  BitImage(std::uint32_t w, std::uint32_t h) : width(w), height(h), row_bytes((w + 7) / 8), bits(std::size_t{row_bytes} * h) {}
-  bool get(std::uint32_t x, std::uint32_t y) const { return bits[std::size_t{row_bytes} * y + x / 8] >> (7 - x % 8) & 1; }
+  BitImage(std::uint32_t w, std::uint32_t h)
+      : width(w), height(h), row_bytes((w + 7) / 8), bits(std::size_t{row_bytes} * h) {}
+  bool get(std::uint32_t x, std::uint32_t y) const {
+    return bits[std::size_t{row_bytes} * y + x / 8] >> (7 - x % 8) & 1;
+  }
 };
 
 /// The voxel centres of a layer in the plane's coordinates: x_i = x0 + (i + 1/2) * dx, y_j likewise. mm.

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/contour/side_solver.h"
+
+#include <cmath>
+
+namespace ccslice {
+namespace {
+
+constexpr double kUnit = 1.0 / kSurfaceOne;
+constexpr int kLastLevel = 27;  // Pieces reach down to 2^-28, the smallest box.
+
+/// The parameter in [low, high] where the cubic changes sides: Illinois' method, guarded by bisection. If rounding has
+/// left no change of sides (the ends' sides are decided elsewhere), the end nearer the plane.
+double root(const std::array<double, 4>& z, double low, double high) {
+  double f_low = evaluate(z, low), f_high = evaluate(z, high);
+  if (side_of(f_low) == side_of(f_high)) return std::abs(f_low) < std::abs(f_high) ? low : high;
+  const bool rising = side_of(f_high) == PlaneSide::kAbove;
+  double weight_low = f_low, weight_high = f_high;
+  for (int step = 0; step < 100 && high - low > 1e-16; ++step) {
+    double u = low - weight_low * (high - low) / (weight_high - weight_low);
+    if (step % 4 == 3 || !(u > low && u < high)) u = 0.5 * (low + high);
+    if (!(u > low && u < high)) break;
+    const double f = evaluate(z, u);
+    if (f == 0) return u;
+    if ((side_of(f) == PlaneSide::kAbove) == rising) {
+      high = u;
+      f_high = weight_high = f;
+      weight_low *= 0.5;
+    } else {
+      low = u;
+      f_low = weight_low = f;
+      weight_high *= 0.5;
+    }
+  }
+  return std::abs(f_low) < std::abs(f_high) ? low : high;
+}
+
+}  // namespace
+
+void SideSolver::start(const AffineMap& to_plane) {
+  to_plane_ = to_plane;
+  irregular_face_ = ~std::uint32_t{0};
+}
+
+double SideSolver::height(const ContourLeaf& leaf, int side, std::uint32_t s, std::uint32_t t) {
+  const double position = (side % 2 == 0 ? s : t) * kUnit;
+  const Piece piece = piece_of(leaf, side, position);
+  return evaluate(piece.curve.z, (position - piece.begin) / (piece.end - piece.begin));
+}
+
+SidePoint SideSolver::crossing(const ContourLeaf& leaf, int side, const SideEnd& from, const SideEnd& to) {
+  const bool along_s = side % 2 == 0;
+  const bool ascending = along_s ? from.s < to.s : from.t < to.t;
+  const SideEnd& first = ascending ? from : to;
+  const double low = (along_s ? first.s : first.t) * kUnit;
+  const SideEnd& last = ascending ? to : from;
+  double high = (along_s ? last.s : last.t) * kUnit;
+  // Down the pieces towards an irregular vertex until one has the change of sides.
+  Piece piece = piece_of(leaf, side, high);
+  while (piece.begin > low && side_of(piece.curve.z[0]) == last.side) {
+    high = piece.begin;
+    if (high <= kSmallestBox * kUnit) break;
+    piece = piece_of(leaf, side, high);
+  }
+  const double length = piece.end - piece.begin;
+  const double u_low = std::max(0.0, (low - piece.begin) / length);
+  const double u = root(piece.curve.z, u_low, std::min(1.0, (high - piece.begin) / length));
+  const double at = piece.begin + u * length;
+  const Vec2 xy(evaluate(piece.curve.x, u), evaluate(piece.curve.y, u));
+  return {along_s ? at : first.s * kUnit, along_s ? first.t * kUnit : at, xy};
+}
+
+SideSolver::Piece SideSolver::piece_of(const ContourLeaf& leaf, int side, double position) {
+  if (!leaf.irregular || side == 1 || side == 2) {
+    const double begin = (side % 2 == 0 ? leaf.box.s : leaf.box.t) * kUnit;
+    return {side_curve(leaf.net, side), begin, begin + leaf.box.size * kUnit};
+  }
+  int level = 0;
+  while (level < kLastLevel && std::ldexp(1.0, -level - 1) >= position) ++level;
+  return {irregular_piece(leaf.box.face, side == 0 ? 0 : 1, level), std::ldexp(1.0, -level - 1),
+          std::ldexp(1.0, -level)};
+}
+
+const BezierCurve& SideSolver::irregular_piece(std::uint32_t face, int axis, int level) {
+  if (face != irregular_face_) {
+    irregular_face_ = face;
+    irregular_.clear();
+    surface_.irregular_corner(face, corner_);
+  }
+  while (static_cast<int>(irregular_.size()) <= level) {
+    std::array<BezierPatch, 3> patches;
+    surface_.split(corner_, patches, split_scratch_);
+    irregular_.push_back(
+        {side_curve(transformed(patches[0], to_plane_), 0), side_curve(transformed(patches[1], to_plane_), 3)});
+  }
+  return irregular_[level][axis];
+}
+
+}  // namespace ccslice
