@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/contour/contour_index.h"
+#include "core/contour/contour_tracer.h"
 #include "core/material/contone.h"
 #include "core/output/encode.h"
 #include "core/raster/occupancy.h"
@@ -25,35 +27,46 @@ LayerLattice lattice_of(const Grid& grid) {
 
 }  // namespace
 
-struct LayerSlicer::State {
+// What all workers on a job read.
+struct LayerSlicer::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
+  std::shared_ptr<const ContourIndex> contour_index;
+};
+
+struct LayerSlicer::State {
+  std::shared_ptr<const Shared> shared;
+  const SliceJob& job;
   LayerLattice lattice;
+  ContourTracer tracer;
   PlaneEncoder encoder;
   // Of jobs that want a channel:
   std::vector<ContonePlane> contone;
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;
 
-  State(std::shared_ptr<const LimitSolid> the_solid, SliceJob the_job)
-      : solid(std::move(the_solid)), job(std::move(the_job)), lattice(lattice_of(job.grid)) {
+  explicit State(std::shared_ptr<const Shared> the_shared)
+      : shared(std::move(the_shared)),
+        job(shared->job),
+        lattice(lattice_of(job.grid)),
+        tracer(*shared->solid, shared->contour_index) {
+    const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
     for (const PlaneSpec& plane : job.planes) {
-      if (plane.content == PlaneContent::kChannel)
-        contone.emplace_back(plane, solid->summary().channels[plane.channel]);
+      if (plane.content == PlaneContent::kChannel) contone.emplace_back(plane, channels[plane.channel]);
     }
     if (contone.empty()) return;
-    field = make_material_field(solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
+    field = make_material_field(shared->solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
     materials.emplace(*field);
   }
 
-  Contours trace(double z_mm, const CancellationToken& cancel) const {
+  Contours trace(double z_mm, const CancellationToken& cancel) {
     SlicePlane plane;
     plane.origin = Vec3(0, 0, z_mm);
     ContourOptions options;
     options.tolerance_mm = job.contour_tolerance_mm;
     options.smallest_feature_mm = std::min(job.grid.pitch.x_mm, job.grid.pitch.y_mm);
     options.cancel = cancel;
-    return intersect(*solid, job.placement, plane, options);
+    return tracer.trace(plane, options);
   }
 
   void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
@@ -82,10 +95,16 @@ struct LayerSlicer::State {
 };
 
 LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job)
-    : state_(std::make_unique<State>(std::move(solid), std::move(job))) {}
+    : LayerSlicer([&] {
+        auto index = std::make_shared<const ContourIndex>(*solid, job.placement, Vec3::UnitZ());
+        return std::make_shared<const Shared>(Shared{std::move(solid), std::move(job), std::move(index)});
+      }()) {}
+LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}
 LayerSlicer::~LayerSlicer() = default;
 LayerSlicer::LayerSlicer(LayerSlicer&&) noexcept = default;
 LayerSlicer& LayerSlicer::operator=(LayerSlicer&&) noexcept = default;
+
+LayerSlicer LayerSlicer::twin() const { return LayerSlicer(state_->shared); }
 
 Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& cancel) {
   cancel.throw_if_cancelled();

@@ -63,11 +63,17 @@ class LayerSlicer {
   LayerSlicer(LayerSlicer&&) noexcept;
   LayerSlicer& operator=(LayerSlicer&&) noexcept;
 
+  /// A worker on the same job for another thread: shares what never changes (the solid, the index of its faces by
+  /// height). Safe to call while this one slices.
+  LayerSlicer twin() const;
+
   /// REQUIRES: layer < job.grid.extent.layers. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal.
   Layer slice(std::uint32_t layer, const CancellationToken& cancel);
 
  private:
+  struct Shared;
   struct State;
+  explicit LayerSlicer(std::shared_ptr<const Shared> shared);
   std::unique_ptr<State> state_;
 };
 

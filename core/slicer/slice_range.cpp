@@ -27,7 +27,8 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
   validate_layer_range(job.grid, first, count);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return LayerSlicer(solid, job); });
+  const LayerSlicer prototype(solid, job);
+  tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });
   std::uint32_t next = first;
   const auto number_layers = [&](tbb::flow_control& control) {
     if (next == first + count) control.stop();
