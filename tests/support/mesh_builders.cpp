@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "tests/support/brute_force.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::oracle {
+namespace {
+
+/// Collects hexes by their corner positions; equal positions are one vertex.
+class HexSoup {
+ public:
+  /// Corners in VTK order.
+  void add(const std::array<Vec3, 8>& corners) {
+    mesh_.cell_kinds.push_back(CellKind::kHex);
+    for (const Vec3& p : corners) mesh_.cell_vertices.push_back(vertex(p));
+  }
+  ControlMesh take() { return std::move(mesh_); }
+
+ private:
+  std::uint32_t vertex(const Vec3& p) {
+    const std::array<long, 3> key = {std::lround(p.x() * 1e6), std::lround(p.y() * 1e6), std::lround(p.z() * 1e6)};
+    const auto [it, added] = ids_.try_emplace(key, static_cast<std::uint32_t>(mesh_.positions.size()));
+    if (added) mesh_.positions.push_back(p);
+    return it->second;
+  }
+
+  ControlMesh mesh_;
+  std::map<std::array<long, 3>, std::uint32_t> ids_;
+};
+
+}  // namespace
+
+ControlMesh box_mesh(int nx, int ny, int nz, double size_mm, const KeepCell& keep) {
+  HexSoup soup;
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        if (keep && !keep(i, j, k)) continue;
+        std::array<Vec3, 8> corners;
+        for (int b = 0; b < 8; ++b) {
+          corners[kVtkCorner[b]] = size_mm * Vec3(i + (b & 1), j + (b >> 1 & 1), k + (b >> 2 & 1));
+        }
+        soup.add(corners);
+      }
+    }
+  }
+  return soup.take();
+}
+
+ControlMesh fan_mesh(int sectors, int m, int layers, double degrees) {
+  const double half_step = degrees * std::numbers::pi / 180 / (2 * sectors);
+  const double radius = 10.0 * m;
+  const auto rim = [&](int i) -> Vec3 {  // Even: on a spoke; odd: the far corner of a sector.
+    const double reach = i % 2 == 0 ? radius : radius / std::max(std::cos(half_step), 0.7);
+    return {reach * std::cos(i * half_step), reach * std::sin(i * half_step), 0};
+  };
+  HexSoup soup;
+  for (int layer = 0; layer < layers; ++layer) {
+    for (int s = 0; s < sectors; ++s) {
+      const Vec3 a = rim(2 * s), b = rim(2 * s + 1), c = rim(2 * s + 2);
+      const auto at = [&](int i, int j, int k) -> Vec3 {
+        const double u = double(i) / m, v = double(j) / m;
+        return u * (1 - v) * a + u * v * b + (1 - u) * v * c + Vec3(0, 0, 10.0 * k);
+      };
+      for (int j = 0; j < m; ++j) {
+        for (int i = 0; i < m; ++i) {
+          const int k = layer;
+          soup.add({at(i, j, k), at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k), at(i, j, k + 1),
+                    at(i + 1, j, k + 1), at(i + 1, j + 1, k + 1), at(i, j + 1, k + 1)});
+        }
+      }
+    }
+  }
+  return soup.take();
+}
+
+ControlMesh star_mesh(const std::vector<Vec3>& sphere, const std::vector<std::array<int, 3>>& triangles) {
+  HexSoup soup;
+  for (const auto& [i, j, k] : triangles) {
+    const Vec3 a = 10 * sphere[i].normalized();
+    Vec3 b = 10 * sphere[j].normalized(), c = 10 * sphere[k].normalized();
+    if (a.cross(b).dot(c) < 0) std::swap(b, c);
+    const Vec3 ab = 13 * (a + b).normalized(), bc = 13 * (b + c).normalized(), ac = 13 * (a + c).normalized();
+    const Vec3 abc = 15 * (a + b + c).normalized();
+    soup.add({Vec3::Zero(), a, ab, b, c, ac, abc, bc});
+  }
+  return soup.take();
+}
+
+ControlMesh refined_mesh(const ControlMesh& mesh) {
+  const BruteMesh coarse = to_brute_mesh(mesh);
+  const BruteMesh fine = refine(coarse, build_topology(coarse.cells, coarse.vertex_count())).mesh;
+  ControlMesh result;
+  for (std::uint32_t v = 0; v < fine.vertex_count(); ++v) result.positions.push_back(fine.position(v));
+  for (const BruteCell& cell : fine.cells) {
+    result.cell_kinds.push_back(CellKind::kHex);
+    result.cell_vertices.insert(result.cell_vertices.end(), cell.v.begin(), cell.v.end());
+  }
+  for (const auto& edge : fine.sharp_edges) result.sharp_edges.push_back(edge);
+  result.sharp_vertices.assign(fine.sharp_vertices.begin(), fine.sharp_vertices.end());
+  return result;
+}
+
+void jitter(ControlMesh& mesh, double amplitude_mm, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> shift(-amplitude_mm, amplitude_mm);
+  for (Vec3& p : mesh.positions) p += Vec3(shift(random), shift(random), shift(random));
+}
+
+void add_random_channels(ControlMesh& mesh, int channels, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> value(0, 1);
+  for (int c = 0; c < channels; ++c) mesh.channel_names.push_back("channel" + std::to_string(c));
+  for (std::size_t i = 0; i < mesh.vertex_count() * channels; ++i) mesh.channel_values.push_back(value(random));
+}
+
+void grade_by_coordinates(ControlMesh& mesh) {
+  mesh.channel_names = {"x", "y", "z"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) {
+    for (int d = 0; d < 3; ++d) mesh.channel_values.push_back(static_cast<float>(p[d]));
+  }
+}
+
+void sharpen(ControlMesh& mesh, const std::function<bool(const Vec3&, const Vec3&)>& keep) {
+  const BruteMesh brute = to_brute_mesh(mesh);
+  const BruteTopology topology = build_topology(brute.cells, brute.vertex_count());
+  for (std::uint32_t e = 0; e < topology.edges.size(); ++e) {
+    const auto& edge = topology.edges[e];
+    if (!topology.edge_on_boundary(e) || brute.sharp_edges.contains(edge)) continue;
+    if (keep(mesh.positions[edge[0]], mesh.positions[edge[1]])) mesh.sharp_edges.push_back(edge);
+  }
+}
+
+void sharpen_by_cells(ControlMesh& mesh, std::size_t cells) {
+  const BruteMesh brute = to_brute_mesh(mesh);
+  const BruteTopology topology = build_topology(brute.cells, brute.vertex_count());
+  for (std::uint32_t e = 0; e < topology.edges.size(); ++e) {
+    if (topology.edge_on_boundary(e) && topology.edge_cells[e].size() == cells)
+      mesh.sharp_edges.push_back(topology.edges[e]);
+  }
+}
+
+}  // namespace ccslice::oracle

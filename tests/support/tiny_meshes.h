@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The catalogue of tiny control meshes, each named for the feature it exercises. Unless a name says otherwise their
+// geometry is jittered (seeded; too little to invert a cell) and carries two channels of random values, so that a wrong
+// weight shows. Edges are about 10 mm long.
+
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice::oracle {
+
+struct TinyMesh {
+  std::string name;
+  ControlMesh mesh;
+};
+
+/// Every valid tiny mesh.
+const std::vector<TinyMesh>& tiny_meshes();
+/// REQUIRES: a name of the catalogue.
+const ControlMesh& tiny_mesh(const std::string& name);
+
+/// A mesh that validation must refuse, and what it must say: this code, and ids out of `ids` only (one at least, unless
+/// `ids` is empty).
+struct InvalidMesh {
+  std::string name;
+  ControlMesh mesh;
+  ErrorCode code;
+  std::vector<std::int64_t> ids;
+};
+const std::vector<InvalidMesh>& invalid_meshes();
+
+// Builders, for tests that want their own geometry. Unit: mm. No jitter, no channels.
+
+using KeepCell = std::function<bool(int, int, int)>;
+/// nx * ny * nz cubes of `size_mm`, without those that keep() refuses.
+ControlMesh box_mesh(int nx, int ny, int nz, double size_mm = 10, const KeepCell& keep = {});
+/// `sectors` quadrilaterals round a point, each split into m * m, extruded into `layers` layers of hexes. Closed (an
+/// interior edge of that valence) or open (a boundary edge with that many hexes, `degrees` wide in all).
+ControlMesh fan_mesh(int sectors, int m, int layers, double degrees = 360);
+/// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on
+/// it).
+ControlMesh star_mesh(const std::vector<Vec3>& sphere, const std::vector<std::array<int, 3>>& triangles);
+/// The refined mesh's own points as a control mesh of hexes.
+ControlMesh refined_mesh(const ControlMesh& mesh);
+
+/// Moves every vertex by at most `amplitude_mm` in each direction.
+void jitter(ControlMesh& mesh, double amplitude_mm, std::uint32_t seed);
+void add_random_channels(ControlMesh& mesh, int channels, std::uint32_t seed);
+/// Channels x, y, z (mm): the material at a parameter is its own position, to float precision of the control points.
+void grade_by_coordinates(ControlMesh& mesh);
+/// Sharpens boundary edges for which keep(end a, end b) holds.
+void sharpen(ControlMesh& mesh, const std::function<bool(const Vec3&, const Vec3&)>& keep);
+/// Sharpens boundary edges with exactly `cells` cells.
+void sharpen_by_cells(ControlMesh& mesh, std::size_t cells);
+
+}  // namespace ccslice::oracle
