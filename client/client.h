@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A client of ccslice.v1.SlicerService that survives what happens to long jobs.
+//
+//   ccslice::client::Client client({.address = "localhost:50051"});
+//   auto mesh = std::make_shared<const MeshBytes>(control_mesh);
+//   client.ensure_uploaded(mesh);
+//   v1::SliceRangeRequest request = ...;  // request.mesh_id = mesh->id()
+//   client.slice(request, [](const v1::SliceHeader& header, Layer layer) { ... });
+//
+// - A server that has dropped the mesh (restart, full cache, another replica) gets it again: meshes passed to
+//   ensure_uploaded() are remembered for that.
+// - A stream that breaks is resumed at the first layer not yet delivered, after a growing pause. Every layer is
+// delivered
+//   exactly once, in order. Engine version and grid are pinned by the first header: layers of different engines or
+//   grids are never mixed.
+// - Pauses double from RetryPolicy::first_pause up to longest_pause (or what the server asks for); after max_attempts
+// in
+//   a row without a new layer the last error is thrown.
+//
+// Thread-safe. All calls block; another thread stops them through Cancellation.
+
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/service.grpc.pb.h"
+#include "client/cancellation.h"
+#include "client/client_error.h"
+#include "client/layer.h"
+#include "client/mesh_bytes.h"
+
+namespace ccslice::client {
+
+struct RetryPolicy {
+  int max_attempts = 6;  // In a row without progress, the first included.
+  std::chrono::milliseconds first_pause{200};
+  std::chrono::milliseconds longest_pause{10'000};
+};
+
+struct ClientOptions {
+  std::string address = "localhost:50051";
+  RetryPolicy retry;
+};
+
+/// For one call, its retries and pauses included.
+struct CallOptions {
+  std::optional<std::chrono::system_clock::time_point> deadline;  // DEFAULT: none.
+  Cancellation* cancellation = nullptr;
+  std::optional<RetryPolicy> retry;  // DEFAULT: the client's.
+};
+
+/// Layers are bound to what is pinned here; empty fields are filled in from the first header. Keep it to continue a job
+/// later.
+struct SlicePin {
+  std::string engine_version;
+  std::optional<v1::Grid> grid;
+};
+
+/// Called with every layer, in order, complete and checked. May throw: the call is cancelled and the exception goes on.
+using LayerCallback = std::function<void(const v1::SliceHeader& header, Layer layer)>;
+
+/// Bytes sent, bytes in all.
+using UploadProgress = std::function<void(std::uint64_t, std::uint64_t)>;
+
+/// What a whole slice() came to, over all its streams.
+struct SliceOutcome {
+  v1::SliceHeader header;  // Of the first stream.
+  std::uint64_t layers = 0;
+  std::uint64_t empty_layers = 0;
+  std::uint64_t voxel_count = 0;
+  std::uint64_t voxels_unresolved = 0;
+  double max_residual_mm = 0;
+  std::uint64_t encoded_bytes = 0;
+  int resumes = 0;    // Streams that broke and were taken up again.
+  int reuploads = 0;  // Times that a server had to be given the mesh again.
+};
+
+struct UploadOutcome {
+  v1::MeshSummary mesh;
+  bool was_cached = false;  // Nothing was sent.
+};
+
+class Attempts;
+
+class Client {
+ public:
+  explicit Client(ClientOptions options);
+  /// Over a channel of your own: TLS, a proxy, an in-process server.
+  Client(std::shared_ptr<grpc::ChannelInterface> channel, RetryPolicy retry);
+
+  // Every call throws ClientError.
+
+  v1::GetServerInfoResponse server_info(const CallOptions& call = {});
+  /// Uploads the mesh unless the server holds it, and remembers it for later calls that find it missing.
+  UploadOutcome ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress = {},
+                                const CallOptions& call = {});
+  v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
+  std::vector<v1::MeshSummary> list_meshes(const CallOptions& call = {});
+  /// False if the server didn't hold it.
+  bool delete_mesh(const std::string& mesh_id, const CallOptions& call = {});
+  v1::PlanSlicesResponse plan(const v1::PlanSlicesRequest& request, const CallOptions& call = {});
+  /// `pin` may be null.
+  SliceOutcome slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call = {},
+                     SlicePin* pin = nullptr);
+  /// Points in any number, x, y, z of each; answers per batch, in order.
+  std::vector<v1::ProbePointsResponse> probe(const std::string& mesh_id, const v1::Placement& placement,
+                                             const std::vector<double>& points_mm, const CallOptions& call = {});
+
+  v1::SlicerService::Stub& stub() { return *stub_; }
+
+ private:
+  template <typename Body>
+  auto with_retries(const CallOptions& call, Body&& body);
+  template <typename Body>
+  auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
+  v1::UploadMeshResponse upload_once(const MeshBytes& mesh, const UploadProgress& progress, const CallOptions& call);
+  void slice_once(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
+                  SlicePin& pin, Attempts& attempts, SliceOutcome& outcome);
+  std::shared_ptr<const MeshBytes> remembered(const std::string& mesh_id) const;
+
+  const RetryPolicy retry_;
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const MeshBytes>> meshes_;
+};
+
+}  // namespace ccslice::client

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/client_error.h"
+
+#include <google/protobuf/any.pb.h>
+
+#include <array>
+
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace ccslice::client {
+namespace {
+
+std::chrono::milliseconds to_milliseconds(const google::protobuf::Duration& duration) {
+  return std::chrono::seconds(duration.seconds()) + std::chrono::milliseconds(duration.nanos() / 1'000'000);
+}
+
+}  // namespace
+
+ClientError::ClientError(const grpc::Status& status)
+    : std::runtime_error(status.error_message()), code_(status.error_code()) {
+  google::rpc::Status details;
+  if (!details.ParseFromString(status.error_details())) return;
+  for (const google::protobuf::Any& detail : details.details()) {
+    google::rpc::ErrorInfo info;
+    google::rpc::RetryInfo retry;
+    google::rpc::PreconditionFailure failure;
+    if (detail.UnpackTo(&info)) {
+      reason_ = info.reason();
+      metadata_.insert(info.metadata().begin(), info.metadata().end());
+    } else if (detail.UnpackTo(&retry)) {
+      retry_delay_ = to_milliseconds(retry.retry_delay());
+    } else if (detail.UnpackTo(&failure)) {
+      for (const auto& violation : failure.violations()) {
+        if (violation.type() == "MISSING") missing_mesh_id_ = violation.subject();
+      }
+    }
+  }
+}
+
+bool ClientError::is_passing() const noexcept {
+  switch (code_) {
+    case grpc::StatusCode::UNAVAILABLE: return true;
+    case grpc::StatusCode::RESOURCE_EXHAUSTED: return retry_delay_.has_value() || reason_ == "OUT_OF_MEMORY";
+    // A shutdown's grace ran out. What this side cancelled has a reason of its own.
+    case grpc::StatusCode::CANCELLED: return reason_ != local_reason::kCancelledHere;
+    // Transports report a connection that broke in the middle of a message so; servers always give a reason.
+    case grpc::StatusCode::INTERNAL:
+    case grpc::StatusCode::UNKNOWN: return reason_.empty();
+    default: return false;
+  }
+}
+
+std::string status_code_name(grpc::StatusCode code) {
+  static constexpr std::array<const char*, 17> kNames = {
+      "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",
+      "NOT_FOUND", "ALREADY_EXISTS", "PERMISSION_DENIED", "RESOURCE_EXHAUSTED", "FAILED_PRECONDITION",
+      "ABORTED",   "OUT_OF_RANGE",   "UNIMPLEMENTED",     "INTERNAL",           "UNAVAILABLE",
+      "DATA_LOSS", "UNAUTHENTICATED"};
+  const auto index = static_cast<std::size_t>(code);
+  return index < kNames.size() ? kNames[index] : "UNKNOWN";
+}
+
+}  // namespace ccslice::client

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/mesh_bytes.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <openssl/sha.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "client/client_error.h"
+
+namespace ccslice::client {
+namespace {
+
+constexpr std::string_view kPrefix = "sha256:";
+
+std::string serialize_deterministically(const v1::ControlMesh& mesh) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  const bool complete = mesh.SerializeToCodedStream(&coded);
+  coded.Trim();
+  if (!complete) {
+    throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kNotControlMesh,
+                      "the control mesh is too large to be serialized");
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::string mesh_id_of(std::string_view bytes) {
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest;
+  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string id(kPrefix);
+  for (const unsigned char byte : digest) {
+    id += kDigits[byte >> 4];
+    id += kDigits[byte & 15];
+  }
+  return id;
+}
+
+bool is_mesh_id(std::string_view text) {
+  return text.size() == kPrefix.size() + 2 * SHA256_DIGEST_LENGTH && text.substr(0, kPrefix.size()) == kPrefix &&
+         std::all_of(text.begin() + kPrefix.size(), text.end(),
+                     [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+MeshBytes::MeshBytes(const v1::ControlMesh& mesh)
+    : bytes_(serialize_deterministically(mesh)), id_(mesh_id_of(bytes_)) {}
+
+MeshBytes MeshBytes::from_serialized(std::string bytes) {
+  v1::ControlMesh mesh;
+  if (!mesh.ParseFromString(bytes) || mesh.cell_kinds().empty()) {
+    throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kNotControlMesh,
+                      "the bytes are no serialized ccslice.v1.ControlMesh with cells");
+  }
+  MeshBytes result;
+  result.id_ = mesh_id_of(bytes);
+  result.bytes_ = std::move(bytes);
+  return result;
+}
+
+}  // namespace ccslice::client

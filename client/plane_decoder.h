@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "ccslice/v1/slice.pb.h"
+#include "client/layer.h"
+
+namespace ccslice::client {
+
+/// Fills plane.samples from plane.encoded and checks size and checksum. The size follows from the grid, so what a
+/// server claims is never allocated unseen. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}.
+void decode_plane(const v1::GridExtent& extent, Plane& plane);
+
+}  // namespace ccslice::client
