@@ -49,14 +49,14 @@ struct RetryPolicy {
 
 struct ClientOptions {
   std::string address = "localhost:50051";
-  RetryPolicy retry;
+  RetryPolicy retry = {};
 };
 
 /// For one call, its retries and pauses included.
 struct CallOptions {
-  std::optional<std::chrono::system_clock::time_point> deadline;  // DEFAULT: none.
+  std::optional<std::chrono::system_clock::time_point> deadline = std::nullopt;  // DEFAULT: none.
   Cancellation* cancellation = nullptr;
-  std::optional<RetryPolicy> retry;  // DEFAULT: the client's.
+  std::optional<RetryPolicy> retry = std::nullopt;  // DEFAULT: the client's.
 };
 
 /// Layers are bound to what is pinned here; empty fields are filled in from the first header. Keep it to continue a job

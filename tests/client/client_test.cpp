@@ -1,0 +1,368 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/client/fake_slicer.h"
+
+namespace ccslice::client {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+
+constexpr RetryPolicy kQuick{.max_attempts = 4, .first_pause = milliseconds(5), .longest_pause = milliseconds(20)};
+
+std::shared_ptr<const MeshBytes> some_mesh(int cells = 3) {
+  v1::ControlMesh mesh;
+  for (int i = 0; i < cells; ++i) mesh.add_cell_kinds(v1::CELL_KIND_HEX);
+  for (int i = 0; i < 8 * cells; ++i) mesh.add_cell_vertices(static_cast<std::uint32_t>(i));
+  return std::make_shared<const MeshBytes>(mesh);
+}
+
+v1::SliceRangeRequest some_request(const std::string& mesh_id, std::uint32_t first = 0, std::uint32_t count = 6) {
+  v1::SliceRangeRequest request;
+  request.set_mesh_id(mesh_id);
+  request.mutable_grid()->mutable_pitch()->set_x_mm(0.1);
+  request.set_first_layer(first);
+  request.set_layer_count(count);
+  for (const auto& [type, encoding] : {std::pair(v1::SAMPLE_TYPE_BIT, v1::PLANE_ENCODING_RAW_ZSTD),
+                                       std::pair(v1::SAMPLE_TYPE_UINT16, v1::PLANE_ENCODING_RAW),
+                                       std::pair(v1::SAMPLE_TYPE_UINT8, v1::PLANE_ENCODING_PNG)}) {
+    v1::PlaneSpec& plane = *request.add_planes();
+    plane.mutable_occupancy();
+    plane.set_sample_type(type);
+    plane.set_encoding(encoding);
+  }
+  return request;
+}
+
+template <typename Action>
+ClientError error_of(const Action& action) {
+  try {
+    action();
+  } catch (const ClientError& error) {
+    return error;
+  }
+  ADD_FAILURE() << "no error";
+  return ClientError(grpc::StatusCode::OK, "", "");
+}
+
+class ClientTest : public testing::Test {
+ protected:
+  /// Indices of the layers delivered.
+  std::vector<std::uint32_t> slice_all(const v1::SliceRangeRequest& request) {
+    std::vector<std::uint32_t> indices;
+    outcome_ = client_.slice(request, [&](const v1::SliceHeader&, Layer layer) { indices.push_back(layer.index); });
+    return indices;
+  }
+
+  static std::vector<std::uint32_t> range(std::uint32_t first, std::uint32_t count) {
+    std::vector<std::uint32_t> indices(count);
+    std::iota(indices.begin(), indices.end(), first);
+    return indices;
+  }
+
+  FakeSlicer server_;
+  Client client_{ClientOptions{server_.address(), kQuick}};
+  std::shared_ptr<const MeshBytes> mesh_ = some_mesh();
+  SliceOutcome outcome_;
+};
+
+TEST_F(ClientTest, UploadsOnceInChunks) {
+  const auto large = some_mesh(100'000);
+  ASSERT_GT(large->bytes().size(), 2u << 20);
+  std::vector<std::uint64_t> sent;
+  const auto progress = [&](std::uint64_t bytes, std::uint64_t) { sent.push_back(bytes); };
+  EXPECT_FALSE(client_.ensure_uploaded(large, progress).was_cached);
+  EXPECT_GT(sent.size(), 4u);
+  EXPECT_EQ(sent.back(), large->bytes().size());
+  EXPECT_TRUE(client_.ensure_uploaded(large, progress).was_cached);
+  EXPECT_EQ(server_.uploads, 1);
+}
+
+TEST_F(ClientTest, DeliversLayersDecodedAndInOrder) {
+  client_.ensure_uploaded(mesh_);
+  std::vector<Layer> layers;
+  client_.slice(some_request(mesh_->id(), 3, 4), [&](const v1::SliceHeader& header, Layer layer) {
+    EXPECT_EQ(header.engine_version(), "engine-1");
+    layers.push_back(std::move(layer));
+  });
+  ASSERT_EQ(layers.size(), 4u);
+  EXPECT_EQ(layers[2].index, 5u);
+  EXPECT_EQ(layers[2].z_mm, 5.5);
+  EXPECT_EQ(layers[2].planes[0].samples.size(), 12u);
+  EXPECT_EQ(layers[2].planes[1].samples.size(), 120u);
+  EXPECT_EQ(layers[2].planes[1].samples[1], static_cast<char>(7 + 5));
+  EXPECT_TRUE(layers[2].planes[2].samples.empty());
+  EXPECT_THAT(layers[2].planes[2].encoded, HasSubstr("PNG"));
+}
+
+TEST_F(ClientTest, ResumesABrokenStreamWhereItStopped) {
+  client_.ensure_uploaded(mesh_);
+  int breaks = 3;
+  server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+    return layer > 0 && layer % 2 == 0 && breaks-- > 0 ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone")
+                                                       : grpc::Status::OK;
+  };
+  EXPECT_EQ(slice_all(some_request(mesh_->id())), range(0, 6));
+  EXPECT_EQ(outcome_.layers, 6u);
+  EXPECT_EQ(outcome_.empty_layers, 1u);
+  EXPECT_EQ(outcome_.voxel_count, 15u);
+  EXPECT_GE(outcome_.resumes, 1);
+  EXPECT_EQ(server_.slice_requests[1].first_layer(), 2u);
+  EXPECT_EQ(server_.slice_requests[1].layer_count(), 4u);
+}
+
+TEST_F(ClientTest, GivesUpAfterSoManyAttemptsWithoutProgress) {
+  client_.ensure_uploaded(mesh_);
+  server_.before_layer = [](std::uint32_t layer, grpc::ServerContext&) {
+    return layer == 3 ? failure(grpc::StatusCode::UNAVAILABLE, "SERVER_BUSY", "busy") : grpc::Status::OK;
+  };
+  const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(error.reason(), "SERVER_BUSY");
+  EXPECT_EQ(server_.slice_requests.size(), 4u);  // Layer 2 was progress: three more attempts followed it.
+}
+
+TEST_F(ClientTest, DoesNotRetryWhatCannotHelp) {
+  client_.ensure_uploaded(mesh_);
+  server_.before_layer = [](std::uint32_t, grpc::ServerContext&) {
+    return failure(grpc::StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "grid.pitch.x_mm is 0");
+  };
+  const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
+  EXPECT_EQ(error.reason(), "PITCH_INVALID");
+  EXPECT_EQ(error.metadata().at("field"), "somewhere");
+  EXPECT_STREQ(error.what(), "grid.pitch.x_mm is 0");
+  EXPECT_EQ(server_.slice_requests.size(), 1u);
+}
+
+TEST_F(ClientTest, UploadsAgainWhenTheServerLostTheMesh) {
+  client_.ensure_uploaded(mesh_);
+  bool lost = false;
+  server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+    if (layer != 2 || lost) return grpc::Status::OK;
+    lost = true;
+    server_.meshes.clear();
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "restarting");
+  };
+  EXPECT_EQ(slice_all(some_request(mesh_->id())), range(0, 6));
+  EXPECT_EQ(outcome_.reuploads, 1);
+  EXPECT_EQ(server_.uploads, 2);
+}
+
+TEST_F(ClientTest, UploadsAgainForUnaryAndProbeCallsToo) {
+  client_.ensure_uploaded(mesh_);
+  server_.meshes.clear();
+  EXPECT_EQ(client_.mesh_summary(mesh_->id()).mesh_id(), mesh_->id());
+  server_.meshes.clear();
+  EXPECT_EQ(client_.probe(mesh_->id(), {}, {1, 2, 3}).size(), 1u);
+  EXPECT_EQ(server_.uploads, 3);
+}
+
+TEST_F(ClientTest, RetriesAnUploadThatBreaks) {
+  server_.upload_failures = {grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone")};
+  EXPECT_FALSE(client_.ensure_uploaded(mesh_).was_cached);
+  EXPECT_EQ(server_.uploads, 2);
+}
+
+TEST_F(ClientTest, DoesNotRetryAMeshThatIsRefused) {
+  server_.upload_failures = {failure(grpc::StatusCode::INVALID_ARGUMENT, "MESH_NON_FINITE", "vertex 3 is NaN")};
+  EXPECT_EQ(error_of([&] { client_.ensure_uploaded(mesh_); }).reason(), "MESH_NON_FINITE");
+  EXPECT_EQ(server_.uploads, 1);
+}
+
+TEST_F(ClientTest, AMissingMeshThatNobodyRemembersIsAnError) {
+  const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
+  EXPECT_EQ(error.code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(error.missing_mesh_id(), mesh_->id());
+}
+
+TEST_F(ClientTest, RefusesToMixEngines) {
+  client_.ensure_uploaded(mesh_);
+  server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+    if (layer != 2 || server_.engine_version == "engine-2") return grpc::Status::OK;
+    server_.engine_version = "engine-2";
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "rolling update");
+  };
+  const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
+  EXPECT_EQ(error.reason(), local_reason::kEngineMixed);
+  EXPECT_EQ(error.code(), grpc::StatusCode::ABORTED);
+}
+
+TEST_F(ClientTest, RefusesToMixGrids) {
+  client_.ensure_uploaded(mesh_);
+  SlicePin pin;
+  client_.slice(
+      some_request(mesh_->id(), 0, 2), [](const v1::SliceHeader&, const Layer&) {}, {}, &pin);
+  server_.pitch_drift_mm = 1e-12;
+  const ClientError error = error_of([&] {
+    client_.slice(
+        some_request(mesh_->id(), 2, 2), [](const v1::SliceHeader&, const Layer&) { FAIL(); }, {}, &pin);
+  });
+  EXPECT_EQ(error.reason(), local_reason::kGridMixed);
+}
+
+TEST_F(ClientTest, RefusesAnswersThatCannotBeRight) {
+  client_.ensure_uploaded(mesh_);
+  const std::vector<std::function<void(v1::SliceRangeResponse&)>> tampers = {
+      [](auto& m) {
+        if (m.has_plane_chunk() && m.plane_chunk().plane() == 1) (*m.mutable_plane_chunk()->mutable_data())[0] ^= 1;
+      },
+      [](auto& m) {
+        if (m.has_plane_chunk() && m.plane_chunk().plane() == 0) (*m.mutable_plane_chunk()->mutable_data())[5] ^= 1;
+      },
+      [](auto& m) {
+        if (m.has_plane_chunk() && m.plane_chunk().plane() == 2)
+          m.mutable_plane_chunk()->set_data(std::string(16, 'x'));
+      },
+      [](auto& m) {
+        if (m.has_plane_chunk()) m.mutable_plane_chunk()->set_offset(3);
+      },
+      [](auto& m) {
+        if (m.has_plane_chunk()) m.mutable_plane_chunk()->set_plane(9);
+      },
+      [](auto& m) {
+        if (m.has_plane_chunk()) m.mutable_plane_chunk()->set_data("");
+      },
+      [](auto& m) {
+        if (m.has_layer_begin()) m.mutable_layer_begin()->set_layer(17);
+      },
+      [](auto& m) {
+        if (m.has_layer_begin()) m.mutable_layer_begin()->set_contour_loops(1);
+      },
+      [](auto& m) {
+        if (m.has_layer_end()) m.mutable_layer_end()->clear_planes();
+      },
+      [](auto& m) {
+        if (m.has_layer_end()) m.mutable_layer_end()->mutable_planes(0)->set_raw_bytes(1ull << 60);
+      },
+      [](auto& m) {
+        if (m.has_layer_end()) m.Clear();
+      },
+      [](auto& m) {
+        if (m.has_summary()) m.mutable_summary()->set_layers(1);
+      },
+      [](auto& m) {
+        if (m.has_header()) m.mutable_header()->set_first_layer(1);
+      },
+      [](auto& m) {
+        if (m.has_header()) m.mutable_header()->mutable_grid()->mutable_extent()->set_columns(4'000'000'000u);
+      },
+  };
+  for (std::size_t i = 0; i < tampers.size(); ++i) {
+    server_.tamper = tampers[i];
+    const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
+    EXPECT_EQ(error.reason(), local_reason::kAnswerCorrupt) << i << ": " << error.what();
+  }
+}
+
+TEST_F(ClientTest, AThrowingCallbackEndsTheCall) {
+  client_.ensure_uploaded(mesh_);
+  EXPECT_THROW(client_.slice(some_request(mesh_->id()),
+                             [](const v1::SliceHeader&, const Layer&) { throw std::runtime_error("disk full"); }),
+               std::runtime_error);
+}
+
+TEST_F(ClientTest, CancellationEndsARunningStreamQuickly) {
+  client_.ensure_uploaded(mesh_);
+  std::atomic<bool> hanging = false;
+  server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 2 && !context.IsCancelled()) {
+      hanging = true;
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return grpc::Status::OK;
+  };
+  Cancellation cancellation;
+  std::thread other([&] {
+    while (!hanging) std::this_thread::sleep_for(milliseconds(1));
+    cancellation.cancel();
+  });
+  const auto request = some_request(mesh_->id());
+  const ClientError error = error_of(
+      [&] { client_.slice(request, [](const v1::SliceHeader&, const Layer&) {}, {.cancellation = &cancellation}); });
+  other.join();
+  EXPECT_EQ(error.reason(), local_reason::kCancelledHere);
+  EXPECT_EQ(error_of([&] { client_.server_info({.cancellation = &cancellation}); }).reason(),
+            local_reason::kCancelledHere);
+}
+
+TEST_F(ClientTest, CancellationEndsAPause) {
+  server_.failing_info_calls = 100;
+  Cancellation cancellation;
+  std::thread other([&] {
+    std::this_thread::sleep_for(milliseconds(50));
+    cancellation.cancel();
+  });
+  const RetryPolicy slow{.max_attempts = 3, .first_pause = milliseconds(60'000), .longest_pause = milliseconds(60'000)};
+  const ClientError error = error_of([&] { client_.server_info({.cancellation = &cancellation, .retry = slow}); });
+  other.join();
+  EXPECT_EQ(error.reason(), local_reason::kCancelledHere);
+}
+
+TEST_F(ClientTest, TheDeadlineHoldsForAllAttemptsTogether) {
+  server_.failing_info_calls = 1'000'000;
+  const RetryPolicy endless{
+      .max_attempts = 1'000'000, .first_pause = milliseconds(20), .longest_pause = milliseconds(20)};
+  const auto begin = std::chrono::steady_clock::now();
+  const CallOptions call{.deadline = std::chrono::system_clock::now() + milliseconds(200), .retry = endless};
+  const ClientError error = error_of([&] { client_.server_info(call); });
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, milliseconds(2000));
+  EXPECT_THAT(error.code(), testing::AnyOf(grpc::StatusCode::UNAVAILABLE, grpc::StatusCode::DEADLINE_EXCEEDED));
+}
+
+TEST_F(ClientTest, RetriesABusyServer) {
+  server_.failing_info_calls = 2;
+  EXPECT_EQ(client_.server_info().engine_version(), "engine-1");
+  EXPECT_EQ(server_.info_calls, 3);
+}
+
+TEST_F(ClientTest, ProbesAnyNumberOfPoints) {
+  client_.ensure_uploaded(mesh_);
+  std::vector<double> points;
+  for (int i = 0; i < 10'000; ++i) points.insert(points.end(), {static_cast<double>(i), 0, 0});
+  std::size_t next = 0;
+  for (const v1::ProbePointsResponse& answer : client_.probe(mesh_->id(), {}, points)) {
+    for (const double value : answer.materials()) EXPECT_EQ(value, static_cast<double>(next++));
+  }
+  EXPECT_EQ(next, 10'000u);
+}
+
+TEST(Unreachable, IsUnavailable) {
+  Client client({"127.0.0.1:1", {.max_attempts = 2, .first_pause = milliseconds(1)}});
+  EXPECT_EQ(error_of([&] { client.server_info(); }).code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(MeshBytes, AreTheSameEachTime) {
+  EXPECT_EQ(some_mesh()->bytes(), some_mesh()->bytes());
+  EXPECT_EQ(some_mesh()->id(), some_mesh()->id());
+  EXPECT_NE(some_mesh(3)->id(), some_mesh(4)->id());
+  EXPECT_EQ(MeshBytes::from_serialized(some_mesh()->bytes()).id(), some_mesh()->id());
+}
+
+TEST(MeshBytes, HaveTheDigestAsId) {
+  EXPECT_EQ(mesh_id_of("abc"), "sha256:ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_TRUE(is_mesh_id(mesh_id_of("abc")));
+  EXPECT_FALSE(is_mesh_id("sha256:BA7816BF8F01CFEA414140DE5DAE2223B00361A396177A9CB410FF61F20015AD"));
+  EXPECT_FALSE(is_mesh_id("part.vtk"));
+}
+
+TEST(MeshBytes, RefuseWhatIsNoMesh) {
+  EXPECT_EQ(error_of([] { MeshBytes::from_serialized("solid cube"); }).reason(), local_reason::kNotControlMesh);
+  EXPECT_EQ(error_of([] { MeshBytes::from_serialized(""); }).reason(), local_reason::kNotControlMesh);
+}
+
+}  // namespace
+}  // namespace ccslice::client

@@ -1,0 +1,214 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/client/fake_slicer.h"
+
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
+#include <zlib.h>
+#include <zstd.h>
+
+#include <utility>
+
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace ccslice::client {
+namespace {
+
+constexpr std::uint32_t kColumns = 10, kRows = 6, kLayers = 20;
+
+grpc::Status with_details(grpc::StatusCode code, const std::string& message,
+                          const std::vector<const google::protobuf::Message*>& details) {
+  google::rpc::Status status;
+  status.set_code(code);
+  status.set_message(message);
+  for (const google::protobuf::Message* detail : details) status.add_details()->PackFrom(*detail);
+  return {code, message, status.SerializeAsString()};
+}
+
+google::rpc::ErrorInfo error_info(const std::string& reason) {
+  google::rpc::ErrorInfo info;
+  info.set_domain("ccslice");
+  info.set_reason(reason);
+  (*info.mutable_metadata())["field"] = "somewhere";
+  return info;
+}
+
+std::string pattern(std::uint64_t bytes, std::uint32_t layer) {
+  std::string samples(bytes, '\0');
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<char>((i * 7 + layer) & 0xff);
+  return samples;
+}
+
+std::uint64_t plane_bytes(const v1::PlaneSpec& spec) {
+  switch (spec.sample_type()) {
+    case v1::SAMPLE_TYPE_BIT: return (kColumns + 7) / 8 * kRows;
+    case v1::SAMPLE_TYPE_UINT16: return 2 * kColumns * kRows;
+    case v1::SAMPLE_TYPE_FLOAT32: return 4 * kColumns * kRows;
+    default: return kColumns * kRows;
+  }
+}
+
+std::string encode(const std::string& samples, v1::PlaneEncoding encoding) {
+  if (encoding == v1::PLANE_ENCODING_RAW) return samples;
+  if (encoding == v1::PLANE_ENCODING_PNG) {
+    return std::string("\x89PNG\r\n\x1a\n", 8) + samples + std::string("\0\0\0\0IEND\xae\x42\x60\x82", 12);
+  }
+  std::string frame(ZSTD_compressBound(samples.size()), '\0');
+  frame.resize(ZSTD_compress(frame.data(), frame.size(), samples.data(), samples.size(), 1));
+  return frame;
+}
+
+}  // namespace
+
+grpc::Status failure(grpc::StatusCode code, const std::string& reason, const std::string& message) {
+  const google::rpc::ErrorInfo info = error_info(reason);
+  return with_details(code, message, {&info});
+}
+
+grpc::Status mesh_missing(const std::string& mesh_id) {
+  const google::rpc::ErrorInfo info = error_info("MESH_MISSING");
+  google::rpc::PreconditionFailure missing;
+  missing.add_violations()->set_type("MISSING");
+  missing.mutable_violations(0)->set_subject(mesh_id);
+  return with_details(grpc::StatusCode::FAILED_PRECONDITION, "mesh " + mesh_id + " is not here", {&info, &missing});
+}
+
+FakeSlicer::FakeSlicer() {
+  int port = 0;
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(this);
+  server_ = builder.BuildAndStart();
+  address_ = "127.0.0.1:" + std::to_string(port);
+}
+
+FakeSlicer::~FakeSlicer() { server_->Shutdown(std::chrono::system_clock::now()); }
+
+grpc::Status FakeSlicer::GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
+                                       v1::GetServerInfoResponse* response) {
+  ++info_calls;
+  if (failing_info_calls-- > 0) return failure(grpc::StatusCode::UNAVAILABLE, "SERVER_BUSY", "busy");
+  response->set_engine_version(engine_version);
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeSlicer::FindMissingMeshes(grpc::ServerContext*, const v1::FindMissingMeshesRequest* request,
+                                           v1::FindMissingMeshesResponse* response) {
+  for (const std::string& id : request->mesh_ids()) {
+    if (!meshes.contains(id)) response->add_missing_mesh_ids(id);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext*, grpc::ServerReader<v1::UploadMeshRequest>* reader,
+                                    v1::UploadMeshResponse* response) {
+  ++uploads;
+  v1::UploadMeshRequest message;
+  reader->Read(&message);
+  const std::string id = message.start().mesh_id();
+  const std::uint64_t size = message.start().size_bytes();
+  std::string bytes;
+  while (reader->Read(&message)) bytes += message.chunk();
+  if (!upload_failures.empty()) {
+    const grpc::Status status = upload_failures.back();
+    upload_failures.pop_back();
+    return status;
+  }
+  if (bytes.size() != size) return failure(grpc::StatusCode::INVALID_ARGUMENT, "UPLOAD_TRUNCATED", "too short");
+  meshes.insert(id);
+  response->mutable_mesh()->set_mesh_id(id);
+  response->mutable_mesh()->set_size_bytes(size);
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeSlicer::GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
+                                 v1::GetMeshResponse* response) {
+  if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
+  response->mutable_mesh()->set_mesh_id(request->mesh_id());
+  return grpc::Status::OK;
+}
+
+void FakeSlicer::send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const {
+  if (tamper) tamper(message);
+  writer.Write(message);
+}
+
+void FakeSlicer::send_layer(std::uint32_t layer, const v1::SliceHeader& header,
+                            grpc::ServerWriter<v1::SliceRangeResponse>& writer) const {
+  v1::SliceRangeResponse begin, end;
+  begin.mutable_layer_begin()->set_layer(layer);
+  begin.mutable_layer_begin()->set_z_mm(layer + 0.5);
+  end.mutable_layer_end()->set_layer(layer);
+  end.mutable_layer_end()->set_voxel_count(layer);
+  end.mutable_layer_end()->set_empty(layer == 0);
+  std::vector<v1::SliceRangeResponse> chunks;
+  for (int plane = 0; plane < header.planes_size(); ++plane) {
+    const std::string samples = pattern(plane_bytes(header.planes(plane)), layer);
+    const std::string encoded = encode(samples, header.planes(plane).encoding());
+    begin.mutable_layer_begin()->add_encoded_bytes(encoded.size());
+    constexpr std::size_t kChunk = 16;
+    for (std::size_t at = 0; at < encoded.size(); at += kChunk) {
+      v1::PlaneChunk& chunk = *chunks.emplace_back().mutable_plane_chunk();
+      chunk.set_plane(static_cast<std::uint32_t>(plane));
+      chunk.set_offset(at);
+      chunk.set_data(encoded.substr(at, kChunk));
+    }
+    v1::PlaneResult& result = *end.mutable_layer_end()->add_planes();
+    result.set_raw_bytes(samples.size());
+    result.set_crc32(static_cast<std::uint32_t>(
+        crc32(0, reinterpret_cast<const Bytef*>(samples.data()), static_cast<uInt>(samples.size()))));
+  }
+  send(std::move(begin), writer);
+  for (v1::SliceRangeResponse& chunk : chunks) send(std::move(chunk), writer);
+  send(std::move(end), writer);
+}
+
+grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
+                                    grpc::ServerWriter<v1::SliceRangeResponse>* writer) {
+  slice_requests.push_back(*request);
+  if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
+  v1::SliceRangeResponse message;
+  v1::SliceHeader& header = *message.mutable_header();
+  header.set_engine_version(engine_version);
+  header.set_mesh_id(request->mesh_id());
+  *header.mutable_grid()->mutable_pitch() = request->grid().pitch();
+  header.mutable_grid()->mutable_pitch()->set_x_mm(request->grid().pitch().x_mm() + pitch_drift_mm);
+  header.mutable_grid()->mutable_extent()->set_columns(kColumns);
+  header.mutable_grid()->mutable_extent()->set_rows(kRows);
+  header.mutable_grid()->mutable_extent()->set_layers(kLayers);
+  header.set_first_layer(request->first_layer());
+  header.set_layer_count(request->layer_count());
+  *header.mutable_planes() = request->planes();
+  const v1::SliceHeader sent = header;
+  send(std::move(message), *writer);
+  for (std::uint32_t layer = request->first_layer(); layer < request->first_layer() + request->layer_count(); ++layer) {
+    if (before_layer) {
+      const grpc::Status status = before_layer(layer, *context);
+      if (!status.ok()) return status;
+    }
+    send_layer(layer, sent, *writer);
+  }
+  v1::SliceRangeResponse summary;
+  summary.mutable_summary()->set_layers(request->layer_count());
+  send(std::move(summary), *writer);
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeSlicer::ProbePoints(
+    grpc::ServerContext*, grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) {
+  v1::ProbePointsRequest batch;
+  while (stream->Read(&batch)) {
+    if (!meshes.contains(batch.mesh_id())) return mesh_missing(batch.mesh_id());
+    v1::ProbePointsResponse response;
+    for (int i = 0; i < batch.points_mm_size(); i += 3) {
+      response.add_locations(v1::POINT_LOCATION_INSIDE);
+      response.add_materials(batch.points_mm(i));
+    }
+    stream->Write(response);
+  }
+  return grpc::Status::OK;
+}
+
+}  // namespace ccslice::client

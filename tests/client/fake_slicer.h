@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A small SlicerService that misbehaves on demand, in this process. Its layers are made of a pattern, not of a solid.
+
+#pragma once
+
+#include <grpcpp/server.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/service.grpc.pb.h"
+
+namespace ccslice::client {
+
+class FakeSlicer final : public v1::SlicerService::Service {
+ public:
+  /// What a call does just before the given layer. OK: goes on.
+  using BeforeLayer = std::function<grpc::Status(std::uint32_t layer, grpc::ServerContext& context)>;
+
+  FakeSlicer();
+  ~FakeSlicer() override;
+
+  const std::string& address() const { return address_; }
+
+  // What to do wrong. Set between calls only.
+  BeforeLayer before_layer;
+  std::function<void(v1::SliceRangeResponse&)> tamper;  // Sees every message before it is sent.
+  std::string engine_version = "engine-1";
+  double pitch_drift_mm = 0;
+  std::vector<grpc::Status> upload_failures;  // Used up from the back, one an upload.
+
+  // What has happened.
+  std::set<std::string> meshes;
+  std::vector<v1::SliceRangeRequest> slice_requests;
+  int uploads = 0;
+  int info_calls = 0;
+  int failing_info_calls = 0;
+
+  grpc::Status GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest* request,
+                             v1::GetServerInfoResponse* response) override;
+  grpc::Status FindMissingMeshes(grpc::ServerContext* context, const v1::FindMissingMeshesRequest* request,
+                                 v1::FindMissingMeshesResponse* response) override;
+  grpc::Status UploadMesh(grpc::ServerContext* context, grpc::ServerReader<v1::UploadMeshRequest>* reader,
+                          v1::UploadMeshResponse* response) override;
+  grpc::Status GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
+                       v1::GetMeshResponse* response) override;
+  grpc::Status SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
+                          grpc::ServerWriter<v1::SliceRangeResponse>* writer) override;
+  grpc::Status ProbePoints(grpc::ServerContext* context,
+                           grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) override;
+
+ private:
+  void send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
+  void send_layer(std::uint32_t layer, const v1::SliceHeader& header,
+                  grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
+
+  std::unique_ptr<grpc::Server> server_;
+  std::string address_;
+};
+
+/// A failure as ccslice reports it.
+grpc::Status failure(grpc::StatusCode code, const std::string& reason, const std::string& message);
+grpc::Status mesh_missing(const std::string& mesh_id);
+
+}  // namespace ccslice::client

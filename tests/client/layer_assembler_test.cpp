@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/layer_assembler.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <vector>
+
+#include "client/client_error.h"
+
+namespace ccslice::client {
+namespace {
+
+using testing::ElementsAre;
+
+v1::SliceHeader contours_only() {
+  v1::SliceHeader header;
+  header.set_first_layer(4);
+  header.set_layer_count(1);
+  return header;
+}
+
+v1::SliceRangeResponse begin(std::uint64_t loops) {
+  v1::SliceRangeResponse message;
+  message.mutable_layer_begin()->set_layer(4);
+  message.mutable_layer_begin()->set_contour_loops(loops);
+  return message;
+}
+
+v1::SliceRangeResponse end() {
+  v1::SliceRangeResponse message;
+  message.mutable_layer_end()->set_layer(4);
+  return message;
+}
+
+v1::SliceRangeResponse piece(std::uint64_t loop, std::uint64_t first_point, const std::vector<double>& points,
+                             bool last) {
+  v1::SliceRangeResponse message;
+  v1::ContourPiece& piece = *message.mutable_contour_chunk()->add_pieces();
+  piece.set_loop(loop);
+  piece.set_first_point(first_point);
+  piece.set_last(last);
+  for (const double value : points) {
+    piece.add_points_mm(value);
+    piece.add_parameters(0.5);
+  }
+  for (std::size_t i = 0; i < points.size() / 2; ++i) piece.add_faces(7);
+  return message;
+}
+
+TEST(LayerAssembler, PutsContourPiecesTogether) {
+  LayerAssembler assembler(contours_only());
+  EXPECT_FALSE(assembler.add(begin(2)));
+  EXPECT_FALSE(assembler.add(piece(0, 0, {1, 2, 3, 4}, false)));
+  EXPECT_FALSE(assembler.add(piece(0, 2, {5, 6}, true)));
+  EXPECT_FALSE(assembler.add(piece(1, 0, {7, 8}, true)));
+  const std::optional<Layer> layer = assembler.add(end());
+  ASSERT_TRUE(layer);
+  ASSERT_EQ(layer->contours.size(), 2u);
+  EXPECT_THAT(layer->contours[0].points_mm, ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(layer->contours[0].faces, ElementsAre(7, 7, 7));
+  EXPECT_EQ(assembler.next_layer(), 5u);
+}
+
+TEST(LayerAssembler, RefusesContoursWithGaps) {
+  const std::vector<std::vector<v1::SliceRangeResponse>> streams = {
+      {begin(1), piece(0, 1, {1, 2}, true)},                                    // Begins in the middle.
+      {begin(2), piece(1, 0, {1, 2}, true)},                                    // The first loop is missing.
+      {begin(1), piece(0, 0, {1, 2}, false), end()},                            // The loop never ends.
+      {begin(1), piece(0, 0, {1, 2, 3}, true)},                                 // Half a point.
+      {begin(1), piece(0, 0, {1, 2}, true), piece(1, 0, {1, 2}, true), end()},  // More than announced.
+      {begin(1), end()},                                                        // Fewer.
+      {piece(0, 0, {1, 2}, true)},                                              // Outside of a layer.
+      {begin(0), begin(0)},
+      {end()},
+      {v1::SliceRangeResponse()},
+  };
+  for (const auto& stream : streams) {
+    LayerAssembler assembler(contours_only());
+    EXPECT_THROW(
+        {
+          for (v1::SliceRangeResponse message : stream) assembler.add(std::move(message));
+        },
+        ClientError);
+  }
+}
+
+TEST(LayerAssembler, IsCompleteWithItsSummaryOnly) {
+  LayerAssembler assembler(contours_only());
+  assembler.add(begin(0));
+  EXPECT_TRUE(assembler.add(end()));
+  EXPECT_FALSE(assembler.complete());
+  v1::SliceRangeResponse summary;
+  summary.mutable_summary()->set_layers(1);
+  assembler.add(v1::SliceRangeResponse(summary));
+  EXPECT_TRUE(assembler.complete());
+  EXPECT_THROW(assembler.add(std::move(summary)), ClientError);
+}
+
+}  // namespace
+}  // namespace ccslice::client
