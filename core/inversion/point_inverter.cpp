@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/inversion/point_inverter.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/inversion/newton.h"
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+
+namespace {
+
+constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
+constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
+constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
+
+Vec3 start_parameter(std::size_t index, int per_axis) {
+  const auto n = static_cast<std::size_t>(per_axis);
+  const auto at = [&](std::size_t i) { return (static_cast<double>(i) + 0.5) / per_axis; };
+  return {at(index % n), at(index / n % n), at(index / (n * n))};
+}
+
+struct Candidate {
+  double distance;
+  std::uint32_t cell;
+  Vec3 start;
+};
+
+}  // namespace
+
+struct PointInverter::State {
+  const LimitSolid& solid;
+  const LimitSolid::Data& data;
+  InversionOptions options;
+  LimitEvaluator evaluator;
+  std::vector<Candidate> candidates;
+
+  State(const LimitSolid& s, const InversionOptions& o) : solid(s), data(s.data()), options(o), evaluator(s) {
+    candidates.reserve(s.cell_count());
+  }
+
+  bool may_fold(const Vec3& point) const noexcept {
+    bool found = false;
+    data.fold_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t) { found = true; });
+    return found;
+  }
+
+  /// Cells whose boxes hold the point, each with the nearest of a few interior starts.
+  void collect(const Vec3& point) noexcept {
+    candidates.clear();
+    data.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
+      Candidate candidate{std::numeric_limits<double>::infinity(), cell, Vec3::Zero()};
+      for (std::size_t i = 0; i < 8; ++i) {
+        const Vec3 start = start_parameter(i, 2);
+        const double distance = (evaluator.geo({cell, start}) - point).squaredNorm();
+        if (distance < candidate.distance) candidate = {distance, cell, start};
+      }
+      candidates.push_back(candidate);
+    });
+  }
+
+  bool better(const NewtonResult& found, std::uint32_t cell, InversionResult& best) const noexcept {
+    best.newton_steps += found.steps;
+    if (found.residual_mm >= best.residual_mm) return false;
+    best.at = {cell, found.uvw};
+    best.residual_mm = found.residual_mm;
+    return found.residual_mm <= options.accept_mm;
+  }
+
+  /// From several of the 64 interior starts of a cell, the nearest first.
+  bool search_thoroughly(std::uint32_t cell, const Vec3& point, InversionResult& best) noexcept {
+    std::array<std::pair<double, std::size_t>, kStarts> starts;
+    for (std::size_t i = 0; i < kStarts; ++i) {
+      starts[i] = {(evaluator.geo({cell, start_parameter(i, kStartsPerAxis)}) - point).squaredNorm(), i};
+    }
+    std::partial_sort(starts.begin(), starts.begin() + kThoroughStarts, starts.end());
+    for (std::size_t i = 0; i < kThoroughStarts; ++i) {
+      const Vec3 start = start_parameter(starts[i].second, kStartsPerAxis);
+      if (better(newton_in_cell(evaluator, cell, start, point, options.accept_mm), cell, best)) return true;
+    }
+    return false;
+  }
+
+  InversionResult search(const Vec3& point, bool lowest_cell_wins, InversionResult best) noexcept {
+    best.full = true;
+    collect(point);
+    std::sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
+      if (lowest_cell_wins || a.distance == b.distance) return a.cell < b.cell;
+      return a.distance < b.distance;
+    });
+    for (const Candidate& c : candidates) {
+      if (better(newton_in_cell(evaluator, c.cell, c.start, point, options.accept_mm), c.cell, best)) return best;
+      if (lowest_cell_wins && search_thoroughly(c.cell, point, best)) return best;
+    }
+    // A point just outside is done: its nearest parameter lies on a face, and no start gets closer.
+    if (lowest_cell_wins || best.residual_mm <= options.outside_mm) return best;
+    for (const Candidate& c : candidates) {
+      if (search_thoroughly(c.cell, point, best)) return best;
+    }
+    return best;
+  }
+};
+
+PointInverter::PointInverter(const LimitSolid& solid, const InversionOptions& options)
+    : state_(std::make_unique<State>(solid, options)) {}
+PointInverter::~PointInverter() = default;
+PointInverter::PointInverter(PointInverter&&) noexcept = default;
+PointInverter& PointInverter::operator=(PointInverter&&) noexcept = default;
+
+LimitEvaluator& PointInverter::evaluator() noexcept { return state_->evaluator; }
+
+std::optional<InversionResult> PointInverter::invert(const Vec3& point, const std::optional<CellParam>& hint) noexcept {
+  InversionResult best;
+  best.residual_mm = std::numeric_limits<double>::infinity();
+  const bool may_fold = state_->may_fold(point);
+  if (hint && !may_fold) {
+    const NewtonResult found =
+        newton_in_cell(state_->evaluator, hint->cell, hint->uvw, point, state_->options.accept_mm);
+    if (state_->better(found, hint->cell, best)) return best;
+  }
+  best = state_->search(point, may_fold, best);
+  if (!(best.residual_mm <= state_->options.outside_mm)) return std::nullopt;
+  return best;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/boundary_surface.h"
+
+#include "core/limit/patch.h"
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+
+namespace {
+
+/// Rows of an operator's stencils over bare positions.
+void apply_rows(const Stencils& stencils, const ChildRows& rows, const std::vector<Vec3>& ring, Vec3* out) {
+  stencils.apply(rows.first_row, rows.count, ring.front().data(), 3, out->data());
+}
+
+Vec3 corner_uvw(std::uint8_t bits) { return {double(bits & 1), double(bits >> 1 & 1), double(bits >> 2 & 1)}; }
+
+BezierPatch finish_patch(BezierPatch net, PhantomMask phantoms) {
+  fill_phantoms(net.b.front().data(), 2, 3, phantoms);
+  bspline_to_bezier(net.b.front().data(), 2, 3);
+  return net;
+}
+
+/// begin + (end - begin) * fraction, exact for dyadic fractions.
+std::uint32_t along(std::uint32_t begin, std::uint32_t end, std::uint32_t fraction) {
+  const std::int64_t step = (static_cast<std::int64_t>(end) - begin) * static_cast<std::int64_t>(fraction);
+  return static_cast<std::uint32_t>(begin + step / static_cast<std::int64_t>(kSurfaceOne));
+}
+
+}  // namespace
+
+std::span<const BoundaryFace> BoundarySurface::faces() const noexcept { return solid_->data().faces; }
+
+BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
+  const auto& data = solid_->data();
+  const SurfaceFaceRing& record = data.face_rings[face];
+  const auto ring = data.ring(record);
+  BezierPatch net;
+  for (std::size_t i = 0; i < 16; ++i) net.b[i] = ring[i] == kNone ? Vec3::Zero().eval() : data.position(ring[i]);
+  return finish_patch(net, record.phantoms);
+}
+
+Box3 BoundarySurface::hull_box(std::uint32_t face) const noexcept {
+  const auto& data = solid_->data();
+  Box3 box;
+  for (const std::uint32_t p : data.ring(data.face_rings[face])) {
+    if (p != kNone) box.extend(data.position(p));
+  }
+  return box;
+}
+
+void BoundarySurface::irregular_corner(std::uint32_t face, IrregularCorner& corner) const {
+  const auto& data = solid_->data();
+  const SurfaceFaceRing& record = data.face_rings[face];
+  corner.op = record.op;
+  corner.level = 0;
+  corner.ring.clear();
+  for (const std::uint32_t p : data.ring(record)) corner.ring.push_back(data.position(p));
+}
+
+void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches,
+                            std::vector<Vec3>& scratch) const {
+  const PlanarOperator& op = solid_->data().operators.surfaces()[corner.op];
+  for (std::size_t c = 1; c < 4; ++c) {
+    apply_rows(op.stencils, op.children[c], corner.ring, patches[c - 1].b.data());
+    patches[c - 1] = finish_patch(patches[c - 1], op.children[c].phantoms);
+  }
+  scratch.resize(op.children[0].count);
+  apply_rows(op.stencils, op.children[0], corner.ring, scratch.data());
+  corner.ring.swap(scratch);
+  corner.op = op.children[0].op;
+  ++corner.level;
+}
+
+Vec3 BoundarySurface::corner_position(const IrregularCorner& corner) const noexcept {
+  const auto& limit = solid_->data().operators.surfaces()[corner.op].limit;
+  Vec3 position = Vec3::Zero();
+  for (std::size_t i = 0; i < limit.size(); ++i) position += limit[i] * corner.ring[i];
+  return position;
+}
+
+SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept {
+  const BoundaryFace& f = faces()[face];
+  const bool s_end = s == 0 || s == kSurfaceOne, t_end = t == 0 || t == kSurfaceOne;
+  if (s_end && t_end) return f.corners[t == 0 ? (s == 0 ? 0 : 1) : (s == 0 ? 3 : 2)];
+  if (!s_end && !t_end) return {SurfaceKey::Kind::kFace, face, s, t};
+  // Sides 0 and 1 run with s and t, sides 2 and 3 against them.
+  const std::size_t side = t_end ? (t == 0 ? 0 : 2) : (s == 0 ? 3 : 1);
+  const std::uint32_t forward = t_end ? s : t;
+  const FaceSide& interval = f.sides[side];
+  return {SurfaceKey::Kind::kEdge, interval.edge,
+          along(interval.t_begin, interval.t_end, side < 2 ? forward : kSurfaceOne - forward), 0};
+}
+
+CellParam BoundarySurface::cell_param(std::uint32_t face, double s, double t) const noexcept {
+  const BoundaryFace& f = faces()[face];
+  const Vec3 origin = corner_uvw(f.cell_corner[0]);
+  return {f.cell, origin + s * (corner_uvw(f.cell_corner[1]) - origin) + t * (corner_uvw(f.cell_corner[3]) - origin)};
+}
+
+}  // namespace ccslice

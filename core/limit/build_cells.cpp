@@ -1,0 +1,291 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/limit/prepare.h"
+#include "core/mesh/cell_complex.h"
+#include "core/subdivision/classify.h"
+#include "core/subdivision/refine.h"
+#include "core/subdivision/ring.h"
+#include "core/subdivision/surface_ring.h"
+
+namespace ccslice {
+
+namespace {
+
+constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
+constexpr std::uint32_t kCancelPeriod = 256;
+
+/// One refinement level: a complex, where its points start, and what its places are called on the surface.
+struct Level {
+  CellComplex complex;
+  std::uint32_t point_base = 0;
+  std::vector<SurfaceKey> vertex_keys;
+  std::vector<FaceSide> edge_roots;  // From the edge's first vertex to its second.
+  std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
+  std::vector<std::uint32_t> first_child;              // By cell, in the next level; kNone if not refined.
+};
+
+class Builder {
+ public:
+  Builder(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data)
+      : mesh_(mesh), cancel_(cancel), data_(data) {}
+
+  void run() {
+    add_control_level();
+    std::vector<std::uint32_t> cells(mesh_.cell_count());
+    for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
+    for (std::vector<std::uint32_t> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
+      if (levels_.size() > kMaxRefinements) throw Error(ErrorCode::kInternal, "refinement doesn't end");
+      cells = add_refined_level(bad);
+    }
+    for (Level& level : levels_) {
+      walkers_.emplace_back(level.complex);
+      surface_walkers_.emplace_back(level.complex);
+    }
+    for (std::uint32_t c = 0; c < mesh_.cell_count(); ++c) {
+      if (c % kCancelPeriod == 0) cancel_.throw_if_cancelled();
+      number(0, c, c);
+    }
+    summarize();
+  }
+
+ private:
+  void add_control_level();
+  std::vector<std::uint32_t> classify(const std::vector<std::uint32_t>& cells);
+  std::vector<std::uint32_t> add_refined_level(const std::vector<std::uint32_t>& bad);
+  void name_refined_places(const Refinement& refined, Level& level);
+  void number(std::size_t level, std::uint32_t cell, std::uint32_t control_cell);
+  void add_cell(std::size_t level, std::uint32_t cell, const Classification& found, std::uint32_t control_cell);
+  void add_boundary_faces(std::size_t level, std::uint32_t cell);
+  std::uint32_t add_ring(const Level& level, std::span<const std::uint32_t> points);
+  void summarize();
+
+  const ControlMesh& mesh_;
+  const CancellationToken& cancel_;
+  LimitSolid::Data& data_;
+  std::deque<Level> levels_;
+  std::deque<RingWalker> walkers_;
+  std::deque<SurfaceWalker> surface_walkers_;
+  std::uint32_t next_vertex_root_ = 0;
+  std::uint32_t next_edge_root_ = 0;
+};
+
+void Builder::add_control_level() {
+  Level level{make_cell_complex(mesh_), 0, {}, {}, {}, {}};
+  const std::size_t channels = mesh_.channel_count();
+  data_.dimension = 3 + channels;
+  data_.points.reserve(mesh_.vertex_count() * data_.dimension);
+  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+    const Vec3& p = mesh_.positions[v];
+    data_.points.insert(data_.points.end(), {p.x(), p.y(), p.z()});
+    for (std::size_t c = 0; c < channels; ++c) data_.points.push_back(mesh_.channel_values[v * channels + c]);
+    level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, v, 0, 0});
+  }
+  for (std::uint32_t e = 0; e < level.complex.edge_count(); ++e) level.edge_roots.push_back({e, 0, kSurfaceOne});
+  next_vertex_root_ = level.complex.vertex_count();
+  next_edge_root_ = level.complex.edge_count();
+  levels_.push_back(std::move(level));
+}
+
+std::vector<std::uint32_t> Builder::classify(const std::vector<std::uint32_t>& cells) {
+  Level& level = levels_.back();
+  level.classes.resize(level.complex.cell_count());
+  level.first_child.assign(level.complex.cell_count(), kNone);
+  Classifier classifier(level.complex);
+  std::vector<std::uint32_t> bad;
+  for (const std::uint32_t c : cells) {
+    level.classes[c] = classifier.classify(c);
+    if (!level.classes[c]) bad.push_back(c);
+  }
+  cancel_.throw_if_cancelled();
+  return bad;
+}
+
+std::vector<std::uint32_t> Builder::add_refined_level(const std::vector<std::uint32_t>& bad) {
+  Level& parent = levels_.back();
+  Refinement refined = refine(parent.complex, bad);
+  std::vector<std::uint32_t> children;
+  for (std::size_t i = 0; i < bad.size(); ++i) {
+    parent.first_child[bad[i]] = refined.first_child[i];
+    const auto count = static_cast<std::uint32_t>(corner_count(parent.complex.kind(bad[i])));
+    for (std::uint32_t k = 0; k < count; ++k) children.push_back(refined.first_child[i] + k);
+  }
+  const std::size_t base = data_.points.size();
+  data_.points.resize(base + refined.stencils.rows() * data_.dimension);
+  refined.stencils.apply(0, refined.stencils.rows(), data_.points.data() + parent.point_base * data_.dimension,
+                         data_.dimension, data_.points.data() + base);
+  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}};
+  name_refined_places(refined, level);
+  levels_.push_back(std::move(level));
+  return children;
+}
+
+void Builder::name_refined_places(const Refinement& refined, Level& level) {
+  const Level& parent = levels_.back();
+  const auto middle = [&](std::uint32_t edge) {
+    const FaceSide& root = parent.edge_roots[edge];
+    return static_cast<std::uint32_t>((std::uint64_t{root.t_begin} + root.t_end) / 2);
+  };
+  for (std::uint32_t v = 0; v < level.complex.vertex_count(); ++v) {
+    const std::uint32_t origin = refined.origin[v];
+    if (v < refined.edge_points_begin) {
+      level.vertex_keys.push_back(parent.vertex_keys[origin]);
+    } else if (v < refined.face_points_begin) {
+      level.vertex_keys.push_back({SurfaceKey::Kind::kEdge, parent.edge_roots[origin].edge, middle(origin), 0});
+    } else {
+      level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, next_vertex_root_ + v, 0, 0});
+    }
+  }
+  for (std::uint32_t e = 0; e < level.complex.edge_count(); ++e) {
+    const auto [a, b] = level.complex.edge_vertices(e);
+    if (a < refined.edge_points_begin && b < refined.face_points_begin) {
+      const std::uint32_t whole = refined.origin[b];
+      const FaceSide& root = parent.edge_roots[whole];
+      const bool from_begin = parent.complex.edge_vertices(whole)[0] == refined.origin[a];
+      level.edge_roots.push_back({root.edge, from_begin ? root.t_begin : root.t_end, middle(whole)});
+    } else {
+      level.edge_roots.push_back({next_edge_root_ + e, 0, kSurfaceOne});
+    }
+  }
+  next_vertex_root_ += level.complex.vertex_count();
+  next_edge_root_ += level.complex.edge_count();
+}
+
+void Builder::number(std::size_t level, std::uint32_t cell, std::uint32_t control_cell) {
+  const Level& at = levels_[level];
+  if (at.classes[cell]) {
+    add_cell(level, cell, *at.classes[cell], control_cell);
+    return;
+  }
+  const int children = corner_count(at.complex.kind(cell));
+  for (int i = 0; i < children; ++i) {
+    number(level + 1, at.first_child[cell] + static_cast<std::uint32_t>(i), control_cell);
+  }
+}
+
+std::uint32_t Builder::add_ring(const Level& level, std::span<const std::uint32_t> points) {
+  const auto begin = static_cast<std::uint32_t>(data_.rings.size());
+  for (const std::uint32_t p : points) data_.rings.push_back(p == kNone ? kNone : p + level.point_base);
+  return begin;
+}
+
+/// The walk over frames whose ring has the smallest key, so that equal topologies meet in one operator.
+template <typename Walk>
+auto smallest_ring(std::span<const Frame> frames, Walk walk) {
+  auto best = std::pair(walk(frames[0]), frames[0]);
+  for (const Frame& frame : frames.subspan(1)) {
+    auto ring = walk(frame);
+    if (ring.key < best.first.key) best = std::pair(std::move(ring), frame);
+  }
+  return best;
+}
+
+void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classification& found,
+                       std::uint32_t control_cell) {
+  RingWalker& walker = walkers_[level];
+  LimitCell record;
+  record.cell_class = found.cell_class;
+  record.control_cell = control_cell;
+  if (found.cell_class == CellClass::kRegular) {
+    const RegularRing ring = walker.regular(cell);
+    record.phantoms = ring.phantoms;
+    record.ring_count = 64;
+    record.ring_begin = add_ring(levels_[level], ring.points);
+  } else if (found.cell_class == CellClass::kLine) {
+    const auto& ends = cell_tables::kHexEdges[found.anchor];
+    const auto along = static_cast<std::uint8_t>(found.anchor / 4);
+    const auto [ring, frame] = smallest_ring(std::array{frame_at(ends[0], along), frame_at(ends[1], along)},
+                                             [&](const Frame& f) { return walker.line(cell, f); });
+    record.frame = frame;
+    record.phantoms = ring.phantoms;
+    record.op = data_.operators.line(ring);
+    record.ring_count = static_cast<std::uint32_t>(ring.points.size());
+    record.ring_begin = add_ring(levels_[level], ring.points);
+  } else {
+    const auto [ring, frame] =
+        smallest_ring(std::array{frame_at(found.anchor, 0), frame_at(found.anchor, 1), frame_at(found.anchor, 2)},
+                      [&](const Frame& f) { return walker.vertex(cell, f); });
+    record.frame = frame;
+    record.op = data_.operators.vertex(ring);
+    record.ring_count = static_cast<std::uint32_t>(ring.points.size());
+    record.ring_begin = add_ring(levels_[level], ring.points);
+  }
+  data_.cells.push_back(record);
+  add_boundary_faces(level, cell);
+}
+
+void Builder::add_boundary_faces(std::size_t level, std::uint32_t cell) {
+  const Level& at = levels_[level];
+  const auto half_faces = at.complex.cell_half_faces(cell);
+  for (std::uint8_t side = 0; side < 6; ++side) {
+    const std::uint32_t face = half_faces[side] / 2;
+    if (!at.complex.face_on_boundary(face)) continue;
+    const SurfaceRing ring = surface_walkers_[level].walk(face);
+    const auto cycle = at.complex.face_vertices(face);
+    BoundaryFace record;
+    record.cell = static_cast<std::uint32_t>(data_.cells.size() - 1);
+    record.cell_side = side;
+    record.regular = ring.regular;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t here = (ring.start + i) % 4, next = (ring.start + i + 1) % 4;
+      record.corners[i] = at.vertex_keys[cycle[here]];
+      record.cell_corner[i] = cell_tables::kHexFaces[side].corners[here];
+      const std::uint32_t edge = at.complex.find_edge(cycle[here], cycle[next]);
+      record.sides[i] = at.edge_roots[edge];
+      if (at.complex.edge_vertices(edge)[0] != cycle[here]) std::swap(record.sides[i].t_begin, record.sides[i].t_end);
+    }
+    data_.faces.push_back(record);
+    data_.face_rings.push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring),
+                                add_ring(at, ring.points), static_cast<std::uint32_t>(ring.points.size())});
+  }
+}
+
+void Builder::summarize() {
+  SolidSummary& summary = data_.summary;
+  const CellComplex& control = levels_.front().complex;
+  summary.control_vertices = mesh_.vertex_count();
+  summary.control_cells = mesh_.cell_count();
+  summary.limit_cells = data_.cells.size();
+  for (const LimitCell& cell : data_.cells) {
+    summary.regular_cells += cell.cell_class == CellClass::kRegular;
+    summary.line_cells += cell.cell_class == CellClass::kLine;
+    summary.vertex_cells += cell.cell_class == CellClass::kVertex;
+  }
+  const Classifier classifier(control);
+  for (std::uint32_t e = 0; e < control.edge_count(); ++e) {
+    if (!classifier.irregular(e)) continue;
+    ++(control.edge_on_boundary(e) ? summary.irregular_boundary_edges : summary.extraordinary_edges);
+  }
+  for (std::uint32_t v = 0; v < control.vertex_count(); ++v) {
+    if (control.vertex_on_boundary(v) || on_straight_extraordinary_edge(control, v)) continue;
+    const auto edges = control.vertex_edges(v);
+    summary.extraordinary_vertices +=
+        std::any_of(edges.begin(), edges.end(), [&](std::uint32_t e) { return classifier.irregular(e); });
+  }
+  summary.sharp_edges = mesh_.sharp_edges.size();
+  summary.boundary_faces = data_.faces.size();
+  for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
+    ChannelRange range{mesh_.channel_names[c], mesh_.channel_values[c], mesh_.channel_values[c]};
+    for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
+      const double value = mesh_.channel_values[v * mesh_.channel_count() + c];
+      range.min = std::min(range.min, value);
+      range.max = std::max(range.max, value);
+    }
+    summary.channels.push_back(range);
+  }
+}
+
+}  // namespace
+
+void build_cells(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data) {
+  Builder(mesh, cancel, data).run();
+}
+
+}  // namespace ccslice

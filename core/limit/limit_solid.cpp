@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/limit_solid.h"
+
+#include <utility>
+
+#include "core/limit/prepare.h"
+#include "core/limit/solid_data.h"
+#include "core/limit/support.h"
+
+namespace ccslice {
+
+namespace {
+
+template <typename T>
+std::size_t bytes_of(const std::vector<T>& v) {
+  return v.capacity() * sizeof(T);
+}
+
+std::size_t memory_bytes(const LimitSolid::Data& data) {
+  return sizeof(data) + bytes_of(data.points) + bytes_of(data.rings) + bytes_of(data.cells) + bytes_of(data.faces) +
+         bytes_of(data.face_rings) + bytes_of(data.folding_cells) + data.operators.memory_bytes() +
+         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes();
+}
+
+}  // namespace
+
+std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
+  auto data = std::make_unique<Data>();
+  MeshReport report = validate(mesh, options.limits);
+  options.cancel.throw_if_cancelled();
+  build_cells(mesh, options.cancel, *data);
+  data->points.shrink_to_fit();
+  data->rings.shrink_to_fit();
+  data->cells.shrink_to_fit();
+  build_cell_boxes(options.cancel, *data);
+  find_folds(options.cancel, *data);
+  data->summary.inverted_control_cells = std::move(report.inverted_cells);
+  data->summary.memory_bytes = memory_bytes(*data);
+  std::shared_ptr<LimitSolid> solid(new LimitSolid(std::move(data)));
+  // The box is a property of the finished solid, which nobody else has seen yet.
+  const_cast<Data&>(*solid->data_).summary.bounding_box = solid->placed_bounding_box(Placement::Identity());
+  return solid;
+}
+
+LimitSolid::LimitSolid(std::unique_ptr<const Data> data) : data_(std::move(data)) {}
+LimitSolid::~LimitSolid() = default;
+
+const SolidSummary& LimitSolid::summary() const noexcept { return data_->summary; }
+std::size_t LimitSolid::channel_count() const noexcept { return data_->dimension - 3; }
+std::uint32_t LimitSolid::cell_count() const noexcept { return static_cast<std::uint32_t>(data_->cells.size()); }
+CellClass LimitSolid::cell_class(std::uint32_t cell) const noexcept { return data_->cells[cell].cell_class; }
+std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { return data_->cells[cell].control_cell; }
+
+Box3 LimitSolid::placed_bounding_box(const Placement& placement) const {
+  const BoundarySurface surface(*this);
+  Box3 box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 direction = placement.linear().row(axis).transpose();
+    const double offset = placement.translation()[axis];
+    box.max()[axis] = offset + support(surface, direction);
+    box.min()[axis] = offset - support(surface, -direction);
+  }
+  return box;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/patch.h"
+
+namespace ccslice {
+
+namespace {
+
+/// Four doubles that the compiler keeps in one register.
+using Quad = double __attribute__((vector_size(32)));
+
+Quad load(const std::array<double, 4>& p) noexcept {
+  return *reinterpret_cast<const Quad*>(p.data());
+}
+
+Vec3 to_vec3(const Quad& q) noexcept { return {q[0], q[1], q[2]}; }
+
+/// Visits the lines of a 4 x ... x 4 grid along `axis`: first point of each line, and the stride, both in points.
+template <typename Visit>
+void for_each_line(int axes, int axis, Visit visit) {
+  const std::size_t stride = std::size_t{1} << (2 * axis);
+  const std::size_t count = std::size_t{1} << (2 * axes);
+  for (std::size_t p = 0; p < count; ++p) {
+    if ((p / stride) % 4 == 0) visit(p, stride);
+  }
+}
+
+}  // namespace
+
+void bspline_basis(double t, std::array<double, 4>& value, std::array<double, 4>& derivative) noexcept {
+  const double s = 1 - t, t2 = t * t, t3 = t2 * t;
+  value = {s * s * s / 6, (3 * t3 - 6 * t2 + 4) / 6, (-3 * t3 + 3 * t2 + 3 * t + 1) / 6, t3 / 6};
+  derivative = {-s * s / 2, (3 * t2 - 4 * t) / 2, (-3 * t2 + 2 * t + 1) / 2, t2 / 2};
+}
+
+Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept {
+  std::array<double, 4> bu, bv, bw, unused;
+  bspline_basis(uvw[0], bu, unused);
+  bspline_basis(uvw[1], bv, unused);
+  bspline_basis(uvw[2], bw, unused);
+  Quad sum = {0, 0, 0, 0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    Quad plane = {0, 0, 0, 0};
+    for (std::size_t j = 0; j < 4; ++j) {
+      const auto* p = &patch.points[4 * j + 16 * k];
+      plane += bv[j] * (bu[0] * load(p[0]) + bu[1] * load(p[1]) + bu[2] * load(p[2]) + bu[3] * load(p[3]));
+    }
+    sum += bw[k] * plane;
+  }
+  return to_vec3(sum);
+}
+
+LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept {
+  std::array<double, 4> bu, bv, bw, du, dv, dw;
+  bspline_basis(uvw[0], bu, du);
+  bspline_basis(uvw[1], bv, dv);
+  bspline_basis(uvw[2], bw, dw);
+  Quad value = {0, 0, 0, 0}, along_u = value, along_v = value, along_w = value;
+  for (std::size_t k = 0; k < 4; ++k) {
+    Quad plane = {0, 0, 0, 0}, plane_u = plane, plane_v = plane;
+    for (std::size_t j = 0; j < 4; ++j) {
+      const auto* p = &patch.points[4 * j + 16 * k];
+      const Quad p0 = load(p[0]), p1 = load(p[1]), p2 = load(p[2]), p3 = load(p[3]);
+      const Quad row = bu[0] * p0 + bu[1] * p1 + bu[2] * p2 + bu[3] * p3;
+      plane_u += bv[j] * (du[0] * p0 + du[1] * p1 + du[2] * p2 + du[3] * p3);
+      plane += bv[j] * row;
+      plane_v += dv[j] * row;
+    }
+    value += bw[k] * plane;
+    along_u += bw[k] * plane_u;
+    along_v += bw[k] * plane_v;
+    along_w += dw[k] * plane;
+  }
+  LimitSample sample;
+  sample.position = to_vec3(value);
+  sample.jacobian.col(0) = to_vec3(along_u);
+  sample.jacobian.col(1) = to_vec3(along_v);
+  sample.jacobian.col(2) = to_vec3(along_w);
+  return sample;
+}
+
+void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept {
+  std::array<double, 4> bu, bv, bw, unused;
+  bspline_basis(uvw[0], bu, unused);
+  bspline_basis(uvw[1], bv, unused);
+  bspline_basis(uvw[2], bw, unused);
+  for (double& value : out) value = 0;
+  const double* channel = patch.channels.data();
+  for (std::size_t p = 0; p < 64; ++p, channel += out.size()) {
+    const double weight = bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4];
+    for (std::size_t c = 0; c < out.size(); ++c) out[c] += weight * channel[c];
+  }
+}
+
+void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask phantoms) noexcept {
+  for (int axis = 0; axis < axes; ++axis) {
+    const bool low = phantoms >> (2 * axis) & 1, high = phantoms >> (2 * axis + 1) & 1;
+    if (!low && !high) continue;
+    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
+      double* p = grid + first * dimension;
+      const std::size_t step = stride * dimension;
+      for (std::size_t d = 0; d < dimension; ++d) {
+        if (low) p[d] = 2 * p[step + d] - p[2 * step + d];
+        if (high) p[3 * step + d] = 2 * p[2 * step + d] - p[step + d];
+      }
+    });
+  }
+}
+
+void load_patch(const double* grid, std::size_t dimension, Patch& patch) noexcept {
+  const std::size_t channels = dimension - 3;
+  for (std::size_t p = 0; p < 64; ++p, grid += dimension) {
+    patch.points[p] = {grid[0], grid[1], grid[2], 0};
+    for (std::size_t c = 0; c < channels; ++c) patch.channels[p * channels + c] = grid[3 + c];
+  }
+}
+
+void bspline_to_bezier(double* grid, int axes, std::size_t dimension) noexcept {
+  for (int axis = 0; axis < axes; ++axis) {
+    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
+      double* p = grid + first * dimension;
+      const std::size_t step = stride * dimension;
+      for (std::size_t d = 0; d < dimension; ++d) {
+        const double a = p[d], b = p[step + d], c = p[2 * step + d], e = p[3 * step + d];
+        p[d] = (a + 4 * b + c) / 6;
+        p[step + d] = (2 * b + c) / 3;
+        p[2 * step + d] = (b + 2 * c) / 3;
+        p[3 * step + d] = (b + 4 * c + e) / 6;
+      }
+    });
+  }
+}
+
+}  // namespace ccslice

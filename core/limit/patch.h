@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A regular patch: 4 x 4 x 4 control points of a tricubic uniform B-spline over [0,1]^3, the one kernel that every
+// evaluation ends in.
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/limit/limit_evaluator.h"
+#include "core/subdivision/ring.h"
+
+namespace ccslice {
+
+struct Patch {
+  alignas(32) std::array<std::array<double, 4>, 64> points;  // x, y, z, 0; index i + 4 j + 16 k. mm, mesh frame.
+  std::vector<double> channels;                              // 64 * c: channels[p * c + channel].
+};
+
+/// Cubic uniform B-spline basis at t and its derivative.
+void bspline_basis(double t, std::array<double, 4>& value, std::array<double, 4>& derivative) noexcept;
+
+Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept;
+/// Derivatives with respect to the patch's own parameters.
+LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept;
+void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept;
+
+/// Fills phantom layers in a grid of `dimension` doubles a point, 4 points along each of `axes` (2 or 3) axes:
+/// P(-1) = 2 P(0) - P(1), and likewise at the other end. The relation survives refinement.
+void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask phantoms) noexcept;
+
+/// Splits a grid of points (x, y, z, channels...) into a patch. REQUIRES: patch.channels holds 64 * (dimension - 3).
+void load_patch(const double* grid, std::size_t dimension, Patch& patch) noexcept;
+
+/// Control points of the B-spline -> Bezier control points along one axis (stride in points), in place.
+void bspline_to_bezier(double* grid, int axes, std::size_t dimension) noexcept;
+
+}  // namespace ccslice

@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/patch_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/limit/patch.h"
+
+namespace ccslice {
+
+namespace {
+
+/// Levels to descend before `largest` reaches [1/2, 1].
+int level_of(double largest) noexcept {
+  if (largest >= 0.5) return 0;
+  if (largest <= 0) return kMaxPatchLevel;
+  return std::min(-std::ilogb(largest) - 1, kMaxPatchLevel);
+}
+
+/// Chooses the half of each of the first `axes` coordinates and rescales them to it.
+std::uint8_t choose_child(Vec3& q, int axes) noexcept {
+  unsigned child = 0;
+  for (int a = 0; a < axes; ++a) {
+    const bool outer = q[a] >= 0.5;
+    child |= static_cast<unsigned>(outer) << a;
+    q[a] = std::clamp(2 * q[a] - outer, 0.0, 1.0);
+  }
+  return static_cast<std::uint8_t>(child);
+}
+
+void find_in_line(PatchPlace& place) noexcept {
+  Vec3& q = place.local;
+  const int level = level_of(std::max(q[0], q[1]));
+  place.path.line_level = static_cast<std::uint8_t>(level);
+  const double scale = std::ldexp(1.0, level);
+  q[0] *= scale;
+  q[1] *= scale;
+  place.path.line_child = choose_child(q, 2);
+  if (place.path.line_child == 0) {
+    place.at_line = true;
+    place.path.line_child = 3;
+    q[0] = q[1] = 0;
+  }
+  place.factor[0] *= 2 * scale;
+  place.factor[1] *= 2 * scale;
+}
+
+void enter_frame(const Frame& frame, PatchPlace& place) noexcept {
+  PatchPlace before = place;
+  place.local = frame.to_framed(before.local);
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto from = frame.axis[a];
+    place.axis[a] = before.axis[from];
+    place.factor[static_cast<Eigen::Index>(a)] = frame.origin >> from & 1 ? -before.factor[from] : before.factor[from];
+  }
+}
+
+}  // namespace
+
+PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept {
+  PatchPlace place{{}, uvw, {0, 1, 2}, Vec3::Ones()};
+  if (cell.cell_class == CellClass::kRegular) return place;
+  enter_frame(cell.frame, place);
+  if (cell.cell_class == CellClass::kLine) {
+    find_in_line(place);
+    return place;
+  }
+  const int level = level_of(place.local.maxCoeff());
+  place.path.level = static_cast<std::uint8_t>(level);
+  place.local *= std::ldexp(1.0, level);
+  place.factor *= std::ldexp(2.0, level);
+  place.path.child = choose_child(place.local, 3);
+  if (place.path.child == 0) {
+    place.at_vertex = true;
+    place.path.child = 7;
+    place.local.setZero();
+  }
+  std::uint32_t op = cell.op;
+  for (int n = 0; n < level; ++n) op = data.operators.vertices()[op].children[0].op;
+  const VertexOperator::Child& child = data.operators.vertices()[op].children[place.path.child];
+  if (child.cell_class == CellClass::kLine) {
+    enter_frame(child.frame, place);
+    find_in_line(place);
+  }
+  return place;
+}
+
+PatchBuilder::PatchBuilder(const LimitSolid::Data& data)
+    : data_(data),
+      dimension_(data.dimension),
+      a_(data.operators.max_ring_points() * data.dimension),
+      b_(data.operators.max_ring_points() * data.dimension) {}
+
+void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) const noexcept {
+  for (const std::uint32_t id : ring) {
+    if (id == kNone) {
+      std::fill(out, out + dimension_, 0.0);
+    } else {
+      std::copy_n(data_.point(id), dimension_, out);
+    }
+    out += dimension_;
+  }
+}
+
+const VertexOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
+  gather(data_.ring(cell), a_.data());
+  std::uint32_t op = cell.op;
+  const auto step = [&](std::uint8_t child) -> const VertexOperator::Child& {
+    const VertexOperator& now = data_.operators.vertices()[op];
+    const VertexOperator::Child& next = now.children[child];
+    now.stencils.apply(next.first_row, next.count, a_.data(), dimension_, b_.data());
+    std::swap(a_, b_);
+    op = next.op;
+    return next;
+  };
+  for (int n = 0; n < path.level; ++n) step(0);
+  return step(path.child);
+}
+
+Box3 PatchBuilder::box_of(std::size_t points) const noexcept {
+  Box3 box;
+  for (std::size_t i = 0; i < points; ++i) box.extend(Vec3::Map(a_.data() + i * dimension_).eval());
+  return box;
+}
+
+Box3 PatchBuilder::remaining_box(const LimitCell& cell, const PatchPath& path) noexcept {
+  if (cell.cell_class == CellClass::kVertex && path.child == 0) return box_of(descend_vertex(cell, path).count);
+  const std::uint32_t op = descend_line(load_line(cell, path), path.line_level);
+  return box_of(4 * data_.operators.lines()[op].points);
+}
+
+void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {
+  const std::size_t layer = layer_points * dimension_;
+  double* p = a_.data();
+  for (std::size_t i = 0; i < layer; ++i) {
+    if (phantoms >> 4 & 1) p[i] = 2 * p[layer + i] - p[2 * layer + i];
+    if (phantoms >> 5 & 1) p[3 * layer + i] = 2 * p[2 * layer + i] - p[layer + i];
+  }
+}
+
+std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& path) noexcept {
+  if (cell.cell_class == CellClass::kLine) {
+    gather(data_.ring(cell), a_.data());
+    fill_layers(cell.ring_count / 4, cell.phantoms);
+    return cell.op;
+  }
+  const VertexOperator::Child& child = descend_vertex(cell, path);
+  fill_layers(child.layer_points, child.phantoms);
+  return child.op;
+}
+
+std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept {
+  for (int n = 0; n < levels; ++n) {
+    const PlanarOperator& now = data_.operators.lines()[op];
+    const ChildRows& next = now.children[0];
+    for (std::size_t layer = 0; layer < 4; ++layer) {
+      now.stencils.apply(next.first_row, next.count, a_.data() + layer * now.points * dimension_, dimension_,
+                         b_.data() + layer * next.count * dimension_);
+    }
+    std::swap(a_, b_);
+    op = next.op;
+  }
+  return op;
+}
+
+void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept {
+  const PlanarOperator& now = data_.operators.lines()[op];
+  const ChildRows& next = now.children[child];
+  for (std::size_t layer = 0; layer < 4; ++layer) {
+    now.stencils.apply(next.first_row, 16, a_.data() + layer * now.points * dimension_, dimension_,
+                       grid + layer * 16 * dimension_);
+  }
+  fill_phantoms(grid, 3, dimension_, next.phantoms);
+}
+
+void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* grid) noexcept {
+  if (cell.cell_class == CellClass::kRegular) {
+    gather(data_.ring(cell), grid);
+    fill_phantoms(grid, 3, dimension_, cell.phantoms);
+  } else if (path.line_child != 0) {
+    const std::uint32_t op = descend_line(load_line(cell, path), path.line_level);
+    finish_line(op, path.line_child, grid);
+  } else {
+    const VertexOperator::Child& child = descend_vertex(cell, path);
+    std::copy_n(a_.data(), 64 * dimension_, grid);
+    fill_phantoms(grid, 3, dimension_, child.phantoms);
+  }
+}
+
+void PatchBuilder::limit_at_vertex(const LimitCell& cell, double* out) noexcept {
+  std::fill(out, out + dimension_, 0.0);
+  const auto& limit = data_.operators.vertices()[cell.op].limit;
+  const auto ring = data_.ring(cell);
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    for (std::size_t d = 0; d < dimension_; ++d) out[d] += limit[i] * data_.point(ring[i])[d];
+  }
+}
+
+void PatchBuilder::limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept {
+  const std::uint32_t op = load_line(cell, path);
+  const auto& limit = data_.operators.lines()[op].limit;
+  std::array<double, 4> basis, unused;
+  bspline_basis(w, basis, unused);
+  std::fill(out, out + dimension_, 0.0);
+  const double* p = a_.data();
+  for (std::size_t layer = 0; layer < 4; ++layer) {
+    for (const double weight : limit) {
+      for (std::size_t d = 0; d < dimension_; ++d) out[d] += basis[layer] * weight * *p++;
+    }
+  }
+}
+
+}  // namespace ccslice

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a LimitSolid keeps: control points of all refinement levels, one-rings of the limit-ready cells and boundary faces as
+// indices into them, shared operators, and an index over the cells' bounding boxes. Private to core/limit.
+
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/limit/box_tree.h"
+#include "core/limit/boundary_surface.h"
+#include "core/limit/limit_solid.h"
+#include "core/subdivision/frame.h"
+#include "core/subdivision/operators.h"
+
+namespace ccslice {
+
+/// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or the numbered ring (vertex).
+struct LimitCell {
+  CellClass cell_class = CellClass::kRegular;
+  PhantomMask phantoms = 0;
+  Frame frame;
+  std::uint32_t op = kNone;
+  std::uint32_t ring_begin = 0;
+  std::uint32_t ring_count = 0;
+  std::uint32_t control_cell = 0;
+};
+
+struct SurfaceFaceRing {
+  PhantomMask phantoms = 0;
+  std::uint32_t op = kNone;
+  std::uint32_t ring_begin = 0;
+  std::uint32_t ring_count = 0;
+};
+
+struct LimitSolid::Data {
+  std::size_t dimension = 3;       // 3 + channels.
+  std::vector<double> points;      // dimension doubles a control point: x, y, z (mm), channels.
+  std::vector<std::uint32_t> rings;
+  std::vector<LimitCell> cells;
+  OperatorTable operators;
+  std::vector<BoundaryFace> faces;
+  std::vector<SurfaceFaceRing> face_rings;
+  BoxTree cell_boxes;              // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;              // Of the cells that fold: items are indices into `folding_cells`.
+  std::vector<std::uint32_t> folding_cells;
+  SolidSummary summary;
+
+  std::span<const std::uint32_t> ring(const LimitCell& cell) const {
+    return std::span(rings).subspan(cell.ring_begin, cell.ring_count);
+  }
+  std::span<const std::uint32_t> ring(const SurfaceFaceRing& face) const {
+    return std::span(rings).subspan(face.ring_begin, face.ring_count);
+  }
+  const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
+  Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
+};
+
+}  // namespace ccslice

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/support.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace ccslice {
+
+namespace {
+
+using Heights = std::array<double, 16>;  // A bicubic Bezier net of heights, 4 * row + column.
+
+constexpr int kMaxDepth = 60;
+
+double largest(const Heights& h) { return *std::max_element(h.begin(), h.end()); }
+double largest_corner(const Heights& h) { return std::max({h[0], h[3], h[12], h[15]}); }
+
+/// Second differences along columns (stride 1) or rows (stride 4).
+double curvature(const Heights& h, std::size_t stride) {
+  double most = 0;
+  for (std::size_t line = 0; line < 4; ++line) {
+    const std::size_t first = line * (stride == 1 ? 4 : 1);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::size_t a = first + i * stride;
+      most = std::max(most, std::abs(h[a] - 2 * h[a + stride] + h[a + 2 * stride]));
+    }
+  }
+  return most;
+}
+
+/// De Casteljau at 1/2 along one direction.
+void halve(const Heights& h, std::size_t stride, Heights& low, Heights& high) {
+  for (std::size_t line = 0; line < 4; ++line) {
+    const std::size_t p = line * (stride == 1 ? 4 : 1), q = p + stride, r = q + stride, s = r + stride;
+    const double pq = (h[p] + h[q]) / 2, qr = (h[q] + h[r]) / 2, rs = (h[r] + h[s]) / 2;
+    const double pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
+    low[p] = h[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
+    high[q] = qrs, high[r] = rs, high[s] = h[s];
+  }
+}
+
+class Search {
+ public:
+  Search(const BoundarySurface& surface, const Vec3& direction) : surface_(surface), direction_(direction) {}
+
+  double run() {
+    std::vector<std::pair<double, std::uint32_t>> faces;
+    double lowest = std::numeric_limits<double>::infinity();
+    for (std::uint32_t f = 0; f < surface_.faces().size(); ++f) {
+      const Box3 box = surface_.hull_box(f);
+      faces.emplace_back(direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f);
+      lowest = std::min(lowest, direction_.cwiseMin(0).dot(box.max()) + direction_.cwiseMax(0).dot(box.min()));
+    }
+    std::sort(faces.begin(), faces.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : a.second < b.second;
+    });
+    tolerance_ = std::max(1e-10 * (faces.front().first - lowest), std::numeric_limits<double>::min());
+    for (const auto& [bound, face] : faces) {
+      if (bound <= best_ + tolerance_) break;
+      surface_.faces()[face].regular ? search(surface_.regular_patch(face)) : search_irregular(face);
+    }
+    return best_;
+  }
+
+ private:
+  void search(const BezierPatch& patch) {
+    Heights heights;
+    for (std::size_t i = 0; i < 16; ++i) heights[i] = direction_.dot(patch.b[i]);
+    search(heights, 0);
+  }
+
+  void search(const Heights& heights, int depth) {
+    best_ = std::max(best_, largest_corner(heights));
+    if (largest(heights) <= best_ + tolerance_ || depth == kMaxDepth) return;
+    const std::size_t stride = curvature(heights, 1) >= curvature(heights, 4) ? 1 : 4;
+    Heights low, high;
+    halve(heights, stride, low, high);
+    const bool low_first = largest(low) >= largest(high);
+    search(low_first ? low : high, depth + 1);
+    search(low_first ? high : low, depth + 1);
+  }
+
+  void search_irregular(std::uint32_t face) {
+    IrregularCorner corner;
+    std::array<BezierPatch, 3> patches;
+    std::vector<Vec3> scratch;
+    surface_.irregular_corner(face, corner);
+    best_ = std::max(best_, direction_.dot(surface_.corner_position(corner)));
+    for (int depth = 0; depth < kMaxDepth; ++depth) {
+      double bound = -std::numeric_limits<double>::infinity();
+      for (const Vec3& p : corner.ring) bound = std::max(bound, direction_.dot(p));
+      if (bound <= best_ + tolerance_) return;
+      surface_.split(corner, patches, scratch);
+      for (const BezierPatch& patch : patches) search(patch);
+    }
+  }
+
+  const BoundarySurface& surface_;
+  Vec3 direction_;
+  double best_ = -std::numeric_limits<double>::infinity();
+  double tolerance_ = 0;
+};
+
+}  // namespace
+
+double support(const BoundarySurface& surface, const Vec3& direction) { return Search(surface, direction).run(); }
+
+}  // namespace ccslice

@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/cell_complex.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+namespace {
+
+/// Turns (row, item) pairs, given by two passes of `visit(emit)`, into compressed rows; items keep their order.
+template <typename Visit>
+Incidence make_incidence(std::uint32_t rows, Visit visit) {
+  Incidence result;
+  result.offsets.assign(rows + 1, 0);
+  visit([&](std::uint32_t row, std::uint32_t) { ++result.offsets[row + 1]; });
+  for (std::uint32_t r = 0; r < rows; ++r) result.offsets[r + 1] += result.offsets[r];
+  result.items.resize(result.offsets[rows]);
+  std::vector<std::uint32_t> next(result.offsets.begin(), result.offsets.end() - 1);
+  visit([&](std::uint32_t row, std::uint32_t item) { result.items[next[row]++] = item; });
+  return result;
+}
+
+struct HalfFaceRef {
+  std::array<std::uint32_t, 4> sorted;  // Ascending; triangles end with kNone.
+  std::uint32_t slot;                   // Index into cell_half_faces_.
+};
+
+}  // namespace
+
+CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
+                         std::span<const std::array<std::uint32_t, 2>> sharp_edges,
+                         std::span<const std::uint32_t> sharp_vertices)
+    : vertex_count_(vertex_count), kinds_(std::move(kinds)), corners_(std::move(corners)) {
+  number_cells();
+  build_faces();
+  build_edges();
+  build_incidences();
+  mark_boundary();
+  vertex_sharp_.assign(vertex_count_, 0);
+  for (const std::uint32_t v : sharp_vertices) vertex_sharp_[v] = 1;
+  edge_sharp_.assign(edge_vertices_.size(), 0);
+  for (const auto& [a, b] : sharp_edges) {
+    if (const std::uint32_t e = find_edge(a, b); e != kNone) edge_sharp_[e] = 1;
+  }
+}
+
+void CellComplex::number_cells() {
+  std::uint32_t corner = 0, face = 0, edge = 0;
+  for (const CellKind kind : kinds_) {
+    corner_begin_.push_back(corner);
+    face_begin_.push_back(face);
+    edge_begin_.push_back(edge);
+    corner += static_cast<std::uint32_t>(corner_count(kind));
+    face += static_cast<std::uint32_t>(cell_topology(kind).faces.size());
+    edge += static_cast<std::uint32_t>(cell_topology(kind).edges.size());
+  }
+  cell_half_faces_.assign(face, kNone);
+  cell_edges_.assign(edge, kNone);
+}
+
+void CellComplex::build_faces() {
+  // Half-faces are bucketed by their smallest vertex and matched within a bucket; faces are numbered by first cell.
+  std::vector<HalfFaceRef> refs;
+  std::vector<std::array<std::uint32_t, 2>> owner;  // Cell and local face by slot.
+  refs.reserve(cell_half_faces_.size());
+  for (std::uint32_t c = 0; c < cell_count(); ++c) {
+    const auto vertices = cell_vertices(c);
+    const auto faces = cell_topology(kinds_[c]).faces;
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      HalfFaceRef ref{{kNone, kNone, kNone, kNone}, face_begin_[c] + f};
+      for (int i = 0; i < faces[f].size; ++i) ref.sorted[i] = vertices[faces[f].corners[i]];
+      std::sort(ref.sorted.begin(), ref.sorted.end());
+      refs.push_back(ref);
+      owner.push_back({c, f});
+    }
+  }
+  const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
+    for (std::uint32_t i = 0; i < refs.size(); ++i) emit(refs[i].sorted[0], i);
+  });
+  for (std::uint32_t i = 0; i < refs.size(); ++i) {
+    const auto [cell, local] = owner[i];
+    if (cell_half_faces_[i] == kNone) {
+      const std::uint32_t face = face_count();
+      cell_half_faces_[i] = 2 * face;
+      half_face_cell_.insert(half_face_cell_.end(), {cell, kNone});
+      half_face_local_.insert(half_face_local_.end(), {static_cast<std::uint8_t>(local), 0});
+      const LocalFace& shape = cell_topology(kinds_[cell]).faces[local];
+      std::array<std::uint32_t, 4> ring{kNone, kNone, kNone, kNone};
+      for (int k = 0; k < shape.size; ++k) ring[k] = cell_vertices(cell)[shape.corners[k]];
+      face_vertices_.push_back(ring);
+      face_size_.push_back(shape.size);
+    }
+    const std::uint32_t mine = cell_half_faces_[i];
+    if (mine & 1) continue;
+    for (const std::uint32_t j : buckets[refs[i].sorted[0]]) {
+      if (j <= i || refs[j].sorted != refs[i].sorted) continue;
+      if (half_face_cell_[mine + 1] != kNone) {
+        throw Error(ErrorCode::kMeshNonManifoldFace,
+                    "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[mine + 1]) + " and " +
+                        std::to_string(owner[j][0]) +
+                        " share one face; a face belongs to at most two cells: remove the surplus cells",
+                    "cells", {cell, half_face_cell_[mine + 1], owner[j][0]});
+      }
+      cell_half_faces_[j] = mine + 1;
+      half_face_cell_[mine + 1] = owner[j][0];
+      half_face_local_[mine + 1] = static_cast<std::uint8_t>(owner[j][1]);
+    }
+  }
+}
+
+void CellComplex::build_edges() {
+  // An edge is found in the bucket of its smaller vertex; edges are numbered by first cell.
+  std::vector<std::array<std::uint32_t, 2>> ends;
+  ends.reserve(cell_edges_.size());
+  for (std::uint32_t c = 0; c < cell_count(); ++c) {
+    const auto vertices = cell_vertices(c);
+    for (const auto& [i, j] : cell_topology(kinds_[c]).edges) {
+      ends.push_back({std::min(vertices[i], vertices[j]), std::max(vertices[i], vertices[j])});
+    }
+  }
+  const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
+    for (std::uint32_t i = 0; i < ends.size(); ++i) emit(ends[i][0], i);
+  });
+  for (std::uint32_t i = 0; i < ends.size(); ++i) {
+    if (cell_edges_[i] != kNone) continue;
+    const auto edge = static_cast<std::uint32_t>(edge_vertices_.size());
+    edge_vertices_.push_back(ends[i]);
+    for (const std::uint32_t j : buckets[ends[i][0]]) {
+      if (ends[j][1] == ends[i][1]) cell_edges_[j] = edge;
+    }
+  }
+}
+
+void CellComplex::build_incidences() {
+  edge_cells_ = make_incidence(edge_count(), [&](auto emit) {
+    for (std::uint32_t c = 0; c < cell_count(); ++c) {
+      for (const std::uint32_t e : cell_edges(c)) emit(e, c);
+    }
+  });
+  vertex_cells_ = make_incidence(vertex_count_, [&](auto emit) {
+    for (std::uint32_t c = 0; c < cell_count(); ++c) {
+      for (const std::uint32_t v : cell_vertices(c)) emit(v, c);
+    }
+  });
+  vertex_edges_ = make_incidence(vertex_count_, [&](auto emit) {
+    for (std::uint32_t e = 0; e < edge_count(); ++e) {
+      for (const std::uint32_t v : edge_vertices_[e]) emit(v, e);
+    }
+  });
+  vertex_faces_ = make_incidence(vertex_count_, [&](auto emit) {
+    for (std::uint32_t f = 0; f < face_count(); ++f) {
+      for (const std::uint32_t v : face_vertices(f)) emit(v, f);
+    }
+  });
+  edge_faces_ = make_incidence(edge_count(), [&](auto emit) {
+    for (std::uint32_t f = 0; f < face_count(); ++f) {
+      const auto ring = face_vertices(f);
+      for (std::size_t i = 0; i < ring.size(); ++i) emit(find_edge(ring[i], ring[(i + 1) % ring.size()]), f);
+    }
+  });
+}
+
+void CellComplex::mark_boundary() {
+  edge_boundary_.assign(edge_count(), 0);
+  vertex_boundary_.assign(vertex_count_, 0);
+  for (std::uint32_t e = 0; e < edge_count(); ++e) {
+    for (const std::uint32_t f : edge_faces_[e]) edge_boundary_[e] |= face_on_boundary(f);
+    if (!edge_boundary_[e]) continue;
+    for (const std::uint32_t v : edge_vertices_[e]) vertex_boundary_[v] = 1;
+  }
+}
+
+std::uint32_t CellComplex::find_edge(std::uint32_t a, std::uint32_t b) const {
+  for (const std::uint32_t e : vertex_edges_[a]) {
+    if (edge_other(e, a) == b) return e;
+  }
+  return kNone;
+}
+
+CellComplex make_cell_complex(const ControlMesh& mesh) {
+  std::vector<std::uint32_t> corners;
+  corners.reserve(mesh.cell_vertices.size());
+  std::size_t begin = 0;
+  for (const CellKind kind : mesh.cell_kinds) {
+    const int n = corner_count(kind);
+    for (int i = 0; i < n; ++i) {
+      const int vtk = kind == CellKind::kHex ? vtk_to_bits(static_cast<std::uint8_t>(i)) : i;
+      corners.push_back(mesh.cell_vertices[begin + static_cast<std::size_t>(vtk)]);
+    }
+    begin += static_cast<std::size_t>(n);
+  }
+  return CellComplex(static_cast<std::uint32_t>(mesh.vertex_count()), mesh.cell_kinds, std::move(corners),
+                     mesh.sharp_edges, mesh.sharp_vertices);
+}
+
+}  // namespace ccslice

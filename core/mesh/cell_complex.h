@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The cell complex: cells, faces, edges and vertices of a control mesh or of a refined part of one, with their incidences,
+// as in OpenVolumeMesh [Luu19, 4]. A face has two half-faces (half-face = 2 * face + side); the opposite is `^ 1`, and a
+// half-face without a cell lies on the boundary.
+//
+// A complex may be a CUT-OUT: then only some vertices are COMPLETE, i.e. all their cells are present. Everything
+// about edges, faces and the boundary is true at complete vertices and meaningless elsewhere.
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/mesh/cell_kind.h"
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// Compressed rows: the items of row r are items[offsets[r] .. offsets[r+1]).
+struct Incidence {
+  std::vector<std::uint32_t> offsets;
+  std::vector<std::uint32_t> items;
+
+  std::span<const std::uint32_t> operator[](std::uint32_t row) const {
+    return std::span(items).subspan(offsets[row], offsets[row + 1] - offsets[row]);
+  }
+};
+
+class CellComplex {
+ public:
+  /// Cells by kinds and concatenated corners (hexahedra: bits order, see cell_kind.h). Sharp edges are vertex pairs.
+  /// Makes no check but this one: throws Error{kMeshNonManifoldFace} if a face has more than two cells.
+  CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
+              std::span<const std::array<std::uint32_t, 2>> sharp_edges, std::span<const std::uint32_t> sharp_vertices);
+
+  std::uint32_t vertex_count() const { return vertex_count_; }
+  std::uint32_t cell_count() const { return static_cast<std::uint32_t>(kinds_.size()); }
+  std::uint32_t face_count() const { return static_cast<std::uint32_t>(half_face_cell_.size() / 2); }
+  std::uint32_t edge_count() const { return static_cast<std::uint32_t>(edge_vertices_.size()); }
+
+  CellKind kind(std::uint32_t cell) const { return kinds_[cell]; }
+  std::span<const std::uint32_t> cell_vertices(std::uint32_t cell) const {
+    return std::span(corners_).subspan(corner_begin_[cell], static_cast<std::size_t>(corner_count(kinds_[cell])));
+  }
+  /// Half-faces of a cell in the order of its local faces; edges in the order of its local edges.
+  std::span<const std::uint32_t> cell_half_faces(std::uint32_t cell) const {
+    return std::span(cell_half_faces_).subspan(face_begin_[cell], cell_topology(kinds_[cell]).faces.size());
+  }
+  std::span<const std::uint32_t> cell_edges(std::uint32_t cell) const {
+    return std::span(cell_edges_).subspan(edge_begin_[cell], cell_topology(kinds_[cell]).edges.size());
+  }
+
+  /// Cell of a half-face, or kNone on the boundary; and the face's number within that cell.
+  std::uint32_t half_face_cell(std::uint32_t half_face) const { return half_face_cell_[half_face]; }
+  std::uint8_t half_face_local(std::uint32_t half_face) const { return half_face_local_[half_face]; }
+  bool face_on_boundary(std::uint32_t face) const { return half_face_cell_[2 * face + 1] == kNone; }
+  /// Vertices of a face, counter-clockwise seen from outside its first cell.
+  std::span<const std::uint32_t> face_vertices(std::uint32_t face) const {
+    return std::span(face_vertices_[face]).first(face_size_[face]);
+  }
+
+  std::array<std::uint32_t, 2> edge_vertices(std::uint32_t edge) const { return edge_vertices_[edge]; }
+  std::uint32_t edge_other(std::uint32_t edge, std::uint32_t vertex) const {
+    return edge_vertices_[edge][edge_vertices_[edge][0] == vertex];
+  }
+  std::span<const std::uint32_t> edge_cells(std::uint32_t edge) const { return edge_cells_[edge]; }
+  std::span<const std::uint32_t> edge_faces(std::uint32_t edge) const { return edge_faces_[edge]; }
+  bool edge_on_boundary(std::uint32_t edge) const { return edge_boundary_[edge] != 0; }
+  bool edge_sharp(std::uint32_t edge) const { return edge_sharp_[edge] != 0; }
+
+  std::span<const std::uint32_t> vertex_cells(std::uint32_t vertex) const { return vertex_cells_[vertex]; }
+  std::span<const std::uint32_t> vertex_faces(std::uint32_t vertex) const { return vertex_faces_[vertex]; }
+  std::span<const std::uint32_t> vertex_edges(std::uint32_t vertex) const { return vertex_edges_[vertex]; }
+  bool vertex_on_boundary(std::uint32_t vertex) const { return vertex_boundary_[vertex] != 0; }
+  bool vertex_sharp(std::uint32_t vertex) const { return vertex_sharp_[vertex] != 0; }
+
+  /// The edge between two vertices, or kNone.
+  std::uint32_t find_edge(std::uint32_t a, std::uint32_t b) const;
+
+ private:
+  void number_cells();
+  void build_faces();
+  void build_edges();
+  void build_incidences();
+  void mark_boundary();
+
+  std::uint32_t vertex_count_;
+  std::vector<CellKind> kinds_;
+  std::vector<std::uint32_t> corners_, corner_begin_, face_begin_, edge_begin_;
+  std::vector<std::uint32_t> cell_half_faces_, cell_edges_;
+  std::vector<std::uint32_t> half_face_cell_;
+  std::vector<std::uint8_t> half_face_local_;
+  std::vector<std::array<std::uint32_t, 4>> face_vertices_;
+  std::vector<std::uint8_t> face_size_;
+  std::vector<std::array<std::uint32_t, 2>> edge_vertices_;
+  Incidence edge_cells_, edge_faces_, vertex_cells_, vertex_faces_, vertex_edges_;
+  std::vector<std::uint8_t> edge_boundary_, edge_sharp_, vertex_boundary_, vertex_sharp_;
+};
+
+/// The complex of a control mesh: hexahedra's corners turned from VTK order into bits. REQUIRES: indices in range.
+CellComplex make_cell_complex(const ControlMesh& mesh);
+
+}  // namespace ccslice

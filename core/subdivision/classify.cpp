@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/subdivision/classify.h"
+
+#include <algorithm>
+
+namespace ccslice {
+
+namespace {
+
+struct BoundaryEdges {
+  std::size_t count = 0;  // The surface valence.
+  std::size_t sharp = 0;
+};
+
+BoundaryEdges boundary_edges(const CellComplex& complex, std::uint32_t vertex) {
+  BoundaryEdges result;
+  for (const std::uint32_t e : complex.vertex_edges(vertex)) {
+    if (!complex.edge_on_boundary(e)) continue;
+    ++result.count;
+    result.sharp += complex.edge_sharp(e);
+  }
+  return result;
+}
+
+}  // namespace
+
+bool Classifier::irregular(std::uint32_t edge) const {
+  const std::size_t cells = complex_.edge_cells(edge).size();
+  if (!complex_.edge_on_boundary(edge)) return cells != 4;
+  return cells != (complex_.edge_sharp(edge) ? 1u : 2u);
+}
+
+bool Classifier::line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::uint32_t edge_b) const {
+  const std::size_t n = complex_.edge_cells(edge_a).size();
+  if (complex_.edge_cells(edge_b).size() != n || complex_.vertex_cells(vertex).size() != 2 * n) return false;
+  if (!complex_.vertex_on_boundary(vertex)) return complex_.vertex_edges(vertex).size() == n + 2;
+  if (!complex_.edge_on_boundary(edge_a) || !complex_.edge_on_boundary(edge_b)) return false;
+  const BoundaryEdges boundary = boundary_edges(complex_, vertex);
+  const bool sharp = complex_.edge_sharp(edge_a);
+  return sharp == complex_.edge_sharp(edge_b) && boundary.count == 4 && boundary.sharp == (sharp ? 2u : 0u) &&
+         !complex_.vertex_sharp(vertex);
+}
+
+bool Classifier::line_ends(std::uint32_t vertex, std::uint32_t edge) const {
+  if (!complex_.vertex_on_boundary(vertex)) return false;
+  const std::size_t n = complex_.edge_cells(edge).size();
+  if (complex_.vertex_cells(vertex).size() != n) return false;
+  const BoundaryEdges boundary = boundary_edges(complex_, vertex);
+  if (!complex_.edge_on_boundary(edge)) {
+    return boundary.count == n && boundary.sharp == 0 && !complex_.vertex_sharp(vertex);
+  }
+  // The cap's outermost edges must be sharp with one cell; the line itself may be sharp or not.
+  const bool sharp = complex_.edge_sharp(edge);
+  return boundary.count == n + 2 && boundary.sharp == (sharp ? 3u : 2u) && (sharp || !complex_.vertex_sharp(vertex));
+}
+
+Classifier::State Classifier::find_state(std::uint32_t vertex) const {
+  for (const std::uint32_t c : complex_.vertex_cells(vertex)) {
+    if (complex_.kind(c) != CellKind::kHex) return State::kMixed;
+  }
+  std::array<std::uint32_t, 2> lines{};
+  std::size_t count = 0;
+  for (const std::uint32_t e : complex_.vertex_edges(vertex)) {
+    if (!irregular(e)) continue;
+    if (count == 2) return State::kIrregular;
+    lines[count++] = e;
+  }
+  if (count == 0) {
+    const bool corner = complex_.vertex_cells(vertex).size() == 1;
+    return complex_.vertex_sharp(vertex) && !corner ? State::kIrregular : State::kRegular;
+  }
+  const bool straight = count == 2 ? line_passes(vertex, lines[0], lines[1]) : line_ends(vertex, lines[0]);
+  return straight ? State::kOnLine : State::kIrregular;
+}
+
+Classifier::State Classifier::state(std::uint32_t vertex) {
+  State& state = vertex_state_[vertex];
+  if (state == State::kUnknown) state = find_state(vertex);
+  return state;
+}
+
+std::optional<Classification> Classifier::classify(std::uint32_t cell) {
+  if (complex_.kind(cell) != CellKind::kHex) return std::nullopt;
+  const auto vertices = complex_.cell_vertices(cell);
+  std::size_t irregular_vertices = 0, irregular_edges = 0;
+  std::uint8_t corner = 0, line = 0;
+  for (std::uint8_t i = 0; i < 8; ++i) {
+    const State s = state(vertices[i]);
+    if (s == State::kMixed) return std::nullopt;
+    if (s != State::kIrregular) continue;
+    corner = i;
+    if (++irregular_vertices > 1) return std::nullopt;
+  }
+  bool all_at_corner = true;
+  for (std::uint8_t e = 0; e < 12; ++e) {
+    if (!irregular(complex_.cell_edges(cell)[e])) continue;
+    line = e;
+    ++irregular_edges;
+    const auto& ends = cell_tables::kHexEdges[e];
+    all_at_corner &= ends[0] == corner || ends[1] == corner;
+  }
+  if (irregular_vertices == 1) {
+    return all_at_corner ? std::optional(Classification{CellClass::kVertex, corner}) : std::nullopt;
+  }
+  if (irregular_edges > 1) return std::nullopt;
+  return irregular_edges == 1 ? Classification{CellClass::kLine, line} : Classification{CellClass::kRegular, 0};
+}
+
+}  // namespace ccslice

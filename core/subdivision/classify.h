@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which cells are limit-ready, and of which class.
+//
+// An edge is REGULAR if inside with 4 cells, smooth on the boundary with 2, or sharp with 1; else it is irregular. A vertex is
+//   regular    no irregular edge, not tagged (a corner with one cell and three sharp edges may be): a tensor product of
+//              B-splines and phantom layers reproduces its rule;
+//   on a line  its irregular edges form one straight line through it (two EEs of valence n; two boundary edges with the same
+//              number of cells and the same sharpness), or one such line that ends on a face there;
+//   irregular  anything else;
+//   mixed      it touches a cell that isn't a hexahedron.
+// A cell without mixed vertices is regular (all vertices regular), a line cell (one irregular edge, both ends on a line) or
+// a vertex cell (one irregular vertex, and every irregular edge of the cell starts there). Anything else must be refined.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/limit/limit_solid.h"
+#include "core/mesh/cell_complex.h"
+
+namespace ccslice {
+
+struct Classification {
+  CellClass cell_class = CellClass::kRegular;
+  std::uint8_t anchor = 0;  // kLine: the local edge (axis * 4 + i); kVertex: the corner's bits.
+};
+
+/// Classifies cells of one complex; remembers what it found out about vertices. REQUIRES: the complex outlives it.
+class Classifier {
+ public:
+  explicit Classifier(const CellComplex& complex)
+      : complex_(complex), vertex_state_(complex.vertex_count(), State::kUnknown) {}
+
+  /// Nothing if the cell isn't limit-ready. REQUIRES: the cell's vertices are complete.
+  std::optional<Classification> classify(std::uint32_t cell);
+  /// REQUIRES: one of the edge's vertices is complete.
+  bool irregular(std::uint32_t edge) const;
+
+ private:
+  enum class State : std::uint8_t { kUnknown, kRegular, kOnLine, kIrregular, kMixed };
+
+  State state(std::uint32_t vertex);
+  State find_state(std::uint32_t vertex) const;
+  bool line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::uint32_t edge_b) const;
+  bool line_ends(std::uint32_t vertex, std::uint32_t edge) const;
+
+  const CellComplex& complex_;
+  std::vector<State> vertex_state_;
+};
+
+}  // namespace ccslice

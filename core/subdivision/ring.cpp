@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/subdivision/ring.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+namespace {
+
+/// Grid index along one axis of a corner bit in the cell `step` (-1, 0, 1) cells away, whose axes are mirrored by crossing.
+constexpr unsigned grid_index(int step, unsigned bit) {
+  return step == 0 ? 1 + bit : step > 0 ? 3 - bit : bit;
+}
+
+template <typename Range>
+bool holds(const Range& range, std::uint32_t item) {
+  return std::find(range.begin(), range.end(), item) != range.end();
+}
+
+}  // namespace
+
+RingWalker::RingWalker(const CellComplex& complex) : complex_(complex), local_(complex.vertex_count(), kNone) {}
+
+RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned side) const {
+  const Frame& f = from.frame;
+  const unsigned local_side = side ^ (f.origin >> f.axis[a] & 1u);
+  const std::uint32_t half_face = complex_.cell_half_faces(from.cell)[2u * f.axis[a] + local_side];
+  const std::uint32_t next = complex_.half_face_cell(half_face ^ 1);
+  if (next == kNone) return {kNone, {}};
+  const auto vertices = complex_.cell_vertices(next);
+  const auto corner_of = [&](unsigned framed) {
+    const std::uint32_t v = vertex_at(from, framed);
+    return static_cast<unsigned>(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
+  };
+  const unsigned base = side << a;
+  const unsigned corner = corner_of(base);
+  Frame frame;
+  frame.axis[a] = static_cast<std::uint8_t>(complex_.half_face_local(half_face ^ 1) / 2);
+  for (unsigned b = 0; b < 3; ++b) {
+    if (b == a) continue;
+    frame.axis[b] = static_cast<std::uint8_t>(std::countr_zero(corner ^ corner_of(base | 1u << b)));
+  }
+  frame.origin = static_cast<std::uint8_t>(corner ^ side << frame.axis[a]);
+  return {next, frame};
+}
+
+void RingWalker::number(std::uint32_t vertex, std::vector<std::uint32_t>& points) {
+  if (local_[vertex] != kNone) return;
+  local_[vertex] = static_cast<std::uint32_t>(points.size());
+  points.push_back(vertex);
+}
+
+void RingWalker::forget(const std::vector<std::uint32_t>& points) {
+  for (const std::uint32_t v : points) {
+    if (v != kNone) local_[v] = kNone;
+  }
+}
+
+RegularRing RingWalker::regular(std::uint32_t cell, const Frame& frame) const {
+  RegularRing ring;
+  ring.points.fill(kNone);
+  // Cells by steps (-1, 0, 1) along the three axes, reached one axis after the other.
+  const auto visit = [&](const Framed& at, int du, int dv, int dw) {
+    for (unsigned j = 0; j < 8; ++j) {
+      const unsigned i = grid_index(du, j & 1) + 4 * grid_index(dv, j >> 1 & 1) + 16 * grid_index(dw, j >> 2);
+      ring.points[i] = vertex_at(at, j);
+    }
+  };
+  const auto step = [&](const Framed& at, unsigned axis, int d) {
+    return d == 0 ? at : cross(at, axis, d > 0 ? 1 : 0);
+  };
+  const Framed start{cell, frame};
+  for (unsigned side = 0; side < 6; ++side) {
+    if (cross(start, side / 2, side & 1).cell == kNone) ring.phantoms |= static_cast<PhantomMask>(1u << side);
+  }
+  const auto open = [&](unsigned axis, int d) { return d == 0 || !(ring.phantoms >> (2 * axis + (d > 0)) & 1); };
+  for (int dw = -1; dw <= 1; ++dw) {
+    if (!open(2, dw)) continue;
+    const Framed layer = step(start, 2, dw);
+    for (int dv = -1; dv <= 1; ++dv) {
+      if (!open(1, dv)) continue;
+      const Framed row = step(layer, 1, dv);
+      for (int du = -1; du <= 1; ++du) {
+        if (open(0, du)) visit(step(row, 0, du), du, dv, dw);
+      }
+    }
+  }
+  return ring;
+}
+
+LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
+  LineRing ring;
+  const Framed start{cell, frame};
+  std::array<std::uint32_t, 4> core{};
+  for (unsigned j = 0; j < 4; ++j) core[j] = vertex_at(start, j);
+  std::vector<Framed> queue{start};
+  std::vector<std::uint32_t> bottom, top, below, above;
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    const Framed at = queue[i];
+    const Framed down = cross(at, 2, 0), up = cross(at, 2, 1);
+    if (i == 0) ring.phantoms = static_cast<PhantomMask>((down.cell == kNone) << 4 | (up.cell == kNone) << 5);
+    std::array<std::uint32_t, 4> quad{};
+    for (unsigned j = 0; j < 4; ++j) {
+      const std::size_t known = bottom.size();
+      number(vertex_at(at, j), bottom);
+      quad[j] = local_[vertex_at(at, j)];
+      if (bottom.size() == known) continue;
+      top.push_back(vertex_at(at, j | 4));
+      below.push_back(down.cell == kNone ? kNone : vertex_at(down, j | 4));
+      above.push_back(up.cell == kNone ? kNone : vertex_at(up, j));
+    }
+    ring.quads.push_back(quad);
+    for (unsigned side = 0; side < 4; ++side) {
+      const Framed next = cross(at, side / 2, side & 1);
+      if (next.cell == kNone) continue;
+      const auto vertices = complex_.cell_vertices(next.cell);
+      const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
+      const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
+      if (touches && !seen) queue.push_back(next);
+    }
+  }
+  forget(bottom);
+  ring.count = static_cast<std::uint32_t>(bottom.size());
+  for (const auto* layer : {&below, &bottom, &top, &above}) {
+    ring.points.insert(ring.points.end(), layer->begin(), layer->end());
+  }
+  for (unsigned j = 0; j < 4; ++j) {
+    const std::uint32_t edge = complex_.find_edge(core[j], vertex_at(start, j | 4));
+    if (complex_.edge_sharp(edge)) ring.sharp_corners |= static_cast<std::uint8_t>(1u << j);
+  }
+  for (const auto& quad : ring.quads) ring.key.insert(ring.key.end(), quad.begin(), quad.end());
+  ring.key.push_back(kNone);
+  ring.key.push_back(ring.sharp_corners);
+  return ring;
+}
+
+VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
+  VertexRing ring;
+  const Framed start{cell, frame};
+  const auto core = complex_.cell_vertices(cell);
+  std::vector<Framed> queue{start};
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    const Framed at = queue[i];
+    std::array<std::uint32_t, 8> numbers{};
+    for (unsigned j = 0; j < 8; ++j) {
+      number(vertex_at(at, j), ring.points);
+      numbers[j] = local_[vertex_at(at, j)];
+    }
+    ring.cells.push_back(numbers);
+    for (unsigned side = 0; side < 6; ++side) {
+      const Framed next = cross(at, side / 2, side & 1);
+      if (next.cell == kNone) continue;
+      const auto vertices = complex_.cell_vertices(next.cell);
+      const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
+      const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
+      if (touches && !seen) queue.push_back(next);
+    }
+  }
+  for (std::uint32_t j = 0; j < 8; ++j) {
+    const std::uint32_t v = ring.points[j];
+    if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(j);
+    for (const std::uint32_t e : complex_.vertex_edges(v)) {
+      if (!complex_.edge_sharp(e)) continue;
+      const std::uint32_t other = local_[complex_.edge_other(e, v)];
+      if (other == kNone) throw Error(ErrorCode::kInternal, "the ring of a cell is incomplete");
+      if (other > j) ring.sharp_edges.push_back({j, other});
+    }
+  }
+  forget(ring.points);
+  std::sort(ring.sharp_edges.begin(), ring.sharp_edges.end());
+  for (const auto& c : ring.cells) ring.key.insert(ring.key.end(), c.begin(), c.end());
+  ring.key.push_back(kNone);
+  for (const auto& e : ring.sharp_edges) ring.key.insert(ring.key.end(), e.begin(), e.end());
+  ring.key.push_back(kNone);
+  ring.key.insert(ring.key.end(), ring.sharp_vertices.begin(), ring.sharp_vertices.end());
+  return ring;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A linear map between sets of control points, as sparse rows: child[r] = sum over r's entries of weight * parent[index].
+// Subdivision is nothing but such maps, so positions, channels and whole operators go through the same rows.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace ccslice {
+
+struct Stencils {
+  std::vector<std::uint32_t> offsets = {0};
+  std::vector<std::uint32_t> indices;
+  std::vector<double> weights;
+
+  std::uint32_t rows() const { return static_cast<std::uint32_t>(offsets.size() - 1); }
+
+  void append(std::span<const std::pair<std::uint32_t, double>> row) {
+    for (const auto& [index, weight] : row) {
+      indices.push_back(index);
+      weights.push_back(weight);
+    }
+    offsets.push_back(static_cast<std::uint32_t>(indices.size()));
+  }
+
+  /// Points of `dimension` doubles each. REQUIRES: out holds count * dimension, disjoint from `points`.
+  void apply(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t dimension,
+             double* out) const noexcept {
+    for (std::uint32_t r = 0; r < count; ++r, out += dimension) {
+      for (std::size_t k = 0; k < dimension; ++k) out[k] = 0;
+      for (std::uint32_t e = offsets[first_row + r]; e < offsets[first_row + r + 1]; ++e) {
+        const double* point = points + indices[e] * dimension;
+        const double weight = weights[e];
+        for (std::size_t k = 0; k < dimension; ++k) out[k] += weight * point[k];
+      }
+    }
+  }
+};
+
+}  // namespace ccslice
