@@ -13,7 +13,7 @@ namespace {
 
 /// Grid index along one axis of a corner bit in the cell `step` (-1, 0, 1) cells away, whose axes are mirrored by crossing.
 constexpr unsigned grid_index(int step, unsigned bit) {
-  return step == 0 ? 1 + bit : step > 0 ? 3 - bit : bit;
+  return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit;
 }
 
 template <typename Range>
