@@ -22,6 +22,7 @@ readonly build=(
   libprotobuf-dev
   libspdlog-dev
   libssl-dev
+  libssl-dev
   libtbb-dev
   libzstd-dev
   ninja-build
