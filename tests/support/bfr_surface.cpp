@@ -90,7 +90,7 @@ struct BfrSurface::State {
 
 BfrSurface::BfrSurface(const BruteMesh& mesh, const BruteTopology& topology) : state_(std::make_unique<State>()) {
   for (const BruteFace& face : topology.faces) {
-    if (!face.boundary()) continue;
+    if (!face.boundary) continue;
     if (mesh.cells[face.cells[0]].kind != CellKind::kHex) throw std::logic_error("BfrSurface: hexes only");
     state_->faces.push_back({face.cells[0], face.first_local, face.v});
   }

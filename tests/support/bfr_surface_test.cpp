@@ -44,7 +44,7 @@ TEST_P(BfrAgainstBruteForce, AgreeOnTheBoundaryLimit) {
   }
   double worst = 0;
   for (const BruteFace& fine : topology.faces) {
-    if (!fine.boundary()) continue;
+    if (!fine.boundary) continue;
     const BruteCell& cell = mesh.cells[fine.cells[0]];
     const std::uint32_t face = face_of.at({cell.from.control_cell, fine.first_local});
     for (int i = 0; i < 4; ++i) {

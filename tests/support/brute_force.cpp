@@ -96,7 +96,7 @@ BruteCell hex_child(const ChildPoints& points, int at) {
   child.from.level += 1;
   for (int d = 0; d < 3; ++d) {
     child.from.ijk[d] = 2 * points.cell.from.ijk[d] + (at >> d & 1);
-    child.cut_faces |= points.cell.cut_faces & (1u << (2 * d + (at >> d & 1)));
+    child.boundary_faces |= points.cell.boundary_faces & (1u << (2 * d + (at >> d & 1)));
   }
   for (int b = 0; b < 8; ++b) child.v[kVtkCorner[b]] = points.at(items[at][b]);
   return child;
@@ -121,9 +121,25 @@ BruteCell corner_child(const ChildPoints& points, const BruteMesh& mesh, int cor
   }
   for (int d = 0; d < 3; ++d) {  // The child's face d=0 is a part of the parent's face along the two other axes.
     const int parent_face = local_face(points.cell.kind, corner, axes[(d + 1) % 3], axes[(d + 2) % 3]);
-    if (points.cell.cut_faces >> parent_face & 1) child.cut_faces |= 1u << (2 * d);
+    if (points.cell.boundary_faces >> parent_face & 1) child.boundary_faces |= 1u << (2 * d);
   }
   return child;
+}
+
+void sort_unique(std::vector<std::uint32_t>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+std::span<const std::uint32_t> corners_of(const BruteCell& cell) {
+  return {cell.v.data(), static_cast<std::size_t>(corner_count(cell.kind))};
+}
+
+/// Faces with one cell are the boundary of a whole mesh.
+void mark_boundary(BruteMesh& mesh) {
+  for (const BruteFace& face : build_topology(mesh.cells, mesh.vertex_count()).faces) {
+    if (face.cells[1] == kNone) mesh.cells[face.cells[0]].boundary_faces |= 1u << face.first_local;
+  }
 }
 
 void split_sharp_edges(const BruteMesh& mesh, const BruteTopology& topology, BruteMesh& fine) {
@@ -153,6 +169,7 @@ BruteMesh to_brute_mesh(const ControlMesh& mesh) {
     for (int i = 0; i < corner_count(cell.kind); ++i) cell.v[i] = mesh.cell_vertices[next++];
     result.cells.push_back(cell);
   }
+  mark_boundary(result);
   for (auto [a, b] : mesh.sharp_edges) result.sharp_edges.insert({std::min(a, b), std::max(a, b)});
   result.sharp_vertices.insert(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
   return result;
@@ -178,71 +195,66 @@ Refined refine(const BruteMesh& mesh, const BruteTopology& topology) {
   return fine;
 }
 
-BruteMesh cut_out(const BruteMesh& mesh, const BruteTopology& topology, std::span<const std::uint32_t> seed_vertices,
-                  std::vector<std::uint32_t>* kept, std::vector<std::uint32_t>* vertex_map) {
+std::vector<std::uint32_t> cells_round(const BruteMesh& mesh, std::span<const std::uint32_t> vertices) {
   std::vector<std::uint32_t> cells;
-  for (const std::uint32_t v : seed_vertices) {
+  for (std::uint32_t c = 0; c < mesh.cells.size(); ++c) {
+    const std::span<const std::uint32_t> corners = corners_of(mesh.cells[c]);
+    if (std::ranges::find_first_of(corners, vertices) != corners.end()) cells.push_back(c);
+  }
+  return cells;
+}
+
+std::vector<std::uint32_t> cells_round(const BruteTopology& topology, std::span<const std::uint32_t> vertices) {
+  std::vector<std::uint32_t> cells;
+  for (const std::uint32_t v : vertices) {
     cells.insert(cells.end(), topology.vertex_cells[v].begin(), topology.vertex_cells[v].end());
   }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  std::vector<std::uint32_t> old_vertices;
-  for (const std::uint32_t c : cells) {
-    for (int i = 0; i < corner_count(mesh.cells[c].kind); ++i) old_vertices.push_back(mesh.cells[c].v[i]);
-  }
-  std::sort(old_vertices.begin(), old_vertices.end());
-  old_vertices.erase(std::unique(old_vertices.begin(), old_vertices.end()), old_vertices.end());
-  const auto renumber = [&](std::uint32_t v) {
-    const auto at = std::lower_bound(old_vertices.begin(), old_vertices.end(), v);
-    return at != old_vertices.end() && *at == v ? static_cast<std::uint32_t>(at - old_vertices.begin()) : kNone;
-  };
+  sort_unique(cells);
+  return cells;
+}
 
-  BruteMesh part;
-  part.stride = mesh.stride;
-  for (const std::uint32_t v : old_vertices) {
-    part.points.insert(part.points.end(), mesh.points.begin() + std::ptrdiff_t{v} * mesh.stride,
-                       mesh.points.begin() + (std::ptrdiff_t{v} + 1) * mesh.stride);
-    if (mesh.sharp_vertices.contains(v)) part.sharp_vertices.insert(renumber(v));
-  }
+std::uint32_t CutOut::vertex(std::uint32_t old) const {
+  return static_cast<std::uint32_t>(std::ranges::lower_bound(vertices, old) - vertices.begin());
+}
+
+CutOut cut_out(const BruteMesh& mesh, std::span<const std::uint32_t> cells) {
+  CutOut part;
   for (const std::uint32_t c : cells) {
-    BruteCell cell = mesh.cells[c];
-    for (int i = 0; i < corner_count(cell.kind); ++i) cell.v[i] = renumber(cell.v[i]);
-    for (std::size_t f = 0; f < tables(cell.kind).faces.size(); ++f) {
-      const BruteFace& face = topology.faces[topology.cell_faces[c][f]];
-      const std::uint32_t other = face.cells[0] == c ? face.cells[1] : face.cells[0];
-      if (other != kNone && !std::binary_search(cells.begin(), cells.end(), other)) cell.cut_faces |= 1u << f;
-    }
-    part.cells.push_back(cell);
+    const BruteCell& cell = mesh.cells[c];
+    part.vertices.insert(part.vertices.end(), cell.v.begin(), cell.v.begin() + corner_count(cell.kind));
   }
-  if (!mesh.sharp_edges.empty()) {
-    for (const std::uint32_t v : old_vertices) {
-      for (const std::uint32_t e : topology.vertex_edges[v]) {
-        const auto [a, b] = topology.edges[e];
-        if (a == v && renumber(b) != kNone && mesh.sharp_edges.contains({a, b})) {
-          part.sharp_edges.insert({renumber(a), renumber(b)});
-        }
+  sort_unique(part.vertices);
+  part.mesh.stride = mesh.stride;
+  for (const std::uint32_t v : part.vertices) {
+    part.mesh.points.insert(part.mesh.points.end(), mesh.points.begin() + std::ptrdiff_t{v} * mesh.stride,
+                            mesh.points.begin() + (std::ptrdiff_t{v} + 1) * mesh.stride);
+    if (mesh.sharp_vertices.contains(v)) part.mesh.sharp_vertices.insert(part.vertex(v));
+    for (auto e = mesh.sharp_edges.lower_bound({v, 0}); e != mesh.sharp_edges.end() && (*e)[0] == v; ++e) {
+      if (std::ranges::binary_search(part.vertices, (*e)[1])) {
+        part.mesh.sharp_edges.insert({part.vertex(v), part.vertex((*e)[1])});
       }
     }
   }
-  if (vertex_map) {
-    vertex_map->assign(mesh.vertex_count(), kNone);
-    for (const std::uint32_t v : old_vertices) (*vertex_map)[v] = renumber(v);
+  for (const std::uint32_t c : cells) {
+    BruteCell cell = mesh.cells[c];
+    for (int i = 0; i < corner_count(cell.kind); ++i) cell.v[i] = part.vertex(cell.v[i]);
+    part.mesh.cells.push_back(cell);
   }
-  if (kept) *kept = std::move(cells);
   return part;
 }
 
-OneRing::OneRing(const BruteMesh& mesh, const BruteTopology& topology, std::uint32_t focus) {
-  std::vector<std::uint32_t> kept;
-  const BruteCell& cell = mesh.cells[focus];
-  mesh_ = cut_out(mesh, topology, {cell.v.data(), static_cast<std::size_t>(corner_count(cell.kind))}, &kept);
-  focus_ = static_cast<std::uint32_t>(std::ranges::lower_bound(kept, focus) - kept.begin());
-  topology_ = build_topology(mesh_.cells, mesh_.vertex_count());
-}
+OneRing::OneRing(const BruteMesh& mesh, const std::vector<std::uint32_t>& cells, std::uint32_t focus)
+    : mesh_(cut_out(mesh, cells).mesh),
+      topology_(build_topology(mesh_.cells, mesh_.vertex_count())),
+      focus_(static_cast<std::uint32_t>(std::ranges::lower_bound(cells, focus) - cells.begin())) {}
+
+OneRing::OneRing(const BruteMesh& mesh, const BruteTopology& topology, std::uint32_t focus)
+    : OneRing(mesh, cells_round(topology, corners_of(mesh.cells[focus])), focus) {}
 
 OneRing OneRing::child(int i) const {
   const Refined fine = refine(mesh_, topology_);
-  return OneRing(fine.mesh, build_topology(fine.mesh.cells, fine.mesh.vertex_count()), fine.first_child[focus_] + i);
+  const std::uint32_t focus = fine.first_child[focus_] + i;
+  return OneRing(fine.mesh, cells_round(fine.mesh, corners_of(fine.mesh.cells[focus])), focus);
 }
 
 PointValue OneRing::limit_at_centre() const { return child(0).limit_at_corner(kVtkCorner[7]); }

@@ -64,10 +64,17 @@ struct Refined {
 
 Refined refine(const BruteMesh& mesh, const BruteTopology& topology);
 
-/// Cells of `mesh` that share a vertex with one of `seeds`, as a mesh of their own; `kept` gets their old ids and
-/// `vertex_map` the new id of every old vertex (kNone if it's gone), unless null.
-BruteMesh cut_out(const BruteMesh& mesh, const BruteTopology& topology, std::span<const std::uint32_t> seed_vertices,
-                  std::vector<std::uint32_t>* kept = nullptr, std::vector<std::uint32_t>* vertex_map = nullptr);
+/// Cells that have one of `vertices`, ascending.
+std::vector<std::uint32_t> cells_round(const BruteMesh& mesh, std::span<const std::uint32_t> vertices);
+std::vector<std::uint32_t> cells_round(const BruteTopology& topology, std::span<const std::uint32_t> vertices);
+
+/// Some cells of a mesh as a mesh of their own. `vertices`: old ids, ascending; a vertex's place there is its new id.
+struct CutOut {
+  BruteMesh mesh;
+  std::vector<std::uint32_t> vertices;
+  std::uint32_t vertex(std::uint32_t old) const;  // REQUIRES: it is kept.
+};
+CutOut cut_out(const BruteMesh& mesh, std::span<const std::uint32_t> cells);
 
 /// True if limit_point() has a closed form.
 bool has_limit_mask(const BruteMesh& mesh, const BruteTopology& topology, std::uint32_t vertex);
@@ -94,6 +101,8 @@ class OneRing {
   PointValue limit_at_centre() const;
 
  private:
+  OneRing(const BruteMesh& mesh, const std::vector<std::uint32_t>& cells, std::uint32_t focus);
+
   BruteMesh mesh_;
   BruteTopology topology_;
   std::uint32_t focus_ = 0;

@@ -52,7 +52,7 @@ class Rules {
   PointValue face_point(std::uint32_t f) const {
     const BruteFace& face = topology_.faces[f];
     if (!face.complete()) return unknown();
-    if (face.boundary()) return face_centroids_[f];
+    if (face.boundary) return face_centroids_[f];
     return (cell_centroids_[face.cells[0]] + 2 * face_centroids_[f] + cell_centroids_[face.cells[1]]) / 4;
   }
 
@@ -62,7 +62,7 @@ class Rules {
     Mean faces(mesh_.stride), cells(mesh_.stride);
     if (topology_.edge_on_boundary(e)) {
       for (const std::uint32_t f : topology_.edge_faces[e]) {
-        if (topology_.faces[f].boundary()) faces.add(face_centroids_[f]);
+        if (topology_.faces[f].boundary) faces.add(face_centroids_[f]);
       }
       return (midpoint(e) + faces.value()) / 2;
     }
@@ -125,7 +125,7 @@ class Rules {
   PointValue boundary_vertex_point(std::uint32_t v) const {
     Mean faces(mesh_.stride), edges(mesh_.stride), sharp_ends(mesh_.stride);
     for (const std::uint32_t f : topology_.vertex_faces[v]) {
-      if (topology_.faces[f].boundary()) faces.add(face_centroids_[f]);
+      if (topology_.faces[f].boundary) faces.add(face_centroids_[f]);
     }
     for (const std::uint32_t e : topology_.vertex_edges[v]) {
       if (!topology_.edge_on_boundary(e)) continue;

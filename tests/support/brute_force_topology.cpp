@@ -52,7 +52,7 @@ void collect_faces(const std::vector<BruteCell>& cells, BruteTopology& topology)
       for (std::size_t k = 0; k < corners.size(); ++k) face.v[k] = cells[use.cell].v[corners[k]];
       face.cells[0] = use.cell;
       face.first_local = use.local;
-      face.cut = cells[use.cell].cut_faces >> use.local & 1;
+      face.boundary = cells[use.cell].boundary_faces >> use.local & 1;
       topology.faces.push_back(face);
     } else if (topology.faces.back().cells[1] == kNone) {
       topology.faces.back().cells[1] = use.cell;
@@ -140,11 +140,11 @@ bool BruteTopology::vertex_complete(std::uint32_t vertex) const {
 }
 
 bool BruteTopology::edge_on_boundary(std::uint32_t edge) const {
-  return std::ranges::any_of(edge_faces[edge], [&](std::uint32_t f) { return faces[f].boundary(); });
+  return std::ranges::any_of(edge_faces[edge], [&](std::uint32_t f) { return faces[f].boundary; });
 }
 
 bool BruteTopology::vertex_on_boundary(std::uint32_t vertex) const {
-  return std::ranges::any_of(vertex_faces[vertex], [&](std::uint32_t f) { return faces[f].boundary(); });
+  return std::ranges::any_of(vertex_faces[vertex], [&](std::uint32_t f) { return faces[f].boundary; });
 }
 
 BruteTopology build_topology(const std::vector<BruteCell>& cells, std::size_t vertex_count) {

@@ -4,9 +4,9 @@
 // Cells, faces, edges and vertices of a small mesh of hexahedra, tetrahedra and wedges, found by sorting vertex ids and
 // nothing else: slow, plain, and written without looking at the core's half-face complex.
 //
-// A mesh may be CUT OUT of a larger one. A face with one cell is then either a true boundary face or a cut face, and
-// the cells carry that distinction (BruteCell::cut_faces). Something is COMPLETE when everything that touches it in the
-// whole mesh is there: only then may a subdivision rule be applied to it.
+// A mesh may be CUT OUT of a larger one. So every cell says which of its faces lie on the boundary of the whole mesh
+// (BruteCell::boundary_faces); any other face with one cell is a cut face. Something is COMPLETE when everything that
+// touches it in the whole mesh is there: only then may a subdivision rule be applied to it.
 
 #pragma once
 
@@ -48,7 +48,7 @@ struct Ancestry {
 struct BruteCell {
   CellKind kind = CellKind::kHex;
   std::array<std::uint32_t, 8> v{};  // VTK order.
-  std::uint32_t cut_faces = 0;       // Bit f: local face f is interior in the whole mesh, its other cell isn't here.
+  std::uint32_t boundary_faces = 0;  // Bit f: local face f is on the boundary of the whole mesh.
   Ancestry from;
 };
 
@@ -71,10 +71,9 @@ struct BruteFace {
   std::array<std::uint32_t, 4> v{kNone, kNone, kNone, kNone};  // In the first cell's order; kNone closes a triangle.
   std::array<std::uint32_t, 2> cells{kNone, kNone};
   int first_local = 0;  // Local face of cells[0].
-  bool cut = false;
+  bool boundary = false;
   int corners() const { return v[3] == kNone ? 3 : 4; }
-  bool boundary() const { return cells[1] == kNone && !cut; }
-  bool complete() const { return !cut; }
+  bool complete() const { return boundary || cells[1] != kNone; }
 };
 
 struct BruteTopology {

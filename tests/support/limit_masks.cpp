@@ -69,7 +69,7 @@ class VertexLimit {
     }
     for (const std::uint32_t f : topology_.vertex_faces[v_]) {
       const BruteFace& face = topology_.faces[f];
-      if (!face.boundary()) continue;
+      if (!face.boundary) continue;
       ++k;
       quads = quads && face.corners() == 4;
       if (face.corners() == 4) face_sum += mesh_.point(opposite_in_face(face, v_));
@@ -86,19 +86,18 @@ class VertexLimit {
 };
 
 PointValue limit_by_refining(const BruteMesh& mesh, const BruteTopology& topology, std::uint32_t vertex) {
-  std::vector<std::uint32_t> vertex_map;
-  BruteMesh star = cut_out(mesh, topology, {&vertex, 1}, nullptr, &vertex_map);
-  std::uint32_t v = vertex_map[vertex];
+  CutOut star = cut_out(mesh, topology.vertex_cells[vertex]);
+  std::uint32_t v = star.vertex(vertex);
   const double scale = mesh.point(vertex).cwiseAbs().maxCoeff() + 1;
   int quiet = 0;
   for (int i = 0; i < kMaxRefinements && quiet < 4; ++i) {
-    const PointValue before = star.point(v);
-    const Refined fine = refine(star, build_topology(star.cells, star.vertex_count()));
-    star = cut_out(fine.mesh, build_topology(fine.mesh.cells, fine.mesh.vertex_count()), {&v, 1}, nullptr, &vertex_map);
-    v = vertex_map[v];
-    quiet = (star.point(v) - before).cwiseAbs().maxCoeff() <= kConverged * scale ? quiet + 1 : 0;
+    const PointValue before = star.mesh.point(v);
+    const Refined fine = refine(star.mesh, build_topology(star.mesh.cells, star.mesh.vertex_count()));
+    star = cut_out(fine.mesh, cells_round(fine.mesh, {&v, 1}));
+    v = star.vertex(v);
+    quiet = (star.mesh.point(v) - before).cwiseAbs().maxCoeff() <= kConverged * scale ? quiet + 1 : 0;
   }
-  return star.point(v);
+  return star.mesh.point(v);
 }
 
 }  // namespace
