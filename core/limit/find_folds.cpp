@@ -20,7 +20,7 @@ constexpr std::uint32_t kCancelPeriod = 64;
 constexpr std::size_t kMaxReportedFolds = 32;
 constexpr int kRegularDepth = 2;   // Halvings of a regular cell's patch.
 constexpr int kIrregularDepth = 1; // Of each patch of an irregular cell.
-constexpr std::uint8_t kLevels = 3;  // Levels of patches looked at towards an irregular place.
+constexpr std::uint8_t kLevels = 2;  // Levels of patches looked at towards an irregular place.
 
 using Net = std::array<Vec3, 64>;  // Tricubic Bezier net.
 
@@ -131,7 +131,8 @@ class FoldFinder {
   }
 
   void look_at_line(const LimitCell& cell, PatchPath path) {
-    for (path.line_level = 0; path.line_level < kLevels; ++path.line_level) {
+    const int levels = cell.cell_class == CellClass::kLine ? kLevels : 1;
+    for (path.line_level = 0; path.line_level < levels; ++path.line_level) {
       for (path.line_child = 1; path.line_child < 4; ++path.line_child) look(cell, path, kIrregularDepth);
     }
   }
