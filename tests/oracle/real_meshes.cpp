@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/oracle/real_meshes.h"
+
+#include <filesystem>
+
+#include "core/mesh/mesh_file.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::oracle {
+
+const std::vector<std::string>& real_mesh_names() {
+  static const std::vector<std::string> names = {
+      "bone_octree.vtk", "ellipsoid.mesh",  "fertility_cmu.vtk", "joint_limit_folds.vtk",
+      "lower_arm.vtk",   "mixed_small.vtk", "mountwithhole.vtk", "rockerarm_cinolib.mesh",
+      "rod.vtk",         "screw2.mesh"};
+  return names;
+}
+
+std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name) {
+  const auto path = std::filesystem::path(CCSLICE_SHARED_MESHES_DIR) / name;
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  return read_mesh(read_file_bytes(path.string(), std::uint64_t{1} << 30)).mesh;
+}
+
+std::optional<ControlMesh> read_real_mesh(const std::string& name) {
+  std::optional<ControlMesh> mesh = read_real_mesh_ungraded(name);
+  if (!mesh || mesh->channel_count() > 0) return mesh;
+  Box3 box;
+  for (const Vec3& p : mesh->positions) box.extend(p);
+  mesh->channel_names = {"x", "y", "z", "radius"};
+  for (const Vec3& p : mesh->positions) {
+    for (int d = 0; d < 3; ++d) mesh->channel_values.push_back(static_cast<float>(p[d]));
+    mesh->channel_values.push_back(static_cast<float>((p - box.center()).norm()));
+  }
+  return mesh;
+}
+
+std::string case_name(const std::string& mesh_name) {
+  std::string result = mesh_name;
+  for (char& c : result) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  }
+  return result;
+}
+
+}  // namespace ccslice::oracle

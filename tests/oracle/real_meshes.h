@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Real meshes that aren't part of the repository (CCSLICE_SHARED_MESHES_DIR). Tests skip where they are absent.
+
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice::oracle {
+
+/// File names of the meshes that must be accepted.
+const std::vector<std::string>& real_mesh_names();
+
+/// Graded by coordinates (channels x, y, z) and by the distance from the middle ("radius"), unless the file brings
+/// channels of its own. Nothing if the file isn't there.
+std::optional<ControlMesh> read_real_mesh(const std::string& name);
+/// As it is in the file.
+std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name);
+
+/// A test case's name: letters, digits and underscores only.
+std::string case_name(const std::string& mesh_name);
+
+}  // namespace ccslice::oracle
