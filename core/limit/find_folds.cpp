@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::uint32_t kCancelPeriod = 64;
 constexpr std::size_t kMaxReportedFolds = 32;
-constexpr int kRegularDepth = 2;   // Halvings of a regular cell's patch.
-constexpr int kIrregularDepth = 1; // Of each patch of an irregular cell.
-constexpr std::uint8_t kLevels = 2;  // Levels of patches looked at towards an irregular place.
+constexpr int kRegularDepth = 2;    // How often a regular cell's patch is halved, the last time only to look at middles.
+constexpr int kIrregularDepth = 1;  // Each patch of an irregular cell.
+constexpr int kLevels = 3;  // Levels of patches looked at towards an irregular place.
 
 using Net = std::array<Vec3, 64>;  // Tricubic Bezier net.
 
@@ -31,18 +31,39 @@ struct Worst {
 
 constexpr std::size_t stride_of(int axis) { return std::size_t{1} << (2 * axis); }
 
-/// Position and Jacobian at the middle of a Bezier net: weights (1,3,3,1)/8, derivative weights (-1,-1,1,1) * 3/4.
-LimitSample middle(const Net& net) {
-  constexpr std::array<double, 4> value = {0.125, 0.375, 0.375, 0.125}, slope = {-0.75, -0.75, 0.75, 0.75};
+/// Cubic Bernstein values and slopes at a parameter.
+struct Basis {
+  std::array<double, 4> value, slope;
+};
+
+constexpr Basis basis_at(double t) {
+  const double r = 1 - t;
+  return {{r * r * r, 3 * r * r * t, 3 * r * t * t, t * t * t},
+          {-3 * r * r, 3 * r * (r - 2 * t), 3 * t * (2 * r - t), 3 * t * t}};
+}
+
+LimitSample evaluate(const Net& net, const Basis& u, const Basis& v, const Basis& w) {
   LimitSample sample;
-  for (std::size_t p = 0; p < 64; ++p) {
-    const std::size_t i = p & 3, j = p >> 2 & 3, k = p >> 4;
-    sample.position += value[i] * value[j] * value[k] * net[p];
-    sample.jacobian.col(0) += slope[i] * value[j] * value[k] * net[p];
-    sample.jacobian.col(1) += value[i] * slope[j] * value[k] * net[p];
-    sample.jacobian.col(2) += value[i] * value[j] * slope[k] * net[p];
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vec3 plane = Vec3::Zero(), plane_u = Vec3::Zero(), plane_v = Vec3::Zero();
+    for (std::size_t j = 0; j < 4; ++j) {
+      const Vec3* p = &net[4 * j + 16 * k];
+      const Vec3 row = u.value[0] * p[0] + u.value[1] * p[1] + u.value[2] * p[2] + u.value[3] * p[3];
+      plane_u += v.value[j] * (u.slope[0] * p[0] + u.slope[1] * p[1] + u.slope[2] * p[2] + u.slope[3] * p[3]);
+      plane += v.value[j] * row;
+      plane_v += v.slope[j] * row;
+    }
+    sample.position += w.value[k] * plane;
+    sample.jacobian.col(0) += w.value[k] * plane_u;
+    sample.jacobian.col(1) += w.value[k] * plane_v;
+    sample.jacobian.col(2) += w.slope[k] * plane;
   }
   return sample;
+}
+
+void keep_worse(const LimitSample& sample, Worst& worst) {
+  const double determinant = sample.jacobian.determinant();
+  if (determinant < worst.determinant) worst = {determinant, sample.position};
 }
 
 /// True if J = J0 (I + E) with ||E|| < 1 all over the net: then det J has the sign of det J0.
@@ -74,11 +95,20 @@ void halve(const Net& net, int axis, Net& low, Net& high) {
   }
 }
 
+constexpr Basis kMiddle = basis_at(0.5);
+constexpr std::array<Basis, 2> kQuarters = {basis_at(0.25), basis_at(0.75)};
+
+/// Looks at the middle; if that doesn't settle it, at the middles of the eight parts, `depth` times.
 void search(const Net& net, int depth, Worst& worst) {
-  const LimitSample centre = middle(net);
-  const double determinant = centre.jacobian.determinant();
-  if (determinant < worst.determinant) worst = {determinant, centre.position};
-  if (depth == 0 || (determinant > 0 && certainly_unfolded(net, centre.jacobian))) return;
+  const LimitSample centre = evaluate(net, kMiddle, kMiddle, kMiddle);
+  keep_worse(centre, worst);
+  if (centre.jacobian.determinant() > 0 && certainly_unfolded(net, centre.jacobian)) return;
+  if (depth == 1) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      keep_worse(evaluate(net, kQuarters[i & 1], kQuarters[i >> 1 & 1], kQuarters[i >> 2]), worst);
+    }
+    return;
+  }
   std::array<Net, 8> parts;
   parts[0] = net;
   for (int axis = 0; axis < 3; ++axis) {
@@ -91,66 +121,33 @@ void search(const Net& net, int depth, Worst& worst) {
   for (const Net& part : parts) search(part, depth - 1, worst);
 }
 
-class FoldFinder {
- public:
-  explicit FoldFinder(const LimitSolid::Data& data) : data_(data), builder_(data), grid_(64 * data.dimension) {}
-
-  Worst worst(const LimitCell& cell) {
-    worst_ = {};
-    if (cell.cell_class == CellClass::kRegular) {
-      look(cell, {}, kRegularDepth);
-    } else if (cell.cell_class == CellClass::kLine) {
-      look_at_line(cell, {});
-    } else {
-      std::uint32_t op = cell.op;
-      for (std::uint8_t level = 0; level < kLevels; ++level) {
-        const VertexOperator& now = data_.operators.vertices()[op];
-        for (std::uint8_t child = 1; child < 8; ++child) {
-          const PatchPath path{level, child, 0, 0};
-          now.children[child].cell_class == CellClass::kLine ? look_at_line(cell, path)
-                                                             : look(cell, path, kIrregularDepth);
-        }
-        op = now.children[0].op;
-      }
-    }
-    return worst_;
-  }
-
- private:
-  void look(const LimitCell& cell, const PatchPath& path, int depth) {
-    builder_.build(cell, path, grid_.data());
-    bspline_to_bezier(grid_.data(), 3, data_.dimension);
+Worst worst_in(const LimitCell& cell, PatchBuilder& builder) {
+  Worst worst;
+  const int depth = cell.cell_class == CellClass::kRegular ? kRegularDepth : kIrregularDepth;
+  const auto look = [&](const PatchPath& path, double* grid) {
+    bspline_to_bezier(grid, 3, 3);
     Net net;
-    for (std::size_t p = 0; p < 64; ++p) net[p] = Vec3::Map(grid_.data() + p * data_.dimension);
+    for (std::size_t p = 0; p < 64; ++p) net[p] = Vec3::Map(grid + 3 * p);
     // All frames are proper, so a patch's own Jacobian has the sign of the cell's; its size is that of its box.
     Worst found;
     search(net, depth, found);
-    const double levels = path.level + (path.child != 0), line_levels = path.line_level + (path.line_child != 0);
-    found.determinant *= std::exp2(3 * levels + 2 * line_levels);
-    if (found.determinant < worst_.determinant) worst_ = found;
-  }
-
-  void look_at_line(const LimitCell& cell, PatchPath path) {
-    const int levels = cell.cell_class == CellClass::kLine ? kLevels : 1;
-    for (path.line_level = 0; path.line_level < levels; ++path.line_level) {
-      for (path.line_child = 1; path.line_child < 4; ++path.line_child) look(cell, path, kIrregularDepth);
-    }
-  }
-
-  const LimitSolid::Data& data_;
-  PatchBuilder builder_;
-  std::vector<double> grid_;
-  Worst worst_;
-};
+    const int halvings = 3 * (path.level + (path.child != 0)) + 2 * (path.line_level + (path.line_child != 0));
+    found.determinant = std::ldexp(found.determinant, halvings);
+    if (found.determinant < worst.determinant) worst = found;
+  };
+  const int line_levels = cell.cell_class == CellClass::kLine ? kLevels : 1;
+  builder.visit_patches(cell, kLevels, line_levels, look, [](const Box3&) {});
+  return worst;
+}
 
 }  // namespace
 
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
-  FoldFinder finder(data);
+  PatchBuilder builder(data, 3);
   std::vector<Box3> boxes;
   for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
     if (c % kCancelPeriod == 0) cancel.throw_if_cancelled();
-    const Worst worst = finder.worst(data.cells[c]);
+    const Worst worst = worst_in(data.cells[c], builder);
     if (worst.determinant > 0) continue;
     data.folding_cells.push_back(c);
     boxes.push_back(data.cell_boxes.box(c));

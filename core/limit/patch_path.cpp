@@ -88,11 +88,13 @@ PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const
   return place;
 }
 
-PatchBuilder::PatchBuilder(const LimitSolid::Data& data)
+PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
     : data_(data),
-      dimension_(data.dimension),
-      a_(data.operators.max_ring_points() * data.dimension),
-      b_(data.operators.max_ring_points() * data.dimension) {}
+      dimension_(dimension),
+      a_(data.operators.max_ring_points() * dimension),
+      b_(a_.size()),
+      vertex_ring_(a_.size()),
+      grid_(64 * dimension) {}
 
 void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) const noexcept {
   for (const std::uint32_t id : ring) {
@@ -120,16 +122,10 @@ const VertexOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell,
   return step(path.child);
 }
 
-Box3 PatchBuilder::box_of(std::size_t points) const noexcept {
+Box3 PatchBuilder::box_of(const std::vector<double>& points, std::size_t count) const noexcept {
   Box3 box;
-  for (std::size_t i = 0; i < points; ++i) box.extend(Vec3::Map(a_.data() + i * dimension_).eval());
+  for (std::size_t i = 0; i < count; ++i) box.extend(Vec3::Map(points.data() + i * dimension_).eval());
   return box;
-}
-
-Box3 PatchBuilder::remaining_box(const LimitCell& cell, const PatchPath& path) noexcept {
-  if (cell.cell_class == CellClass::kVertex && path.child == 0) return box_of(descend_vertex(cell, path).count);
-  const std::uint32_t op = descend_line(load_line(cell, path), path.line_level);
-  return box_of(4 * data_.operators.lines()[op].points);
 }
 
 void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {

@@ -10,9 +10,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "core/base/types.h"
+#include "core/limit/patch.h"
 #include "core/limit/solid_data.h"
 
 namespace ccslice {
@@ -44,28 +48,28 @@ struct PatchPlace {
 
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept;
 
-/// Walks the operators and writes the patch's 4 x 4 x 4 grid (phantoms filled) of `dimension` doubles a point.
+/// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point: positions alone
+/// (3), or channels as well (data.dimension).
 class PatchBuilder {
  public:
-  explicit PatchBuilder(const LimitSolid::Data& data);
+  PatchBuilder(const LimitSolid::Data& data, std::size_t dimension);
 
   /// REQUIRES: `grid` holds 64 * dimension doubles.
   void build(const LimitCell& cell, const PatchPath& path, double* grid) noexcept;
-  /// Box of the control points that remain after path.level (and then path.line_level) levels: it holds the limit of
-  /// what remains at the irregular vertex or line. `path.child` 0 means the vertex itself.
-  Box3 remaining_box(const LimitCell& cell, const PatchPath& path) noexcept;
   /// The limit at the irregular vertex of a vertex cell: `dimension` doubles.
   void limit_at_vertex(const LimitCell& cell, double* out) noexcept;
   /// The limit at w on the irregular line of a line cell, or of the line sub-cell at the path.
   void limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept;
 
+  /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one walk.
+  /// Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(box) with a box that holds the
+  /// limit of each part that remains.
+  template <typename OnPatch, typename OnRest>
+  void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
+
  private:
-  struct Layers {
-    double* points;
-    std::uint32_t op;
-  };
   void gather(std::span<const std::uint32_t> ring, double* out) const noexcept;
-  Box3 box_of(std::size_t points) const noexcept;
+  Box3 box_of(const std::vector<double>& points, std::size_t count) const noexcept;
   /// The sub-cell of a vertex cell: fills `a_` with its grid or layers.
   const VertexOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
@@ -73,10 +77,62 @@ class PatchBuilder {
   void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
   /// Loads the four layers of a line cell or sub-cell into `a_`; returns its operator.
   std::uint32_t load_line(const LimitCell& cell, const PatchPath& path) noexcept;
+  /// The line cell or sub-cell whose layers are in `a_`.
+  template <typename OnPatch, typename OnRest>
+  void visit_line(PatchPath path, std::uint32_t op, int line_levels, OnPatch on_patch, OnRest on_rest);
 
   const LimitSolid::Data& data_;
   std::size_t dimension_;
   std::vector<double> a_, b_;  // Ring points, ping and pong.
+  std::vector<double> vertex_ring_, grid_;  // visit_patches().
 };
+
+template <typename OnPatch, typename OnRest>
+void PatchBuilder::visit_line(PatchPath path, std::uint32_t op, int line_levels, OnPatch on_patch, OnRest on_rest) {
+  for (int level = 0; level < line_levels; ++level) {
+    path.line_level = static_cast<std::uint8_t>(level);
+    for (path.line_child = 1; path.line_child < 4; ++path.line_child) {
+      finish_line(op, path.line_child, grid_.data());
+      on_patch(path, grid_.data());
+    }
+    op = descend_line(op, 1);
+  }
+  on_rest(box_of(a_, 4 * data_.operators.lines()[op].points));
+}
+
+template <typename OnPatch, typename OnRest>
+void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest) {
+  if (cell.cell_class == CellClass::kRegular) {
+    build(cell, {}, grid_.data());
+    on_patch(PatchPath{}, grid_.data());
+    return;
+  }
+  if (cell.cell_class == CellClass::kLine) {
+    visit_line({}, load_line(cell, {}), line_levels, on_patch, on_rest);
+    return;
+  }
+  gather(data_.ring(cell), vertex_ring_.data());
+  std::uint32_t op = cell.op;
+  for (int level = 0; level < levels; ++level) {
+    const VertexOperator& now = data_.operators.vertices()[op];
+    PatchPath path{static_cast<std::uint8_t>(level), 0, 0, 0};
+    for (path.child = 1; path.child < 8; ++path.child) {
+      const VertexOperator::Child& child = now.children[path.child];
+      now.stencils.apply(child.first_row, child.count, vertex_ring_.data(), dimension_, a_.data());
+      if (child.cell_class == CellClass::kLine) {
+        fill_layers(child.layer_points, child.phantoms);
+        visit_line(path, child.op, line_levels, on_patch, on_rest);
+      } else {
+        fill_phantoms(a_.data(), 3, dimension_, child.phantoms);
+        on_patch(path, a_.data());
+      }
+    }
+    const VertexOperator::Child& next = now.children[0];
+    now.stencils.apply(next.first_row, next.count, vertex_ring_.data(), dimension_, a_.data());
+    vertex_ring_.swap(a_);
+    op = next.op;
+  }
+  on_rest(box_of(vertex_ring_, data_.operators.vertices()[op].points));
+}
 
 }  // namespace ccslice
