@@ -15,6 +15,7 @@ namespace {
 
 constexpr int kStarts = 6;
 constexpr int kNewtonSteps = 30;
+constexpr int kHalvings = 12;
 
 struct Sample {
   Vec3 p;
@@ -22,33 +23,45 @@ struct Sample {
   double s, t;
 };
 
-/// Newton on half the squared distance with steps clipped to the face; the distance at the best point met.
+/// The step of Newton's method on half the squared distance; along a side once the iterate lies on it and would leave.
+Eigen::Vector2d newton_step(const BfrSurface::Derivatives& d, const Vec3& r, double s, double t) {
+  const Eigen::Vector2d gradient(d.s.dot(r), d.t.dot(r));
+  Eigen::Matrix2d hessian;
+  hessian << d.s.squaredNorm() + d.ss.dot(r), d.s.dot(d.t) + d.st.dot(r), d.s.dot(d.t) + d.st.dot(r),
+      d.t.squaredNorm() + d.tt.dot(r);
+  const auto at_end = [](double x, double slope) { return (x <= 0 && slope > 0) || (x >= 1 && slope < 0); };
+  const bool fix_s = at_end(s, gradient.x()), fix_t = at_end(t, gradient.y());
+  if (fix_s && fix_t) return Eigen::Vector2d::Zero();
+  Eigen::Vector2d step;
+  if (fix_s) {
+    step = {0, -gradient.y() / hessian(1, 1)};
+  } else if (fix_t) {
+    step = {-gradient.x() / hessian(0, 0), 0};
+  } else {
+    step = -hessian.partialPivLu().solve(gradient);
+  }
+  if (!step.allFinite() || step.dot(gradient) > 0) step = -gradient / (d.s.squaredNorm() + d.t.squaredNorm());
+  return step;
+}
+
+/// Newton with steps clipped to the face, and halved until they come nearer (second derivatives are wild beside an
+/// irregular vertex); the distance at the last point.
 double descend(const BfrSurface& surface, const Sample& start, const Vec3& point) {
   double s = start.s, t = start.t, least = (start.p - point).norm();
   for (int k = 0; k < kNewtonSteps; ++k) {
     const BfrSurface::Derivatives d = surface.derivatives(start.face, s, t);
-    const Vec3 r = d.p - point;
-    least = std::min(least, r.norm());
-    Eigen::Vector2d gradient(d.s.dot(r), d.t.dot(r));
-    Eigen::Matrix2d hessian;
-    hessian << d.s.squaredNorm() + d.ss.dot(r), d.s.dot(d.t) + d.st.dot(r), d.s.dot(d.t) + d.st.dot(r),
-        d.t.squaredNorm() + d.tt.dot(r);
-    const auto at_end = [](double x, double slope) { return (x <= 0 && slope > 0) || (x >= 1 && slope < 0); };
-    const bool fix_s = at_end(s, gradient.x()), fix_t = at_end(t, gradient.y());
-    if (fix_s && fix_t) break;
-    Eigen::Vector2d step;
-    if (fix_s) {
-      step = {0, -gradient.y() / hessian(1, 1)};
-    } else if (fix_t) {
-      step = {-gradient.x() / hessian(0, 0), 0};
-    } else {
-      step = -hessian.partialPivLu().solve(gradient);
+    Eigen::Vector2d step = newton_step(d, d.p - point, s, t);
+    for (int halvings = 0; halvings < kHalvings; ++halvings, step *= 0.5) {
+      const double s_next = std::clamp(s + step.x(), 0.0, 1.0), t_next = std::clamp(t + step.y(), 0.0, 1.0);
+      if (std::abs(s_next - s) + std::abs(t_next - t) < 1e-13) return least;
+      const double distance = (surface.position(start.face, s_next, t_next) - point).norm();
+      if (distance >= least && halvings + 1 < kHalvings) continue;
+      if (distance >= least) return least;
+      s = s_next;
+      t = t_next;
+      least = distance;
+      break;
     }
-    if (!step.allFinite() || step.dot(gradient) > 0) step = -gradient / (d.s.squaredNorm() + d.t.squaredNorm());
-    const double s_next = std::clamp(s + step.x(), 0.0, 1.0), t_next = std::clamp(t + step.y(), 0.0, 1.0);
-    if (std::abs(s_next - s) + std::abs(t_next - t) < 1e-13) break;
-    s = s_next;
-    t = t_next;
   }
   return least;
 }
@@ -71,7 +84,7 @@ NearestOnSurface::NearestOnSurface(const BfrSurface& surface, int samples) : gri
   for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
     for (int j = 0; j <= samples; ++j) {
       for (int i = 0; i <= samples; ++i) {
-        const double s = double(i) / samples, t = double(j) / samples;
+        const double s = (i + 0.5) / (samples + 1), t = (j + 0.5) / (samples + 1);  // Irregular vertices are no starts.
         all.push_back({surface.position(f, s, t), f, s, t});
         if (i > 0) longest = std::max(longest, (all.back().p - all[all.size() - 2].p).norm());
       }
