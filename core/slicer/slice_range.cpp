@@ -9,6 +9,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -29,22 +30,25 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   const LayerSlicer prototype(solid, job);
   tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });
-  std::uint32_t next = first;
+  // Layers in flight live here: the pipeline would leak what it holds when a stage throws.
+  std::vector<Layer> window(2 * static_cast<std::size_t>(arena.max_concurrency()));
+  const auto slot = [&](std::uint32_t offset) -> Layer& { return window[offset % window.size()]; };
+  std::uint32_t next = 0;
   const auto number_layers = [&](tbb::flow_control& control) {
-    if (next == first + count) control.stop();
-    return next == first + count ? next : next++;
+    if (next == count) control.stop();
+    return next == count ? next : next++;
   };
-  const auto slice_layer = [&](std::uint32_t layer) {
-    return std::make_shared<Layer>(slicers.local().slice(layer, options.cancel));
+  const auto slice_layer = [&](std::uint32_t offset) {
+    slot(offset) = slicers.local().slice(first + offset, options.cancel);
+    return offset;
   };
-  const auto deliver = [&](const std::shared_ptr<Layer>& layer) { on_layer(std::move(*layer)); };
+  const auto deliver = [&](std::uint32_t offset) { on_layer(std::move(slot(offset))); };
   arena.execute([&] {
     using tbb::filter_mode;
-    tbb::parallel_pipeline(
-        2 * static_cast<std::size_t>(arena.max_concurrency()),
-        tbb::make_filter<void, std::uint32_t>(filter_mode::serial_in_order, number_layers) &
-            tbb::make_filter<std::uint32_t, std::shared_ptr<Layer>>(filter_mode::parallel, slice_layer) &
-            tbb::make_filter<std::shared_ptr<Layer>, void>(filter_mode::serial_in_order, deliver));
+    tbb::parallel_pipeline(window.size(),
+                           tbb::make_filter<void, std::uint32_t>(filter_mode::serial_in_order, number_layers) &
+                               tbb::make_filter<std::uint32_t, std::uint32_t>(filter_mode::parallel, slice_layer) &
+                               tbb::make_filter<std::uint32_t, void>(filter_mode::serial_in_order, deliver));
   });
 }
 
