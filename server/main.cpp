@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// ccsliced: options, signals, server. Exit codes: 0 served and drained (or: healthy), 1 can't serve (or: not healthy),
+// 2 wrong options.
+
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <ctime>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "core/base/engine_version.h"
+#include "server/rpc/health_client.h"
+#include "server/rpc/logging.h"
+#include "server/rpc/server.h"
+#include "server/service/options.h"
+
+namespace ccslice::server {
+namespace {
+
+/// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGTERM);
+    sigaddset(&signals_, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+
+  /// Whether one comes within this time.
+  bool wait(std::time_t seconds) const {
+    const timespec timeout{.tv_sec = seconds, .tv_nsec = 0};
+    return sigtimedwait(&signals_, nullptr, &timeout) > 0;
+  }
+
+ private:
+  sigset_t signals_;
+};
+
+int serve(const ServerOptions& options, const StopSignals& signals) {
+  set_up_logging(options.log_level, options.log_format);
+  Server server(options);
+  spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", CCSLICE_SERVER_VERSION,
+               kEngineVersion, server.address(), options.threads, options.cache_bytes);
+  while (!signals.wait(1)) server.sweep();
+  spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
+  server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
+  spdlog::info("stopped");
+  return 0;
+}
+
+int run(const std::vector<std::string>& arguments, const StopSignals& signals) {
+  const Resources resources = available_resources();
+  const ParsedOptions parsed = parse_options(arguments, process_environment, resources);
+  switch (parsed.command) {
+    case Command::kHelp: std::cout << help_text(resources); return 0;
+    case Command::kVersion:
+      std::cout << "ccsliced " << CCSLICE_SERVER_VERSION << " (engine " << kEngineVersion << ")\n";
+      return 0;
+    case Command::kHealthCheck: {
+      std::string explanation;
+      const bool healthy = check_health(parsed.health_check_address, explanation);
+      std::cout << explanation << "\n";
+      return healthy ? 0 : 1;
+    }
+    case Command::kServe: break;
+  }
+  return serve(parsed.options, signals);
+}
+
+}  // namespace
+}  // namespace ccslice::server
+
+int main(int argc, char** argv) {
+  const ccslice::server::StopSignals signals;
+  try {
+    return ccslice::server::run({argv + 1, argv + argc}, signals);
+  } catch (const ccslice::server::OptionError& error) {
+    std::cerr << "ccsliced: " << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "ccsliced: " << error.what() << "\n";
+    return 1;
+  }
+}

@@ -1,0 +1,298 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/convert.h"
+
+#include <google/protobuf/unknown_field_set.h>
+
+#include <limits>
+
+#include "core/base/error.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+[[noreturn]] void malformed(const std::string& what, const std::string& field) {
+  throw Error(ErrorCode::kMeshMalformed, what, field);
+}
+
+CellKind to_cell_kind(int kind, std::size_t cell) {
+  switch (kind) {
+    case v1::CELL_KIND_HEX: return CellKind::kHex;
+    case v1::CELL_KIND_TET: return CellKind::kTet;
+    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
+    default: break;
+  }
+  const bool pyramid = kind == v1::CELL_KIND_PYRAMID;
+  throw Error(ErrorCode::kMeshUnsupportedCell,
+              "cell_kinds[" + std::to_string(cell) + "] is " +
+                  (pyramid ? "a pyramid: no refinement turns it into hexahedra; split it into tetrahedra"
+                           : "of the unknown kind " + std::to_string(kind) + ": use hexahedra, tetrahedra or wedges"),
+              "cell_kinds", {static_cast<std::int64_t>(cell)});
+}
+
+void read_positions(const v1::ControlMesh& message, ControlMesh& mesh) {
+  if (message.positions_mm_size() % 3 != 0) {
+    malformed("positions_mm has " + std::to_string(message.positions_mm_size()) + " numbers: give 3 per vertex",
+              "positions_mm");
+  }
+  mesh.positions.reserve(static_cast<std::size_t>(message.positions_mm_size()) / 3);
+  for (int i = 0; i < message.positions_mm_size(); i += 3) {
+    mesh.positions.emplace_back(message.positions_mm(i), message.positions_mm(i + 1), message.positions_mm(i + 2));
+  }
+}
+
+void read_cells(const v1::ControlMesh& message, ControlMesh& mesh) {
+  std::size_t corners = 0;
+  mesh.cell_kinds.reserve(static_cast<std::size_t>(message.cell_kinds_size()));
+  for (const int kind : message.cell_kinds()) {
+    mesh.cell_kinds.push_back(to_cell_kind(kind, mesh.cell_kinds.size()));
+    corners += static_cast<std::size_t>(corner_count(mesh.cell_kinds.back()));
+  }
+  if (static_cast<std::size_t>(message.cell_vertices_size()) != corners) {
+    malformed("cell_vertices has " + std::to_string(message.cell_vertices_size()) + " numbers: cell_kinds asks for " +
+                  std::to_string(corners),
+              "cell_vertices");
+  }
+  mesh.cell_vertices.assign(message.cell_vertices().begin(), message.cell_vertices().end());
+}
+
+void read_sharp_features(const v1::ControlMesh& message, ControlMesh& mesh) {
+  if (message.sharp_edges_size() % 2 != 0) {
+    malformed("sharp_edges has " + std::to_string(message.sharp_edges_size()) + " numbers: give 2 vertices per edge",
+              "sharp_edges");
+  }
+  for (int i = 0; i < message.sharp_edges_size(); i += 2) {
+    mesh.sharp_edges.push_back({message.sharp_edges(i), message.sharp_edges(i + 1)});
+  }
+  mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
+}
+
+SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::string& field) {
+  switch (type) {
+    case v1::SAMPLE_TYPE_UNSPECIFIED:
+      return content == PlaneContent::kOccupancy ? SampleType::kBit : SampleType::kUint8;
+    case v1::SAMPLE_TYPE_BIT: return SampleType::kBit;
+    case v1::SAMPLE_TYPE_UINT8: return SampleType::kUint8;
+    case v1::SAMPLE_TYPE_UINT16: return SampleType::kUint16;
+    case v1::SAMPLE_TYPE_FLOAT32: return SampleType::kFloat32;
+    default: break;
+  }
+  throw Error(ErrorCode::kEncodingUnsupported,
+              field + ": " + std::to_string(static_cast<int>(type)) +
+                  " is no sample type that this server knows; ask for BIT, UINT8, UINT16 or FLOAT32",
+              field);
+}
+
+Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
+  switch (encoding) {
+    case v1::PLANE_ENCODING_UNSPECIFIED:
+    case v1::PLANE_ENCODING_RAW_ZSTD: return Encoding::kRawZstd;
+    case v1::PLANE_ENCODING_RAW: return Encoding::kRaw;
+    case v1::PLANE_ENCODING_PNG: return Encoding::kPng;
+    default: break;
+  }
+  throw Error(ErrorCode::kEncodingUnsupported,
+              field + ": " + std::to_string(static_cast<int>(encoding)) +
+                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD or PNG",
+              field);
+}
+
+std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
+  std::string names;
+  for (std::size_t i = 0; i < solid.channels.size(); ++i) {
+    if (solid.channels[i].name == name) return static_cast<std::uint32_t>(i);
+    names += (i == 0 ? "" : ", ") + solid.channels[i].name;
+  }
+  throw Error(ErrorCode::kContentInvalid,
+              field + ": the mesh has no channel \"" + name + "\"; it has " + (names.empty() ? "none" : names), field);
+}
+
+PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, const std::string& path) {
+  PlaneSpec plane;
+  switch (message.content_case()) {
+    case v1::PlaneSpec::kOccupancy: plane.content = PlaneContent::kOccupancy; break;
+    case v1::PlaneSpec::kChannel:
+      plane.content = PlaneContent::kChannel;
+      plane.channel = to_channel(message.channel().name(), solid, path + ".channel.name");
+      break;
+    default:
+      throw Error(ErrorCode::kContentInvalid,
+                  path + ": has no content that this server knows; ask for occupancy or channel", path);
+  }
+  plane.sample_type = to_sample_type(message.sample_type(), plane.content, path + ".sample_type");
+  plane.encoding = to_encoding(message.encoding(), path + ".encoding");
+  if (message.has_value_range()) {
+    plane.range = ValueRange{.min = message.value_range().min(), .max = message.value_range().max()};
+  }
+  return plane;
+}
+
+v1::SampleType to_message(SampleType type) {
+  switch (type) {
+    case SampleType::kBit: return v1::SAMPLE_TYPE_BIT;
+    case SampleType::kUint8: return v1::SAMPLE_TYPE_UINT8;
+    case SampleType::kUint16: return v1::SAMPLE_TYPE_UINT16;
+    case SampleType::kFloat32: return v1::SAMPLE_TYPE_FLOAT32;
+  }
+  return v1::SAMPLE_TYPE_UNSPECIFIED;
+}
+
+v1::PlaneEncoding to_message(Encoding encoding) {
+  switch (encoding) {
+    case Encoding::kRaw: return v1::PLANE_ENCODING_RAW;
+    case Encoding::kRawZstd: return v1::PLANE_ENCODING_RAW_ZSTD;
+    case Encoding::kPng: return v1::PLANE_ENCODING_PNG;
+  }
+  return v1::PLANE_ENCODING_UNSPECIFIED;
+}
+
+}  // namespace
+
+ControlMesh parse_control_mesh(std::string_view bytes) {
+  v1::ControlMesh message;
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
+      !message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    malformed("the bytes are no serialized ccslice.v1.ControlMesh", "");
+  }
+  if (!v1::ControlMesh::GetReflection()->GetUnknownFields(message).empty()) {
+    malformed("the mesh has fields that this server doesn't know: use a newer server, or leave them out", "");
+  }
+  ControlMesh mesh;
+  read_positions(message, mesh);
+  mesh.channel_names.assign(message.channel_names().begin(), message.channel_names().end());
+  mesh.channel_values.assign(message.channel_values().begin(), message.channel_values().end());
+  read_cells(message, mesh);
+  read_sharp_features(message, mesh);
+  mesh.allow_folds = message.allow_folds();
+  return mesh;
+}
+
+Placement to_placement(const v1::Placement& message) {
+  Placement placement = Placement::Identity();
+  if (message.matrix_size() == 0) return placement;
+  if (message.matrix_size() != 12) {
+    throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                       "placement.matrix has " + std::to_string(message.matrix_size()) +
+                           " numbers: give the 12 of a 3 x 4 matrix row by row, or none",
+                       "placement.matrix");
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) placement(row, column) = message.matrix(4 * row + column);
+  }
+  validate_placement(placement);
+  return placement;
+}
+
+GridRequest to_grid_request(const v1::GridSpec& message) {
+  GridRequest request;
+  request.pitch = {message.pitch().x_mm(), message.pitch().y_mm(), message.pitch().z_mm()};
+  if (message.has_origin_mm()) {
+    request.origin_mm = Vec3(message.origin_mm().x(), message.origin_mm().y(), message.origin_mm().z());
+  }
+  if (message.has_extent()) {
+    request.extent = GridExtent{message.extent().columns(), message.extent().rows(), message.extent().layers()};
+  }
+  return request;
+}
+
+std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
+                                 const SolidSummary& solid) {
+  std::vector<PlaneSpec> planes;
+  for (int i = 0; i < messages.size(); ++i) {
+    planes.push_back(to_plane(messages[i], solid, "planes[" + std::to_string(i) + "]"));
+  }
+  return planes;
+}
+
+v1::Vector3 to_message(const Vec3& value) {
+  v1::Vector3 message;
+  message.set_x(value.x());
+  message.set_y(value.y());
+  message.set_z(value.z());
+  return message;
+}
+
+v1::Box3 to_message(const Box3& value) {
+  v1::Box3 message;
+  *message.mutable_min_mm() = to_message(Vec3(value.min()));
+  *message.mutable_max_mm() = to_message(Vec3(value.max()));
+  return message;
+}
+
+v1::Grid to_message(const Grid& value) {
+  v1::Grid message;
+  *message.mutable_origin_mm() = to_message(value.origin_mm);
+  message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
+  message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
+  message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
+  message.mutable_extent()->set_columns(value.extent.columns);
+  message.mutable_extent()->set_rows(value.extent.rows);
+  message.mutable_extent()->set_layers(value.extent.layers);
+  *message.mutable_part_box() = to_message(value.part_box);
+  return message;
+}
+
+v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid) {
+  v1::PlaneSpec message;
+  message.set_sample_type(to_message(value.sample_type));
+  message.set_encoding(to_message(value.encoding));
+  if (value.content == PlaneContent::kOccupancy) {
+    message.mutable_occupancy();
+    return message;
+  }
+  const ChannelRange& channel = solid.channels[value.channel];
+  message.mutable_channel()->set_name(channel.name);
+  if (value.sample_type != SampleType::kFloat32) {
+    message.mutable_value_range()->set_min(value.range ? value.range->min : channel.min);
+    message.mutable_value_range()->set_max(value.range ? value.range->max : channel.max);
+  }
+  return message;
+}
+
+v1::Channel to_message(const ChannelRange& value) {
+  v1::Channel message;
+  message.set_name(value.name);
+  message.set_min_value(value.min);
+  message.set_max_value(value.max);
+  return message;
+}
+
+v1::FoldPlace to_message(const FoldPlace& value) {
+  v1::FoldPlace message;
+  message.set_limit_cell(value.cell);
+  message.set_control_cell(value.control_cell);
+  *message.mutable_position_mm() = to_message(value.position);
+  message.set_determinant(value.determinant);
+  return message;
+}
+
+v1::LayerStatistics to_message(const LayerStats& value) {
+  v1::LayerStatistics message;
+  message.set_voxels_coherent(value.voxels_coherent);
+  message.set_voxels_full(value.voxels_full);
+  message.set_voxels_unresolved(value.voxels_unresolved);
+  message.set_max_residual_mm(value.max_residual_mm);
+  message.set_contour_loops(value.contour_loops);
+  message.set_contour_points(value.contour_points);
+  message.set_contour_leaves_unresolved(value.contour_leaves_unresolved);
+  return message;
+}
+
+google::protobuf::Duration to_duration(std::chrono::nanoseconds value) {
+  google::protobuf::Duration message;
+  message.set_seconds(value.count() / 1'000'000'000);
+  message.set_nanos(static_cast<int>(value.count() % 1'000'000'000));
+  return message;
+}
+
+google::protobuf::Timestamp to_timestamp(std::chrono::system_clock::time_point value) {
+  const std::int64_t ns = std::chrono::duration_cast<std::chrono::nanoseconds>(value.time_since_epoch()).count();
+  google::protobuf::Timestamp message;
+  message.set_seconds(ns / 1'000'000'000);
+  message.set_nanos(static_cast<int>(ns % 1'000'000'000));
+  return message;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Messages <-> values of the core. Pure. What can't be converted throws Error or ServiceError naming the field; whether
+// values make sense is for the core to say.
+
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ccslice/v1/geometry.pb.h"
+#include "ccslice/v1/mesh.pb.h"
+#include "ccslice/v1/slice.pb.h"
+#include "core/base/types.h"
+#include "core/limit/limit_solid.h"
+#include "core/mesh/control_mesh.h"
+#include "core/slicer/layer_slicer.h"
+
+namespace ccslice::server {
+
+/// Parses a serialized ControlMesh. Throws Error{kMeshMalformed, kMeshUnsupportedCell, kMeshIndexOutOfRange}.
+ControlMesh parse_control_mesh(std::string_view bytes);
+
+/// Throws ServiceError{kRequestMalformed} for other than 0 or 12 numbers; validates it like the core
+/// (Error{kPlacementSingular}).
+Placement to_placement(const v1::Placement& message);
+GridRequest to_grid_request(const v1::GridSpec& message);
+/// With defaults filled in. Throws Error{kContentInvalid, kEncodingUnsupported}.
+std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
+                                 const SolidSummary& solid);
+
+v1::Vector3 to_message(const Vec3& value);
+v1::Box3 to_message(const Box3& value);
+v1::Grid to_message(const Grid& value);
+v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid);
+v1::Channel to_message(const ChannelRange& value);
+v1::FoldPlace to_message(const FoldPlace& value);
+v1::LayerStatistics to_message(const LayerStats& value);
+google::protobuf::Duration to_duration(std::chrono::nanoseconds value);
+google::protobuf::Timestamp to_timestamp(std::chrono::system_clock::time_point value);
+
+}  // namespace ccslice::server

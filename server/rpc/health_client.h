@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <string>
+
+namespace ccslice::server {
+
+/// What a container's health check asks: whether the server at `address` serves. `explanation` says why not.
+bool check_health(const std::string& address, std::string& explanation);
+
+}  // namespace ccslice::server

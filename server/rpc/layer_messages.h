@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A layer as messages, one after the other: begin, chunks of the planes, pieces of the contours, end. Pure.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "ccslice/v1/slice.pb.h"
+#include "core/slicer/layer_slicer.h"
+
+namespace ccslice::server {
+
+class LayerMessages {
+ public:
+  LayerMessages() = default;
+  LayerMessages(Layer layer, std::uint32_t max_chunk_bytes)
+      : layer_(std::move(layer)), max_chunk_bytes_(max_chunk_bytes), stage_(Stage::kBegin) {}
+
+  const Layer& layer() const { return layer_; }
+  /// Writes the next message; false after the last one.
+  bool next(v1::SliceRangeResponse& message);
+
+ private:
+  enum class Stage { kBegin, kPlanes, kContours, kEnd, kOver };
+
+  void write_begin(v1::LayerBegin& begin) const;
+  bool write_plane_chunk(v1::SliceRangeResponse& message);
+  bool write_contour_chunk(v1::SliceRangeResponse& message);
+  void write_end(v1::LayerEnd& end) const;
+
+  Layer layer_;
+  std::uint32_t max_chunk_bytes_ = 0;
+  Stage stage_ = Stage::kOver;
+  std::size_t plane_ = 0;  // Next chunk: this plane, from this byte.
+  std::size_t offset_ = 0;
+  std::size_t loop_ = 0;  // Next piece: this loop, from this point.
+  std::size_t point_ = 0;
+};
+
+}  // namespace ccslice::server

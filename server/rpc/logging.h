@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "server/service/options.h"
+
+namespace ccslice::server {
+
+/// Logs to standard error from now on: plain lines, or one JSON object a line {"time", "level", "message"}.
+void set_up_logging(LogLevel level, LogFormat format);
+
+}  // namespace ccslice::server

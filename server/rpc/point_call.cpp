@@ -1,0 +1,248 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Both calls work batch by batch: read, compute on a worker, write, read ... One of these is under way at any time, and
+// its end decides what comes next, so no lock is needed and Finish is called exactly once.
+
+#include "server/rpc/point_call.h"
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/inversion/point_inverter.h"
+#include "core/limit/limit_evaluator.h"
+#include "server/rpc/call_log.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/requests.h"
+#include "server/rpc/status.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr int kPointsPerPoll = 64;
+
+template <class Request, class Response>
+class PointCall : public grpc::ServerBidiReactor<Request, Response> {
+ public:
+  PointCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
+      : state_(state), context_(context), log_(context, method), lane_(state.executor.make_lane()) {}
+
+  void begin() {
+    try {
+      admission_ = state_.calls.admit();
+    } catch (...) {
+      return end(to_status(std::current_exception()));
+    }
+    this->StartRead(&request_);
+  }
+
+ protected:
+  /// Once, when the mesh is known.
+  virtual void open(const LimitSolid& solid) = 0;
+  /// Answers one batch. Throws Error, ServiceError.
+  virtual void answer(const Request& request, Response& response) = 0;
+
+  void poll(int point) const {
+    if (point % kPointsPerPoll == 0) cancel_.throw_if_cancelled();
+  }
+
+  /// `numbers` of the batch make up `points` points.
+  void require_batch(int numbers, int points, const std::string& field) const {
+    if (numbers != 3 * points) {
+      throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                         field + " has " + std::to_string(numbers) + " numbers: give 3 per point", field);
+    }
+    if (points > static_cast<int>(kMaxPointsPerMessage)) {
+      throw ServiceError(ServiceErrorCode::kBatchTooLarge,
+                         field + ": " + std::to_string(points) + " points in one message, the limit is " +
+                             std::to_string(kMaxPointsPerMessage) + "; send smaller batches",
+                         field);
+    }
+  }
+
+  const LimitSolid& solid() const { return *mesh_->solid(); }
+
+  Placement placement_ = Placement::Identity();
+
+ private:
+  void OnReadDone(bool ok) override {
+    if (!ok) return end(cancel_.cancelled() ? stopped_status(deadline_passed(context_)) : grpc::Status::OK);
+    lane_.post([this] { compute(); });
+  }
+  void OnWriteDone(bool ok) override {
+    if (!ok) return end(stopped_status(deadline_passed(context_)));
+    this->StartRead(&request_);
+  }
+  void OnCancel() override { cancel_.cancel(); }
+  void OnDone() override { delete this; }
+
+  void compute() {
+    try {
+      cancel_.throw_if_cancelled();
+      accept_header();
+      response_.Clear();
+      answer(request_, response_);
+    } catch (...) {
+      return end(cancel_.cancelled() ? stopped_status(deadline_passed(context_)) : to_status(std::current_exception()));
+    }
+    this->StartWrite(&response_);
+  }
+
+  void accept_header() {
+    if (!mesh_) {
+      mesh_ = require_mesh(state_, request_.mesh_id());
+      log_.note(mesh_->id());
+      open(solid());
+    } else if (!request_.mesh_id().empty() && request_.mesh_id() != mesh_->id()) {
+      throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                         "mesh_id changes within the call: make another call for another mesh", "mesh_id");
+    }
+    if (request_.has_placement()) placement_ = to_placement(request_.placement());
+  }
+
+  void end(const grpc::Status& status) {
+    admission_ = {};
+    log_.finish(status);
+    this->Finish(status);
+  }
+
+  ServiceState& state_;
+  grpc::CallbackServerContext& context_;
+  CallLog log_;
+  Executor::Lane lane_;
+  CallRegistry::Ticket admission_;
+  CancellationToken cancel_ = CancellationToken::make();
+  MeshPtr mesh_;
+  Request request_;
+  Response response_;
+};
+
+class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePointsResponse> {
+ public:
+  ProbeCall(ServiceState& state, grpc::CallbackServerContext& context) : PointCall(state, context, "ProbePoints") {}
+
+ private:
+  void open(const LimitSolid& solid) override {
+    inverter_.emplace(solid);
+    materials_.resize(solid.channel_count());
+  }
+
+  void answer(const v1::ProbePointsRequest& request, v1::ProbePointsResponse& response) override {
+    const int points = request.points_mm_size() / 3;
+    require_batch(request.points_mm_size(), points, "points_mm");
+    const Placement to_mesh = placement_.inverse();
+    for (int p = 0; p < points; ++p) {
+      poll(p);
+      const Vec3 point(request.points_mm(3 * p), request.points_mm(3 * p + 1), request.points_mm(3 * p + 2));
+      if (!point.allFinite()) {
+        const std::string field = "points_mm[" + std::to_string(3 * p) + "]";
+        throw Error(ErrorCode::kParameterInvalid,
+                    field + ": point " + std::to_string(p) + " isn't finite; leave it out", field);
+      }
+      probe(point, to_mesh, response);
+    }
+  }
+
+  void probe(const Vec3& point, const Placement& to_mesh, v1::ProbePointsResponse& response) {
+    const auto found = inverter_->invert(to_mesh * point, hint_);
+    std::fill(materials_.begin(), materials_.end(), 0.0);
+    if (!found) return add(v1::POINT_LOCATION_OUTSIDE, CellParam{}, 0, 0, response);
+    hint_ = found->at;
+    inverter_->evaluator().mat(found->at, materials_);
+    const double residual_mm = (placement_ * inverter_->evaluator().geo(found->at) - point).norm();
+    const bool inside = found->residual_mm <= InversionOptions().accept_mm;
+    add(inside ? v1::POINT_LOCATION_INSIDE : v1::POINT_LOCATION_NEAR, found->at, solid().control_cell(found->at.cell),
+        residual_mm, response);
+  }
+
+  void add(v1::PointLocation location, const CellParam& at, std::uint32_t control_cell, double residual_mm,
+           v1::ProbePointsResponse& response) {
+    response.add_locations(location);
+    response.add_limit_cells(at.cell);
+    response.add_control_cells(control_cell);
+    for (int axis = 0; axis < 3; ++axis) response.add_uvw(at.uvw[axis]);
+    response.mutable_materials()->Add(materials_.begin(), materials_.end());
+    response.add_residuals_mm(residual_mm);
+  }
+
+  std::optional<PointInverter> inverter_;
+  std::optional<CellParam> hint_;
+  std::vector<double> materials_;
+};
+
+class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse> {
+ public:
+  EvaluateCall(ServiceState& state, grpc::CallbackServerContext& context)
+      : PointCall(state, context, "EvaluatePoints") {}
+
+ private:
+  void open(const LimitSolid& solid) override {
+    evaluator_.emplace(solid);
+    materials_.resize(solid.channel_count());
+  }
+
+  void answer(const v1::EvaluatePointsRequest& request, v1::EvaluatePointsResponse& response) override {
+    require_batch(request.uvw_size(), request.limit_cells_size(), "uvw");
+    for (int p = 0; p < request.limit_cells_size(); ++p) {
+      poll(p);
+      evaluate(parameter(request, p), response);
+    }
+  }
+
+  CellParam parameter(const v1::EvaluatePointsRequest& request, int p) const {
+    const std::uint32_t cell = request.limit_cells(p);
+    if (cell >= solid().cell_count()) {
+      const std::string field = "limit_cells[" + std::to_string(p) + "]";
+      throw Error(ErrorCode::kParameterInvalid,
+                  field + ": there is no limit cell " + std::to_string(cell) + "; the mesh has " +
+                      std::to_string(solid().cell_count()),
+                  field, {cell});
+    }
+    CellParam at{.cell = cell, .uvw = Vec3(request.uvw(3 * p), request.uvw(3 * p + 1), request.uvw(3 * p + 2))};
+    if (!((at.uvw.array() >= 0).all() && (at.uvw.array() <= 1).all())) {
+      const std::string field = "uvw[" + std::to_string(3 * p) + "]";
+      throw Error(ErrorCode::kParameterInvalid,
+                  field + ": (u,v,w) of point " + std::to_string(p) + " isn't in [0,1]; clamp it", field);
+    }
+    return at;
+  }
+
+  void evaluate(const CellParam& at, v1::EvaluatePointsResponse& response) {
+    const LimitSample sample = evaluator_->sample(at);
+    const Vec3 position = placement_ * sample.position;
+    const Mat3 jacobian = placement_.linear() * sample.jacobian;
+    evaluator_->mat(at, materials_);
+    for (int axis = 0; axis < 3; ++axis) response.add_positions_mm(position[axis]);
+    response.mutable_materials()->Add(materials_.begin(), materials_.end());
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) response.add_jacobians_mm(jacobian(row, column));
+    }
+  }
+
+  std::optional<LimitEvaluator> evaluator_;
+  std::vector<double> materials_;
+};
+
+template <class Call>
+Call* begin_call(ServiceState& state, grpc::CallbackServerContext& context) {
+  auto* call = new Call(state, context);  // Deletes itself in OnDone.
+  call->begin();
+  return call;
+}
+
+}  // namespace
+
+grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* begin_probe_call(
+    ServiceState& state, grpc::CallbackServerContext& context) {
+  return begin_call<ProbeCall>(state, context);
+}
+
+grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* begin_evaluate_call(
+    ServiceState& state, grpc::CallbackServerContext& context) {
+  return begin_call<EvaluateCall>(state, context);
+}
+
+}  // namespace ccslice::server

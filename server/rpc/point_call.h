@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include "ccslice/v1/points.pb.h"
+#include "server/rpc/service_state.h"
+
+namespace ccslice::server {
+
+/// ProbePoints.
+grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* begin_probe_call(
+    ServiceState& state, grpc::CallbackServerContext& context);
+
+/// EvaluatePoints.
+grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* begin_evaluate_call(
+    ServiceState& state, grpc::CallbackServerContext& context);
+
+}  // namespace ccslice::server

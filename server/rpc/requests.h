@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What several calls check of their requests.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/rpc/service_state.h"
+#include "server/service/limits.h"
+#include "server/service/mesh_id.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+/// The cached mesh, marked as used. Throws ServiceError{kMeshIdInvalid, kMeshMissing}.
+inline MeshPtr require_mesh(ServiceState& state, const std::string& mesh_id) {
+  require_mesh_id(mesh_id, "mesh_id");
+  if (MeshPtr mesh = state.cache.find(mesh_id)) return mesh;
+  throw ServiceError(ServiceErrorCode::kMeshMissing,
+                     "this server doesn't hold the mesh " + mesh_id + ": upload it, then repeat the call", "", mesh_id);
+}
+
+/// Throws ServiceError{kChunkSizeInvalid}.
+inline std::uint32_t chunk_bytes_or_default(std::uint32_t max_chunk_bytes) {
+  if (max_chunk_bytes == 0) return kDefaultChunkBytes;
+  if (max_chunk_bytes >= kMinChunkBytes && max_chunk_bytes <= kMaxChunkBytes) return max_chunk_bytes;
+  throw ServiceError(ServiceErrorCode::kChunkSizeInvalid,
+                     "max_chunk_bytes: " + std::to_string(max_chunk_bytes) + " is outside " +
+                         std::to_string(kMinChunkBytes) + " to " + std::to_string(kMaxChunkBytes) + "; 0 takes " +
+                         std::to_string(kDefaultChunkBytes),
+                     "max_chunk_bytes");
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A running server: the service, grpc.health.v1 and reflection on one port.
+
+#pragma once
+
+#include <grpcpp/server.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "server/rpc/service_state.h"
+#include "server/rpc/slicer_service.h"
+
+namespace ccslice::server {
+
+class Server {
+ public:
+  /// Serves from here on. Throws std::runtime_error if it can't listen on the address.
+  explicit Server(const ServerOptions& options);
+  /// Cancels what is running.
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// The address to connect to: that of the options, with the port that was taken.
+  const std::string& address() const noexcept { return address_; }
+  ServiceState& state() noexcept { return state_; }
+
+  /// Drops expired meshes. To be called now and then.
+  void sweep() { state_.cache.sweep(); }
+
+  /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`
+  /// says so (asked about every 50 ms); then they are cancelled. Returns when none is left.
+  void drain(
+      std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
+
+ private:
+  void shut_down();
+
+  ServiceState state_;
+  SlicerService service_;
+  std::string address_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+}  // namespace ccslice::server

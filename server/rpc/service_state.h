@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What all calls share.
+
+#pragma once
+
+#include <algorithm>
+
+#include "core/mesh/validate.h"
+#include "core/slicer/slice_limits.h"
+#include "server/service/call_registry.h"
+#include "server/service/executor.h"
+#include "server/service/mesh_cache.h"
+#include "server/service/options.h"
+#include "server/service/upload.h"
+
+namespace ccslice::server {
+
+struct ServiceState {
+  explicit ServiceState(const ServerOptions& server_options)
+      : options(server_options),
+        executor(options.threads),
+        cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
+        uploads(options.upload_budget_bytes),
+        calls(options.max_concurrent_calls) {
+    slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
+  }
+  /// Work that is still running uses the other members.
+  ~ServiceState() { executor.wait_idle(); }
+
+  const ServerOptions options;
+  MeshLimits mesh_limits;
+  SliceLimits slice_limits;
+  Executor executor;
+  MeshCache cache;
+  UploadBudget uploads;
+  CallRegistry calls;
+};
+
+}  // namespace ccslice::server

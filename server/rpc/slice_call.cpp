@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/slice_call.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "core/base/engine_version.h"
+#include "core/slicer/slice_range.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/layer_messages.h"
+#include "server/rpc/requests.h"
+#include "server/rpc/slice_job.h"
+#include "server/service/layer_stream.h"
+
+namespace ccslice::server {
+namespace {
+
+/// The slicers of one job: what they share is prepared once, by the worker that needs it first.
+class SlicerFactory {
+ public:
+  SlicerFactory(std::shared_ptr<const LimitSolid> solid, const SliceJob& job) : solid_(std::move(solid)), job_(job) {}
+
+  LayerStream::ComputeLayer make() {
+    std::call_once(once_, [this] { prototype_.emplace(std::move(solid_), std::move(job_)); });
+    return [slicer = std::make_shared<LayerSlicer>(prototype_->twin())](
+               std::uint32_t layer, const CancellationToken& cancel) { return slicer->slice(layer, cancel); };
+  }
+
+ private:
+  std::shared_ptr<const LimitSolid> solid_;
+  SliceJob job_;
+  std::once_flag once_;
+  std::optional<LayerSlicer> prototype_;
+};
+
+class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
+ public:
+  SliceCall(ServiceState& state, grpc::CallbackServerContext& context, const v1::SliceRangeRequest& request)
+      : StreamCall(state, context, "SliceRange"), request_(request) {}
+
+ private:
+  enum class Stage { kHeader, kLayers, kSummary, kOver };
+
+  void prepare() override {
+    mesh_ = require_mesh(state_, request_.mesh_id());
+    max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
+    const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits);
+    validate_layer_range(job.grid, request_.first_layer(), request_.layer_count());
+    log_.note(request_.mesh_id());
+    log_.note("layers " + std::to_string(request_.first_layer()) + "+" + std::to_string(request_.layer_count()));
+    write_header(job);
+    start_stream(job);
+  }
+
+  void start_stream(const SliceJob& job) {
+    auto factory = std::make_shared<SlicerFactory>(mesh_->solid(), job);
+    auto stream = LayerStream::start(
+        state_.executor, {.first = request_.first_layer(), .count = request_.layer_count()},
+        choose_window(layer_bytes(job), state_.options.stream_window_bytes, state_.executor.threads()),
+        [factory] { return factory->make(); },
+        [weak = weak_from_this()] {
+          if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
+        });
+    {
+      std::lock_guard lock(stream_mutex_);
+      stream_ = stream;
+    }
+    if (stopped()) stream->cancel();
+  }
+
+  void stop() override {
+    std::shared_ptr<LayerStream> stream;
+    {
+      std::lock_guard lock(stream_mutex_);
+      stream = stream_;
+    }
+    if (stream) stream->cancel();
+  }
+
+  Next next(v1::SliceRangeResponse& message) override {
+    if (stage_ == Stage::kHeader) {
+      *message.mutable_header() = std::move(header_);
+      stage_ = Stage::kLayers;
+      return Next::kMessage;
+    }
+    if (stage_ == Stage::kLayers) return next_of_layers(message);
+    if (stage_ == Stage::kSummary) {
+      *summary_.mutable_elapsed() = to_duration(log_.elapsed());
+      *message.mutable_summary() = summary_;
+      stage_ = Stage::kOver;
+      return Next::kMessage;
+    }
+    return Next::kEnd;
+  }
+
+  Next next_of_layers(v1::SliceRangeResponse& message) {
+    if (messages_.next(message)) return Next::kMessage;
+    Layer layer;
+    switch (stream_->pull(layer)) {
+      case LayerStream::Pull::kPending: return Next::kPending;
+      case LayerStream::Pull::kFailed: std::rethrow_exception(stream_->error());
+      case LayerStream::Pull::kEnd: stage_ = Stage::kSummary; return next(message);
+      case LayerStream::Pull::kLayer: break;
+    }
+    count(layer);
+    messages_ = LayerMessages(std::move(layer), max_chunk_bytes_);
+    return next_of_layers(message);
+  }
+
+  void write_header(const SliceJob& job) {
+    header_.set_engine_version(std::string(kEngineVersion));
+    *header_.mutable_grid() = to_message(job.grid);
+    header_.set_mesh_id(request_.mesh_id());
+    header_.set_first_layer(request_.first_layer());
+    header_.set_layer_count(request_.layer_count());
+    for (const PlaneSpec& plane : job.planes) *header_.add_planes() = to_message(plane, mesh_->solid()->summary());
+  }
+
+  void count(const Layer& layer) {
+    summary_.set_layers(summary_.layers() + 1);
+    summary_.set_empty_layers(summary_.empty_layers() + (layer.stats.voxels_inside == 0 ? 1 : 0));
+    summary_.set_voxel_count(summary_.voxel_count() + layer.stats.voxels_inside);
+    summary_.set_voxels_unresolved(summary_.voxels_unresolved() + layer.stats.voxels_unresolved);
+    summary_.set_max_residual_mm(std::max(summary_.max_residual_mm(), layer.stats.max_residual_mm));
+    for (const EncodedPlane& plane : layer.planes) {
+      summary_.set_encoded_bytes(summary_.encoded_bytes() + plane.bytes.size());
+    }
+  }
+
+  const v1::SliceRangeRequest& request_;
+  MeshPtr mesh_;  // In use until the call is done.
+  std::uint32_t max_chunk_bytes_ = 0;
+  Stage stage_ = Stage::kHeader;
+  v1::SliceHeader header_;
+  v1::SliceSummary summary_;
+  LayerMessages messages_;
+  std::mutex stream_mutex_;
+  std::shared_ptr<LayerStream> stream_;
+};
+
+}  // namespace
+
+grpc::ServerWriteReactor<v1::SliceRangeResponse>* begin_slice_call(ServiceState& state,
+                                                                   grpc::CallbackServerContext& context,
+                                                                   const v1::SliceRangeRequest& request) {
+  return SliceCall::begin(std::make_shared<SliceCall>(state, context, request));
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "ccslice/v1/slice.pb.h"
+#include "server/rpc/stream_call.h"
+
+namespace ccslice::server {
+
+/// SliceRange. `request` lives until the call is done.
+grpc::ServerWriteReactor<v1::SliceRangeResponse>* begin_slice_call(ServiceState& state,
+                                                                   grpc::CallbackServerContext& context,
+                                                                   const v1::SliceRangeRequest& request);
+
+}  // namespace ccslice::server

@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/slice_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/engine_version.h"
+#include "core/output/encode.h"
+#include "server/rpc/convert.h"
+#include "server/service/limits.h"
+
+namespace ccslice::server {
+namespace {
+
+/// Fraction of the raw size that typical parts leave. Occupancy is mostly long runs; graded channels are smooth, half
+/// of them outside.
+double typical_compression(const PlaneSpec& plane) {
+  if (plane.encoding == Encoding::kRaw) return 1;
+  switch (plane.sample_type) {
+    case SampleType::kBit: return plane.encoding == Encoding::kPng ? 0.2 : 0.05;
+    case SampleType::kUint8: return 0.1;
+    case SampleType::kUint16: return 0.4;
+    case SampleType::kFloat32: return 0.5;
+  }
+  return 1;
+}
+
+std::uint64_t plane_bytes(const SliceJob& job, const PlaneSpec& plane) {
+  return sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows);
+}
+
+Box3 grid_box(const Grid& grid) {
+  const Vec3 size(grid.extent.columns * grid.pitch.x_mm, grid.extent.rows * grid.pitch.y_mm,
+                  grid.extent.layers * grid.pitch.z_mm);
+  return Box3(grid.origin_mm, grid.origin_mm + size);
+}
+
+v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
+  v1::PlanWarning& warning = *plan.add_warnings();
+  warning.set_kind(kind);
+  warning.set_message(message);
+  return warning;
+}
+
+void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
+  if (solid.folding_cells > 0) {
+    v1::PlanWarning& warning =
+        add_warning(plan, v1::PLAN_WARNING_KIND_FOLDS,
+                    "the limit volume folds over itself in " + std::to_string(solid.folding_cells) +
+                        " limit cells; there the lowest cell gives the material. Untwist the control mesh there");
+    for (const FoldPlace& fold : solid.folds) {
+      *warning.add_places_mm() = to_message(Vec3(job.placement * fold.position));
+      warning.add_control_cells(fold.control_cell);
+    }
+  }
+  if (!solid.inverted_control_cells.empty()) {
+    v1::PlanWarning& warning = add_warning(plan, v1::PLAN_WARNING_KIND_INVERTED_CELLS,
+                                           std::to_string(solid.inverted_control_cells.size()) +
+                                               " control cells are inverted; repair the mesh if that isn't meant");
+    const std::size_t listed = std::min(solid.inverted_control_cells.size(), kMaxListedItems);
+    for (std::size_t i = 0; i < listed; ++i) warning.add_control_cells(solid.inverted_control_cells[i]);
+  }
+  if (job.placement.linear().determinant() < 0) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED,
+                "the placement mirrors the part; flip an axis back if that isn't meant");
+  }
+}
+
+void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
+  const Grid& grid = job.grid;
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  const Box3 box = grid_box(grid);
+  if (!box.intersects(grid.part_box)) {
+    add_warning(
+        plan, v1::PLAN_WARNING_KIND_GRID_EMPTY,
+        "the grid doesn't meet the part: all layers will be empty. Leave out grid.origin_mm and grid.extent, or move "
+        "one to the other");
+  } else if (((box.min() - grid.part_box.min()).array() > pitch.array()).any() ||
+             ((grid.part_box.max() - box.max()).array() > pitch.array()).any()) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_PART_CLIPPED,
+                "the grid cuts off part of the solid; leave out grid.extent for a grid that holds it all");
+  }
+  if ((grid.part_box.sizes().array() < pitch.array()).any()) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL,
+                "the part is smaller than a voxel in some direction; use a smaller pitch");
+  }
+  if (job.contour_tolerance_mm > 0.5 * std::min(grid.pitch.x_mm, grid.pitch.y_mm)) {
+    add_warning(
+        plan, v1::PLAN_WARNING_KIND_COARSE_TOLERANCE,
+        "contour_tolerance_mm is larger than half a voxel: voxels at the boundary may be wrong; use a smaller one");
+  }
+}
+
+}  // namespace
+
+SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits) {
+  SliceJob job;
+  job.placement = to_placement(request.placement());
+  job.grid = plan_grid(solid, job.placement, to_grid_request(request.grid()), limits);
+  job.planes = to_planes(request.planes(), solid.summary());
+  job.contours = request.contours();
+  if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
+  validate_job(solid, job, limits);
+  return job;
+}
+
+v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
+                                   const SliceLimits& limits) {
+  v1::SliceRangeRequest whole;
+  *whole.mutable_placement() = request.placement();
+  *whole.mutable_grid() = request.grid();
+  *whole.mutable_planes() = request.planes();
+  whole.set_contours(request.planes().empty());  // A job of nothing would be refused; a plan of it is fine.
+  if (request.has_contour_tolerance_mm()) whole.set_contour_tolerance_mm(request.contour_tolerance_mm());
+  const SliceJob job = to_job(whole, solid, limits);
+
+  v1::PlanSlicesResponse plan;
+  *plan.mutable_grid() = to_message(job.grid);
+  *plan.mutable_size_mm() = to_message(Vec3(grid_box(job.grid).sizes()));
+  plan.set_layer_count(job.grid.extent.layers);
+  plan.set_raw_bytes_per_layer(layer_bytes(job));
+  plan.set_raw_bytes(layer_bytes(job) * job.grid.extent.layers);
+  double estimate = 0;
+  for (const PlaneSpec& plane : job.planes) {
+    estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
+  }
+  plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * job.grid.extent.layers)));
+  warn_of_solid(job, solid.summary(), plan);
+  warn_of_grid(job, plan);
+  plan.set_engine_version(std::string(kEngineVersion));
+  return plan;
+}
+
+std::uint64_t layer_bytes(const SliceJob& job) {
+  std::uint64_t bytes = 0;
+  for (const PlaneSpec& plane : job.planes) bytes += plane_bytes(job, plane);
+  return bytes;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From requests to jobs that the core takes, and what the plan of a job says. Pure.
+
+#pragma once
+
+#include "ccslice/v1/slice.pb.h"
+#include "core/limit/limit_solid.h"
+#include "core/slicer/layer_slicer.h"
+#include "core/slicer/slice_limits.h"
+
+namespace ccslice::server {
+
+/// The job of a request, valid for the solid and within the limits. Throws Error (2xx),
+/// ServiceError{kRequestMalformed}.
+SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits);
+
+/// What slicing would give. Throws like to_job.
+v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
+                                   const SliceLimits& limits);
+
+/// Samples of all planes of one layer.
+std::uint64_t layer_bytes(const SliceJob& job);
+
+}  // namespace ccslice::server

@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/slicer_service.h"
+
+#include <string>
+
+#include "core/base/engine_version.h"
+#include "core/output/encode.h"
+#include "server/rpc/call_log.h"
+#include "server/rpc/point_call.h"
+#include "server/rpc/requests.h"
+#include "server/rpc/slice_call.h"
+#include "server/rpc/slice_job.h"
+#include "server/rpc/status.h"
+#include "server/rpc/summary.h"
+#include "server/rpc/tessellate_call.h"
+#include "server/rpc/upload_call.h"
+
+namespace ccslice::server {
+namespace {
+
+using grpc::CallbackServerContext;
+using grpc::ServerUnaryReactor;
+
+template <class Body>
+grpc::Status status_of(Body&& body) {
+  try {
+    body();
+    return grpc::Status::OK;
+  } catch (...) {
+    return to_status(std::current_exception());
+  }
+}
+
+/// A unary call that only looks something up.
+template <class Body>
+ServerUnaryReactor* answer_at_once(CallbackServerContext* context, const char* method, Body&& body) {
+  const CallLog log(*context, method);
+  const grpc::Status status = status_of(body);
+  log.finish(status);
+  ServerUnaryReactor* reactor = context->DefaultReactor();
+  reactor->Finish(status);
+  return reactor;
+}
+
+void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
+  v1::MeshLimits& mesh = *info.mutable_mesh_limits();
+  mesh.set_max_vertices(state.mesh_limits.max_vertices);
+  mesh.set_max_cells(state.mesh_limits.max_cells);
+  mesh.set_max_channels(static_cast<std::uint32_t>(state.mesh_limits.max_channels));
+  mesh.set_max_channel_name_bytes(static_cast<std::uint32_t>(state.mesh_limits.max_channel_name_bytes));
+  mesh.set_max_abs_coordinate_mm(state.mesh_limits.max_abs_coordinate_mm);
+  mesh.set_max_edge_valence(state.mesh_limits.max_edge_valence);
+  mesh.set_max_vertex_valence(state.mesh_limits.max_vertex_valence);
+  v1::SliceLimits& slice = *info.mutable_slice_limits();
+  slice.set_max_columns(state.slice_limits.max_columns);
+  slice.set_max_rows(state.slice_limits.max_rows);
+  slice.set_max_layers(state.slice_limits.max_layers);
+  slice.set_max_voxels_per_layer(state.slice_limits.max_voxels_per_layer);
+  slice.set_max_layer_bytes(state.slice_limits.max_layer_bytes);
+  slice.set_min_pitch_mm(state.slice_limits.min_pitch_mm);
+  slice.set_max_pitch_mm(state.slice_limits.max_pitch_mm);
+  slice.set_min_contour_tolerance_mm(state.slice_limits.min_contour_tolerance_mm);
+  slice.set_max_contour_tolerance_mm(state.slice_limits.max_contour_tolerance_mm);
+  slice.set_max_abs_coordinate_mm(state.slice_limits.max_abs_coordinate_mm);
+  slice.set_max_planes(state.slice_limits.max_planes);
+}
+
+void write_formats(v1::GetServerInfoResponse& info) {
+  for (const auto kind : {v1::CELL_KIND_HEX, v1::CELL_KIND_TET, v1::CELL_KIND_WEDGE}) info.add_cell_kinds(kind);
+  for (const auto type :
+       {v1::SAMPLE_TYPE_BIT, v1::SAMPLE_TYPE_UINT8, v1::SAMPLE_TYPE_UINT16, v1::SAMPLE_TYPE_FLOAT32}) {
+    info.add_sample_types(type);
+  }
+  info.add_encodings(v1::PLANE_ENCODING_RAW);
+  info.add_encodings(v1::PLANE_ENCODING_RAW_ZSTD);
+  if (!encoding_obstacle(SampleType::kUint8, Encoding::kPng)) info.add_encodings(v1::PLANE_ENCODING_PNG);
+}
+
+void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {
+  info.set_server_version(CCSLICE_SERVER_VERSION);
+  info.set_engine_version(std::string(kEngineVersion));
+  write_limits(state, info);
+  write_formats(info);
+  info.set_max_mesh_bytes(state.options.max_mesh_bytes);
+  info.set_max_chunk_bytes(kMaxChunkBytes);
+  info.set_max_points_per_message(kMaxPointsPerMessage);
+  info.set_max_triangles(kMaxTriangles);
+  info.set_max_concurrent_calls(static_cast<std::uint32_t>(state.options.max_concurrent_calls));
+  info.set_threads(static_cast<std::uint32_t>(state.executor.threads()));
+  const CacheUse use = state.cache.use();
+  info.set_cache_capacity_bytes(use.capacity_bytes);
+  info.set_cache_used_bytes(use.used_bytes);
+  info.set_cached_meshes(use.meshes);
+}
+
+void find_missing(MeshCache& cache, const v1::FindMissingMeshesRequest& request,
+                  v1::FindMissingMeshesResponse& response) {
+  if (request.mesh_ids_size() > static_cast<int>(kMaxIdsPerMessage)) {
+    throw ServiceError(ServiceErrorCode::kBatchTooLarge,
+                       "mesh_ids: " + std::to_string(request.mesh_ids_size()) + " ids in one call, the limit is " +
+                           std::to_string(kMaxIdsPerMessage) + "; ask in several calls",
+                       "mesh_ids");
+  }
+  for (int i = 0; i < request.mesh_ids_size(); ++i) {
+    require_mesh_id(request.mesh_ids(i), "mesh_ids[" + std::to_string(i) + "]");
+    if (!cache.find(request.mesh_ids(i))) response.add_missing_mesh_ids(request.mesh_ids(i));
+  }
+}
+
+void list_meshes(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
+  if (request.page_size() > kMaxPageSize) {
+    throw ServiceError(
+        ServiceErrorCode::kRequestMalformed,
+        "page_size: " + std::to_string(request.page_size()) + " is above " + std::to_string(kMaxPageSize), "page_size");
+  }
+  if (!request.page_token().empty() && !is_mesh_id(request.page_token())) {
+    throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                       "page_token: none that this call gave; leave it empty to start over", "page_token");
+  }
+  const std::size_t page_size = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
+  std::size_t bytes = 0;
+  for (const ListedMesh& listed : cache.list(request.page_token(), page_size + 1)) {
+    v1::MeshSummary summary = summarize(listed);
+    bytes += summary.ByteSizeLong();
+    const auto listed_so_far = static_cast<std::size_t>(response.meshes_size());
+    if (listed_so_far == page_size || (listed_so_far > 0 && bytes > kMaxPageBytes)) {
+      response.set_next_page_token(response.meshes(response.meshes_size() - 1).mesh_id());
+      return;
+    }
+    *response.add_meshes() = std::move(summary);
+  }
+}
+
+}  // namespace
+
+ServerUnaryReactor* SlicerService::GetServerInfo(CallbackServerContext* context, const v1::GetServerInfoRequest*,
+                                                 v1::GetServerInfoResponse* response) {
+  return answer_at_once(context, "GetServerInfo", [&] { write_info(state_, *response); });
+}
+
+ServerUnaryReactor* SlicerService::FindMissingMeshes(CallbackServerContext* context,
+                                                     const v1::FindMissingMeshesRequest* request,
+                                                     v1::FindMissingMeshesResponse* response) {
+  return answer_at_once(context, "FindMissingMeshes", [&] { find_missing(state_.cache, *request, *response); });
+}
+
+grpc::ServerReadReactor<v1::UploadMeshRequest>* SlicerService::UploadMesh(CallbackServerContext* context,
+                                                                          v1::UploadMeshResponse* response) {
+  return begin_upload_call(state_, *context, *response);
+}
+
+ServerUnaryReactor* SlicerService::GetMesh(CallbackServerContext* context, const v1::GetMeshRequest* request,
+                                           v1::GetMeshResponse* response) {
+  return answer_at_once(context, "GetMesh", [&] {
+    *response->mutable_mesh() = summarize(state_.cache, require_mesh(state_, request->mesh_id()));
+  });
+}
+
+ServerUnaryReactor* SlicerService::ListMeshes(CallbackServerContext* context, const v1::ListMeshesRequest* request,
+                                              v1::ListMeshesResponse* response) {
+  return answer_at_once(context, "ListMeshes", [&] { list_meshes(state_.cache, *request, *response); });
+}
+
+ServerUnaryReactor* SlicerService::DeleteMesh(CallbackServerContext* context, const v1::DeleteMeshRequest* request,
+                                              v1::DeleteMeshResponse* response) {
+  return answer_at_once(context, "DeleteMesh", [&] {
+    require_mesh_id(request->mesh_id(), "mesh_id");
+    response->set_deleted(state_.cache.erase(request->mesh_id()));
+  });
+}
+
+ServerUnaryReactor* SlicerService::PlanSlices(CallbackServerContext* context, const v1::PlanSlicesRequest* request,
+                                              v1::PlanSlicesResponse* response) {
+  ServerUnaryReactor* reactor = context->DefaultReactor();
+  state_.executor.make_lane().post([this, log = CallLog(*context, "PlanSlices"), reactor, request, response] {
+    const grpc::Status status = status_of([&] {
+      const MeshPtr mesh = require_mesh(state_, request->mesh_id());
+      *response = plan_slices(*request, *mesh->solid(), state_.slice_limits);
+    });
+    log.finish(status);
+    reactor->Finish(status);
+  });
+  return reactor;
+}
+
+grpc::ServerWriteReactor<v1::SliceRangeResponse>* SlicerService::SliceRange(CallbackServerContext* context,
+                                                                            const v1::SliceRangeRequest* request) {
+  return begin_slice_call(state_, *context, *request);
+}
+
+grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* SlicerService::ProbePoints(
+    CallbackServerContext* context) {
+  return begin_probe_call(state_, *context);
+}
+
+grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* SlicerService::EvaluatePoints(
+    CallbackServerContext* context) {
+  return begin_evaluate_call(state_, *context);
+}
+
+grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* SlicerService::TessellateBoundary(
+    CallbackServerContext* context, const v1::TessellateBoundaryRequest* request) {
+  return begin_tessellate_call(state_, *context, *request);
+}
+
+}  // namespace ccslice::server

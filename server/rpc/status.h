@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The one place where failures become gRPC statuses: code, message, and google.rpc details (see
+// ccslice/v1/errors.proto).
+
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <exception>
+#include <string>
+
+#include "core/base/error.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+/// ErrorInfo.domain of everything that ccslice sends.
+inline constexpr const char* kErrorDomain = "ccslice";
+
+grpc::Status to_status(const Error& error);
+grpc::Status to_status(const ServiceError& error);
+/// Whatever it is: a core Error, a ServiceError, out of memory, or something unforeseen (INTERNAL).
+grpc::Status to_status(const std::exception_ptr& error);
+
+/// The status of a call that was stopped: DEADLINE_EXCEEDED if its deadline has passed, CANCELLED otherwise.
+grpc::Status stopped_status(bool deadline_passed);
+
+/// ErrorInfo.reason of a status of ours; empty if it has none.
+std::string reason_of(const grpc::Status& status);
+
+}  // namespace ccslice::server

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/summary.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/base/engine_version.h"
+#include "server/rpc/convert.h"
+#include "server/service/limits.h"
+
+namespace ccslice::server {
+namespace {
+
+void write_counts(const SolidSummary& solid, v1::MeshSummary& summary) {
+  summary.set_control_vertices(solid.control_vertices);
+  summary.set_control_cells(solid.control_cells);
+  summary.set_limit_cells(solid.limit_cells);
+  summary.set_regular_cells(solid.regular_cells);
+  summary.set_line_cells(solid.line_cells);
+  summary.set_vertex_cells(solid.vertex_cells);
+  summary.set_extraordinary_edges(solid.extraordinary_edges);
+  summary.set_extraordinary_vertices(solid.extraordinary_vertices);
+  summary.set_irregular_boundary_edges(solid.irregular_boundary_edges);
+  summary.set_sharp_edges(solid.sharp_edges);
+  summary.set_boundary_faces(solid.boundary_faces);
+}
+
+void write_warnings(const SolidSummary& solid, v1::MeshSummary& summary) {
+  summary.set_inverted_control_cell_count(solid.inverted_control_cells.size());
+  const std::size_t listed = std::min(solid.inverted_control_cells.size(), kMaxListedItems);
+  for (std::size_t i = 0; i < listed; ++i) summary.add_inverted_control_cells(solid.inverted_control_cells[i]);
+  summary.set_folding_cells(solid.folding_cells);
+  for (const FoldPlace& fold : solid.folds) *summary.add_folds() = to_message(fold);
+}
+
+}  // namespace
+
+v1::MeshSummary summarize(const ListedMesh& listed) {
+  const CachedMesh& mesh = *listed.mesh;
+  const SolidSummary& solid = mesh.solid()->summary();
+  v1::MeshSummary summary;
+  summary.set_mesh_id(mesh.id());
+  summary.set_size_bytes(mesh.prepared().serialized_bytes);
+  summary.set_memory_bytes(mesh.prepared().memory_bytes);
+  write_counts(solid, summary);
+  *summary.mutable_bounding_box() = to_message(solid.bounding_box);
+  for (const ChannelRange& channel : solid.channels) *summary.add_channels() = to_message(channel);
+  write_warnings(solid, summary);
+  summary.set_engine_version(std::string(kEngineVersion));
+  *summary.mutable_preparation_time() = to_duration(mesh.prepared().preparation_time);
+  *summary.mutable_create_time() = to_timestamp(mesh.created());
+  *summary.mutable_last_use_time() = to_timestamp(listed.last_use);
+  if (listed.expires) *summary.mutable_expire_time() = to_timestamp(*listed.expires);
+  return summary;
+}
+
+v1::MeshSummary summarize(MeshCache& cache, const MeshPtr& mesh) {
+  // Deleted in the meantime: still a fine summary.
+  return summarize(cache.peek(mesh->id()).value_or(ListedMesh{.mesh = mesh, .last_use = Clock::now(), .expires = {}}));
+}
+
+}  // namespace ccslice::server

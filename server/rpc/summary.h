@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "ccslice/v1/mesh.pb.h"
+#include "server/service/mesh_cache.h"
+
+namespace ccslice::server {
+
+v1::MeshSummary summarize(const ListedMesh& listed);
+
+/// Of a mesh that has just been found or prepared.
+v1::MeshSummary summarize(MeshCache& cache, const MeshPtr& mesh);
+
+}  // namespace ccslice::server

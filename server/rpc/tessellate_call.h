@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "ccslice/v1/surface.pb.h"
+#include "server/rpc/stream_call.h"
+
+namespace ccslice::server {
+
+/// TessellateBoundary. `request` lives until the call is done.
+grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(
+    ServiceState& state, grpc::CallbackServerContext& context, const v1::TessellateBoundaryRequest& request);
+
+}  // namespace ccslice::server

@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+//     read start -> cached already? answer : read chunks -> check the digest on a worker -> prepare, or join -> answer
+//
+// One of these is under way at any time and decides what comes next; a cancel only makes it end sooner.
+
+#include "server/rpc/upload_call.h"
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "server/rpc/call_log.h"
+#include "server/rpc/prepare_mesh.h"
+#include "server/rpc/status.h"
+#include "server/rpc/summary.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
+                         public std::enable_shared_from_this<UploadCall> {
+ public:
+  UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
+      : state_(state),
+        context_(context),
+        response_(response),
+        log_(context, "UploadMesh"),
+        upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes)) {}
+
+  void begin() {
+    self_ = shared_from_this();
+    try {
+      admission_ = state_.calls.admit();
+    } catch (...) {
+      return end(to_status(std::current_exception()));
+    }
+    StartRead(&request_);
+  }
+
+ private:
+  void OnReadDone(bool ok) override {
+    if (stopped_) return end(stopped_status(deadline_passed(context_)));
+    try {
+      if (!ok) return finish_reading();
+      if (accept()) StartRead(&request_);
+    } catch (...) {
+      end(to_status(std::current_exception()));
+    }
+  }
+
+  void OnCancel() override {
+    stopped_ = true;
+    ticket().cancel();
+  }
+
+  void OnDone() override {
+    admission_ = {};
+    const std::shared_ptr<UploadCall> last = std::move(self_);
+  }
+
+  /// Takes a message in; false if the call has been answered.
+  bool accept() {
+    switch (request_.part_case()) {
+      case v1::UploadMeshRequest::kStart: return start(request_.start());
+      case v1::UploadMeshRequest::kChunk: upload_->append(request_.chunk()); return true;
+      default: break;
+    }
+    throw ServiceError(ServiceErrorCode::kRequestMalformed, "part: a message with neither start nor chunk", "part");
+  }
+
+  bool start(const v1::UploadStart& message) {
+    upload_->start(message.mesh_id(), message.size_bytes());
+    log_.note(message.mesh_id());
+    log_.note(std::to_string(message.size_bytes()) + " bytes");
+    const MeshPtr mesh = state_.cache.find(message.mesh_id());
+    if (!mesh) return true;
+    answer(mesh, /*already_cached=*/true);
+    return false;
+  }
+
+  void finish_reading() {
+    upload_->finish();
+    state_.executor.make_lane().post([self = self_] { self->verify_and_prepare(); });
+  }
+
+  void verify_and_prepare() {
+    try {
+      upload_->verify_digest();
+      const std::string mesh_id = upload_->mesh_id();
+      // The bytes go with the preparation: whoever joins another one drops his.
+      set_ticket(state_.cache.get_or_prepare(
+          mesh_id,
+          [upload = std::move(upload_), limits = state_.mesh_limits](const CancellationToken& cancel) {
+            return prepare_mesh(*upload, limits, cancel);
+          },
+          [self = shared_from_this()](const MeshCache::Outcome& outcome) { self->done(outcome); }));
+    } catch (...) {
+      end(to_status(std::current_exception()));
+    }
+  }
+
+  void done(const MeshCache::Outcome& outcome) {
+    if (stopped_) return end(stopped_status(deadline_passed(context_)));
+    if (outcome.error) return end(to_status(outcome.error));
+    answer(outcome.mesh, outcome.already_cached);
+  }
+
+  void answer(const MeshPtr& mesh, bool already_cached) {
+    *response_.mutable_mesh() = summarize(state_.cache, mesh);
+    response_.set_already_cached(already_cached);
+    end(grpc::Status::OK);
+  }
+
+  void set_ticket(MeshCache::Ticket ticket) {
+    {
+      std::lock_guard lock(ticket_mutex_);
+      ticket_ = ticket;
+    }
+    if (stopped_) ticket.cancel();
+  }
+
+  MeshCache::Ticket ticket() {
+    std::lock_guard lock(ticket_mutex_);
+    return ticket_;
+  }
+
+  void end(const grpc::Status& status) {
+    log_.finish(status);
+    Finish(status);
+  }
+
+  ServiceState& state_;
+  grpc::CallbackServerContext& context_;
+  v1::UploadMeshResponse& response_;
+  CallLog log_;
+  std::shared_ptr<UploadCall> self_;
+  CallRegistry::Ticket admission_;
+  v1::UploadMeshRequest request_;
+  std::shared_ptr<Upload> upload_;
+  std::atomic<bool> stopped_{false};
+  std::mutex ticket_mutex_;
+  MeshCache::Ticket ticket_;
+};
+
+}  // namespace
+
+grpc::ServerReadReactor<v1::UploadMeshRequest>* begin_upload_call(ServiceState& state,
+                                                                  grpc::CallbackServerContext& context,
+                                                                  v1::UploadMeshResponse& response) {
+  const auto call = std::make_shared<UploadCall>(state, context, response);
+  call->begin();
+  return call.get();
+}
+
+}  // namespace ccslice::server

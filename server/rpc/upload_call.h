@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include "ccslice/v1/mesh.pb.h"
+#include "server/rpc/service_state.h"
+
+namespace ccslice::server {
+
+/// UploadMesh. `response` lives until the call is done.
+grpc::ServerReadReactor<v1::UploadMeshRequest>* begin_upload_call(ServiceState& state,
+                                                                  grpc::CallbackServerContext& context,
+                                                                  v1::UploadMeshResponse& response);
+
+}  // namespace ccslice::server

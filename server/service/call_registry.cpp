@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/call_registry.h"
+
+#include <string>
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+CallRegistry::Ticket CallRegistry::admit() {
+  std::lock_guard lock(mutex_);
+  if (draining_) {
+    throw ServiceError(ServiceErrorCode::kServerDraining, "the server is shutting down: use another one");
+  }
+  if (running_ == max_calls_) {
+    throw ServiceError(ServiceErrorCode::kServerBusy, "all " + std::to_string(max_calls_) +
+                                                          " calls that the server takes are running: try again later");
+  }
+  ++running_;
+  return Ticket(*this);
+}
+
+void CallRegistry::drain() {
+  std::lock_guard lock(mutex_);
+  draining_ = true;
+}
+
+bool CallRegistry::wait_idle(std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock lock(mutex_);
+  return idle_.wait_until(lock, deadline, [this] { return running_ == 0; });
+}
+
+std::size_t CallRegistry::running() {
+  std::lock_guard lock(mutex_);
+  return running_;
+}
+
+void CallRegistry::leave() {
+  std::lock_guard lock(mutex_);
+  --running_;
+  if (running_ == 0) idle_.notify_all();
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The worker threads: all computing of the service happens here, never on gRPC's threads.
+//
+// Every call has a LANE, a queue of pieces of work. Workers take one piece from each lane in turn, so calls share the
+// threads fairly however much work one of them has; a piece should last well below a second. Work never waits for a
+// client: it is only queued when its result has room (see LayerStream).
+
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+
+namespace ccslice::server {
+
+class Executor {
+ public:
+  using Work = std::function<void()>;
+
+  /// A call's queue. Copyable handle; work that is queued keeps it alive.
+  class Lane {
+   public:
+    /// Behind this lane's other work. `work` must not throw.
+    void post(Work work) const;
+    /// Before it: the continuation of a piece that gives way to other lanes.
+    void post_front(Work work) const;
+
+   private:
+    friend class Executor;
+    struct Queue {
+      std::deque<Work> work;
+      bool listed = false;  // In Executor::lanes_.
+    };
+    Lane(Executor& executor, std::shared_ptr<Queue> queue) : executor_(&executor), queue_(std::move(queue)) {}
+    Executor* executor_;
+    std::shared_ptr<Queue> queue_;
+  };
+
+  /// REQUIRES: threads >= 1.
+  explicit Executor(std::size_t threads);
+  /// Waits for all work.
+  ~Executor();
+  Executor(const Executor&) = delete;
+  Executor& operator=(const Executor&) = delete;
+
+  /// Waits until nothing is queued or running.
+  void wait_idle();
+
+  Lane make_lane() { return Lane(*this, std::make_shared<Lane::Queue>()); }
+  std::size_t threads() const noexcept { return threads_; }
+
+ private:
+  struct Arena;
+  enum class Place { kBack, kFront };
+  void post(const std::shared_ptr<Lane::Queue>& queue, Work work, Place place);
+  void work_until_idle();
+  bool take(Work& work);
+
+  const std::size_t threads_;
+  std::mutex mutex_;
+  std::condition_variable idle_;
+  std::deque<std::shared_ptr<Lane::Queue>> lanes_;  // Those with queued work, next one first.
+  std::size_t workers_ = 0;                         // Tasks in the arena, each in work_until_idle().
+  std::unique_ptr<Arena> arena_;
+};
+
+}  // namespace ccslice::server

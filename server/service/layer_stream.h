@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A range of layers, computed out of order by many workers, delivered in order to one consumer that pulls.
+//
+// The range is cut into SLABS of consecutive layers. At most `window_slabs` slabs are in flight: being computed, or
+// computed and not yet taken. A slab is started only when the window has room, so memory is bounded by the window
+// whatever the range, and a worker never waits for the consumer: one that reads slowly, or not at all, occupies memory
+// but no thread. Within a slab each layer is a piece of work of its own, so that calls take turns at every layer.
+//
+// Pulling never blocks: when the next layer isn't ready, `pull` says so and `notify` is called once it is worth trying
+// again.
+
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/slicer/layer_slicer.h"
+#include "server/service/executor.h"
+
+namespace ccslice::server {
+
+/// Layers [first, first + count).
+struct LayerRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+/// How a stream uses its memory.
+struct StreamWindow {
+  std::uint32_t slab_layers = kSlabLayers;  // A divisor of kSlabLayers.
+  std::uint32_t window_slabs = 4;
+};
+
+/// The largest window whose layers, `layer_bytes` each, fit into `window_bytes`: at most a slab per thread and two
+/// more; smaller slabs where layers are large; one single layer if there's no room for more.
+StreamWindow choose_window(std::uint64_t layer_bytes, std::uint64_t window_bytes, std::size_t threads);
+
+class LayerStream : public std::enable_shared_from_this<LayerStream> {
+ public:
+  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers. May throw.
+  using ComputeLayer = std::function<Layer(std::uint32_t layer, const CancellationToken& cancel)>;
+  /// Makes such a function, on a worker thread. Called as often as slabs are computed at the same time. May throw.
+  using MakeCompute = std::function<ComputeLayer()>;
+  /// Called on a worker's thread or the canceller's, without locks held.
+  using Notify = std::function<void()>;
+
+  enum class Pull {
+    kLayer,    // `layer` was written.
+    kPending,  // Not ready: `notify` will be called once.
+    kEnd,      // All layers were taken.
+    kFailed,   // See error(). Layers before the failing one were delivered, unless cancelled.
+  };
+
+  /// Starts at once. The executor outlives the stream.
+  static std::shared_ptr<LayerStream> start(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make,
+                                            Notify notify);
+
+  /// One consumer at a time.
+  Pull pull(Layer& layer);
+  /// Why pull() said kFailed: what a layer threw, or Error{kCancelled}.
+  std::exception_ptr error();
+  /// Stops the work: running layers see their token, nothing further is started, finished layers are freed, and pull()
+  /// fails. Any thread, any number of times.
+  void cancel();
+
+ private:
+  struct Slab {
+    LayerRange layers;
+    std::uint32_t computed = 0;
+    std::deque<Layer> ready;
+    std::exception_ptr error;
+    ComputeLayer compute;  // While the slab is being computed.
+    bool done() const { return computed == layers.count || error; }
+  };
+  using SlabPtr = std::shared_ptr<Slab>;
+
+  LayerStream(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
+  void start_slabs();
+  void compute_next(const SlabPtr& slab);
+  ComputeLayer take_compute();
+  void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error);
+  bool worth_pulling_locked() const;
+
+  const Executor::Lane lane_;
+  const StreamWindow window_;
+  const MakeCompute make_;
+  const CancellationToken cancel_ = CancellationToken::make();
+
+  std::mutex mutex_;
+  Notify notify_;         // Null once cancelled.
+  bool waiting_ = false;  // The consumer was told kPending.
+  bool cancelled_ = false;
+  bool failed_ = false;       // A slab failed: no further ones are started.
+  std::uint32_t next_layer_;  // First layer of the next slab to start.
+  const std::uint32_t end_layer_;
+  std::deque<SlabPtr> in_flight_;  // By layer.
+  std::vector<ComputeLayer> idle_computes_;
+};
+
+}  // namespace ccslice::server

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every maximum of the service that isn't an option. Those of meshes and slicing requests are the core's: MeshLimits
+// and SliceLimits.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ccslice::server {
+
+/// What a gRPC client takes per message unless told otherwise, the whole message counted.
+inline constexpr std::size_t kClientMessageBytes = 4u << 20;
+
+/// Payload of one message of a stream. The default keeps loopback throughput near its best.
+inline constexpr std::uint32_t kMinChunkBytes = 4u << 10;
+inline constexpr std::uint32_t kDefaultChunkBytes = 512u << 10;
+inline constexpr std::uint32_t kMaxChunkBytes = 1u << 20;
+
+/// Points in one message of ProbePoints and EvaluatePoints: with 64 channels the answer takes 2.5 MB.
+inline constexpr std::uint32_t kMaxPointsPerMessage = 4096;
+static_assert(kMaxPointsPerMessage * (64 + 12 + 3) * sizeof(double) < kClientMessageBytes);
+
+/// Ids in one FindMissingMeshes, meshes in one page of ListMeshes (a summary takes up to some kB with many channels).
+inline constexpr std::uint32_t kMaxIdsPerMessage = 1000;
+inline constexpr std::uint32_t kMaxPageSize = 1000;
+inline constexpr std::uint32_t kDefaultPageSize = 100;
+inline constexpr std::size_t kMaxPageBytes = 3u << 20;
+
+/// Ids and places listed in a summary or a warning.
+inline constexpr std::size_t kMaxListedItems = 32;
+
+/// Triangles of one TessellateBoundary.
+inline constexpr std::uint64_t kMaxTriangles = 20'000'000;
+inline constexpr double kMinChordToleranceMm = 1e-5;
+inline constexpr double kMaxChordToleranceMm = 1e3;
+inline constexpr double kDefaultChordToleranceMm = 0.05;
+
+/// What a client is told to wait after SERVER_BUSY or CACHE_FULL.
+inline constexpr int kRetryDelaySeconds = 2;
+
+}  // namespace ccslice::server

@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/mesh_cache.h"
+
+#include <utility>
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+CachedMesh::CachedMesh(std::string id, PreparedMesh prepared, Clock::time_point created,
+                       std::shared_ptr<std::atomic<std::uint64_t>> live_bytes)
+    : id_(std::move(id)), prepared_(std::move(prepared)), created_(created), live_bytes_(std::move(live_bytes)) {
+  live_bytes_->fetch_add(prepared_.memory_bytes);
+}
+
+CachedMesh::~CachedMesh() { live_bytes_->fetch_sub(prepared_.memory_bytes); }
+
+MeshCache::MeshCache(Executor& executor, Options options)
+    : executor_(executor), options_(std::move(options)), live_bytes_(std::make_shared<std::atomic<std::uint64_t>>(0)) {}
+
+MeshPtr MeshCache::find(const std::string& id) {
+  std::vector<MeshPtr> dropped;
+  std::lock_guard lock(mutex_);
+  sweep_locked(dropped);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return nullptr;
+  touch_locked(entry->second);
+  return entry->second.mesh;
+}
+
+MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepare, Done done) {
+  Ticket ticket;
+  MeshPtr mesh;
+  std::shared_ptr<Preparation> started;
+  {
+    std::lock_guard lock(mutex_);
+    if (const auto entry = entries_.find(id); entry != entries_.end()) {
+      touch_locked(entry->second);
+      mesh = entry->second.mesh;
+    } else {
+      std::shared_ptr<Preparation>& preparation = preparations_[id];
+      if (!preparation) preparation = started = std::make_shared<Preparation>();
+      ticket = Ticket(*this, id, next_waiter_++);
+      preparation->waiters.emplace(ticket.waiter_, std::move(done));
+    }
+  }
+  if (mesh) done({.mesh = std::move(mesh), .error = nullptr, .already_cached = true});
+  if (started) {
+    executor_.make_lane().post([this, id, started, prepare = std::move(prepare)] { run(id, started, prepare); });
+  }
+  return ticket;
+}
+
+void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& preparation, const Prepare& prepare) {
+  Outcome outcome;
+  PreparedMesh prepared;
+  try {
+    preparation->cancel.throw_if_cancelled();
+    prepared = prepare(preparation->cancel);
+  } catch (...) {
+    outcome.error = std::current_exception();
+  }
+  std::map<std::uint64_t, Done> waiters;
+  {
+    std::lock_guard lock(mutex_);
+    if (!outcome.error) {
+      try {
+        outcome.mesh = insert_locked(id, std::move(prepared));
+      } catch (...) {
+        outcome.error = std::current_exception();
+      }
+    }
+    waiters.swap(preparation->waiters);
+    const auto own = preparations_.find(id);  // Another one, if everybody had left this one.
+    if (own != preparations_.end() && own->second == preparation) preparations_.erase(own);
+  }
+  for (auto& [waiter, done] : waiters) done(outcome);
+}
+
+MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh prepared) {
+  if (const auto entry = entries_.find(id); entry != entries_.end()) {
+    touch_locked(entry->second);  // Another preparation, begun after this one was cancelled, was faster.
+    return entry->second.mesh;
+  }
+  make_room_locked(prepared.memory_bytes);
+  const Clock::time_point now = options_.now();
+  auto mesh = std::make_shared<const CachedMesh>(id, std::move(prepared), now, live_bytes_);
+  recency_.push_back(id);
+  entries_.emplace(id, Entry{mesh, now, std::prev(recency_.end())});
+  return mesh;
+}
+
+void MeshCache::make_room_locked(std::uint64_t bytes) {
+  if (bytes > options_.capacity_bytes) {
+    throw ServiceError(ServiceErrorCode::kMeshExceedsCache,
+                       "the prepared mesh takes " + std::to_string(bytes) + " bytes, the whole cache has " +
+                           std::to_string(options_.capacity_bytes) + ": use a server with more memory");
+  }
+  for (auto id = recency_.begin(); id != recency_.end() && live_bytes_->load() + bytes > options_.capacity_bytes;) {
+    const auto entry = entries_.find(*id++);
+    // Nobody can get hold of it while the cache is locked.
+    if (entry->second.mesh.use_count() == 1) drop_locked(entry);
+  }
+  if (live_bytes_->load() + bytes > options_.capacity_bytes) {
+    throw ServiceError(ServiceErrorCode::kCacheFull, "all meshes in the cache are in use: try again later");
+  }
+}
+
+bool MeshCache::erase(const std::string& id) {
+  std::vector<MeshPtr> dropped;
+  std::lock_guard lock(mutex_);
+  sweep_locked(dropped);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return false;
+  dropped.push_back(entry->second.mesh);
+  drop_locked(entry);
+  return true;
+}
+
+std::vector<ListedMesh> MeshCache::list(const std::string& after, std::size_t limit) {
+  std::vector<MeshPtr> dropped;
+  std::vector<ListedMesh> meshes;
+  std::lock_guard lock(mutex_);
+  sweep_locked(dropped);
+  for (auto entry = entries_.upper_bound(after); entry != entries_.end() && meshes.size() < limit; ++entry) {
+    meshes.push_back(listed_locked(entry->second));
+  }
+  return meshes;
+}
+
+std::optional<ListedMesh> MeshCache::peek(const std::string& id) {
+  std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(id);
+  if (entry == entries_.end()) return std::nullopt;
+  return listed_locked(entry->second);
+}
+
+CacheUse MeshCache::use() {
+  std::vector<MeshPtr> dropped;
+  std::lock_guard lock(mutex_);
+  sweep_locked(dropped);
+  return {.capacity_bytes = options_.capacity_bytes, .used_bytes = live_bytes_->load(), .meshes = entries_.size()};
+}
+
+void MeshCache::sweep() {
+  std::vector<MeshPtr> dropped;
+  std::lock_guard lock(mutex_);
+  sweep_locked(dropped);
+}
+
+/// What it drops is handed out, so that a large solid is freed after the caller has let go of the lock.
+void MeshCache::sweep_locked(std::vector<MeshPtr>& dropped) {
+  if (options_.time_to_live.count() == 0) return;
+  const Clock::time_point now = options_.now();
+  for (auto id = recency_.begin(); id != recency_.end();) {
+    const auto entry = entries_.find(*id++);
+    if (entry->second.last_use + options_.time_to_live > now) break;
+    if (entry->second.mesh.use_count() > 1) continue;
+    dropped.push_back(entry->second.mesh);
+    drop_locked(entry);
+  }
+}
+
+void MeshCache::touch_locked(Entry& entry) {
+  entry.last_use = options_.now();
+  recency_.splice(recency_.end(), recency_, entry.recency);
+}
+
+void MeshCache::drop_locked(std::map<std::string, Entry>::iterator entry) {
+  recency_.erase(entry->second.recency);
+  entries_.erase(entry);
+}
+
+ListedMesh MeshCache::listed_locked(const Entry& entry) const {
+  ListedMesh listed{.mesh = entry.mesh, .last_use = entry.last_use, .expires = std::nullopt};
+  if (options_.time_to_live.count() != 0) listed.expires = entry.last_use + options_.time_to_live;
+  return listed;
+}
+
+void MeshCache::cancel(const std::string& id, std::uint64_t waiter) {
+  Done done;
+  {
+    std::lock_guard lock(mutex_);
+    const auto preparation = preparations_.find(id);
+    if (preparation == preparations_.end()) return;
+    auto& waiters = preparation->second->waiters;
+    const auto own = waiters.find(waiter);
+    if (own == waiters.end()) return;
+    done = std::move(own->second);
+    waiters.erase(own);
+    if (waiters.empty()) {
+      preparation->second->cancel.cancel();
+      preparations_.erase(preparation);  // Whoever asks from now on starts afresh.
+    }
+  }
+  done({.mesh = nullptr,
+        .error = std::make_exception_ptr(Error(ErrorCode::kCancelled, "cancelled by the caller or by its deadline")),
+        .already_cached = false});
+}
+
+void MeshCache::Ticket::cancel() {
+  if (cache_ != nullptr) cache_->cancel(id_, waiter_);
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The cache of prepared solids, by mesh id.
+//
+// - Bounded in bytes: whatever is alive counts, also what was dropped while a call still uses it. Room is made by
+// dropping
+//   the least recently used meshes that nobody uses; a mesh in use stays.
+// - One preparation even when a mesh is asked for twice at the same time: whoever comes second shares the result or the
+//   error. A preparation is cancelled once nobody waits for it any more.
+// - A preparation that fails caches nothing.
+// - Meshes that nobody used for a while expire, if a time to live is set.
+
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/limit/limit_solid.h"
+#include "server/service/executor.h"
+
+namespace ccslice::server {
+
+using Clock = std::chrono::system_clock;
+
+/// What a preparation yields.
+struct PreparedMesh {
+  std::shared_ptr<const LimitSolid> solid;
+  std::uint64_t serialized_bytes = 0;  // Of the ControlMesh.
+  std::uint64_t memory_bytes = 0;      // Of the solid: what counts in the cache.
+  std::chrono::nanoseconds preparation_time{0};
+};
+
+/// A cached mesh. Immutable; in use as long as somebody besides the cache holds a pointer to it.
+class CachedMesh {
+ public:
+  CachedMesh(std::string id, PreparedMesh prepared, Clock::time_point created,
+             std::shared_ptr<std::atomic<std::uint64_t>> live_bytes);
+  ~CachedMesh();
+  CachedMesh(const CachedMesh&) = delete;
+  CachedMesh& operator=(const CachedMesh&) = delete;
+
+  const std::string& id() const noexcept { return id_; }
+  const std::shared_ptr<const LimitSolid>& solid() const noexcept { return prepared_.solid; }
+  const PreparedMesh& prepared() const noexcept { return prepared_; }
+  Clock::time_point created() const noexcept { return created_; }
+
+ private:
+  std::string id_;
+  PreparedMesh prepared_;
+  Clock::time_point created_;
+  std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
+};
+
+using MeshPtr = std::shared_ptr<const CachedMesh>;
+
+/// A mesh as the list shows it.
+struct ListedMesh {
+  MeshPtr mesh;
+  Clock::time_point last_use;
+  std::optional<Clock::time_point> expires;
+};
+
+struct CacheUse {
+  std::uint64_t capacity_bytes = 0;
+  std::uint64_t used_bytes = 0;  // Alive, dropped ones in use included.
+  std::size_t meshes = 0;
+};
+
+/// Thread-safe.
+class MeshCache {
+ public:
+  struct Options {
+    std::uint64_t capacity_bytes = 1ull << 30;
+    std::chrono::milliseconds time_to_live{0};  // Since the last use. 0: never expires.
+    std::function<Clock::time_point()> now = &Clock::now;
+  };
+  /// Runs on a worker thread; may throw.
+  using Prepare = std::function<PreparedMesh(const CancellationToken& cancel)>;
+  struct Outcome {
+    MeshPtr mesh;              // Null if it failed.
+    std::exception_ptr error;  // Why.
+    bool already_cached = false;
+  };
+  /// Called exactly once, without locks held, on the caller's thread or a worker's.
+  using Done = std::function<void(Outcome)>;
+
+  /// A place in the queue for a preparation.
+  class Ticket {
+   public:
+    Ticket() = default;
+    /// Stops waiting: `done` is called with Error{kCancelled} unless it was called already. Any thread, any number of
+    /// times.
+    void cancel();
+
+   private:
+    friend class MeshCache;
+    Ticket(MeshCache& cache, std::string id, std::uint64_t waiter)
+        : cache_(&cache), id_(std::move(id)), waiter_(waiter) {}
+    MeshCache* cache_ = nullptr;
+    std::string id_;
+    std::uint64_t waiter_ = 0;
+  };
+
+  /// The executor outlives the cache.
+  MeshCache(Executor& executor, Options options);
+
+  /// The mesh, marked as used now; null if it isn't there.
+  MeshPtr find(const std::string& id);
+  /// The mesh if it's there; otherwise prepares it, or joins the preparation that is running.
+  /// Errors: what `prepare` throws; ServiceError{kMeshExceedsCache, kCacheFull}; Error{kCancelled}.
+  Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done);
+  /// Drops the mesh; false if it wasn't there. A preparation that is running goes on.
+  bool erase(const std::string& id);
+  /// Up to `limit` meshes with ids behind `after`, by id.
+  std::vector<ListedMesh> list(const std::string& after, std::size_t limit);
+  /// One mesh as the list shows it, without using it; nothing if it isn't there.
+  std::optional<ListedMesh> peek(const std::string& id);
+  CacheUse use();
+  /// Drops what has expired. Every other call does so too.
+  void sweep();
+
+ private:
+  struct Entry {
+    MeshPtr mesh;
+    Clock::time_point last_use;
+    std::list<std::string>::iterator recency;
+  };
+  struct Preparation {
+    CancellationToken cancel = CancellationToken::make();
+    std::map<std::uint64_t, Done> waiters;
+  };
+
+  void run(const std::string& id, const std::shared_ptr<Preparation>& preparation, const Prepare& prepare);
+  MeshPtr insert_locked(const std::string& id, PreparedMesh prepared);
+  void make_room_locked(std::uint64_t bytes);
+  void touch_locked(Entry& entry);
+  void sweep_locked(std::vector<MeshPtr>& dropped);
+  void drop_locked(std::map<std::string, Entry>::iterator entry);
+  ListedMesh listed_locked(const Entry& entry) const;
+  void cancel(const std::string& id, std::uint64_t waiter);
+
+  Executor& executor_;
+  const Options options_;
+  std::mutex mutex_;
+  std::map<std::string, Entry> entries_;
+  std::list<std::string> recency_;  // Ids, least recently used first.
+  std::map<std::string, std::shared_ptr<Preparation>> preparations_;
+  std::uint64_t next_waiter_ = 1;
+  std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
+};
+
+}  // namespace ccslice::server

@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/options.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "server/service/limits.h"
+#include "server/service/option_values.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr std::uint64_t kMiB = 1ull << 20;
+constexpr std::uint64_t kGiB = 1ull << 30;
+
+ServerOptions default_options(const Resources& resources) {
+  const std::uint64_t memory = resources.memory_bytes;
+  ServerOptions options;
+  options.threads = resources.cpus;
+  options.cache_bytes = std::max(memory / 2, 64 * kMiB);
+  options.max_concurrent_calls = 32;
+  options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
+  options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
+  options.upload_budget_bytes = std::max(memory / 8, options.max_mesh_bytes);
+  options.max_message_bytes = kClientMessageBytes;
+  options.shutdown_grace = std::chrono::seconds(25);
+  return options;
+}
+
+/// How one option is written, read and shown.
+struct OptionSpec {
+  std::string flag;         // "--cache-bytes"; the variable is CCSLICE_CACHE_BYTES.
+  std::string placeholder;  // "SIZE".
+  std::string help;
+  std::function<void(ServerOptions&, const std::string& value)> set;  // Throws std::invalid_argument: what it takes.
+  std::function<std::string(const ServerOptions&)> show;
+};
+
+template <class T>
+OptionSpec size_option(std::string flag, T ServerOptions::*member, std::uint64_t least, std::string help) {
+  return {std::move(flag), "SIZE", std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*member = static_cast<T>(parse_size(v, least)); },
+          [=](const ServerOptions& o) { return show_size(o.*member); }};
+}
+
+template <class T>
+OptionSpec count_option(std::string flag, T ServerOptions::*member, std::uint64_t most, std::string help) {
+  return {std::move(flag), "N", std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*member = static_cast<T>(parse_count(v, 1, most)); },
+          [=](const ServerOptions& o) { return std::to_string(o.*member); }};
+}
+
+OptionSpec duration_option(std::string flag, std::chrono::milliseconds ServerOptions::*member, std::string help) {
+  return {std::move(flag), "TIME", std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*member = parse_duration(v); },
+          [=](const ServerOptions& o) { return show_duration(o.*member); }};
+}
+
+template <class T>
+OptionSpec choice_option(std::string flag, T ServerOptions::*member, std::vector<std::string> names, std::string help) {
+  return {std::move(flag), join(names, "|"), std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*member = static_cast<T>(parse_choice(v, names)); },
+          [=](const ServerOptions& o) { return names[static_cast<std::size_t>(o.*member)]; }};
+}
+
+const std::vector<OptionSpec>& option_specs() {
+  static const std::vector<OptionSpec> specs = {
+      {"--listen", "HOST:PORT", "Address to serve on; port 0 takes a free one and logs it.",
+       [](ServerOptions& o, const std::string& v) { o.listen_address = parse_address(v); },
+       [](const ServerOptions& o) { return o.listen_address; }},
+      count_option("--threads", &ServerOptions::threads, 1024,
+                   "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
+      size_option("--cache-bytes", &ServerOptions::cache_bytes, kMiB,
+                  "Memory for prepared meshes. The least recently used ones go when it is full; those in use stay. By "
+                  "default half of the memory this process may use."),
+      duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
+                      "Drop meshes that nobody used for this long. 0 keeps them until the room is needed."),
+      count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, 100'000,
+                   "Streaming calls worked on at the same time; further ones are told to come back (SERVER_BUSY)."),
+      size_option(
+          "--stream-window-bytes", &ServerOptions::stream_window_bytes, kMiB,
+          "Layers that one slicing call may hold in memory, ahead of a client that reads slowly. Also bounds the "
+          "size of a single layer."),
+      {"--max-mesh-bytes", "SIZE", "Largest upload; below 2GiB.",
+       [](ServerOptions& o, const std::string& v) { o.max_mesh_bytes = std::min(parse_size(v, 1024), 2 * kGiB - 1); },
+       [](const ServerOptions& o) { return show_size(o.max_mesh_bytes); }},
+      size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, 1024,
+                  "Bytes that all running uploads may hold together."),
+      size_option("--max-message-bytes", &ServerOptions::max_message_bytes, 64 * 1024,
+                  "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
+      count_option("--max-connection-streams", &ServerOptions::max_connection_streams, 1'000'000,
+                   "Calls at the same time on one connection; further ones wait in the client."),
+      duration_option(
+          "--shutdown-grace", &ServerOptions::shutdown_grace,
+          "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "
+          "signal cancels them at once."),
+      choice_option("--log-level", &ServerOptions::log_level, {"debug", "info", "warning", "error"},
+                    "Least important messages that are logged (to standard error)."),
+      choice_option("--log-format", &ServerOptions::log_format, {"text", "json"},
+                    "Plain lines for people, or one JSON object a line."),
+  };
+  return specs;
+}
+
+std::string variable_of(const std::string& flag) {
+  std::string name = "CCSLICE_" + flag.substr(2);
+  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+    if (c == '-') return '_';
+    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  });
+  return name;
+}
+
+void set_option(const OptionSpec& spec, ServerOptions& options, const std::string& source, const std::string& value) {
+  try {
+    spec.set(options, value);
+  } catch (const std::invalid_argument& takes) {
+    throw OptionError(source + " takes " + takes.what() + ", not \"" + value + "\"");
+  }
+}
+
+const OptionSpec& find_spec(const std::string& flag) {
+  const auto& specs = option_specs();
+  const auto spec = std::find_if(specs.begin(), specs.end(), [&](const OptionSpec& s) { return s.flag == flag; });
+  if (spec == specs.end()) throw OptionError("unknown option \"" + flag + "\"; ccsliced --help lists them all");
+  return *spec;
+}
+
+std::string health_check_address(const std::string& value) {
+  try {
+    return parse_address(value);
+  } catch (const std::invalid_argument& takes) {
+    throw OptionError(std::string("--health-check takes ") + takes.what() + ", not \"" + value + "\"");
+  }
+}
+
+bool parse_command(const std::vector<std::string>& arguments, std::size_t& i, ParsedOptions& parsed) {
+  const std::string& argument = arguments[i];
+  if (argument == "--help" || argument == "-h") {
+    parsed.command = Command::kHelp;
+  } else if (argument == "--version") {
+    parsed.command = Command::kVersion;
+  } else if (argument == "--health-check") {
+    parsed.command = Command::kHealthCheck;
+    if (i + 1 < arguments.size() && !arguments[i + 1].starts_with("-")) {
+      parsed.health_check_address = health_check_address(arguments[++i]);
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::string> process_environment(const std::string& name) {
+  const char* value = std::getenv(name.c_str());
+  if (value == nullptr) return std::nullopt;
+  return value;
+}
+
+ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,
+                            const Resources& resources) {
+  ParsedOptions parsed{.command = Command::kServe, .options = default_options(resources), .health_check_address = {}};
+  for (const OptionSpec& spec : option_specs()) {
+    const std::string variable = variable_of(spec.flag);
+    if (const auto value = environment(variable)) set_option(spec, parsed.options, variable, *value);
+  }
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    if (parse_command(arguments, i, parsed)) continue;
+    const std::size_t equals = arguments[i].find('=');
+    const std::string flag = arguments[i].substr(0, equals);
+    const OptionSpec& spec = find_spec(flag);
+    if (equals != std::string::npos) {
+      set_option(spec, parsed.options, flag, arguments[i].substr(equals + 1));
+    } else if (i + 1 < arguments.size()) {
+      set_option(spec, parsed.options, flag, arguments[++i]);
+    } else {
+      throw OptionError(flag + " needs a value: " + flag + " " + spec.placeholder);
+    }
+  }
+  if (parsed.health_check_address.empty()) {
+    parsed.health_check_address = local_address(parsed.options.listen_address);
+  }
+  return parsed;
+}
+
+std::string help_text(const Resources& resources) {
+  const ServerOptions defaults = default_options(resources);
+  std::string text =
+      "ccsliced - slices Catmull-Clark solids into voxel layers, over gRPC\n"
+      "\n"
+      "Usage:\n"
+      "  ccsliced [options]                     serve until SIGTERM or SIGINT\n"
+      "  ccsliced --health-check [HOST:PORT]    ask a running server: exit code 0 if it serves, 1 if not\n"
+      "  ccsliced --help | --version\n"
+      "\n"
+      "Every option may also be set by the environment variable named below it; the flag wins. A SIZE is bytes, or has "
+      "a\n"
+      "unit: 64KiB, 512MiB, 2GiB. A TIME has a unit: 500ms, 30s, 10m, 2h; 0 is 0. The defaults shown are those on "
+      "this\n"
+      "machine: " +
+      std::to_string(resources.cpus) + " CPUs and " + show_size(resources.memory_bytes) +
+      " of memory, limits of the container included.\n"
+      "\n"
+      "Options:\n";
+  for (const OptionSpec& spec : option_specs()) {
+    text += "  " + spec.flag + " " + spec.placeholder + "    (default: " + spec.show(defaults) + ")\n";
+    text += "  " + variable_of(spec.flag) + "\n";
+    text += wrap(spec.help, 110, "      ");
+  }
+  text +=
+      "\n"
+      "Examples:\n"
+      "  ccsliced --listen 127.0.0.1:50051 --log-format json\n"
+      "  CCSLICE_CACHE_BYTES=4GiB CCSLICE_MESH_TTL=2h ccsliced\n"
+      "  ccslice --server localhost:50051 info\n"
+      "\n"
+      "The contract is proto/ccslice/v1; gRPC reflection and grpc.health.v1 are served too.\n";
+  return text;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What an operator may set: every option by flag (--cache-bytes 2GiB, or --cache-bytes=2GiB) and by environment
+// variable (CCSLICE_CACHE_BYTES=2GiB). The flag wins, then the variable, then the default, which follows the machine's
+// or the container's size.
+
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/service/cgroup.h"
+
+namespace ccslice::server {
+
+enum class LogLevel { kDebug, kInfo, kWarning, kError };
+enum class LogFormat { kText, kJson };
+
+struct ServerOptions {
+  std::string listen_address = "0.0.0.0:50051";
+  std::size_t threads = 1;
+  std::uint64_t cache_bytes = 0;
+  std::chrono::milliseconds mesh_time_to_live{0};  // 0: meshes don't expire.
+  std::size_t max_concurrent_calls = 32;
+  std::uint64_t stream_window_bytes = 0;
+  std::uint64_t max_mesh_bytes = 0;
+  std::uint64_t upload_budget_bytes = 0;
+  std::uint64_t max_message_bytes = 0;
+  std::uint32_t max_connection_streams = 128;
+  std::chrono::milliseconds shutdown_grace{0};
+  LogLevel log_level = LogLevel::kInfo;
+  LogFormat log_format = LogFormat::kText;
+};
+
+/// What the command line asks for.
+enum class Command { kServe, kHelp, kVersion, kHealthCheck };
+
+struct ParsedOptions {
+  Command command = Command::kServe;
+  ServerOptions options;
+  std::string health_check_address;  // kHealthCheck.
+};
+
+/// A message for the operator: names the flag or the variable and says what it takes.
+class OptionError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+using Environment = std::function<std::optional<std::string>(const std::string& name)>;
+
+/// The environment of this process.
+std::optional<std::string> process_environment(const std::string& name);
+
+/// Throws OptionError. `arguments`: without the program's name.
+ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,
+                            const Resources& resources);
+
+/// The text of --help, with the defaults that hold on this machine.
+std::string help_text(const Resources& resources);
+
+}  // namespace ccslice::server

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+std::string_view reason(ServiceErrorCode code) {
+  switch (code) {
+    case ServiceErrorCode::kMeshMissing: return "MESH_MISSING";
+    case ServiceErrorCode::kMeshIdInvalid: return "MESH_ID_INVALID";
+    case ServiceErrorCode::kRequestMalformed: return "REQUEST_MALFORMED";
+    case ServiceErrorCode::kUploadSizeInvalid: return "UPLOAD_SIZE_INVALID";
+    case ServiceErrorCode::kUploadTruncated: return "UPLOAD_TRUNCATED";
+    case ServiceErrorCode::kUploadOverrun: return "UPLOAD_OVERRUN";
+    case ServiceErrorCode::kUploadDigestMismatch: return "UPLOAD_DIGEST_MISMATCH";
+    case ServiceErrorCode::kMeshExceedsCache: return "MESH_EXCEEDS_CACHE";
+    case ServiceErrorCode::kCacheFull: return "CACHE_FULL";
+    case ServiceErrorCode::kServerBusy: return "SERVER_BUSY";
+    case ServiceErrorCode::kServerDraining: return "SERVER_DRAINING";
+    case ServiceErrorCode::kBatchTooLarge: return "BATCH_TOO_LARGE";
+    case ServiceErrorCode::kChunkSizeInvalid: return "CHUNK_SIZE_INVALID";
+    case ServiceErrorCode::kOutOfMemory: return "OUT_OF_MEMORY";
+  }
+  return "INTERNAL";
+}
+
+}  // namespace ccslice::server

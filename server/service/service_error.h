@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Failures of the service itself, as opposed to those of the mesh or of the slicing request, which are the core's
+// ccslice::Error. Numbers and names are those of ccslice.v1.ErrorReason.
+
+#pragma once
+
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace ccslice::server {
+
+enum class ServiceErrorCode : int {
+  kMeshMissing = 500,           // Not in the cache: the client uploads it.
+  kMeshIdInvalid = 501,         // Not "sha256:" and 64 lower-case hexadecimal digits.
+  kRequestMalformed = 502,      // Arrays that don't fit together, messages at the wrong place.
+  kUploadSizeInvalid = 503,     // Zero, or above the limit.
+  kUploadTruncated = 504,       // The stream ended too early.
+  kUploadOverrun = 505,         // More bytes than announced.
+  kUploadDigestMismatch = 506,  // The bytes aren't those of the id.
+  kMeshExceedsCache = 507,      // Larger than the whole cache.
+  kCacheFull = 508,             // Everything in the cache is in use.
+  kServerBusy = 509,            // As many calls, or as many bytes of uploads, as the server takes.
+  kServerDraining = 510,        // Shutting down.
+  kBatchTooLarge = 511,         // More points or ids in one message than the limit.
+  kChunkSizeInvalid = 512,      // max_chunk_bytes out of its range.
+  kOutOfMemory = 513,           // An allocation failed.
+};
+
+inline constexpr std::array kServiceErrorCodes = {
+    ServiceErrorCode::kMeshMissing,          ServiceErrorCode::kMeshIdInvalid,    ServiceErrorCode::kRequestMalformed,
+    ServiceErrorCode::kUploadSizeInvalid,    ServiceErrorCode::kUploadTruncated,  ServiceErrorCode::kUploadOverrun,
+    ServiceErrorCode::kUploadDigestMismatch, ServiceErrorCode::kMeshExceedsCache, ServiceErrorCode::kCacheFull,
+    ServiceErrorCode::kServerBusy,           ServiceErrorCode::kServerDraining,   ServiceErrorCode::kBatchTooLarge,
+    ServiceErrorCode::kChunkSizeInvalid,     ServiceErrorCode::kOutOfMemory,
+};
+
+/// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.
+std::string_view reason(ServiceErrorCode code);
+
+class ServiceError : public std::runtime_error {
+ public:
+  /// `field`: the request field at fault ("" if none). `mesh_id`: the mesh that is the matter ("" if none).
+  ServiceError(ServiceErrorCode code, const std::string& message, std::string field = {}, std::string mesh_id = {})
+      : std::runtime_error(message), code_(code), field_(std::move(field)), mesh_id_(std::move(mesh_id)) {}
+
+  ServiceErrorCode code() const noexcept { return code_; }
+  const std::string& field() const noexcept { return field_; }
+  const std::string& mesh_id() const noexcept { return mesh_id_; }
+
+ private:
+  ServiceErrorCode code_;
+  std::string field_;
+  std::string mesh_id_;
+};
+
+}  // namespace ccslice::server

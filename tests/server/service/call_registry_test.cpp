@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/call_registry.h"
+
+#include <gtest/gtest.h>
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+ServiceErrorCode refusal(CallRegistry& registry) {
+  try {
+    const CallRegistry::Ticket ticket = registry.admit();
+  } catch (const ServiceError& error) {
+    return error.code();
+  }
+  return ServiceErrorCode{};
+}
+
+TEST(CallRegistry, AdmitsNoMoreThanItsMaximumAtATime) {
+  CallRegistry registry(2);
+  CallRegistry::Ticket first = registry.admit();
+  const CallRegistry::Ticket second = registry.admit();
+  EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerBusy);
+  first = {};
+  EXPECT_EQ(refusal(registry), ServiceErrorCode{});
+  EXPECT_EQ(registry.running(), 1u);
+}
+
+TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {
+  CallRegistry registry(2);
+  CallRegistry::Ticket running = registry.admit();
+  registry.drain();
+  EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerDraining);
+  EXPECT_FALSE(registry.wait_idle(std::chrono::steady_clock::now() + std::chrono::milliseconds(5)));
+  running = {};
+  EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/layer_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+using SteadyClock = std::chrono::steady_clock;
+
+/// A consumer that waits for its stream, as a call's pump does without waiting.
+class Consumer {
+ public:
+  LayerStream::Notify notify() {
+    return [this] {
+      std::lock_guard lock(mutex_);
+      ++notified_;
+      changed_.notify_all();
+    };
+  }
+
+  LayerStream::Pull pull(LayerStream& stream, Layer& layer) {
+    while (true) {
+      const LayerStream::Pull pulled = stream.pull(layer);
+      if (pulled != LayerStream::Pull::kPending) return pulled;
+      std::unique_lock lock(mutex_);
+      ++waited_;
+      if (!changed_.wait_for(lock, 10s, [this] { return notified_ == waited_; }))
+        throw std::runtime_error("never notified");
+    }
+  }
+
+  std::vector<std::uint32_t> pull_all(LayerStream& stream, LayerStream::Pull& last) {
+    std::vector<std::uint32_t> indices;
+    Layer layer;
+    while ((last = pull(stream, layer)) == LayerStream::Pull::kLayer) indices.push_back(layer.index);
+    return indices;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int notified_ = 0;
+  int waited_ = 0;
+};
+
+Layer make_layer(std::uint32_t index) {
+  Layer layer;
+  layer.index = index;
+  return layer;
+}
+
+std::vector<std::uint32_t> indices_of(LayerRange range) {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = 0; i < range.count; ++i) indices.push_back(range.first + i);
+  return indices;
+}
+
+/// Counts what is alive of anything that it hands out.
+class Census {
+ public:
+  std::shared_ptr<void> count() {
+    ++alive_;
+    return std::shared_ptr<void>(nullptr, [this](void*) { --alive_; });
+  }
+  int alive() const { return alive_; }
+
+ private:
+  std::atomic<int> alive_ = 0;
+};
+
+TEST(LayerStream, DeliversEveryLayerInOrderHoweverLongEachTakes) {
+  for (const std::size_t threads : {1u, 2u, 5u}) {
+    Executor executor(threads);
+    const LayerRange range{.first = 3, .count = 61};
+    Consumer consumer;
+    const auto make = [] {
+      return [](std::uint32_t index, const CancellationToken&) {
+        std::this_thread::sleep_for(std::chrono::microseconds(index * 7919 % 700));
+        return make_layer(index);
+      };
+    };
+    const auto stream =
+        LayerStream::start(executor, range, {.slab_layers = 8, .window_slabs = 4}, make, consumer.notify());
+    LayerStream::Pull last{};
+    EXPECT_EQ(consumer.pull_all(*stream, last), indices_of(range));
+    EXPECT_EQ(last, LayerStream::Pull::kEnd);
+  }
+}
+
+TEST(LayerStream, StartsSlabsAtMultiplesOfTheirSizeSoThatWorkersKeepTheirState) {
+  Executor executor(2);
+  Consumer consumer;
+  std::atomic<int> makes = 0;
+  const auto make = [&] {
+    ++makes;
+    return [](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
+  };
+  const auto stream = LayerStream::start(executor, {.first = 0, .count = 800}, {.slab_layers = 8, .window_slabs = 3},
+                                         make, consumer.notify());
+  LayerStream::Pull last{};
+  EXPECT_EQ(consumer.pull_all(*stream, last).size(), 800u);
+  EXPECT_LE(makes, 3) << "finished slabs hand their function on";
+}
+
+TEST(LayerStream, AConsumerThatNeverPullsHoldsTheWindowAndNoThread) {
+  Executor executor(2);
+  std::atomic<int> computed = 0;
+  const auto make = [&] {
+    return [&](std::uint32_t index, const CancellationToken&) {
+      ++computed;
+      return make_layer(index);
+    };
+  };
+  const auto stream = LayerStream::start(executor, {.first = 0, .count = 1'000'000},
+                                         {.slab_layers = 4, .window_slabs = 3}, make, [] {});
+  executor.wait_idle();  // Would not return if a worker waited for the consumer.
+  EXPECT_EQ(computed, 12);
+  Layer layer;
+  for (int i = 0; i < 4; ++i) ASSERT_EQ(stream->pull(layer), LayerStream::Pull::kLayer);
+  executor.wait_idle();
+  EXPECT_EQ(computed, 16) << "one slab taken, one more started";
+}
+
+TEST(LayerStream, AFailedLayerFailsTheStreamAfterTheLayersBeforeIt) {
+  Executor executor(3);
+  Consumer consumer;
+  const auto make = [] {
+    return [](std::uint32_t index, const CancellationToken&) {
+      if (index == 19) throw Error(ErrorCode::kInternal, "layer 19");
+      return make_layer(index);
+    };
+  };
+  const auto stream = LayerStream::start(executor, {.first = 0, .count = 100}, {.slab_layers = 8, .window_slabs = 5},
+                                         make, consumer.notify());
+  LayerStream::Pull last{};
+  EXPECT_EQ(consumer.pull_all(*stream, last), indices_of({.first = 0, .count = 19}));
+  EXPECT_EQ(last, LayerStream::Pull::kFailed);
+  EXPECT_THROW(std::rethrow_exception(stream->error()), Error);
+}
+
+TEST(LayerStream, CancellingStopsTheWorkWithin100MsAndLeaksNothing) {
+  Census census;
+  Executor executor(2);
+  std::atomic<int> computed = 0;
+  const auto make = [&, token = census.count()] {
+    return [&, own = census.count()](std::uint32_t index, const CancellationToken& cancel) {
+      ++computed;
+      const auto end = SteadyClock::now() + 5s;
+      while (SteadyClock::now() < end) {
+        cancel.throw_if_cancelled();
+        std::this_thread::sleep_for(1ms);
+      }
+      return make_layer(index);
+    };
+  };
+  Consumer consumer;
+  auto stream = LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make,
+                                   consumer.notify());
+  std::this_thread::sleep_for(20ms);
+  const auto start = SteadyClock::now();
+  std::thread canceller([&] {
+    std::this_thread::sleep_for(10ms);
+    stream->cancel();
+  });
+  Layer layer;
+  EXPECT_EQ(consumer.pull(*stream, layer), LayerStream::Pull::kFailed) << "a waiting consumer is told";
+  canceller.join();
+  executor.wait_idle();
+  EXPECT_LT(SteadyClock::now() - start, 110ms);
+  EXPECT_LE(computed, 2);
+  try {
+    std::rethrow_exception(stream->error());
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+  }
+  stream->cancel();
+  stream.reset();
+  EXPECT_EQ(census.alive(), 1) << "only the test's own lambda is left";
+}
+
+TEST(LayerStream, AVanishedConsumerLeavesNothingBehind) {
+  Census census;
+  {
+    Executor executor(2);
+    const auto make = [&census] {
+      return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
+    };
+    LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make, [] {});
+  }
+  EXPECT_EQ(census.alive(), 0);
+}
+
+TEST(LayerStream, StreamsShareTheThreadsLayerByLayer) {
+  Executor executor(1);
+  std::mutex mutex;
+  std::vector<char> order;
+  const auto make = [&](char name) {
+    return [&, name] {
+      return [&, name](std::uint32_t index, const CancellationToken&) {
+        std::lock_guard lock(mutex);
+        order.push_back(name);
+        return make_layer(index);
+      };
+    };
+  };
+  std::promise<void> gate;
+  executor.make_lane().post([&] { gate.get_future().wait(); });
+  const auto a =
+      LayerStream::start(executor, {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2}, make('a'), [] {});
+  const auto b =
+      LayerStream::start(executor, {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2}, make('b'), [] {});
+  gate.set_value();
+  executor.wait_idle();
+  EXPECT_EQ(std::string(order.begin(), order.end()), "abababababababab");
+}
+
+TEST(LayerStreamConsistency, ManyStreamsManyCancelsUnderLoad) {
+  const auto seed = std::random_device()();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  Executor executor(4);
+  Census census;
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 6; ++client) {
+    clients.emplace_back([&, own_seed = random()] {
+      std::mt19937 own(own_seed);
+      for (int round = 0; round < 20; ++round) {
+        Consumer consumer;
+        const auto make = [&census] {
+          return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
+        };
+        const LayerRange range{.first = static_cast<std::uint32_t>(own() % 20),
+                               .count = 1 + static_cast<std::uint32_t>(own() % 90)};
+        const auto stream =
+            LayerStream::start(executor, range, {.slab_layers = 4, .window_slabs = 3}, make, consumer.notify());
+        const std::uint32_t stop_at = own() % 2 == 0 ? range.count : own() % range.count;
+        Layer layer;
+        for (std::uint32_t i = 0; i < stop_at; ++i) {
+          ASSERT_EQ(consumer.pull(*stream, layer), LayerStream::Pull::kLayer);
+          ASSERT_EQ(layer.index, range.first + i);
+        }
+        stream->cancel();
+        // Notifications of this consumer are over once its work is.
+        while (stream.use_count() > 1) std::this_thread::yield();
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  executor.wait_idle();
+  EXPECT_EQ(census.alive(), 0);
+}
+
+TEST(StreamWindow, IsASlabPerThreadAndTwoMoreWhereMemoryAllows) {
+  const StreamWindow window = choose_window(1000, 1 << 30, 4);
+  EXPECT_EQ(window.slab_layers, kSlabLayers);
+  EXPECT_EQ(window.window_slabs, 6u);
+}
+
+TEST(StreamWindow, HasSmallerSlabsForLargerLayers) {
+  const StreamWindow window = choose_window(10 << 20, 100 << 20, 2);
+  EXPECT_EQ(window.slab_layers, 2u);
+  EXPECT_EQ(window.window_slabs, 4u);
+}
+
+TEST(StreamWindow, NeverExceedsItsBytesUnlessForOneLayer) {
+  for (std::uint64_t layer_bytes : {0ull, 1ull, 1000ull, 1'000'000ull, 60'000'000ull, 1'000'000'000ull}) {
+    for (std::size_t threads : {1u, 2u, 64u}) {
+      const StreamWindow window = choose_window(layer_bytes, 64 << 20, threads);
+      const std::uint64_t layers = std::uint64_t{window.slab_layers} * window.window_slabs;
+      EXPECT_TRUE(layers == 1 || layers * layer_bytes <= 64 << 20) << layer_bytes << " " << threads;
+      EXPECT_EQ(kSlabLayers % window.slab_layers, 0u);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ccslice::server

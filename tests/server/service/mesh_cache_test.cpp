@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/mesh_cache.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+PreparedMesh mesh_of(std::uint64_t bytes) {
+  PreparedMesh prepared;
+  prepared.memory_bytes = bytes;
+  return prepared;
+}
+
+/// What an outcome says: 0, an ErrorCode or a ServiceErrorCode.
+int code_of(const MeshCache::Outcome& outcome) {
+  try {
+    if (outcome.error) std::rethrow_exception(outcome.error);
+  } catch (const Error& error) {
+    return static_cast<int>(error.code());
+  } catch (const ServiceError& error) {
+    return static_cast<int>(error.code());
+  }
+  return 0;
+}
+
+class MeshCacheTest : public ::testing::Test {
+ protected:
+  MeshCache::Options options() {
+    MeshCache::Options options{.capacity_bytes = 100, .time_to_live = 0ms};
+    options.now = [this] { return now_; };
+    return options;
+  }
+
+  MeshCache::Outcome get(const std::string& id, MeshCache::Prepare prepare) {
+    std::promise<MeshCache::Outcome> done;
+    cache_.get_or_prepare(id, std::move(prepare),
+                          [&done](const MeshCache::Outcome& outcome) { done.set_value(outcome); });
+    return done.get_future().get();
+  }
+  MeshCache::Outcome put(const std::string& id, std::uint64_t bytes) {
+    return get(id, [bytes](const CancellationToken&) { return mesh_of(bytes); });
+  }
+
+  Clock::time_point now_ = Clock::time_point(1000h);
+  Executor executor_{2};
+  MeshCache cache_{executor_, options()};
+};
+
+TEST_F(MeshCacheTest, PreparesWhatItLacksAndFindsWhatItHas) {
+  EXPECT_EQ(cache_.find("a"), nullptr);
+  EXPECT_FALSE(put("a", 10).already_cached);
+  EXPECT_NE(cache_.find("a"), nullptr);
+  const MeshCache::Outcome again = get("a", [](const CancellationToken&) -> PreparedMesh {
+    ADD_FAILURE() << "prepared again";
+    return {};
+  });
+  EXPECT_TRUE(again.already_cached);
+  EXPECT_EQ(cache_.use().used_bytes, 10u);
+}
+
+TEST_F(MeshCacheTest, PreparesOnceWhenAskedForTwiceAtTheSameTime) {
+  std::atomic<int> preparations = 0;
+  std::promise<void> gate;
+  std::shared_future<void> open = gate.get_future().share();
+  const auto prepare = [&](const CancellationToken&) {
+    ++preparations;
+    open.wait();
+    return mesh_of(10);
+  };
+  std::vector<std::promise<MeshCache::Outcome>> done(5);
+  for (auto& one : done) {
+    cache_.get_or_prepare("a", prepare, [&one](const MeshCache::Outcome& outcome) { one.set_value(outcome); });
+  }
+  gate.set_value();
+  const MeshPtr first = done[0].get_future().get().mesh;
+  for (std::size_t i = 1; i < done.size(); ++i) EXPECT_EQ(done[i].get_future().get().mesh, first);
+  EXPECT_EQ(preparations, 1);
+}
+
+TEST_F(MeshCacheTest, SharesAFailureAndCachesNothingOfIt) {
+  std::promise<void> gate;
+  std::shared_future<void> open = gate.get_future().share();
+  const auto prepare = [&](const CancellationToken&) -> PreparedMesh {
+    open.wait();
+    throw Error(ErrorCode::kMeshEmpty, "no cells");
+  };
+  std::promise<MeshCache::Outcome> first;
+  std::promise<MeshCache::Outcome> second;
+  cache_.get_or_prepare("a", prepare, [&](const MeshCache::Outcome& outcome) { first.set_value(outcome); });
+  cache_.get_or_prepare("a", prepare, [&](const MeshCache::Outcome& outcome) { second.set_value(outcome); });
+  gate.set_value();
+  EXPECT_EQ(code_of(first.get_future().get()), static_cast<int>(ErrorCode::kMeshEmpty));
+  EXPECT_EQ(code_of(second.get_future().get()), static_cast<int>(ErrorCode::kMeshEmpty));
+  EXPECT_EQ(cache_.use().meshes, 0u);
+  EXPECT_EQ(put("a", 10).error, nullptr) << "a later upload starts afresh";
+}
+
+TEST_F(MeshCacheTest, DropsTheLeastRecentlyUsedFirst) {
+  for (const char* id : {"a", "b", "c"}) put(id, 30);
+  EXPECT_NE(cache_.find("a"), nullptr);
+  put("d", 30);
+  EXPECT_NE(cache_.find("a"), nullptr);
+  EXPECT_EQ(cache_.find("b"), nullptr);
+  EXPECT_NE(cache_.find("c"), nullptr);
+  EXPECT_LE(cache_.use().used_bytes, 100u);
+}
+
+TEST_F(MeshCacheTest, NeverDropsWhatIsInUse) {
+  const MeshPtr used = put("a", 60).mesh;
+  EXPECT_EQ(code_of(put("b", 60)), static_cast<int>(ServiceErrorCode::kCacheFull));
+  EXPECT_NE(cache_.find("a"), nullptr);
+  EXPECT_EQ(cache_.find("b"), nullptr);
+  EXPECT_EQ(code_of(put("c", 40)), 0);
+}
+
+TEST_F(MeshCacheTest, CountsWhatWasDeletedWhileInUse) {
+  MeshPtr used = put("a", 60).mesh;
+  EXPECT_TRUE(cache_.erase("a"));
+  EXPECT_FALSE(cache_.erase("a"));
+  EXPECT_EQ(cache_.use().used_bytes, 60u);
+  EXPECT_EQ(code_of(put("b", 60)), static_cast<int>(ServiceErrorCode::kCacheFull));
+  used.reset();
+  EXPECT_EQ(cache_.use().used_bytes, 0u);
+  EXPECT_EQ(code_of(put("b", 60)), 0);
+}
+
+TEST_F(MeshCacheTest, RefusesWhatIsLargerThanItself) {
+  put("a", 60);
+  EXPECT_EQ(code_of(put("b", 101)), static_cast<int>(ServiceErrorCode::kMeshExceedsCache));
+  EXPECT_NE(cache_.find("a"), nullptr) << "nothing is dropped in vain";
+}
+
+TEST_F(MeshCacheTest, ExpiresWhatNobodyUsedForAWhile) {
+  MeshCache::Options with_ttl = options();
+  with_ttl.time_to_live = 1min;
+  MeshCache cache(executor_, with_ttl);
+  const auto put_into = [&](const std::string& id) {
+    std::promise<MeshPtr> done;
+    cache.get_or_prepare(
+        id, [](const CancellationToken&) { return mesh_of(10); },
+        [&](const MeshCache::Outcome& outcome) { done.set_value(outcome.mesh); });
+    return done.get_future().get();
+  };
+  put_into("a");
+  put_into("b");
+  const MeshPtr used = put_into("c");
+  now_ += 40s;
+  EXPECT_NE(cache.find("a"), nullptr);
+  EXPECT_EQ(*cache.peek("a")->expires, now_ + 1min);
+  now_ += 40s;
+  cache.sweep();
+  EXPECT_EQ(cache.use().meshes, 2u);
+  EXPECT_EQ(cache.find("b"), nullptr);
+  EXPECT_NE(cache.find("c"), nullptr) << "in use";
+}
+
+TEST_F(MeshCacheTest, ListsByIdInPages) {
+  for (const char* id : {"c", "a", "b"}) put(id, 10);
+  const auto page = cache_.list("", 2);
+  ASSERT_EQ(page.size(), 2u);
+  EXPECT_EQ(page[0].mesh->id(), "a");
+  EXPECT_EQ(page[1].mesh->id(), "b");
+  EXPECT_EQ(cache_.list("b", 2).at(0).mesh->id(), "c");
+}
+
+TEST_F(MeshCacheTest, CancelsAPreparationOnceNobodyWaitsForIt) {
+  std::promise<void> started;
+  std::atomic<bool> saw_cancel = false;
+  const auto prepare = [&](const CancellationToken& cancel) -> PreparedMesh {
+    started.set_value();
+    while (!cancel.cancelled()) std::this_thread::sleep_for(1ms);
+    saw_cancel = true;
+    cancel.throw_if_cancelled();
+    return {};
+  };
+  std::promise<MeshCache::Outcome> first;
+  std::promise<MeshCache::Outcome> second;
+  auto ticket_1 = cache_.get_or_prepare("a", prepare, [&](const MeshCache::Outcome& o) { first.set_value(o); });
+  auto ticket_2 = cache_.get_or_prepare("a", prepare, [&](const MeshCache::Outcome& o) { second.set_value(o); });
+  started.get_future().wait();
+  ticket_1.cancel();
+  EXPECT_EQ(code_of(first.get_future().get()), static_cast<int>(ErrorCode::kCancelled));
+  EXPECT_FALSE(saw_cancel) << "the second one still waits";
+  ticket_2.cancel();
+  ticket_2.cancel();
+  EXPECT_EQ(code_of(second.get_future().get()), static_cast<int>(ErrorCode::kCancelled));
+  EXPECT_EQ(code_of(put("a", 10)), 0) << "who comes later starts afresh";
+  executor_.wait_idle();
+  EXPECT_TRUE(saw_cancel);
+}
+
+TEST_F(MeshCacheTest, ConsistentUnderConcurrentUse) {
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 6; ++client) {
+    clients.emplace_back([&, client] {
+      for (int round = 0; round < 200; ++round) {
+        const std::string id(1, static_cast<char>('a' + (client * 7 + round * 3) % 8));
+        std::promise<MeshCache::Outcome> done;
+        auto ticket = cache_.get_or_prepare(
+            id, [](const CancellationToken&) { return mesh_of(20); },
+            [&](const MeshCache::Outcome& outcome) { done.set_value(outcome); });
+        if (round % 5 == 0) ticket.cancel();
+        if (round % 11 == 0) cache_.erase(id);
+        done.get_future().wait();
+        ASSERT_LE(cache_.use().used_bytes, 200u);
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  executor_.wait_idle();
+  EXPECT_LE(cache_.use().used_bytes, 100u);
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "server/service/option_values.h"
+
+namespace ccslice::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+const Resources kMachine{.cpus = 6, .memory_bytes = 16ull << 30};
+
+ParsedOptions parse(const std::vector<std::string>& arguments,
+                    const std::map<std::string, std::string>& variables = {}) {
+  return parse_options(
+      arguments,
+      [&](const std::string& name) -> std::optional<std::string> {
+        const auto variable = variables.find(name);
+        if (variable == variables.end()) return std::nullopt;
+        return variable->second;
+      },
+      kMachine);
+}
+
+std::string fault(const std::vector<std::string>& arguments, const std::map<std::string, std::string>& variables = {}) {
+  try {
+    parse(arguments, variables);
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Options, FollowTheMachineByDefault) {
+  const ServerOptions options = parse({}).options;
+  EXPECT_EQ(options.threads, 6u);
+  EXPECT_EQ(options.cache_bytes, 8ull << 30);
+  EXPECT_EQ(options.max_message_bytes, 4u << 20);
+  EXPECT_EQ(options.listen_address, "0.0.0.0:50051");
+}
+
+TEST(Options, ComeByFlagInBothForms) {
+  const ServerOptions options =
+      parse({"--threads", "3", "--cache-bytes=256MiB", "--mesh-ttl", "2h", "--log-format", "json",
+             "--log-level=warning", "--listen", "[::]:0", "--shutdown-grace", "500ms"})
+          .options;
+  EXPECT_EQ(options.threads, 3u);
+  EXPECT_EQ(options.cache_bytes, 256ull << 20);
+  EXPECT_EQ(options.mesh_time_to_live, std::chrono::hours(2));
+  EXPECT_EQ(options.log_format, LogFormat::kJson);
+  EXPECT_EQ(options.log_level, LogLevel::kWarning);
+  EXPECT_EQ(options.listen_address, "[::]:0");
+  EXPECT_EQ(options.shutdown_grace, std::chrono::milliseconds(500));
+}
+
+TEST(Options, ComeByEnvironmentAndTheFlagWins) {
+  EXPECT_EQ(parse({}, {{"CCSLICE_THREADS", "4"}}).options.threads, 4u);
+  EXPECT_EQ(parse({"--threads=2"}, {{"CCSLICE_THREADS", "4"}}).options.threads, 2u);
+  EXPECT_EQ(parse({}, {{"CCSLICE_MAX_CONCURRENT_CALLS", "7"}}).options.max_concurrent_calls, 7u);
+}
+
+TEST(Options, FaultsNameTheFlagOrVariableAndWhatItTakes) {
+  EXPECT_THAT(fault({"--thread", "3"}), HasSubstr("unknown option \"--thread\""));
+  EXPECT_THAT(fault({"--threads"}), HasSubstr("--threads N"));
+  EXPECT_THAT(fault({"--threads", "0"}), HasSubstr("from 1 to 1024"));
+  EXPECT_THAT(fault({"--cache-bytes", "many"}), HasSubstr("such as 512MiB"));
+  EXPECT_THAT(fault({"--log-level", "loud"}), HasSubstr("debug, info, warning, error"));
+  EXPECT_THAT(fault({"--listen", "nowhere"}), HasSubstr("HOST:PORT"));
+  EXPECT_THAT(fault({}, {{"CCSLICE_MESH_TTL", "5"}}), HasSubstr("CCSLICE_MESH_TTL takes a time"));
+}
+
+TEST(Options, HealthCheckTakesAnAddressOrThatOfTheServer) {
+  EXPECT_EQ(parse({"--health-check"}).command, Command::kHealthCheck);
+  EXPECT_EQ(parse({"--health-check"}).health_check_address, "localhost:50051");
+  EXPECT_EQ(parse({"--health-check"}, {{"CCSLICE_LISTEN", "127.0.0.1:7"}}).health_check_address, "127.0.0.1:7");
+  EXPECT_EQ(parse({"--health-check", "there:1"}).health_check_address, "there:1");
+  EXPECT_THAT(fault({"--health-check", "there"}), HasSubstr("--health-check takes an address"));
+}
+
+TEST(Options, HelpNamesEveryOptionBothWays) {
+  const std::string help = help_text(kMachine);
+  for (const char* text :
+       {"--listen", "CCSLICE_LISTEN", "--threads", "CCSLICE_THREADS", "(default: 6)", "CCSLICE_CACHE_BYTES",
+        "(default: 8GiB)", "--shutdown-grace", "CCSLICE_LOG_FORMAT", "--health-check", "Examples"}) {
+    EXPECT_THAT(help, HasSubstr(text));
+  }
+}
+
+TEST(OptionValues, SizesAndTimesHaveUnits) {
+  EXPECT_EQ(parse_size("123", 0), 123u);
+  EXPECT_EQ(parse_size("2K", 0), 2048u);
+  EXPECT_EQ(parse_size("3GiB", 0), 3ull << 30);
+  EXPECT_THROW(parse_size("-1", 0), std::invalid_argument);
+  EXPECT_THROW(parse_size("1.5GiB", 0), std::invalid_argument);
+  EXPECT_THROW(parse_size("99999999999GiB", 0), std::invalid_argument);
+  EXPECT_THROW(parse_size("1", 2), std::invalid_argument);
+  EXPECT_EQ(parse_duration("0").count(), 0);
+  EXPECT_EQ(parse_duration("90s").count(), 90'000);
+  EXPECT_THROW(parse_duration("90"), std::invalid_argument);
+  EXPECT_EQ(show_duration(std::chrono::seconds(120)), "2m");
+  EXPECT_EQ(show_size(3ull << 30), "3GiB");
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/upload.h"
+
+#include <gtest/gtest.h>
+
+#include "server/service/mesh_id.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+template <class Body>
+ServiceErrorCode code_of(Body&& body) {
+  try {
+    body();
+  } catch (const ServiceError& error) {
+    return error.code();
+  }
+  return ServiceErrorCode{};
+}
+
+class UploadTest : public ::testing::Test {
+ protected:
+  UploadBudget budget_{1000};
+  Upload upload_{budget_, 500};
+  const std::string abc_ = mesh_id_of("abcdef");
+};
+
+TEST_F(UploadTest, CollectsChunksAndChecksTheDigest) {
+  upload_.start(abc_, 6);
+  upload_.append("abc");
+  upload_.append("");
+  upload_.append("def");
+  upload_.finish();
+  upload_.verify_digest();
+  EXPECT_EQ(upload_.bytes(), "abcdef");
+  EXPECT_EQ(budget_.used_bytes(), 6u);
+  upload_.release();
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
+TEST_F(UploadTest, RefusesSizesOfZeroAndAboveTheLimit) {
+  EXPECT_EQ(code_of([&] { upload_.start(abc_, 0); }), ServiceErrorCode::kUploadSizeInvalid);
+  EXPECT_EQ(code_of([&] { upload_.start(abc_, 501); }), ServiceErrorCode::kUploadSizeInvalid);
+  EXPECT_FALSE(upload_.started());
+}
+
+TEST_F(UploadTest, RefusesWrongIds) {
+  EXPECT_EQ(code_of([&] { upload_.start("sha256:x", 6); }), ServiceErrorCode::kMeshIdInvalid);
+}
+
+TEST_F(UploadTest, TakesNothingBeforeTheStartNorTwoStarts) {
+  EXPECT_EQ(code_of([&] { upload_.append("a"); }), ServiceErrorCode::kRequestMalformed);
+  EXPECT_EQ(code_of([&] { upload_.finish(); }), ServiceErrorCode::kRequestMalformed);
+  upload_.start(abc_, 6);
+  EXPECT_EQ(code_of([&] { upload_.start(abc_, 6); }), ServiceErrorCode::kRequestMalformed);
+}
+
+TEST_F(UploadTest, AClaimedSizeAllocatesNothing) {
+  upload_.start(abc_, 500);
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+  EXPECT_LT(upload_.bytes().capacity(), 100u);
+}
+
+TEST_F(UploadTest, NoticesTooFewAndTooManyBytes) {
+  upload_.start(abc_, 6);
+  upload_.append("abcde");
+  EXPECT_EQ(code_of([&] { upload_.finish(); }), ServiceErrorCode::kUploadTruncated);
+  EXPECT_EQ(code_of([&] { upload_.append("fg"); }), ServiceErrorCode::kUploadOverrun);
+}
+
+TEST_F(UploadTest, NoticesOtherBytes) {
+  upload_.start(abc_, 6);
+  upload_.append("abcdeX");
+  upload_.finish();
+  EXPECT_EQ(code_of([&] { upload_.verify_digest(); }), ServiceErrorCode::kUploadDigestMismatch);
+}
+
+TEST_F(UploadTest, AllUploadsShareTheBudgetAndGiveItBack) {
+  UploadBudget budget(10);
+  {
+    Upload first(budget, 500);
+    Upload second(budget, 500);
+    first.start(abc_, 8);
+    second.start(abc_, 8);
+    first.append("12345678");
+    EXPECT_EQ(code_of([&] { second.append("123"); }), ServiceErrorCode::kServerBusy);
+    second.append("12");
+    EXPECT_EQ(budget.used_bytes(), 10u);
+  }
+  EXPECT_EQ(budget.used_bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace ccslice::server
