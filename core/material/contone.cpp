@@ -3,11 +3,14 @@
 
 #include "core/material/contone.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 namespace ccslice {
 namespace {
+
+constexpr std::size_t kPieceBytes = 16 << 20;  // Cancellation is polled once a piece: some milliseconds of fresh pages.
 
 std::size_t bytes_per_sample(SampleType type) noexcept {
   return type == SampleType::kUint8 ? 1 : type == SampleType::kUint16 ? 2 : 4;
@@ -29,10 +32,16 @@ std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t larg
 ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
     : channel_(spec.channel), type_(spec.sample_type), range_(value_range(spec, channel)) {}
 
-void ContonePlane::clear(std::uint32_t width, std::uint32_t height) {
+void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
   width_ = width;
   height_ = height;
-  samples_.assign(sample_bytes(type_, width, height), 0);
+  const std::size_t size = sample_bytes(type_, width, height);
+  samples_.clear();
+  samples_.reserve(size);
+  while (samples_.size() < size) {
+    cancel.throw_if_cancelled();
+    samples_.resize(std::min(size, samples_.size() + kPieceBytes));
+  }
 }
 
 void ContonePlane::set(std::size_t index, std::span<const double> channel_values) noexcept {

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
 #include "core/output/encode.h"
 #include "core/output/plane.h"
@@ -32,8 +33,8 @@ class ContonePlane {
   /// REQUIRES: spec.content is kChannel, spec.sample_type isn't kBit.
   ContonePlane(const PlaneSpec& spec, const ChannelRange& channel);
 
-  /// All samples 0.
-  void clear(std::uint32_t width, std::uint32_t height);
+  /// All samples 0. Throws Error{kCancelled}.
+  void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// Sets voxel `index` (width * y + x) from the values of all channels.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;
   void copy(std::size_t from_index, std::size_t to_index) noexcept;

@@ -33,12 +33,25 @@ std::uint32_t crc32_by_pieces(std::span<const std::uint8_t> bytes, const Cancell
   return static_cast<std::uint32_t>(crc);
 }
 
+std::vector<std::uint8_t> copy_by_pieces(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {
+  std::vector<std::uint8_t> copy;
+  copy.reserve(bytes.size());
+  while (!bytes.empty()) {
+    cancel.throw_if_cancelled();
+    const std::size_t piece = std::min(bytes.size(), kPieceBytes);
+    copy.insert(copy.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(piece));
+    bytes = bytes.subspan(piece);
+  }
+  return copy;
+}
+
 // One byte a voxel, 0 or 255.
-std::vector<std::uint8_t> grey_of_bits(const SampleImage& image) {
+std::vector<std::uint8_t> grey_of_bits(const SampleImage& image, const CancellationToken& cancel) {
   const std::size_t row_bytes = (std::size_t{image.width} + 7) / 8;
   std::vector<std::uint8_t> grey(std::size_t{image.width} * image.height);
   auto out = grey.begin();
   for (std::size_t y = 0; y < image.height; ++y) {
+    cancel.throw_if_cancelled();
     const auto row = image.samples.subspan(y * row_bytes, row_bytes);
     for (std::size_t x = 0; x < image.width; ++x) *out++ = row[x / 8] >> (7 - x % 8) & 1 ? 255 : 0;
   }
@@ -46,7 +59,8 @@ std::vector<std::uint8_t> grey_of_bits(const SampleImage& image) {
 }
 
 std::vector<std::uint8_t> encode_png(const SampleImage& image, const CancellationToken& cancel) {
-  if (image.type == SampleType::kBit) return encode_grey_png(image.width, image.height, 1, grey_of_bits(image), cancel);
+  if (image.type == SampleType::kBit)
+    return encode_grey_png(image.width, image.height, 1, grey_of_bits(image, cancel), cancel);
   const int bytes_per_sample = image.type == SampleType::kUint8 ? 1 : 2;
   return encode_grey_png(image.width, image.height, bytes_per_sample, image.samples, cancel);
 }
@@ -132,7 +146,7 @@ EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, c
   plane.raw_bytes = image.samples.size();
   plane.crc32 = crc32_by_pieces(image.samples, cancel);
   switch (encoding) {
-    case Encoding::kRaw: plane.bytes.assign(image.samples.begin(), image.samples.end()); break;
+    case Encoding::kRaw: plane.bytes = copy_by_pieces(image.samples, cancel); break;
     case Encoding::kRawZstd: plane.bytes = state_->compress(image.samples, cancel); break;
     case Encoding::kPng: plane.bytes = encode_png(image, cancel); break;
   }

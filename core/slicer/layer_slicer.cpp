@@ -71,10 +71,7 @@ struct LayerSlicer::State {
 
   void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
     if (!materials) return;
-    for (ContonePlane& plane : contone) {
-      cancel.throw_if_cancelled();
-      plane.clear(lattice.width, lattice.height);
-    }
+    for (ContonePlane& plane : contone) plane.clear(lattice.width, lattice.height, cancel);
     materials->run(spans, lattice, layer.z_mm, contone, layer.stats, cancel);
   }
 
