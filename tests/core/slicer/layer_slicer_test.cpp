@@ -7,11 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <thread>
 
 #include "core/base/error.h"
@@ -19,26 +17,10 @@
 #include "core/mesh/models.h"
 #include "core/output/encode.h"
 #include "core/slicer/slice_range.h"
+#include "tests/core/slicer/test_jobs.h"
 
 namespace ccslice {
 namespace {
-
-using Solid = std::shared_ptr<const LimitSolid>;
-
-PlaneSpec occupancy() {
-  PlaneSpec plane;
-  plane.encoding = Encoding::kRaw;
-  return plane;
-}
-
-PlaneSpec channel(std::uint32_t index, SampleType type, Encoding encoding = Encoding::kRaw) {
-  PlaneSpec plane;
-  plane.content = PlaneContent::kChannel;
-  plane.channel = index;
-  plane.sample_type = type;
-  plane.encoding = encoding;
-  return plane;
-}
 
 // A box of 24 x 16 x 8 mm with corner at the origin whose channels 0, 1, 2 are x, y and z in mm.
 Solid box_of_coordinates() {
@@ -49,16 +31,6 @@ Solid box_of_coordinates() {
   apply_grade(parse_grade("y=y:0..16"), mesh);
   apply_grade(parse_grade("z=z:0..8"), mesh);
   return LimitSolid::prepare(std::move(mesh));
-}
-
-SliceJob job_of(const Solid& solid, const VoxelPitch& pitch, const Placement& placement = Placement::Identity()) {
-  SliceJob job;
-  job.placement = placement;
-  GridRequest request;
-  request.pitch = pitch;
-  job.grid = plan_grid(*solid, placement, request);
-  job.planes = {occupancy(), channel(0, SampleType::kFloat32)};
-  return job;
 }
 
 bool occupied(const SliceJob& job, const EncodedPlane& plane, std::uint32_t x, std::uint32_t y) {
@@ -75,23 +47,6 @@ float float_at(const SliceJob& job, const EncodedPlane& plane, std::uint32_t x, 
 Vec3 centre(const SliceJob& job, std::uint32_t x, std::uint32_t y, std::uint32_t layer) {
   const VoxelPitch& pitch = job.grid.pitch;
   return job.grid.origin_mm + Vec3((x + 0.5) * pitch.x_mm, (y + 0.5) * pitch.y_mm, (layer + 0.5) * pitch.z_mm);
-}
-
-void expect_same_layer(const Layer& a, const Layer& b) {
-  ASSERT_EQ(a.index, b.index);
-  EXPECT_EQ(a.z_mm, b.z_mm);
-  EXPECT_EQ(a.stats.voxels_inside, b.stats.voxels_inside);
-  EXPECT_EQ(a.stats.voxels_coherent, b.stats.voxels_coherent);
-  EXPECT_EQ(a.stats.voxels_full, b.stats.voxels_full);
-  EXPECT_EQ(a.stats.voxels_unresolved, b.stats.voxels_unresolved);
-  EXPECT_EQ(a.stats.max_residual_mm, b.stats.max_residual_mm);
-  EXPECT_EQ(a.stats.contour_loops, b.stats.contour_loops);
-  EXPECT_EQ(a.stats.contour_points, b.stats.contour_points);
-  ASSERT_EQ(a.planes.size(), b.planes.size());
-  for (std::size_t i = 0; i < a.planes.size(); ++i) {
-    EXPECT_EQ(a.planes[i].crc32, b.planes[i].crc32);
-    EXPECT_TRUE(a.planes[i].bytes == b.planes[i].bytes) << "layer " << a.index << ", plane " << i;
-  }
 }
 
 // Slices every layer of a placed box of coordinates; each voxel must be inside or outside as the box says (but for
@@ -263,20 +218,7 @@ class SliceRing : public testing::Test {
   static void SetUpTestSuite() { solid_ = LimitSolid::prepare(make_ring()); }
   static void TearDownTestSuite() { solid_.reset(); }
 
-  static SliceJob coarse_job() {
-    SliceJob job = job_of(solid_, {0.9, 0.7, 0.71});
-    job.planes = {occupancy(), channel(0, SampleType::kUint16, Encoding::kRawZstd), channel(0, SampleType::kFloat32)};
-    return job;
-  }
-
-  static std::vector<Layer> slice_all(const SliceJob& job, int threads) {
-    std::vector<Layer> layers;
-    SliceRangeOptions options;
-    options.threads = threads;
-    slice_range(
-        solid_, job, 0, job.grid.extent.layers, [&](Layer&& layer) { layers.push_back(std::move(layer)); }, options);
-    return layers;
-  }
+  static SliceJob coarse_job() { return job_of(solid_, {0.9, 0.7, 0.71}); }
 
   static Solid solid_;
 };
@@ -288,52 +230,6 @@ TEST_F(SliceRing, HasTheVoxelsOfTable2) {
   EXPECT_EQ(grid.extent.columns, 1975u);
   EXPECT_EQ(grid.extent.rows, 987u);
   EXPECT_EQ(grid.extent.layers, 576u);
-}
-
-TEST_F(SliceRing, IsResolvedEverywhere) {
-  const SliceJob job = coarse_job();
-  for (const Layer& layer : slice_all(job, 1)) {
-    EXPECT_EQ(layer.stats.voxels_unresolved, 0u);
-    EXPECT_EQ(layer.stats.voxels_coherent + layer.stats.voxels_full, layer.stats.voxels_inside);
-    EXPECT_LE(layer.stats.max_residual_mm, 1e-3 + job.contour_tolerance_mm);
-    EXPECT_EQ(layer.stats.contour_loops, 2u);
-    EXPECT_GT(layer.stats.voxels_coherent, layer.stats.voxels_full);
-  }
-}
-
-TEST_F(SliceRing, GivesTheSameBytesOnAnyNumberOfThreads) {
-  const SliceJob job = coarse_job();
-  const std::vector<Layer> serial = slice_all(job, 1);
-  ASSERT_EQ(serial.size(), job.grid.extent.layers);
-  for (const int threads : {2, 5}) {
-    const std::vector<Layer> parallel = slice_all(job, threads);
-    ASSERT_EQ(parallel.size(), serial.size());
-    for (std::size_t i = 0; i < serial.size(); ++i) expect_same_layer(parallel[i], serial[i]);
-  }
-}
-
-TEST_F(SliceRing, GivesTheSameBytesForSplitsAtEveryLayer) {
-  const SliceJob job = coarse_job();
-  const std::vector<Layer> whole = slice_all(job, 1);
-  ASSERT_GT(whole.size(), 2 * kSlabLayers);
-  for (std::uint32_t split = 1; split < 2 * kSlabLayers; ++split) {
-    for (const auto& [first, count] : {std::pair{split - 1, 1u}, std::pair{split, 2u}}) {
-      std::uint32_t next = first;
-      slice_range(solid_, job, first, count, [&](Layer&& layer) { expect_same_layer(layer, whole[next++]); });
-      EXPECT_EQ(next, first + count);
-    }
-  }
-}
-
-TEST_F(SliceRing, GivesTheSameBytesInAnyOrderOfLayers) {
-  const SliceJob job = coarse_job();
-  const std::vector<Layer> whole = slice_all(job, 1);
-  LayerSlicer slicer(solid_, job);
-  LayerSlicer twin = slicer.twin();
-  for (std::uint32_t k = 12; k-- > 0;) {
-    expect_same_layer(slicer.slice(k, {}), whole[k]);
-    expect_same_layer(twin.slice(11 - k, {}), whole[11 - k]);
-  }
 }
 
 TEST_F(SliceRing, StopsWithin100MsOfACancel) {
@@ -361,15 +257,6 @@ TEST_F(SliceRing, StopsWithin100MsOfACancel) {
     best_ms = std::min(best_ms, std::chrono::duration<double, std::milli>(stopped_at - cancelled_at).count());
   }
   EXPECT_LE(best_ms, 100);
-}
-
-TEST_F(SliceRing, ASlicerIsAsGoodAsNewAfterACancel) {
-  const SliceJob job = coarse_job();
-  LayerSlicer slicer(solid_, job);
-  const CancellationToken cancel = CancellationToken::make();
-  cancel.cancel();
-  EXPECT_THROW(slicer.slice(5, cancel), Error);
-  expect_same_layer(slicer.slice(5, {}), LayerSlicer(solid_, job).slice(5, {}));
 }
 
 TEST_F(SliceRing, ARangeEndsWithTheErrorOfItsReceiver) {
