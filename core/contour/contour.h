@@ -61,7 +61,7 @@ struct Contours {
 struct ContourOptions {
   double tolerance_mm = 1e-3;         // Largest distance polygon - limit surface, world mm.
   double smallest_feature_mm = 0.03;  // Loops wider than this are never lost: the smaller in-plane voxel pitch.
-  CancellationToken cancel;
+  CancellationToken cancel = {};
 };
 
 /// Intersects placement * limit surface with the plane. For many parallel planes: ContourTracer. Pure; the solid isn't

@@ -39,7 +39,7 @@ struct LeafCriteria {
   double margin_mm = 0;     // Hulls farther than this from the plane are dropped.
   double tolerance_mm = 0;  // For the chord bound.
   double small_mm = 0;      // Leaves whose in-plane diagonal is below need not be resolved.
-  CancellationToken cancel;
+  CancellationToken cancel = {};
 };
 
 class ContourLeaves {

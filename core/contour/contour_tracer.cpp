@@ -7,16 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "core/contour/contour_leaves.h"
+#include "core/contour/contour_stitcher.h"
 #include "core/contour/side_solver.h"
 
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kNoCrossing = ~std::uint32_t{0};
 /// Share of the tolerance for chords; the rest is for points that are left out because they repeat their neighbours.
 constexpr double kChordShare = 0.99;
+/// Points nearer than this to the one before repeat it: vertices on the plane give one point for each of their edges.
+constexpr double kRepeatedLifts = 10;
 constexpr std::size_t kLeavesPerPoll = 256;
 
 AffineMap plane_map(const ContourIndex& index, const SlicePlane& plane) {
@@ -28,12 +29,6 @@ AffineMap plane_map(const ContourIndex& index, const SlicePlane& plane) {
   map.offset.z() -= index.lift_mm();
   return map;
 }
-
-/// Where an edge between two vertices of the leaf mesh crosses the plane.
-struct Crossing {
-  ContourPoint point;
-  std::uint32_t next = kNoCrossing;  // Along the loop.
-};
 
 /// On the rim of a leaf, walked counter-clockwise.
 struct RimCrossing {
@@ -52,15 +47,13 @@ struct ContourTracer::State {
   PlaneSide side_at(const ContourLeaf& leaf, int side, const RimVertex& vertex);
   std::uint32_t crossing_between(const ContourLeaf& leaf, int side, const RimVertex& from, const RimVertex& to);
   void link_rim(const ContourLeaf& leaf);
-  void link(std::uint32_t from, std::uint32_t to);
-  std::vector<ContourLoop> loops();
 
   BoundarySurface surface;
   std::shared_ptr<const ContourIndex> index;
   ContourLeaves leaves;
   SideSolver solver;
   IdTable<VertexPair> edges;  // Edge -> crossing of the same number.
-  std::vector<Crossing> crossings;
+  ContourStitcher stitcher;
   std::vector<RimCrossing> rim;
   std::vector<std::uint32_t> faces;
 };
@@ -75,7 +68,7 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
   leaves.collect(faces, criteria);
   solver.start(criteria.to_plane);
   edges.clear();
-  crossings.clear();
+  stitcher.clear();
 
   Contours result;
   std::size_t done = 0;
@@ -87,7 +80,7 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
     result.unresolved_leaves += !leaf.resolved;
     link_rim(leaf);
   }
-  result.loops = loops();
+  result.loops = stitcher.loops(kRepeatedLifts * index->lift_mm());
   return result;
 }
 
@@ -113,7 +106,7 @@ std::uint32_t ContourTracer::State::crossing_between(const ContourLeaf& leaf, in
   if (is_new) {
     const SidePoint point =
         solver.crossing(leaf, side, {from.s, from.t, leaves.side(from.id)}, {to.s, to.t, leaves.side(to.id)});
-    crossings.push_back({{leaf.box.face, point.s, point.t, point.xy}, kNoCrossing});
+    stitcher.add_crossing({leaf.box.face, point.s, point.t, point.xy});
   }
   return id;
 }
@@ -127,35 +120,9 @@ void ContourTracer::State::link_rim(const ContourLeaf& leaf) {
   for (std::size_t k = 0; k < count; ++k) {
     if (rim[k].rises) continue;
     const std::size_t exit = middle_above ? k + 1 : k + count - 1;
-    link(rim[k].id, rim[exit % count].id);
+    const std::uint32_t entered = rim[k].id, left = rim[exit % count].id;
+    index->mirrored() ? stitcher.add_segment(left, entered) : stitcher.add_segment(entered, left);
   }
-}
-
-void ContourTracer::State::link(std::uint32_t from, std::uint32_t to) {
-  if (index->mirrored()) std::swap(from, to);
-  if (crossings[from].next != kNoCrossing) throw Error(ErrorCode::kInternal, "a contour forks");
-  crossings[from].next = to;
-}
-
-/// Loops start at their lowest crossing, the first that was found.
-std::vector<ContourLoop> ContourTracer::State::loops() {
-  std::vector<ContourLoop> loops;
-  const double repeated_mm = 10 * index->lift_mm();
-  for (std::uint32_t start = 0; start < crossings.size(); ++start) {
-    if (crossings[start].next == kNoCrossing) continue;
-    ContourLoop loop;
-    for (std::uint32_t at = start; at != start || loop.points.empty();) {
-      const ContourPoint& point = crossings[at].point;
-      if (loop.points.empty() || (point.xy - loop.points.back().xy).norm() > repeated_mm) loop.points.push_back(point);
-      at = std::exchange(crossings[at].next, kNoCrossing);
-      if (at == kNoCrossing) throw Error(ErrorCode::kInternal, "a contour doesn't close");
-    }
-    while (loop.points.size() > 1 && (loop.points.back().xy - loop.points.front().xy).norm() <= repeated_mm) {
-      loop.points.pop_back();
-    }
-    if (loop.points.size() >= 3) loops.push_back(std::move(loop));
-  }
-  return loops;
 }
 
 ContourTracer::ContourTracer(const LimitSolid& solid, std::shared_ptr<const ContourIndex> index)

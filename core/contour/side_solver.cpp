@@ -9,7 +9,7 @@ namespace ccslice {
 namespace {
 
 constexpr double kUnit = 1.0 / kSurfaceOne;
-constexpr int kLastLevel = 27;  // Pieces reach down to 2^-28, the smallest box.
+constexpr int kLastLevel = 52;  // Pieces towards an irregular vertex; what remains is shorter than rounding.
 
 /// The parameter in [low, high] where the cubic changes sides: Illinois' method, guarded by bisection. If rounding has
 /// left no change of sides (the ends' sides are decided elsewhere), the end nearer the plane.
@@ -61,7 +61,7 @@ SidePoint SideSolver::crossing(const ContourLeaf& leaf, int side, const SideEnd&
   Piece piece = piece_of(leaf, side, high);
   while (piece.begin > low && side_of(piece.curve.z[0]) == last.side) {
     high = piece.begin;
-    if (high <= kSmallestBox * kUnit) break;
+    if (high <= std::ldexp(1.0, -kLastLevel - 1)) break;
     piece = piece_of(leaf, side, high);
   }
   const double length = piece.end - piece.begin;

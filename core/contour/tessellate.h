@@ -36,7 +36,7 @@ struct TessellationOptions {
   double tolerance_mm = 0.05;                // Largest distance between triangles and limit surface, world mm.
   std::uint32_t chunk_triangles = 8192;      // A chunk is delivered once it holds this many.
   std::uint64_t max_triangles = 50'000'000;  // More are refused before any is delivered.
-  CancellationToken cancel;
+  CancellationToken cancel = {};
 };
 
 struct TessellationSummary {
