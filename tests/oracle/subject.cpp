@@ -115,6 +115,19 @@ CellParam Subject::locate(const Ancestry& cell, const Vec3& local) const {
   throw std::runtime_error("no limit cell there");
 }
 
+CellParam Subject::locate_in_any(const Ancestry& cell, const Vec3& local) const {
+  for (std::uint32_t i = first_limit_cell_[cell.control_cell]; i < first_limit_cell_[cell.control_cell + 1]; ++i) {
+    const Ancestry& limit = limit_cells_[i];
+    if (limit.child != cell.child) continue;
+    CellParam at{i, Vec3::Zero()};
+    for (int d = 0; d < 3; ++d) {
+      at.uvw[d] = std::ldexp(cell.ijk[d] + local[d], limit.level - cell.level) - limit.ijk[d];
+    }
+    if (at.uvw.minCoeff() >= 0 && at.uvw.maxCoeff() <= 1) return at;
+  }
+  throw std::runtime_error("no limit cell there");
+}
+
 CellParam Subject::locate_corner(const Ancestry& cell, int bits) const {
   return locate(cell, Vec3(bits & 1, bits >> 1 & 1, bits >> 2 & 1));
 }

@@ -45,6 +45,8 @@ class Subject {
   /// cell lies within a limit cell.
   CellParam locate(const Ancestry& cell, const Vec3& local) const;
   CellParam locate_corner(const Ancestry& cell, int corner_bits) const;
+  /// The same where the cell may be larger than a limit cell: the first limit cell that has the point.
+  CellParam locate_in_any(const Ancestry& cell, const Vec3& local) const;
 
   /// Compares geo and mat at a parameter with the oracle's limit there.
   void compare(LimitEvaluator& evaluator, const CellParam& at, const PointValue& expected, WorstError& worst) const;

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Round trips: evaluate, invert, compare.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/inversion/point_inverter.h"
+#include "tests/oracle/real_meshes.h"
+#include "tests/oracle/subject.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::oracle {
+namespace {
+
+/// How close a point must be found again: within 2^-12 of a convex corner of the part, where det J falls like r^2.2,
+/// Newton may end a little short of its goal of 1e-6.
+constexpr double kAcceptMm = 2e-6, kAcceptDeepMm = 1e-4;
+
+struct RoundTrips {
+  std::array<std::size_t, 3> tried{}, lost{};  // By class of the cell.
+  double worst_residual_mm = 0, worst_channel = 0;
+  std::string where;
+};
+
+/// A parameter at depth 2^-depth from a corner or edge of the cell, or anywhere inside.
+Vec3 random_uvw(std::mt19937& random, double deepest) {
+  const auto parameter = [&] {
+    if (random() % 3 == 0) return std::uniform_real_distribution<double>(0, 1)(random);
+    const double depth = std::uniform_real_distribution<double>(1, deepest)(random);
+    return random() % 2 ? std::exp2(-depth) : 1 - std::exp2(-depth);
+  };
+  return {parameter(), parameter(), parameter()};
+}
+
+void round_trip(const Subject& subject, PointInverter& inverter, const CellParam& at,
+                const std::optional<CellParam>& hint, double accept_mm, RoundTrips& trips) {
+  const auto kind = static_cast<std::size_t>(subject.solid().cell_class(at.cell));
+  ++trips.tried[kind];
+  const Vec3 point = inverter.evaluator().geo(at);
+  const auto found = inverter.invert(point, hint);
+  const double residual = found ? (inverter.evaluator().geo(found->at) - point).norm() : 1e30;
+  if (residual > accept_mm) {
+    ++trips.lost[kind];
+    trips.where += to_text(at) + "; ";
+    return;
+  }
+  trips.worst_residual_mm = std::max(trips.worst_residual_mm, std::abs(residual - found->residual_mm));
+  const std::size_t count = subject.solid().channel_count();
+  std::array<double, kMaxStride> before{}, after{};
+  inverter.evaluator().mat(at, {before.data(), count});
+  inverter.evaluator().mat(found->at, {after.data(), count});
+  for (std::size_t c = 0; c < count; ++c) {
+    const double span = subject.solid().summary().channels[c].max - subject.solid().summary().channels[c].min;
+    trips.worst_channel = std::max(trips.worst_channel, std::abs(before[c] - after[c]) / span);
+  }
+}
+
+class Inversion : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(Inversion, FindsEveryPointAgain) {
+  const Subject subject(tiny_meshes()[GetParam()].mesh);
+  PointInverter inverter(subject.solid());
+  std::mt19937 random(static_cast<std::uint32_t>(GetParam()));
+  const std::uint32_t cells = subject.solid().cell_count();
+  RoundTrips trips;
+  for (int i = 0; i < 600; ++i) {
+    const auto cell = static_cast<std::uint32_t>(random() % cells);
+    const bool deep = i % 4 == 0;
+    const CellParam at{cell, random_uvw(random, deep ? 14 : 5)};
+    std::optional<CellParam> hint;
+    if (i % 3 == 1) hint = CellParam{static_cast<std::uint32_t>(random() % cells), random_uvw(random, 3)};
+    if (i % 3 == 2) hint = CellParam{cell, (at.uvw + 0.05 * random_uvw(random, 1)).cwiseMax(0).cwiseMin(1)};
+    round_trip(subject, inverter, at, hint, deep ? kAcceptDeepMm : kAcceptMm, trips);
+  }
+  EXPECT_EQ(trips.lost, (std::array<std::size_t, 3>{})) << trips.where;
+  EXPECT_LT(trips.worst_residual_mm, 1e-9);
+  if (subject.solid().summary().folding_cells == 0) {
+    EXPECT_LT(trips.worst_channel, 1e-4);
+  }
+}
+
+TEST_P(Inversion, FindsNothingFarOutside) {
+  const Subject subject(tiny_meshes()[GetParam()].mesh);
+  PointInverter inverter(subject.solid());
+  const Box3 box = subject.solid().summary().bounding_box;
+  for (int b = 0; b < 8; ++b) {
+    const Vec3 corner = box.corner(static_cast<Box3::CornerType>(b));
+    EXPECT_FALSE(inverter.invert(corner + 0.1 * (corner - box.center()))) << b;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(TinyMeshes, Inversion, testing::Range<std::size_t>(0, tiny_meshes().size()),
+                         [](const auto& info) { return tiny_meshes()[info.param].name; });
+
+class RealInversion : public testing::TestWithParam<std::string> {};
+
+TEST_P(RealInversion, FindsEveryPointAgain) {
+  const auto mesh = read_real_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
+  const Subject subject(*mesh);
+  PointInverter inverter(subject.solid());
+  std::mt19937 random(3);
+  RoundTrips trips;
+  std::array<std::vector<std::uint32_t>, 3> cells;
+  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+    cells[static_cast<std::size_t>(subject.solid().cell_class(cell))].push_back(cell);
+  }
+  for (const std::vector<std::uint32_t>& of_class : cells) {
+    for (int i = 0; i < 600 && !of_class.empty(); ++i) {
+      round_trip(subject, inverter, {of_class[random() % of_class.size()], random_uvw(random, 8)}, std::nullopt,
+                 kAcceptMm, trips);
+    }
+  }
+  for (int kind = 0; kind < 3; ++kind) {
+    RecordProperty("class_" + std::to_string(kind),
+                   std::to_string(trips.lost[kind]) + " of " + std::to_string(trips.tried[kind]));
+  }
+  EXPECT_EQ(trips.lost, (std::array<std::size_t, 3>{})) << trips.where;
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, RealInversion, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+}  // namespace
+}  // namespace ccslice::oracle

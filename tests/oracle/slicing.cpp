@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/oracle/slicing.h"
+
+#include <cstring>
+
+namespace ccslice::oracle {
+
+SliceJob float_job(const Subject& subject, const VoxelPitch& pitch) {
+  SliceJob job;
+  GridRequest request;
+  request.pitch = pitch;
+  job.grid = plan_grid(subject.solid(), job.placement, request);
+  job.planes.push_back({PlaneContent::kOccupancy, 0, SampleType::kBit, Encoding::kRaw, {}});
+  for (std::uint32_t c = 0; c < subject.solid().channel_count(); ++c) {
+    job.planes.push_back({PlaneContent::kChannel, c, SampleType::kFloat32, Encoding::kRaw, {}});
+  }
+  job.contours = true;
+  return job;
+}
+
+SliceJob float_job(const Subject& subject, int columns) {
+  const double pitch = subject.solid().summary().bounding_box.sizes().maxCoeff() / columns;
+  return float_job(subject, {pitch, pitch, pitch});
+}
+
+bool LayerView::inside(std::uint32_t x, std::uint32_t y) const {
+  const std::size_t row_bytes = (grid_.extent.columns + 7) / 8;
+  return layer_.planes[0].bytes[y * row_bytes + x / 8] >> (7 - x % 8) & 1;
+}
+
+double LayerView::channel(std::uint32_t c, std::uint32_t x, std::uint32_t y) const {
+  float value;
+  const std::size_t at = std::size_t{y} * grid_.extent.columns + x;
+  std::memcpy(&value, layer_.planes[1 + c].bytes.data() + at * sizeof value, sizeof value);
+  return value;
+}
+
+Vec3 LayerView::centre(std::uint32_t x, std::uint32_t y) const {
+  return {grid_.origin_mm.x() + (x + 0.5) * grid_.pitch.x_mm, grid_.origin_mm.y() + (y + 0.5) * grid_.pitch.y_mm,
+          layer_.z_mm};
+}
+
+std::vector<Polygon> polygons_of(const Contours& contours) {
+  std::vector<Polygon> polygons;
+  for (const ContourLoop& loop : contours.loops) {
+    Polygon& polygon = polygons.emplace_back();
+    for (const ContourPoint& point : loop.points) polygon.push_back(point.xy);
+  }
+  return polygons;
+}
+
+SubjectForAlgorithm1::SubjectForAlgorithm1(const Subject& subject) : evaluator_(subject.solid()) {
+  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+    const OneRing ring = subject.one_ring(cell);
+    Box3 all, own;
+    for (std::uint32_t v = 0; v < ring.mesh().vertex_count(); ++v) all.extend(ring.mesh().position(v));
+    for (const std::uint32_t v : ring.focus().v) own.extend(ring.mesh().position(v));
+    ring_boxes_.push_back(all);
+    corner_boxes_.push_back(own);
+  }
+}
+
+void SubjectForAlgorithm1::geo_and_jacobian(const CellParam& at, Vec3& position, Mat3& jacobian) {
+  const LimitSample sample = evaluator_.sample(at);
+  position = sample.position;
+  jacobian = sample.jacobian;
+}
+
+}  // namespace ccslice::oracle
