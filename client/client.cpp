@@ -19,6 +19,16 @@ constexpr std::size_t kUploadChunkBytes = 512 << 10;
 /// With 64 channels an answer of so many points stays below the usual message limit of 4 MiB.
 constexpr std::size_t kProbeBatchPoints = 4096;
 
+void check_answer(const v1::ProbePointsResponse& answer, int points) {
+  const bool fits = answer.locations_size() == points && answer.limit_cells_size() == points &&
+                    answer.control_cells_size() == points && answer.residuals_mm_size() == points &&
+                    answer.uvw_size() == 3 * points && answer.materials_size() % points == 0;
+  if (!fits) {
+    throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
+                      "the server's answer is wrong: it doesn't fit the points asked for");
+  }
+}
+
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
   grpc::ChannelArguments arguments;
   // Finds out about servers that vanished without a word; more often than every five minutes counts as abuse.
@@ -156,6 +166,7 @@ std::vector<v1::ProbePointsResponse> Client::probe(const std::string& mesh_id, c
       batch.mutable_points_mm()->Assign(points_mm.begin() + static_cast<std::ptrdiff_t>(at),
                                         points_mm.begin() + static_cast<std::ptrdiff_t>(end));
       open = stream->Write(batch) && stream->Read(&answers.emplace_back());
+      if (open) check_answer(answers.back(), batch.points_mm_size() / 3);
       batch.clear_placement();
     }
     if (open) stream->WritesDone();

@@ -15,6 +15,7 @@ set -euo pipefail
 readonly build=(
   cmake
   g++
+  libcli11-dev
   libeigen3-dev
   libgrpc++-dev
   libimath-dev

@@ -204,6 +204,10 @@ grpc::Status FakeSlicer::ProbePoints(
     v1::ProbePointsResponse response;
     for (int i = 0; i < batch.points_mm_size(); i += 3) {
       response.add_locations(v1::POINT_LOCATION_INSIDE);
+      response.add_limit_cells(0);
+      response.add_control_cells(0);
+      response.add_residuals_mm(0);
+      for (int axis = 0; axis < 3; ++axis) response.add_uvw(0.5);
       response.add_materials(batch.points_mm(i));
     }
     stream->Write(response);

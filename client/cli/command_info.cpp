@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/cli/console.h"
+#include "client/cli/json.h"
+#include "client/cli/manifest.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct InfoOptions {
+  MeshOptions mesh;
+  bool meshes = false;
+};
+
+/// What a file holds, without a server.
+struct FileFacts {
+  std::array<std::size_t, 3> cells_by_kind{};
+  Box3 box;
+  std::vector<std::array<float, 2>> channel_ranges;
+};
+
+FileFacts facts_of(const ControlMesh& mesh) {
+  FileFacts facts;
+  for (const CellKind kind : mesh.cell_kinds) ++facts.cells_by_kind[static_cast<std::size_t>(kind)];
+  for (const Vec3& position : mesh.positions) facts.box.extend(position);
+  const std::size_t channels = mesh.channel_count();
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
+    for (std::size_t at = channel; at < mesh.channel_values.size(); at += channels) {
+      range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
+    }
+    facts.channel_ranges.push_back(range);
+  }
+  return facts;
+}
+
+std::string file_as_json(const LoadedMesh& loaded) {
+  const FileFacts facts = facts_of(loaded.mesh);
+  JsonWriter json;
+  json.begin_object().member("mesh_id", loaded.bytes->id()).member("size_bytes", loaded.bytes->bytes().size());
+  json.member("vertices", loaded.mesh.vertex_count()).member("hexahedra", facts.cells_by_kind[0]);
+  json.member("tetrahedra", facts.cells_by_kind[1]).member("wedges", facts.cells_by_kind[2]);
+  json.member("sharp_edges", loaded.mesh.sharp_edges.size())
+      .member("inverted_cells", loaded.report.inverted_cells.size());
+  json.key("control_box").begin_object().key("min_mm").begin_array();
+  for (const double x : facts.box.min()) json.value(x);
+  json.end_array().key("max_mm").begin_array();
+  for (const double x : facts.box.max()) json.value(x);
+  json.end_array().end_object().key("channels").begin_array();
+  for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
+    json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
+    json.member("max_value", facts.channel_ranges[i][1]).end_object();
+  }
+  json.end_array().key("notes").begin_array();
+  for (const std::string& warning : loaded.warnings) json.value(warning);
+  return json.end_array().end_object().text();
+}
+
+std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
+  const FileFacts facts = facts_of(loaded.mesh);
+  const Vec3 size = facts.box.sizes();
+  std::string text = name + ": a valid control mesh\n  id         " + loaded.bytes->id();
+  text += "\n  cells      " + show_count(facts.cells_by_kind[0]) + " hexahedra, " + show_count(facts.cells_by_kind[1]) +
+          " tetrahedra, " + show_count(facts.cells_by_kind[2]) + " wedges";
+  text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
+          show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
+  text += "\n  control    " + show_size(size.x(), size.y(), size.z()) + " mm";
+  for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
+    text += "\n  channel    " + loaded.mesh.channel_names[i] + ": " + show_number(facts.channel_ranges[i][0]) + " to " +
+            show_number(facts.channel_ranges[i][1]);
+  }
+  if (!loaded.report.inverted_cells.empty()) {
+    text += "\n  inverted   " + show_count(loaded.report.inverted_cells.size()) + " cells";
+  }
+  for (const std::string& warning : loaded.warnings) text += "\n  note       " + warning;
+  return text;
+}
+
+template <typename Message>
+void print_message(const Session& session, const Message& message) {
+  if (!session.options().json) return print_line(describe(message));
+  JsonWriter json;
+  add_json(message, json);
+  print_line(json.text());
+}
+
+void print_meshes(Session& session) {
+  const std::vector<v1::MeshSummary> meshes = session.client().list_meshes(session.call());
+  JsonWriter json;
+  json.begin_array();
+  for (const v1::MeshSummary& mesh : meshes) {
+    if (!session.options().json) print_line(describe(mesh));
+    add_json(mesh, json);
+  }
+  if (session.options().json) print_line(json.end_array().text());
+}
+
+void run_info(Session& session, const InfoOptions& options) {
+  if (options.meshes) return print_meshes(session);
+  if (options.mesh.mesh.empty()) return print_message(session, session.server_info());
+  if (names_mesh_id(options.mesh)) {
+    return print_message(session, session.client().mesh_summary(options.mesh.mesh, session.call()));
+  }
+  const LoadedMesh loaded = load_mesh(options.mesh);
+  print_line(session.options().json ? file_as_json(loaded) : file_as_text(options.mesh.mesh, loaded));
+}
+
+}  // namespace
+
+Command add_info(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* app = parent.add_subcommand("info", "Say what a server, an uploaded mesh or a mesh file is");
+  add_mesh_options(*app, options->mesh, false);
+  app->add_flag("--meshes", options->meshes, "List the meshes that the server holds");
+  add_server_options(*app, common);
+  app->footer(
+      "Examples:\n  ccslice info                    the server\n  ccslice info part.vtk           a file: read and "
+      "checked, "
+      "no server needed\n  ccslice info sha256:4be3...     a mesh on the server\n  ccslice info --meshes --json");
+  return {app, [options](Session& session) { run_info(session, *options); }};
+}
+
+}  // namespace ccslice::cli

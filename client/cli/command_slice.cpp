@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/cli/console.h"
+#include "client/cli/job.h"
+#include "client/cli/json.h"
+#include "client/cli/layer_folder.h"
+#include "client/cli/manifest.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct JobOptions {
+  MeshOptions mesh;
+  PlacementOptions placement;
+  GridOptions grid;
+  PlaneOptions planes;
+};
+
+struct SliceOptions {
+  JobOptions job;
+  std::string output;
+  std::string layers;
+  std::string contours = "none";
+  bool force = false;
+};
+
+void add_job_options(CLI::App& app, JobOptions& options) {
+  add_mesh_options(app, options.mesh);
+  add_grid_options(app, options.grid);
+  add_placement_options(app, options.placement);
+  add_plane_options(app, options.planes);
+}
+
+/// All but the mesh id.
+v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
+  v1::PlanSlicesRequest request;
+  *request.mutable_placement() = parse_placement(options.placement);
+  *request.mutable_grid() = parse_grid(options.grid);
+  for (v1::PlaneSpec& plane : parse_planes(options.planes, contours)) *request.add_planes() = std::move(plane);
+  if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
+  return request;
+}
+
+void run_plan(Session& session, const JobOptions& options) {
+  v1::PlanSlicesRequest request = plan_request(options, false);
+  request.set_mesh_id(ensure_on_server(session, options.mesh));
+  const v1::PlanSlicesResponse plan = session.client().plan(request, session.call());
+  if (!session.options().json) return print_line(describe(plan));
+  JsonWriter json;
+  add_json(plan, json);
+  print_line(json.text());
+}
+
+ContourFormat contour_format_of(const std::string& name) {
+  if (name == "json") return ContourFormat::kJson;
+  return name == "csv" ? ContourFormat::kCsv : ContourFormat::kNone;
+}
+
+LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse& plan) {
+  if (options.layers.empty()) return {0, plan.layer_count() - 1};
+  const LayerRange range = parse_layer_range("--layers", options.layers);
+  if (range.last >= plan.layer_count()) {
+    throw UsageError("--layers " + options.layers + ": this job has layers 0 to " +
+                     std::to_string(plan.layer_count() - 1));
+  }
+  return range;
+}
+
+v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const LayerRange& range, bool contours) {
+  v1::SliceRangeRequest request;
+  request.set_mesh_id(plan.mesh_id());
+  *request.mutable_placement() = plan.placement();
+  *request.mutable_grid() = plan.grid();
+  *request.mutable_planes() = plan.planes();
+  request.set_contours(contours);
+  if (plan.has_contour_tolerance_mm()) request.set_contour_tolerance_mm(plan.contour_tolerance_mm());
+  request.set_first_layer(range.first);
+  request.set_layer_count(range.last - range.first + 1);
+  return request;
+}
+
+void report(const Session& session, const SliceOptions& options, const client::SliceOutcome& outcome,
+            std::uint64_t written_bytes, double seconds) {
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("output", options.output).member("mesh_id", outcome.header.mesh_id());
+    json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
+    json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
+    json.member("voxels_unresolved", outcome.voxels_unresolved).member("max_residual_mm", outcome.max_residual_mm);
+    json.member("written_bytes", written_bytes).member("seconds", seconds).member("resumes", outcome.resumes);
+    return print_line(json.member("reuploads", outcome.reuploads).end_object().text());
+  }
+  print_line(show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) + " voxels inside, " +
+             show_bytes(written_bytes) + " in " + show_duration(seconds) + " -> " + options.output);
+  if (outcome.voxels_unresolved > 0 && !session.quiet()) {
+    print_note("note: " + show_count(outcome.voxels_unresolved) +
+               " voxels took the material of the nearest place that could be solved");
+  }
+}
+
+void run_slice(Session& session, const SliceOptions& options) {
+  const ContourFormat contours = contour_format_of(options.contours);
+  const bool with_contours = contours != ContourFormat::kNone;
+  v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
+  if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
+  job.set_mesh_id(ensure_on_server(session, options.job.mesh));
+  const v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
+  if (!session.quiet()) {
+    for (const v1::PlanWarning& warning : plan.warnings()) print_note("warning: " + warning.message());
+  }
+  const LayerRange range = layer_range(options, plan);
+  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours, plan.layer_count(),
+                     options.force);
+  client::SlicePin pin{plan.engine_version(), plan.grid()};
+  const auto start = std::chrono::steady_clock::now();
+  client::SliceOutcome outcome;
+  {
+    Progress progress("slicing", "layers", range.last - range.first + 1, session.quiet());
+    std::uint64_t done = 0;
+    outcome = session.client().slice(
+        slice_request(job, range, with_contours),
+        [&](const v1::SliceHeader&, const client::Layer& layer) {
+          folder.write(layer);
+          progress.update(++done);
+        },
+        session.call(), &pin);
+  }
+  folder.finish(outcome, job.placement());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report(session, options, outcome, folder.written_bytes(), seconds);
+}
+
+}  // namespace
+
+Command add_plan(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<JobOptions>();
+  CLI::App* app = parent.add_subcommand("plan", "Say what slicing would give: grid, layers, sizes, warnings");
+  add_job_options(*app, *options);
+  add_server_options(*app, common);
+  app->footer(
+      "Examples:\n  ccslice plan ring.ccmesh --pitch 0.0423,0.0846,0.03\n  ccslice plan part.vtk --dpi 600,300 "
+      "--layer-height 0.027 --rotate x=90");
+  return {app, [options](Session& session) { run_plan(session, *options); }};
+}
+
+Command add_slice(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<SliceOptions>();
+  CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
+  add_job_options(*app, options->job);
+  app->add_option("-o,--output", options->output, "Folder for the layers; slices.json in it is written last")
+      ->required();
+  app->add_option("--layers", options->layers,
+                  "FIRST..LAST, both included, or one layer, counted from 0 (default: all)");
+  app->add_option("--contours", options->contours, "Write the outlines too: json or csv")
+      ->check(CLI::IsMember({"none", "json", "csv"}))
+      ->capture_default_str()
+      ->group("Pictures");
+  app->add_flag("--force", options->force, "Replace the layers of an earlier run");
+  add_server_options(*app, common);
+  app->footer(
+      "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"
+      "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 \\\n"
+      "      --occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
+      "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part");
+  return {app, [options](Session& session) { run_slice(session, *options); }};
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <memory>
+#include <string>
+
+#include "client/cli/commands.h"
+#include "client/cli/console.h"
+#include "client/cli/json.h"
+#include "client/cli/manifest.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/output_file.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+void require_file(const MeshOptions& options, const char* command) {
+  if (names_mesh_id(options)) throw UsageError(std::string(command) + " takes a file, not the id of an uploaded mesh");
+}
+
+void run_upload(Session& session, const MeshOptions& options) {
+  require_file(options, "upload");
+  const LoadedMesh mesh = load_mesh(options);
+  const client::UploadOutcome outcome = upload(session, mesh);
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("was_cached", outcome.was_cached).key("mesh");
+    add_json(outcome.mesh, json);
+    return print_line(json.end_object().text());
+  }
+  if (outcome.was_cached && !session.quiet()) print_note("the server held this mesh already");
+  print_line(describe(outcome.mesh));
+}
+
+struct ConvertOptions {
+  MeshOptions mesh;
+  std::string output;
+  bool force = false;
+};
+
+void run_convert(Session& session, const ConvertOptions& options) {
+  require_file(options.mesh, "convert");
+  refuse_to_overwrite(options.output, options.force);
+  const LoadedMesh mesh = load_mesh(options.mesh);
+  if (!session.quiet()) {
+    for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
+  }
+  write_file(options.output, mesh.bytes->bytes());
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("file", options.output).member("mesh_id", mesh.bytes->id());
+    return print_line(json.member("size_bytes", mesh.bytes->bytes().size()).end_object().text());
+  }
+  print_line(options.output + ": " + show_bytes(mesh.bytes->bytes().size()) + ", " + mesh.bytes->id());
+}
+
+}  // namespace
+
+Command add_upload(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<MeshOptions>();
+  CLI::App* app = parent.add_subcommand("upload", "Upload a mesh and print its id and what the server knows about it");
+  add_mesh_options(*app, *options);
+  add_server_options(*app, common);
+  app->footer(
+      "The other commands upload files themselves; use this to look at a mesh first, or to prepare a server.\n"
+      "Examples:\n  ccslice upload part.mesh\n  ccslice upload part.vtk --grade stiffness=z:0..1 --grade dye=radial:z");
+  return {app, [options](Session& session) { run_upload(session, *options); }};
+}
+
+Command add_convert(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<ConvertOptions>();
+  CLI::App* app = parent.add_subcommand("convert", "Read, check and grade a mesh file and write it as .ccmesh");
+  add_mesh_options(*app, options->mesh);
+  app->add_option("-o,--output", options->output, "File to write")->required();
+  app->add_flag("--force", options->force, "Replace the file if it is there");
+  add_output_options(*app, common);
+  app->footer("Example:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh");
+  return {app, [options](Session& session) { run_convert(session, *options); }};
+}
+
+}  // namespace ccslice::cli

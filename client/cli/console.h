@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What the user sees. Results go to standard output, everything else to standard error; with --json standard output is
+// JSON only.
+
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace ccslice::cli {
+
+/// One line on standard output, or on standard error.
+void print_line(const std::string& text);
+void print_note(const std::string& text);
+
+/// "12.3 MB", "0 B": decimal units.
+std::string show_bytes(std::uint64_t bytes);
+/// "507,012,345".
+std::string show_count(std::uint64_t count);
+/// "0.3 s", "42 s", "3 min 20 s", "2 h 5 min".
+std::string show_duration(double seconds);
+/// "83.53": up to 6 significant digits.
+std::string show_number(double number);
+/// "83.53 x 83.53 x 17.28".
+std::string show_size(double x, double y, double z);
+
+/// How far a job is: a bar that moves with rate and remaining time where standard error is a terminal; a line now and
+/// then where it isn't; nothing if quiet.
+class Progress {
+ public:
+  /// `what`: "slicing", `unit`: "layers".
+  Progress(std::string what, std::string unit, std::uint64_t total, bool quiet);
+  /// Leaves the last state standing.
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void update(std::uint64_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string state(double seconds) const;
+  void draw(Clock::time_point now);
+
+  const std::string what_, unit_;
+  const std::uint64_t total_;
+  const bool terminal_, quiet_;
+  const Clock::time_point start_ = Clock::now();
+  Clock::time_point drawn_ = start_;
+  std::uint64_t done_ = 0;
+  bool on_screen_ = false;
+};
+
+}  // namespace ccslice::cli

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <string>
+
+#include "client/cli/console.h"
+#include "client/cli/manifest.h"
+
+namespace ccslice::cli {
+namespace {
+
+std::string describe_box(const v1::Box3& box) {
+  const v1::Vector3& min = box.min_mm();
+  const v1::Vector3& max = box.max_mm();
+  return show_size(max.x() - min.x(), max.y() - min.y(), max.z() - min.z()) + " mm, from (" + show_number(min.x()) +
+         ", " + show_number(min.y()) + ", " + show_number(min.z()) + ")";
+}
+
+std::string describe_fold(const v1::FoldPlace& fold) {
+  return "\n  folds      control cell " + std::to_string(fold.control_cell()) + " at (" +
+         show_number(fold.position_mm().x()) + ", " + show_number(fold.position_mm().y()) + ", " +
+         show_number(fold.position_mm().z()) + ") mm";
+}
+
+}  // namespace
+
+std::string describe(const v1::MeshSummary& mesh) {
+  std::string text = mesh.mesh_id();
+  text += "\n  control    " + show_count(mesh.control_cells()) + " cells, " + show_count(mesh.control_vertices()) +
+          " vertices, " + show_count(mesh.sharp_edges()) + " sharp edges";
+  text += "\n  irregular  " + show_count(mesh.extraordinary_edges()) + " extraordinary edges, " +
+          show_count(mesh.extraordinary_vertices()) + " extraordinary vertices, " +
+          show_count(mesh.irregular_boundary_edges()) + " boundary edges";
+  text += "\n  limit      " + show_count(mesh.limit_cells()) + " cells: " + show_count(mesh.regular_cells()) +
+          " regular, " + show_count(mesh.line_cells()) + " along a line, " + show_count(mesh.vertex_cells()) +
+          " at a vertex";
+  text += "\n  size       " + describe_box(mesh.bounding_box());
+  for (const v1::Channel& channel : mesh.channels()) {
+    text += "\n  channel    " + channel.name() + ": " + show_number(channel.min_value()) + " to " +
+            show_number(channel.max_value());
+  }
+  if (mesh.inverted_control_cell_count() > 0) {
+    text += "\n  inverted   " + show_count(mesh.inverted_control_cell_count()) + " control cells";
+  }
+  constexpr int kMostFolds = 5;
+  for (int i = 0; i < mesh.folds_size() && i < kMostFolds; ++i) text += describe_fold(mesh.folds(i));
+  if (mesh.folding_cells() > kMostFolds) {
+    text += "\n             and more: " + show_count(mesh.folding_cells()) + " limit cells fold in all";
+  }
+  return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server";
+}
+
+std::string describe(const v1::GetServerInfoResponse& info) {
+  return "ccsliced " + info.server_version() + ", engine " + info.engine_version() + "\n  threads    " +
+         std::to_string(info.threads()) + ", up to " + std::to_string(info.max_concurrent_calls()) +
+         " calls at once\n  cache      " + show_count(info.cached_meshes()) + " meshes, " +
+         show_bytes(info.cache_used_bytes()) + " of " + show_bytes(info.cache_capacity_bytes()) +
+         "\n  meshes     up to " + show_bytes(info.max_mesh_bytes()) + ", " +
+         show_count(info.mesh_limits().max_cells()) + " cells, " + std::to_string(info.mesh_limits().max_channels()) +
+         " channels\n  layers     up to " + show_count(info.slice_limits().max_columns()) + " x " +
+         show_count(info.slice_limits().max_rows()) + " voxels, " +
+         show_count(info.slice_limits().max_voxels_per_layer()) + " in all; pitch " +
+         show_number(info.slice_limits().min_pitch_mm()) + " to " + show_number(info.slice_limits().max_pitch_mm()) +
+         " mm";
+}
+
+std::string describe(const v1::PlanSlicesResponse& plan) {
+  const v1::Grid& grid = plan.grid();
+  std::string text = show_count(grid.extent().columns()) + " x " + show_count(grid.extent().rows()) + " voxels, " +
+                     show_count(plan.layer_count()) + " layers";
+  text += "\n  pitch      " + show_size(grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()) + " mm";
+  text += "\n  grid       " + show_size(plan.size_mm().x(), plan.size_mm().y(), plan.size_mm().z()) + " mm, from (" +
+          show_number(grid.origin_mm().x()) + ", " + show_number(grid.origin_mm().y()) + ", " +
+          show_number(grid.origin_mm().z()) + ")";
+  text += "\n  part       " + describe_box(grid.part_box());
+  if (plan.raw_bytes() > 0) {
+    text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +
+            " a layer\n  download   about " + show_bytes(plan.estimated_bytes());
+  }
+  for (const v1::PlanWarning& warning : plan.warnings()) text += "\n  warning    " + warning.message();
+  return text;
+}
+
+}  // namespace ccslice::cli

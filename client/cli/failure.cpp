@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/failure.h"
+
+#include <new>
+
+#include "client/cli/console.h"
+#include "client/cli/json.h"
+#include "client/cli/text_values.h"
+#include "client/client_error.h"
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+ExitCode exit_code_of(const Error& error) {
+  if (error.code() == ErrorCode::kFileUnwritable) return kExitOutput;
+  const int number = static_cast<int>(error.code());
+  const bool mesh = number >= 100 && number < 200, file = number >= 400;
+  return mesh || file ? kExitInput : kExitBug;
+}
+
+ExitCode exit_code_of(const client::ClientError& error) {
+  if (error.reason() == client::local_reason::kCancelledHere) return kExitInterrupted;
+  if (error.reason() == client::local_reason::kNotControlMesh) return kExitInput;
+  switch (error.code()) {
+    case grpc::StatusCode::DATA_LOSS:
+    case grpc::StatusCode::ABORTED: return kExitMismatch;
+    case grpc::StatusCode::UNAVAILABLE:
+    case grpc::StatusCode::DEADLINE_EXCEEDED:
+    case grpc::StatusCode::CANCELLED: return kExitUnreachable;
+    default: break;
+  }
+  const bool mesh_at_fault = error.code() == grpc::StatusCode::INVALID_ARGUMENT &&
+                             error.reason().starts_with("MESH_") && error.reason() != "MESH_ID_INVALID";
+  return mesh_at_fault ? kExitInput : kExitRefused;
+}
+
+Failure failure_of_call(const client::ClientError& error) {
+  const std::string code = client::status_code_name(error.code());
+  std::string message = error.what();
+  if (message.empty()) message = code;
+  if (!error.missing_mesh_id().empty()) message += "; upload its file again, or name the file instead of the id";
+  return {exit_code_of(error), error.reason().empty() ? code : error.reason(), message};
+}
+
+}  // namespace
+
+Failure failure_of(const std::exception& exception) {
+  if (const auto* usage = dynamic_cast<const UsageError*>(&exception)) return {kExitUsage, "USAGE", usage->what()};
+  if (const auto* call = dynamic_cast<const client::ClientError*>(&exception)) return failure_of_call(*call);
+  if (const auto* error = dynamic_cast<const Error*>(&exception)) {
+    return {exit_code_of(*error), std::string(reason(error->code())), error->what()};
+  }
+  if (dynamic_cast<const std::bad_alloc*>(&exception)) return {kExitInput, "OUT_OF_MEMORY", "not enough memory"};
+  return {kExitBug, "INTERNAL", exception.what()};
+}
+
+void print_failure(const Failure& failure, bool json) {
+  print_note("ccslice: " + failure.message);
+  if (!json) return;
+  JsonWriter document;
+  document.begin_object().key("error").begin_object().member("exit_code", static_cast<int>(failure.exit_code));
+  document.member("reason", failure.reason).member("message", failure.message).end_object().end_object();
+  print_line(document.text());
+}
+
+}  // namespace ccslice::cli

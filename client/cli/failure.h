@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <exception>
+#include <string>
+
+#include "client/cli/exit_codes.h"
+
+namespace ccslice::cli {
+
+/// What went wrong, for the user and for scripts.
+struct Failure {
+  ExitCode exit_code = kExitBug;
+  std::string reason;  // As in ErrorInfo.reason; "USAGE" for command lines.
+  std::string message;
+};
+
+/// Turns any exception of a command into a failure.
+Failure failure_of(const std::exception& exception);
+
+/// On standard error; with `json` a document {"error":{...}} on standard output too.
+void print_failure(const Failure& failure, bool json);
+
+}  // namespace ccslice::cli

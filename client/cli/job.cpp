@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/job.h"
+
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr double kMmPerInch = 25.4;
+
+std::optional<v1::SampleType> sample_type_of(const std::string& text) {
+  if (text == "u8") return v1::SAMPLE_TYPE_UINT8;
+  if (text == "u16") return v1::SAMPLE_TYPE_UINT16;
+  if (text == "f32") return v1::SAMPLE_TYPE_FLOAT32;
+  return std::nullopt;
+}
+
+v1::PlaneEncoding encoding_of(const std::string& name, v1::SampleType type) {
+  if (name == "raw") return v1::PLANE_ENCODING_RAW;
+  if (name == "zstd") return v1::PLANE_ENCODING_RAW_ZSTD;
+  const bool floats = type == v1::SAMPLE_TYPE_FLOAT32;
+  if (name == "png" && floats) throw UsageError("PNG has no floating point samples; take u8, u16, or --encoding zstd");
+  return floats ? v1::PLANE_ENCODING_RAW_ZSTD : v1::PLANE_ENCODING_PNG;
+}
+
+void set_value_range(const std::string& text, v1::PlaneSpec& plane) {
+  const std::size_t dots = text.find("..");
+  if (dots == std::string::npos) throw UsageError("--channel values go from MIN..MAX, as in 0..1, not '" + text + "'");
+  plane.mutable_value_range()->set_min(parse_number("--channel", text.substr(0, dots)));
+  plane.mutable_value_range()->set_max(parse_number("--channel", text.substr(dots + 2)));
+  if (plane.value_range().min() >= plane.value_range().max()) {
+    throw UsageError("--channel values go from a smaller to a larger number, not '" + text + "'");
+  }
+}
+
+/// NAME[:TYPE[:MIN..MAX]]. Names may hold colons themselves, so the type is looked for from the end.
+v1::PlaneSpec parse_channel(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ':');
+  v1::PlaneSpec plane;
+  plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  std::size_t name_parts = parts.size();
+  for (std::size_t i = parts.size(); i-- > 1 && i + 2 >= parts.size();) {
+    const std::optional<v1::SampleType> type = sample_type_of(parts[i]);
+    if (!type) continue;
+    plane.set_sample_type(*type);
+    name_parts = i;
+    if (i + 1 < parts.size()) set_value_range(parts[i + 1], plane);
+    break;
+  }
+  std::string name;
+  for (std::size_t i = 0; i < name_parts; ++i) name += (i ? ":" : "") + parts[i];
+  if (name.empty()) throw UsageError("--channel takes a channel's name, as in stiffness:u16, not '" + text + "'");
+  plane.mutable_channel()->set_name(name);
+  return plane;
+}
+
+void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
+  if (!options.pitch.empty()) {
+    const std::vector<double> values = parse_numbers("--pitch", options.pitch, 1, 3);
+    if (values.size() == 2) throw UsageError("--pitch takes one number or three, not '" + options.pitch + "'");
+    pitch.set_x_mm(values[0]);
+    pitch.set_y_mm(values.size() == 3 ? values[1] : values[0]);
+    pitch.set_z_mm(values.size() == 3 ? values[2] : values[0]);
+    return;
+  }
+  if (options.dpi.empty() || options.layer_height_mm == 0) {
+    throw UsageError("say how fine: --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
+  }
+  const std::vector<double> dpi = parse_numbers("--dpi", options.dpi, 1, 2);
+  for (const double value : dpi) {
+    if (value <= 0) throw UsageError("--dpi takes positive numbers, not '" + options.dpi + "'");
+  }
+  pitch.set_x_mm(kMmPerInch / dpi.front());
+  pitch.set_y_mm(kMmPerInch / dpi.back());
+  pitch.set_z_mm(options.layer_height_mm);
+}
+
+}  // namespace
+
+void add_grid_options(CLI::App& command, GridOptions& options) {
+  CLI::Option* pitch =
+      command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
+  command.add_option("--dpi", options.dpi, "Voxels an inch: X,Y or one number for both")
+      ->group("Grid")
+      ->excludes(pitch);
+  command.add_option("--layer-height", options.layer_height_mm, "Pitch in z in mm, with --dpi")
+      ->group("Grid")
+      ->excludes(pitch);
+  command.add_option("--origin", options.origin, "Lower corner of the grid, X,Y,Z in mm (default: the part's)")
+      ->group("Grid");
+  command.add_option("--extent", options.extent, "Voxels: COLUMNS,ROWS,LAYERS (default: as the part needs)")
+      ->group("Grid");
+}
+
+void add_plane_options(CLI::App& command, PlaneOptions& options) {
+  command
+      .add_flag("--occupancy", options.occupancy, "A picture of what is inside (the default if no channel is named)")
+      ->group("Pictures");
+  command
+      .add_option(
+          "--channel", options.channels,
+          "A picture of a material channel: NAME[:u8|u16|f32[:MIN..MAX]]; u8 and the channel's own range unless "
+          "given. May be repeated")
+      ->allow_extra_args(false)
+      ->group("Pictures");
+  command.add_option("--encoding", options.encoding, "png, zstd or raw; auto is png, and zstd for f32")
+      ->check(CLI::IsMember({"auto", "png", "zstd", "raw"}))
+      ->capture_default_str()
+      ->group("Pictures");
+  command
+      .add_option("--tolerance", options.tolerance_mm, "Largest distance from contour to surface in mm (default 0.001)")
+      ->group("Pictures");
+}
+
+v1::GridSpec parse_grid(const GridOptions& options) {
+  v1::GridSpec grid;
+  parse_pitch(options, *grid.mutable_pitch());
+  if (!options.origin.empty()) {
+    const std::vector<double> origin = parse_numbers("--origin", options.origin, 3, 3);
+    grid.mutable_origin_mm()->set_x(origin[0]);
+    grid.mutable_origin_mm()->set_y(origin[1]);
+    grid.mutable_origin_mm()->set_z(origin[2]);
+  }
+  if (!options.extent.empty()) {
+    const std::vector<std::uint32_t> extent = parse_counts("--extent", options.extent);
+    grid.mutable_extent()->set_columns(extent[0]);
+    grid.mutable_extent()->set_rows(extent[1]);
+    grid.mutable_extent()->set_layers(extent[2]);
+  }
+  return grid;
+}
+
+std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only) {
+  std::vector<v1::PlaneSpec> planes;
+  if (options.occupancy || (options.channels.empty() && !contours_only)) {
+    planes.emplace_back().mutable_occupancy();
+    planes.back().set_sample_type(v1::SAMPLE_TYPE_BIT);
+  }
+  for (const std::string& channel : options.channels) planes.push_back(parse_channel(channel));
+  for (v1::PlaneSpec& plane : planes) plane.set_encoding(encoding_of(options.encoding, plane.sample_type()));
+  return planes;
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is to be sliced, and into what: the options of `plan` and `slice`, turned into requests.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/slice.pb.h"
+#include "client/cli/placement.h"
+
+namespace ccslice::cli {
+
+struct GridOptions {
+  std::string pitch;           // "0.05" or "0.0423,0.0846,0.03", mm.
+  std::string dpi;             // "600" or "600,300".
+  double layer_height_mm = 0;  // With dpi.
+  std::string origin;
+  std::string extent;
+};
+
+struct PlaneOptions {
+  bool occupancy = false;
+  std::vector<std::string> channels;  // NAME[:u8|u16|f32[:MIN..MAX]].
+  std::string encoding = "auto";
+  std::optional<double> tolerance_mm;
+};
+
+void add_grid_options(CLI::App& command, GridOptions& options);
+void add_plane_options(CLI::App& command, PlaneOptions& options);
+
+// All throw UsageError.
+
+v1::GridSpec parse_grid(const GridOptions& options);
+/// Occupancy first, then the channels in order; occupancy if nothing is named and `contours_only` isn't set.
+std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/layer_folder.h"
+
+#include <algorithm>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "client/cli/manifest.h"
+#include "client/cli/output_file.h"
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kManifest = "slices.json";
+constexpr std::string_view kLayerPrefix = "layer_";
+constexpr std::size_t kFewestDigits = 4;
+
+const char* extension_of(v1::PlaneEncoding encoding) {
+  switch (encoding) {
+    case v1::PLANE_ENCODING_PNG: return ".png";
+    case v1::PLANE_ENCODING_RAW: return ".bin";
+    default: return ".zst";
+  }
+}
+
+/// A channel's name as part of a file name: letters, digits, '-' and '.' stay, all else becomes '_'.
+std::string file_name_of(const v1::PlaneSpec& plane) {
+  if (!plane.has_channel()) return "occupancy";
+  std::string name = plane.channel().name().substr(0, 64);
+  for (char& c : name) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+    if (!plain) c = '_';
+  }
+  return name;
+}
+
+std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes) {
+  std::vector<std::string> suffixes;
+  std::set<std::string> used = {"contours"};
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    std::string name = file_name_of(planes[i]);
+    if (!used.insert(name).second) name += "_" + std::to_string(i);
+    used.insert(name);
+    suffixes.push_back("_" + name + extension_of(planes[i].encoding()));
+  }
+  return suffixes;
+}
+
+/// Files of ours from an earlier run.
+bool is_ours(const fs::path& path) {
+  const std::string name = path.filename().string();
+  if (name == kManifest) return true;
+  static const std::set<std::string> kExtensions = {".png", ".zst", ".bin", ".json", ".csv"};
+  const std::size_t digits_end = name.find_first_not_of("0123456789", kLayerPrefix.size());
+  return name.starts_with(kLayerPrefix) && digits_end != std::string::npos && digits_end > kLayerPrefix.size() &&
+         name[digits_end] == '_' && kExtensions.contains(path.extension().string());
+}
+
+void clear_folder(const fs::path& path, bool force) {
+  std::error_code status;
+  fs::create_directories(path, status);
+  if (status)
+    throw Error(ErrorCode::kFileUnwritable, "cannot make the folder " + path.string() + ": " + status.message());
+  std::vector<fs::path> old;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, status)) {
+    if (is_ours(entry.path())) old.push_back(entry.path());
+  }
+  if (status)
+    throw Error(ErrorCode::kFileUnwritable, "cannot read the folder " + path.string() + ": " + status.message());
+  if (!old.empty() && !force) {
+    throw Error(ErrorCode::kFileUnwritable,
+                path.string() + " holds " + std::to_string(old.size()) +
+                    " files of an earlier run; take another folder, or --force to replace them");
+  }
+  for (const fs::path& file : old) fs::remove(file, status);
+}
+
+std::string contours_as_json(const client::Layer& layer) {
+  JsonWriter json;
+  json.begin_object().member("layer", layer.index).member("z_mm", layer.z_mm).key("loops").begin_array();
+  for (const client::ContourLoop& loop : layer.contours) {
+    json.begin_array();
+    for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
+      json.begin_array().value(loop.points_mm[i]).value(loop.points_mm[i + 1]).end_array();
+    }
+    json.end_array();
+  }
+  json.end_array().end_object();
+  return json.text() + "\n";
+}
+
+std::string contours_as_csv(const client::Layer& layer) {
+  std::string text = "loop,x_mm,y_mm\n";
+  for (std::size_t loop = 0; loop < layer.contours.size(); ++loop) {
+    const std::vector<double>& points = layer.contours[loop].points_mm;
+    for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
+      text += std::to_string(loop) + "," + shortest(points[i]) + "," + shortest(points[i + 1]) + "\n";
+    }
+  }
+  return text;
+}
+
+const char* contour_suffix(ContourFormat format) {
+  return format == ContourFormat::kCsv ? "_contours.csv" : "_contours.json";
+}
+
+}  // namespace
+
+LayerFolder::LayerFolder(fs::path path, const std::vector<v1::PlaneSpec>& planes, ContourFormat contours,
+                         std::uint32_t grid_layers, bool force)
+    : path_(std::move(path)),
+      contours_(contours),
+      suffixes_(suffixes_of(planes)),
+      digits_(std::max(kFewestDigits, std::to_string(std::max(grid_layers, 1u) - 1).size())) {
+  clear_folder(path_, force);
+  layers_.begin_array();
+}
+
+std::string LayerFolder::layer_prefix(std::uint32_t layer) const {
+  const std::string number = std::to_string(layer);
+  return std::string(kLayerPrefix) + std::string(digits_ - std::min(digits_, number.size()), '0') + number;
+}
+
+void LayerFolder::write_file_in_folder(const std::string& name, const std::string& bytes) {
+  write_file(path_ / name, bytes);
+  written_bytes_ += bytes.size();
+}
+
+void LayerFolder::write(const client::Layer& layer) {
+  const std::string prefix = layer_prefix(layer.index);
+  for (std::size_t i = 0; i < layer.planes.size(); ++i) {
+    write_file_in_folder(prefix + suffixes_[i], layer.planes[i].encoded);
+  }
+  if (contours_ != ContourFormat::kNone) {
+    write_file_in_folder(prefix + contour_suffix(contours_),
+                         contours_ == ContourFormat::kCsv ? contours_as_csv(layer) : contours_as_json(layer));
+  }
+  add_to_manifest(layer);
+}
+
+void LayerFolder::add_to_manifest(const client::Layer& layer) {
+  const std::string prefix = layer_prefix(layer.index);
+  const v1::LayerStatistics& statistics = layer.end.statistics();
+  layers_.begin_object()
+      .member("layer", layer.index)
+      .member("z_mm", layer.z_mm)
+      .member("voxel_count", layer.end.voxel_count())
+      .member("empty", layer.end.empty())
+      .member("voxels_unresolved", statistics.voxels_unresolved())
+      .member("max_residual_mm", statistics.max_residual_mm())
+      .key("planes")
+      .begin_array();
+  for (std::size_t i = 0; i < layer.planes.size(); ++i) {
+    layers_.begin_object()
+        .member("file", prefix + suffixes_[i])
+        .member("raw_bytes", layer.planes[i].result.raw_bytes())
+        .member("crc32", layer.planes[i].result.crc32())
+        .end_object();
+  }
+  layers_.end_array();
+  if (contours_ != ContourFormat::kNone) layers_.member("contours", prefix + contour_suffix(contours_));
+  layers_.end_object();
+}
+
+void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
+  layers_.end_array();
+  write_file_in_folder(kManifest, manifest(outcome, placement, layers_.text()));
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/manifest.h"
+
+namespace ccslice::cli {
+namespace {
+
+const char* name_of(v1::SampleType type) {
+  switch (type) {
+    case v1::SAMPLE_TYPE_BIT: return "bit";
+    case v1::SAMPLE_TYPE_UINT8: return "u8";
+    case v1::SAMPLE_TYPE_UINT16: return "u16";
+    case v1::SAMPLE_TYPE_FLOAT32: return "f32";
+    default: return "unknown";
+  }
+}
+
+const char* name_of(v1::PlaneEncoding encoding) {
+  switch (encoding) {
+    case v1::PLANE_ENCODING_RAW: return "raw";
+    case v1::PLANE_ENCODING_RAW_ZSTD: return "zstd";
+    case v1::PLANE_ENCODING_PNG: return "png";
+    default: return "unknown";
+  }
+}
+
+const char* name_of(v1::PlanWarningKind kind) {
+  switch (kind) {
+    case v1::PLAN_WARNING_KIND_FOLDS: return "folds";
+    case v1::PLAN_WARNING_KIND_INVERTED_CELLS: return "inverted_cells";
+    case v1::PLAN_WARNING_KIND_PART_CLIPPED: return "part_clipped";
+    case v1::PLAN_WARNING_KIND_GRID_EMPTY: return "grid_empty";
+    case v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL: return "thinner_than_voxel";
+    case v1::PLAN_WARNING_KIND_COARSE_TOLERANCE: return "coarse_tolerance";
+    case v1::PLAN_WARNING_KIND_MIRRORED: return "mirrored";
+    default: return "other";
+  }
+}
+
+void add_vector(const v1::Vector3& vector, JsonWriter& json) {
+  json.begin_array().value(vector.x()).value(vector.y()).value(vector.z()).end_array();
+}
+
+void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
+  json.begin_object().member("content", plane.has_channel() ? "channel" : "occupancy");
+  if (plane.has_channel()) json.member("channel", plane.channel().name());
+  json.member("sample_type", name_of(plane.sample_type())).member("encoding", name_of(plane.encoding()));
+  if (plane.has_value_range()) {
+    json.key("value_range").begin_array().value(plane.value_range().min()).value(plane.value_range().max()).end_array();
+  }
+  json.end_object();
+}
+
+void add_folds(const v1::MeshSummary& mesh, JsonWriter& json) {
+  json.key("folds").begin_array();
+  for (const v1::FoldPlace& fold : mesh.folds()) {
+    json.begin_object().member("limit_cell", fold.limit_cell()).member("control_cell", fold.control_cell());
+    json.key("position_mm");
+    add_vector(fold.position_mm(), json);
+    json.member("determinant", fold.determinant()).end_object();
+  }
+  json.end_array();
+}
+
+void add_warning(const v1::PlanWarning& warning, JsonWriter& json) {
+  json.begin_object().member("kind", name_of(warning.kind())).member("message", warning.message());
+  json.key("control_cells").begin_array();
+  for (const std::uint32_t cell : warning.control_cells()) json.value(cell);
+  json.end_array().key("places_mm").begin_array();
+  for (const v1::Vector3& place : warning.places_mm()) add_vector(place, json);
+  json.end_array().end_object();
+}
+
+}  // namespace
+
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers) {
+  JsonWriter json;
+  json.begin_object().member("format", "ccslice-layers").member("format_version", 1);
+  json.member("mesh_id", outcome.header.mesh_id()).member("engine_version", outcome.header.engine_version());
+  json.key("grid");
+  add_json(outcome.header.grid(), json);
+  json.key("placement").begin_array();
+  for (const double entry : placement.matrix()) json.value(entry);
+  json.end_array().key("planes").begin_array();
+  for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
+  json.end_array().member("voxel_count", outcome.voxel_count).member("voxels_unresolved", outcome.voxels_unresolved);
+  json.member("max_residual_mm", outcome.max_residual_mm).key("layers").raw(layers).end_object();
+  return json.text() + "\n";
+}
+
+void add_json(const v1::Box3& box, JsonWriter& json) {
+  json.begin_object().key("min_mm");
+  add_vector(box.min_mm(), json);
+  json.key("max_mm");
+  add_vector(box.max_mm(), json);
+  json.end_object();
+}
+
+void add_json(const v1::Grid& grid, JsonWriter& json) {
+  json.begin_object().key("origin_mm");
+  add_vector(grid.origin_mm(), json);
+  json.key("pitch_mm").begin_array().value(grid.pitch().x_mm()).value(grid.pitch().y_mm()).value(grid.pitch().z_mm());
+  json.end_array().member("columns", grid.extent().columns()).member("rows", grid.extent().rows());
+  json.member("layers", grid.extent().layers()).key("part_box");
+  add_json(grid.part_box(), json);
+  json.end_object();
+}
+
+void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
+  json.begin_object().member("mesh_id", mesh.mesh_id()).member("size_bytes", mesh.size_bytes());
+  json.member("memory_bytes", mesh.memory_bytes()).member("control_vertices", mesh.control_vertices());
+  json.member("control_cells", mesh.control_cells()).member("limit_cells", mesh.limit_cells());
+  json.member("regular_cells", mesh.regular_cells()).member("line_cells", mesh.line_cells());
+  json.member("vertex_cells", mesh.vertex_cells()).member("extraordinary_edges", mesh.extraordinary_edges());
+  json.member("extraordinary_vertices", mesh.extraordinary_vertices());
+  json.member("irregular_boundary_edges", mesh.irregular_boundary_edges()).member("sharp_edges", mesh.sharp_edges());
+  json.member("boundary_faces", mesh.boundary_faces()).key("bounding_box");
+  add_json(mesh.bounding_box(), json);
+  json.key("channels").begin_array();
+  for (const v1::Channel& channel : mesh.channels()) {
+    json.begin_object().member("name", channel.name()).member("min_value", channel.min_value());
+    json.member("max_value", channel.max_value()).end_object();
+  }
+  json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
+  json.member("folding_cells", mesh.folding_cells());
+  add_folds(mesh, json);
+  json.member("engine_version", mesh.engine_version()).end_object();
+}
+
+void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
+  json.begin_object().member("server_version", info.server_version()).member("engine_version", info.engine_version());
+  json.member("threads", info.threads()).member("max_concurrent_calls", info.max_concurrent_calls());
+  json.member("cache_capacity_bytes", info.cache_capacity_bytes()).member("cache_used_bytes", info.cache_used_bytes());
+  json.member("cached_meshes", info.cached_meshes()).member("max_mesh_bytes", info.max_mesh_bytes());
+  json.member("max_chunk_bytes", info.max_chunk_bytes())
+      .member("max_points_per_message", info.max_points_per_message());
+  json.key("mesh_limits").begin_object().member("max_vertices", info.mesh_limits().max_vertices());
+  json.member("max_cells", info.mesh_limits().max_cells()).member("max_channels", info.mesh_limits().max_channels());
+  json.end_object().key("slice_limits").begin_object().member("max_columns", info.slice_limits().max_columns());
+  json.member("max_rows", info.slice_limits().max_rows()).member("max_layers", info.slice_limits().max_layers());
+  json.member("max_voxels_per_layer", info.slice_limits().max_voxels_per_layer());
+  json.member("min_pitch_mm", info.slice_limits().min_pitch_mm());
+  json.member("max_pitch_mm", info.slice_limits().max_pitch_mm()).end_object();
+  json.end_object();
+}
+
+void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {
+  json.begin_object().key("grid");
+  add_json(plan.grid(), json);
+  json.key("size_mm");
+  add_vector(plan.size_mm(), json);
+  json.member("layer_count", plan.layer_count()).member("raw_bytes_per_layer", plan.raw_bytes_per_layer());
+  json.member("raw_bytes", plan.raw_bytes()).member("estimated_bytes", plan.estimated_bytes());
+  json.member("engine_version", plan.engine_version()).key("warnings").begin_array();
+  for (const v1::PlanWarning& warning : plan.warnings()) add_warning(warning, json);
+  json.end_array().end_object();
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Messages of the service as JSON members and as text. JSON has plain numbers and the field names of the contract.
+
+#pragma once
+
+#include <string>
+
+#include "ccslice/v1/info.pb.h"
+#include "ccslice/v1/mesh.pb.h"
+#include "client/cli/json.h"
+#include "client/client.h"
+
+namespace ccslice::cli {
+
+/// slices.json. `layers`: a JSON array.
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers);
+
+/// An object.
+void add_json(const v1::Grid& grid, JsonWriter& json);
+void add_json(const v1::Box3& box, JsonWriter& json);
+void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
+void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
+void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
+
+/// Lines for people, without the last line end.
+std::string describe(const v1::MeshSummary& mesh);
+std::string describe(const v1::GetServerInfoResponse& info);
+std::string describe(const v1::PlanSlicesResponse& plan);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/mesh_convert.h"
+
+#include <string>
+
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+v1::CellKind kind_to_proto(CellKind kind) {
+  switch (kind) {
+    case CellKind::kHex: return v1::CELL_KIND_HEX;
+    case CellKind::kTet: return v1::CELL_KIND_TET;
+    case CellKind::kWedge: return v1::CELL_KIND_WEDGE;
+  }
+  return v1::CELL_KIND_UNSPECIFIED;
+}
+
+CellKind kind_from_proto(int cell, int kind) {
+  switch (kind) {
+    case v1::CELL_KIND_HEX: return CellKind::kHex;
+    case v1::CELL_KIND_TET: return CellKind::kTet;
+    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
+    default: break;
+  }
+  throw Error(ErrorCode::kMeshUnsupportedCell,
+              "cell " + std::to_string(cell) + " is neither a hexahedron, a tetrahedron nor a wedge", "cell_kinds",
+              {cell});
+}
+
+void require_multiple(int size, int of, const char* field) {
+  if (size % of == 0) return;
+  throw Error(ErrorCode::kMeshMalformed,
+              std::string(field) + " has " + std::to_string(size) + " numbers, not a multiple of " + std::to_string(of),
+              field);
+}
+
+}  // namespace
+
+v1::ControlMesh to_proto(const ControlMesh& mesh) {
+  v1::ControlMesh message;
+  for (const Vec3& position : mesh.positions) {
+    for (const double coordinate : position) message.add_positions_mm(coordinate);
+  }
+  for (const std::string& name : mesh.channel_names) message.add_channel_names(name);
+  message.mutable_channel_values()->Assign(mesh.channel_values.begin(), mesh.channel_values.end());
+  for (const CellKind kind : mesh.cell_kinds) message.add_cell_kinds(kind_to_proto(kind));
+  message.mutable_cell_vertices()->Assign(mesh.cell_vertices.begin(), mesh.cell_vertices.end());
+  for (const auto& [a, b] : mesh.sharp_edges) {
+    message.add_sharp_edges(a);
+    message.add_sharp_edges(b);
+  }
+  message.mutable_sharp_vertices()->Assign(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
+  message.set_allow_folds(mesh.allow_folds);
+  return message;
+}
+
+ControlMesh from_proto(const v1::ControlMesh& message) {
+  require_multiple(message.positions_mm_size(), 3, "positions_mm");
+  require_multiple(message.sharp_edges_size(), 2, "sharp_edges");
+  ControlMesh mesh;
+  for (int i = 0; i < message.positions_mm_size(); i += 3) {
+    mesh.positions.emplace_back(message.positions_mm(i), message.positions_mm(i + 1), message.positions_mm(i + 2));
+  }
+  mesh.channel_names.assign(message.channel_names().begin(), message.channel_names().end());
+  mesh.channel_values.assign(message.channel_values().begin(), message.channel_values().end());
+  for (int i = 0; i < message.cell_kinds_size(); ++i) {
+    mesh.cell_kinds.push_back(kind_from_proto(i, message.cell_kinds(i)));
+  }
+  mesh.cell_vertices.assign(message.cell_vertices().begin(), message.cell_vertices().end());
+  for (int i = 0; i < message.sharp_edges_size(); i += 2) {
+    mesh.sharp_edges.push_back({message.sharp_edges(i), message.sharp_edges(i + 1)});
+  }
+  mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
+  mesh.allow_folds = message.allow_folds();
+  return mesh;
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include "ccslice/v1/mesh.pb.h"
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice::cli {
+
+v1::ControlMesh to_proto(const ControlMesh& mesh);
+
+/// Throws Error{kMeshMalformed, kMeshUnsupportedCell} for arrays that can't be those of a mesh.
+ControlMesh from_proto(const v1::ControlMesh& message);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/mesh_source.h"
+
+#include <utility>
+
+#include "client/cli/console.h"
+#include "client/cli/json.h"
+#include "client/cli/mesh_convert.h"
+#include "client/cli/text_values.h"
+#include "core/base/error.h"
+#include "core/mesh/grade.h"
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr std::uint64_t kMaxFileBytes = 8ull << 30;
+
+MeshFile parse_ccmesh(const std::string& bytes) {
+  v1::ControlMesh message;
+  if (!message.ParseFromString(bytes) || message.cell_kinds().empty()) {
+    throw Error(ErrorCode::kFileUnsupported,
+                "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line '# vtk "
+                "DataFile Version ...'), nor a serialized ccslice.v1.ControlMesh (.ccmesh)");
+  }
+  return {from_proto(message), {}};
+}
+
+void check_channel_names(const ControlMesh& mesh) {
+  for (const std::string& name : mesh.channel_names) {
+    if (!is_utf8(name)) throw Error(ErrorCode::kMeshBadChannel, "a channel name is not UTF-8", "channel_names");
+  }
+}
+
+/// A .ccmesh that is taken as it is keeps its bytes, and so its id.
+LoadedMesh load(const MeshOptions& options, const std::vector<Grade>& grades) {
+  std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
+  const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
+  MeshFile file = ccmesh ? parse_ccmesh(bytes) : read_mesh(bytes);
+  LoadedMesh loaded;
+  const bool as_it_is =
+      ccmesh && grades.empty() && file.mesh.allow_folds == (file.mesh.allow_folds || options.allow_folds);
+  file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
+  check_channel_names(file.mesh);
+  ControlMesh checked = file.mesh;
+  loaded.report = validate(checked);
+  for (const Grade& grade : grades) apply_grade(grade, file.mesh);
+  check_channel_names(file.mesh);
+  loaded.bytes = std::make_shared<const client::MeshBytes>(
+      as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(file.mesh)));
+  loaded.mesh = std::move(file.mesh);
+  loaded.warnings = std::move(file.warnings);
+  return loaded;
+}
+
+}  // namespace
+
+void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
+  command
+      .add_option("MESH", options.mesh,
+                  "A MEDIT .mesh, legacy VTK (ASCII) or .ccmesh file, or the id of an uploaded mesh (sha256:...)")
+      ->required(required);
+  command
+      .add_option(
+          "--grade", options.grades,
+          "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
+          "an axis or a point. May be repeated")
+      ->allow_extra_args(false)
+      ->group("Mesh");
+  command.add_flag("--allow-folds", options.allow_folds, "Take inverted cells with a warning instead of refusing them")
+      ->group("Mesh");
+}
+
+LoadedMesh load_mesh(const MeshOptions& options) {
+  std::vector<Grade> grades;
+  try {
+    for (const std::string& text : options.grades) grades.push_back(parse_grade(text));
+  } catch (const Error& error) {
+    throw UsageError(error.what());
+  }
+  try {
+    return load(options, grades);
+  } catch (const Error& error) {
+    throw Error(error.code(), options.mesh + ": " + error.what(), error.field(), error.ids());
+  }
+}
+
+bool names_mesh_id(const MeshOptions& options) {
+  if (!client::is_mesh_id(options.mesh)) return false;
+  if (!options.grades.empty() || options.allow_folds) {
+    throw UsageError("--grade and --allow-folds change a mesh file; " + options.mesh + " is on the server already");
+  }
+  return true;
+}
+
+client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
+  if (!session.quiet()) {
+    for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
+  }
+  client::Client& client = session.client();
+  Progress progress("uploading", "bytes", mesh.bytes->bytes().size(), session.quiet());
+  return client.ensure_uploaded(
+      mesh.bytes, [&](std::uint64_t sent, std::uint64_t) { progress.update(sent); }, session.call());
+}
+
+std::string ensure_on_server(Session& session, const MeshOptions& options) {
+  if (names_mesh_id(options)) return options.mesh;
+  const LoadedMesh mesh = load_mesh(options);
+  upload(session, mesh);
+  return mesh.bytes->id();
+}
+
+}  // namespace ccslice::cli

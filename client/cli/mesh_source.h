@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Where a command's mesh comes from: a file (MEDIT, legacy VTK, .ccmesh), graded on the way, or the id of a mesh that
+// the server holds.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/session.h"
+#include "client/mesh_bytes.h"
+#include "core/mesh/control_mesh.h"
+#include "core/mesh/validate.h"
+
+namespace ccslice::cli {
+
+struct MeshOptions {
+  std::string mesh;
+  std::vector<std::string> grades;
+  bool allow_folds = false;
+};
+
+void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);
+
+struct LoadedMesh {
+  ControlMesh mesh;
+  MeshReport report;
+  std::vector<std::string> warnings;
+  std::shared_ptr<const client::MeshBytes> bytes;
+};
+
+/// Reads, checks and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
+LoadedMesh load_mesh(const MeshOptions& options);
+
+/// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be graded.
+bool names_mesh_id(const MeshOptions& options);
+
+/// The id of the mesh, on the server by the time this returns: files are loaded and uploaded where they are missing.
+std::string ensure_on_server(Session& session, const MeshOptions& options);
+
+/// As above for a loaded mesh, with a progress bar.
+client::UploadOutcome upload(Session& session, const LoadedMesh& mesh);
+
+}  // namespace ccslice::cli

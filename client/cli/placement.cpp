@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/placement.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "client/cli/text_values.h"
+#include "core/base/types.h"
+
+namespace ccslice::cli {
+namespace {
+
+/// Exact at multiples of 90 degrees.
+double cosine(double degrees) {
+  const double turned = std::abs(std::remainder(degrees, 360));
+  if (turned == 90) return 0;
+  return turned == 180 ? -1 : std::cos(turned * std::numbers::pi / 180);
+}
+
+double sine(double degrees) { return cosine(degrees - 90); }
+
+Mat3 rotation(const std::string& text) {
+  if (text.size() < 3 || text[0] < 'x' || text[0] > 'z' || text[1] != '=') {
+    throw UsageError("--rotate takes an axis and degrees, as in x=90, not '" + text + "'");
+  }
+  const double degrees = parse_number("--rotate", text.substr(2));
+  const int axis = text[0] - 'x', a = (axis + 1) % 3, b = (axis + 2) % 3;
+  Mat3 matrix = Mat3::Identity();
+  matrix(a, a) = matrix(b, b) = cosine(degrees);
+  matrix(b, a) = sine(degrees);
+  matrix(a, b) = -sine(degrees);
+  return matrix;
+}
+
+Mat3 scaling(const std::string& text) {
+  const std::vector<double> factors = parse_numbers("--scale", text, 1, 3);
+  if (factors.size() == 2) throw UsageError("--scale takes one factor or three, not '" + text + "'");
+  const Vec3 diagonal(factors[0], factors[factors.size() == 3 ? 1 : 0], factors[factors.size() == 3 ? 2 : 0]);
+  if ((diagonal.array() == 0).any()) throw UsageError("--scale by 0 leaves nothing");
+  return diagonal.asDiagonal();
+}
+
+}  // namespace
+
+void add_placement_options(CLI::App& command, PlacementOptions& options) {
+  command.add_option("--scale", options.scale, "Factor, or one for each axis; first of all")->group("Placement");
+  command
+      .add_option("--rotate", options.rotate,
+                  "AXIS=DEGREES about the mesh's origin, as in x=90; may be repeated, in order")
+      ->allow_extra_args(false)
+      ->group("Placement");
+  command.add_option("--translate", options.translate, "X,Y,Z in mm; last of all")->group("Placement");
+}
+
+v1::Placement parse_placement(const PlacementOptions& options) {
+  Mat3 linear = options.scale.empty() ? Mat3(Mat3::Identity()) : scaling(options.scale);
+  for (const std::string& text : options.rotate) linear = rotation(text) * linear;
+  Vec3 offset = Vec3::Zero();
+  if (!options.translate.empty()) {
+    const std::vector<double> numbers = parse_numbers("--translate", options.translate, 3, 3);
+    offset = Vec3(numbers[0], numbers[1], numbers[2]);
+  }
+  v1::Placement placement;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) placement.add_matrix(linear(row, column));
+    placement.add_matrix(offset[row]);
+  }
+  return placement;
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/client.h"
+
+namespace ccslice::cli {
+
+/// What every command understands.
+struct CommonOptions {
+  std::string server = "localhost:50051";
+  double timeout_s = 0;  // 0: none.
+  int attempts = client::RetryPolicy{}.max_attempts;
+  bool json = false;
+  bool quiet = false;
+};
+
+void add_output_options(CLI::App& command, CommonOptions& options);
+/// Output options too.
+void add_server_options(CLI::App& command, CommonOptions& options);
+
+/// One run of the program: its options and, once it is needed, its connection.
+class Session {
+ public:
+  Session(const CommonOptions& options, client::Cancellation& cancellation);
+
+  const CommonOptions& options() const { return options_; }
+  /// No progress bars, no notes.
+  bool quiet() const { return options_.json || options_.quiet; }
+  /// Connects on first use. Throws ClientError (UNAVAILABLE), saying what to do, if nobody answers there.
+  client::Client& client();
+  const client::CallOptions& call() const { return call_; }
+  const v1::GetServerInfoResponse& server_info();
+
+ private:
+  const CommonOptions& options_;
+  client::CallOptions call_;
+  std::unique_ptr<client::Client> client_;
+  v1::GetServerInfoResponse server_info_;
+};
+
+}  // namespace ccslice::cli
