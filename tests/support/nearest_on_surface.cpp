@@ -13,7 +13,7 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr int kStarts = 6;
+constexpr int kStarts = 16;
 constexpr int kNewtonSteps = 30;
 constexpr int kHalvings = 12;
 
