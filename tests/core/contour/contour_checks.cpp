@@ -121,6 +121,14 @@ std::size_t unmatched_edges(const TessellationChunk& triangles) {
   return unmatched;
 }
 
+std::size_t open_edges(const TessellationChunk& triangles) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const auto& triangle : triangles.triangles) {
+    for (int k = 0; k < 3; ++k) ++edges[std::minmax<std::uint32_t>({triangle[k], triangle[(k + 1) % 3]})];
+  }
+  return static_cast<std::size_t>(std::ranges::count_if(edges, [](const auto& edge) { return edge.second != 2; }));
+}
+
 bool same_bytes(const Contours& a, const Contours& b) {
   const auto same_point = [](const ContourPoint& p, const ContourPoint& q) {
     return p.face == q.face && p.s == q.s && p.t == q.t && p.xy == q.xy;

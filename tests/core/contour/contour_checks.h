@@ -48,6 +48,8 @@ Triangulation triangulate(const LimitSolid& solid, const Placement& placement, c
 double signed_volume(const TessellationChunk& triangles);
 /// Directed edges that don't occur exactly once, or whose reverse doesn't.
 std::size_t unmatched_edges(const TessellationChunk& triangles);
+/// Edges, whatever their direction, that don't have exactly two triangles.
+std::size_t open_edges(const TessellationChunk& triangles);
 
 bool same_bytes(const Contours& a, const Contours& b);
 
