@@ -13,10 +13,11 @@ namespace ccslice {
 namespace {
 
 constexpr int kMaxSteps = 40;
-constexpr int kMaxIdleSteps = 4;     // Steps in a row without a gain of a tenth.
-constexpr double kSoftClip = 0.1;    // Irregular cells: the share of the way to 0 or 1 that must remain.
-constexpr double kDamping = 1e-12;   // Relative; only for Jacobians that are singular to rounding.
-constexpr double kSnap = 1e-9;       // Coordinates this near to 0 or 1 are tried at 0 or 1.
+constexpr int kMaxIdleSteps = 4;  // Held steps in a row without a gain of a tenth: the point lies elsewhere. Free steps
+                                  // may stagnate for longer beside singular corners, and arrive.
+constexpr double kSoftClip = 0.1;   // Irregular cells: the share of the way to 0 or 1 that must remain.
+constexpr double kDamping = 1e-12;  // Relative; only for Jacobians that are singular to rounding.
+constexpr double kSnap = 1e-9;      // Coordinates this near to 0 or 1 are tried at 0 or 1.
 
 struct Interval {
   double low, high;
@@ -46,8 +47,13 @@ void solve_free(const Mat3& jacobian, const Vec3& r, const std::array<bool, 3>& 
   }
 }
 
+struct Step {
+  Vec3 uvw;
+  bool held;  // Some coordinate was held back.
+};
+
 /// One step from `uvw`: Newton, with coordinates held at the ends of their intervals where they would pass them.
-Vec3 bounded_step(const Mat3& jacobian, const Vec3& residual, const Vec3& uvw,
+Step bounded_step(const Mat3& jacobian, const Vec3& residual, const Vec3& uvw,
                   const std::array<Interval, 3>& bounds) noexcept {
   std::array<bool, 3> held{};
   Vec3 d = Vec3::Zero();
@@ -69,7 +75,7 @@ Vec3 bounded_step(const Mat3& jacobian, const Vec3& residual, const Vec3& uvw,
     const auto& [low, high] = bounds[static_cast<std::size_t>(a)];
     next[a] = std::isfinite(next[a]) ? std::clamp(next[a], low, high) : uvw[a];
   }
-  return next;
+  return {next, held[0] || held[1] || held[2]};
 }
 
 std::array<Interval, 3> bounds_at(const Vec3& uvw, bool regular) noexcept {
@@ -101,16 +107,18 @@ NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const
   NewtonResult best{start, std::numeric_limits<double>::infinity(), 0};
   Vec3 uvw = start;
   int idle = 0;
+  bool held = false;
   for (int step = 0; step <= kMaxSteps; ++step) {
     const LimitSample sample = evaluator.sample({cell, uvw});
     const Vec3 residual = point - sample.position;
     const double norm = residual.norm();
-    idle = norm < 0.9 * best.residual_mm ? 0 : idle + 1;
+    idle = !held || norm < 0.9 * best.residual_mm ? 0 : idle + 1;
     if (norm < best.residual_mm) best = {uvw, norm, step};
     if (best.residual_mm <= accept_mm || idle >= kMaxIdleSteps) break;
-    const Vec3 next = bounded_step(sample.jacobian, residual, uvw, bounds_at(uvw, regular));
-    if (next == uvw) break;
-    uvw = next;
+    const Step next = bounded_step(sample.jacobian, residual, uvw, bounds_at(uvw, regular));
+    if (next.uvw == uvw) break;
+    uvw = next.uvw;
+    held = next.held;
   }
   if (!regular && best.residual_mm > accept_mm) snap(evaluator, cell, point, best);
   return best;

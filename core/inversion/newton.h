@@ -3,10 +3,11 @@
 //
 // Newton's method in one cell [Luu19, 3.2.2], kept inside [0,1]^3.
 //
-// The paper clips a step to the cell, which lands on the singular lines of irregular cells, where the Jacobian is singular
-// or unbounded. Here a step may not take a coordinate below a tenth of its old value, likewise at 1. Coordinates that are held
-// back leave the linear system, and the others are solved again in the least-squares sense, so that the iteration slides
-// along a face to the nearest parameter when the point lies outside. Regular cells have no singular lines: they clip at 0 and 1.
+// The paper clips a step to the cell, which lands on the singular lines of irregular cells, where the Jacobian is
+// singular or unbounded. Here a step may not take a coordinate below a tenth of its old value, likewise at 1.
+// Coordinates that are held back leave the linear system, and the others are solved again in the least-squares sense,
+// so that the iteration slides along a face to the nearest parameter when the point lies outside. Regular cells have no
+// singular lines: they clip at 0 and 1.
 
 #pragma once
 
@@ -20,7 +21,8 @@ struct NewtonResult {
   int steps = 0;
 };
 
-/// Stops when the residual is at most `accept_mm`, or when it stagnates. Always returns the best parameter met. Noexcept.
+/// Stops when the residual is at most `accept_mm`, or when it stagnates. Always returns the best parameter met.
+/// Noexcept.
 NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
                             double accept_mm) noexcept;
 

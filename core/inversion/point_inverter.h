@@ -4,8 +4,8 @@
 // Point inversion [Luu19, 3.2.2, Alg. 1]: the parameter (i,u,v,w) that geo maps to a given point.
 //
 // Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Newton starts at
-// interior points ((i + 1/2)/4 in each direction), and a soft clip keeps it off the singular lines: a step may not take a
-// coordinate below a tenth of its old value, likewise at 1. A result is accepted in geometry space, after clamping.
+// interior points ((i + 1/2)/4 in each direction), and a soft clip keeps it off the singular lines: a step may not take
+// a coordinate below a tenth of its old value, likewise at 1. A result is accepted in geometry space, after clamping.
 
 #pragma once
 
@@ -20,15 +20,15 @@
 namespace ccslice {
 
 struct InversionOptions {
-  double accept_mm = 1e-6;    // A point inside: |geo - point| at most this.
-  double outside_mm = 2e-3;   // Points this far outside the limit volume still get the nearest parameter found.
+  double accept_mm = 1e-6;   // A point inside: |geo - point| at most this.
+  double outside_mm = 2e-3;  // Points this far outside the limit volume still get the nearest parameter found.
 };
 
 struct InversionResult {
   CellParam at;
   double residual_mm = 0;  // |geo(at) - point|.
   int newton_steps = 0;
-  bool full = false;       // The whole candidate search ran (no hint, or the hint's cell and its neighbours failed).
+  bool full = false;  // The whole candidate search ran (no hint, or the hint's cell and its neighbours failed).
 };
 
 /// One solid, one thread. Distances are measured in the mesh frame.

@@ -4,9 +4,9 @@
 // The boundary of the limit volume: the Catmull-Clark surface of the boundary faces [Luu19, 3.1].
 //
 // Every boundary face of a limit-ready cell has a frame (s,t) in [0,1]^2, oriented so that dS/ds x dS/dt points out of
-// the solid, with its irregular surface vertex, if any, at (0,0). A regular face is one bicubic patch. An irregular face
-// is tiled by regular patches over dyadic sub-boxes: three a level ((1,0), (0,1), (1,1) of the box that remains at the
-// origin), as deep as the caller wants; what remains at the origin shrinks geometrically.
+// the solid, with its irregular surface vertex, if any, at (0,0). A regular face is one bicubic patch. An irregular
+// face is tiled by regular patches over dyadic sub-boxes: three a level ((1,0), (0,1), (1,1) of the box that remains at
+// the origin), as deep as the caller wants; what remains at the origin shrinks geometrically.
 //
 // Dyadic places on the surface have exact integer keys, shared by all faces that meet there whatever their refinement
 // level: contours are stitched by keys, never by comparing coordinates.
@@ -46,11 +46,11 @@ struct FaceSide {
 };
 
 struct BoundaryFace {
-  std::uint32_t cell = 0;              // Limit cell.
-  std::uint8_t cell_side = 0;          // 2 * axis + (at 1), in the cell's frame: u=0, u=1, v=0, v=1, w=0, w=1.
+  std::uint32_t cell = 0;      // Limit cell.
+  std::uint8_t cell_side = 0;  // 2 * axis + (at 1), in the cell's frame: u=0, u=1, v=0, v=1, w=0, w=1.
   bool regular = true;
-  std::array<SurfaceKey, 4> corners;   // At (0,0), (1,0), (1,1), (0,1).
-  std::array<FaceSide, 4> sides;       // From corner i to corner (i+1) % 4.
+  std::array<SurfaceKey, 4> corners;        // At (0,0), (1,0), (1,1), (0,1).
+  std::array<FaceSide, 4> sides;            // From corner i to corner (i+1) % 4.
   std::array<std::uint8_t, 4> cell_corner;  // Corner bits (u + 2v + 4w) of the cell's frame at the four corners.
 };
 

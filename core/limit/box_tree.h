@@ -21,7 +21,9 @@ class BoxTree {
 
   std::size_t size() const { return boxes_.size(); }
   const Box3& box(std::uint32_t item) const { return boxes_[item]; }
-  std::size_t memory_bytes() const { return boxes_.size() * sizeof(Box3) + nodes_.size() * sizeof(Node) + items_.size() * 4; }
+  std::size_t memory_bytes() const {
+    return boxes_.size() * sizeof(Box3) + nodes_.size() * sizeof(Node) + items_.size() * 4;
+  }
 
   /// Calls visit(item) for every item whose box, grown by `margin`, holds the point. No order. Allocation-free.
   template <typename Visit>

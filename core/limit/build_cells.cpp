@@ -27,7 +27,7 @@ struct Level {
   CellComplex complex;
   std::uint32_t point_base = 0;
   std::vector<SurfaceKey> vertex_keys;
-  std::vector<FaceSide> edge_roots;  // From the edge's first vertex to its second.
+  std::vector<FaceSide> edge_roots;                    // From the edge's first vertex to its second.
   std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
   std::vector<std::uint32_t> first_child;              // By cell, in the next level; kNone if not refined.
 };
@@ -187,8 +187,7 @@ auto smallest_ring(std::span<const Frame> frames, Walk walk) {
   return best;
 }
 
-void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classification& found,
-                       std::uint32_t control_cell) {
+void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classification& found, std::uint32_t control_cell) {
   RingWalker& walker = walkers_[level];
   LimitCell record;
   record.cell_class = found.cell_class;

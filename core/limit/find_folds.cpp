@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::uint32_t kCancelPeriod = 64;
 constexpr std::size_t kMaxReportedFolds = 32;
-constexpr int kRegularDepth = 2;    // How often a regular cell's patch is halved, the last time only to look at middles.
+constexpr int kRegularDepth = 2;  // How often a regular cell's patch is halved, the last time only to look at middles.
 constexpr int kIrregularDepth = 1;  // Each patch of an irregular cell.
-constexpr int kLevels = 3;  // Levels of patches looked at towards an irregular place.
+constexpr int kLevels = 3;          // Levels of patches looked at towards an irregular place.
 
 using Net = std::array<Vec3, 64>;  // Tricubic Bezier net.
 

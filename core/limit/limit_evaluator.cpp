@@ -34,8 +34,13 @@ struct LimitEvaluator::State {
   std::vector<Patch> patches;
 
   explicit State(const LimitSolid& s)
-      : solid(s), data(s.data()), builder(data, data.dimension), grid(64 * data.dimension), limit(data.dimension),
-        keys(kCachedPatches, kNoKey), patches(kCachedPatches) {
+      : solid(s),
+        data(s.data()),
+        builder(data, data.dimension),
+        grid(64 * data.dimension),
+        limit(data.dimension),
+        keys(kCachedPatches, kNoKey),
+        patches(kCachedPatches) {
     for (Patch& patch : patches) patch.channels.resize(64 * (data.dimension - 3));
   }
 

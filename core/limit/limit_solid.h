@@ -8,8 +8,8 @@
 // B-spline) and vertex (one irregular vertex where all irregular lines of the cell meet). Limit cells are numbered in
 // the order of their control cells, children after one another, so numbers depend on the mesh and the engine only.
 //
-// Cold builder, hot value: LimitSolid::prepare() allocates and throws; a prepared solid never changes, and any number of
-// LimitEvaluators may read it at the same time.
+// Cold builder, hot value: LimitSolid::prepare() allocates and throws; a prepared solid never changes, and any number
+// of LimitEvaluators may read it at the same time.
 
 #pragma once
 
@@ -51,16 +51,17 @@ struct SolidSummary {
   std::size_t regular_cells = 0;
   std::size_t line_cells = 0;
   std::size_t vertex_cells = 0;
-  std::size_t extraordinary_edges = 0;        // Of the control mesh: interior, valence != 4.
-  std::size_t extraordinary_vertices = 0;     // Of the control mesh: interior, with EEs that aren't straight.
-  std::size_t irregular_boundary_edges = 0;   // Of the control mesh: smooth with other than 2 cells, sharp with other than 1.
+  std::size_t extraordinary_edges = 0;     // Of the control mesh: interior, valence != 4.
+  std::size_t extraordinary_vertices = 0;  // Of the control mesh: interior, with EEs that aren't straight.
+  std::size_t irregular_boundary_edges =
+      0;  // Of the control mesh: smooth with other than 2 cells, sharp with other than 1.
   std::size_t sharp_edges = 0;
-  std::size_t boundary_faces = 0;             // Of the limit-ready cells.
-  Box3 bounding_box;                          // Of the limit volume, mesh frame, mm.
+  std::size_t boundary_faces = 0;  // Of the limit-ready cells.
+  Box3 bounding_box;               // Of the limit volume, mesh frame, mm.
   std::size_t memory_bytes = 0;
   std::vector<std::uint32_t> inverted_control_cells;  // Only with allow_folds.
-  std::size_t folding_cells = 0;              // Limit cells that fold somewhere.
-  std::vector<FoldPlace> folds;               // Worst place of each folding cell, at most 32 of them, by cell.
+  std::size_t folding_cells = 0;                      // Limit cells that fold somewhere.
+  std::vector<FoldPlace> folds;                       // Worst place of each folding cell, at most 32 of them, by cell.
   std::vector<ChannelRange> channels;
 };
 

@@ -10,9 +10,7 @@ namespace {
 /// Four doubles that the compiler keeps in one register.
 using Quad = double __attribute__((vector_size(32)));
 
-Quad load(const std::array<double, 4>& p) noexcept {
-  return *reinterpret_cast<const Quad*>(p.data());
-}
+Quad load(const std::array<double, 4>& p) noexcept { return *reinterpret_cast<const Quad*>(p.data()); }
 
 Vec3 to_vec3(const Quad& q) noexcept { return {q[0], q[1], q[2]}; }
 

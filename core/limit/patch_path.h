@@ -3,9 +3,9 @@
 //
 // Where a parameter lies in the tree of regular patches that tiles an irregular cell [Luu19, 3; after Stam].
 //
-// A line cell: level n from max(u,v), then one of three patches over [2^-(n+1), 2^-n]-sized boxes, full length along the line.
-// A vertex cell: level n from max(u,v,w), then one of seven sub-cells, which is a patch or a line cell in turn. u = 1/2
-// belongs to the outer sub-cell.
+// A line cell: level n from max(u,v), then one of three patches over [2^-(n+1), 2^-n]-sized boxes, full length along
+// the line. A vertex cell: level n from max(u,v,w), then one of seven sub-cells, which is a patch or a line cell in
+// turn. u = 1/2 belongs to the outer sub-cell.
 
 #pragma once
 
@@ -36,7 +36,8 @@ struct PatchPath {
   }
 };
 
-/// A patch, the parameter within it, and how its parameters depend on the cell's: local a = factor[a] * cell axis[a] + const.
+/// A patch, the parameter within it, and how its parameters depend on the cell's: local a = factor[a] * cell axis[a] +
+/// const.
 struct PatchPlace {
   PatchPath path;
   Vec3 local;
@@ -48,8 +49,8 @@ struct PatchPlace {
 
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept;
 
-/// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point: positions alone
-/// (3), or channels as well (data.dimension).
+/// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point:
+/// positions alone (3), or channels as well (data.dimension).
 class PatchBuilder {
  public:
   PatchBuilder(const LimitSolid::Data& data, std::size_t dimension);
@@ -61,9 +62,9 @@ class PatchBuilder {
   /// The limit at w on the irregular line of a line cell, or of the line sub-cell at the path.
   void limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept;
 
-  /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one walk.
-  /// Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(box) with a box that holds the
-  /// limit of each part that remains.
+  /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one
+  /// walk. Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(box) with a box that
+  /// holds the limit of each part that remains.
   template <typename OnPatch, typename OnRest>
   void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
 
@@ -83,7 +84,7 @@ class PatchBuilder {
 
   const LimitSolid::Data& data_;
   std::size_t dimension_;
-  std::vector<double> a_, b_;  // Ring points, ping and pong.
+  std::vector<double> a_, b_;               // Ring points, ping and pong.
   std::vector<double> vertex_ring_, grid_;  // visit_patches().
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a LimitSolid keeps: control points of all refinement levels, one-rings of the limit-ready cells and boundary faces as
-// indices into them, shared operators, and an index over the cells' bounding boxes. Private to core/limit.
+// What a LimitSolid keeps: control points of all refinement levels, one-rings of the limit-ready cells and boundary
+// faces as indices into them, shared operators, and an index over the cells' bounding boxes. Private to core/limit.
 
 #pragma once
 
@@ -10,8 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "core/limit/box_tree.h"
 #include "core/limit/boundary_surface.h"
+#include "core/limit/box_tree.h"
 #include "core/limit/limit_solid.h"
 #include "core/subdivision/frame.h"
 #include "core/subdivision/operators.h"
@@ -37,15 +37,15 @@ struct SurfaceFaceRing {
 };
 
 struct LimitSolid::Data {
-  std::size_t dimension = 3;       // 3 + channels.
-  std::vector<double> points;      // dimension doubles a control point: x, y, z (mm), channels.
+  std::size_t dimension = 3;   // 3 + channels.
+  std::vector<double> points;  // dimension doubles a control point: x, y, z (mm), channels.
   std::vector<std::uint32_t> rings;
   std::vector<LimitCell> cells;
   OperatorTable operators;
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
-  BoxTree cell_boxes;              // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;              // Of the cells that fold: items are indices into `folding_cells`.
+  BoxTree cell_boxes;  // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;  // Of the cells that fold: items are indices into `folding_cells`.
   std::vector<std::uint32_t> folding_cells;
   SolidSummary summary;
 

@@ -7,8 +7,8 @@
 
 namespace ccslice {
 
-/// The support function of the limit volume: max over its points p of direction . p, to 1e-10 of the hull's extent along
-/// `direction`. Branch and bound over the boundary's Bezier nets; pure.
+/// The support function of the limit volume: max over its points p of direction . p, to 1e-10 of the hull's extent
+/// along `direction`. Branch and bound over the boundary's Bezier nets; pure.
 double support(const BoundarySurface& surface, const Vec3& direction);
 
 }  // namespace ccslice

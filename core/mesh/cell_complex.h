@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The cell complex: cells, faces, edges and vertices of a control mesh or of a refined part of one, with their incidences,
-// as in OpenVolumeMesh [Luu19, 4]. A face has two half-faces (half-face = 2 * face + side); the opposite is `^ 1`, and a
-// half-face without a cell lies on the boundary.
+// The cell complex: cells, faces, edges and vertices of a control mesh or of a refined part of one, with their
+// incidences, as in OpenVolumeMesh [Luu19, 4]. A face has two half-faces (half-face = 2 * face + side); the opposite is
+// `^ 1`, and a half-face without a cell lies on the boundary.
 //
 // A complex may be a CUT-OUT: then only some vertices are COMPLETE, i.e. all their cells are present. Everything
 // about edges, faces and the boundary is true at complete vertices and meaningless elsewhere.

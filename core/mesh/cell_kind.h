@@ -3,12 +3,12 @@
 //
 // The combinatorics of one cell: its edges, its faces and the three edges at each corner.
 //
-// CORNER NUMBERS. Control meshes come in VTK order. Inside the core a hexahedron's corner is its bits u + 2v + 4w, so that
-// crossing a cell along an axis flips a bit; vtk_to_bits() converts (the permutation is its own inverse). Tetrahedra and
-// wedges keep VTK order; a positively oriented one has det(p1 - p0, p2 - p0, p3 - p0) > 0.
+// CORNER NUMBERS. Control meshes come in VTK order. Inside the core a hexahedron's corner is its bits u + 2v + 4w, so
+// that crossing a cell along an axis flips a bit; vtk_to_bits() converts (the permutation is its own inverse).
+// Tetrahedra and wedges keep VTK order; a positively oriented one has det(p1 - p0, p2 - p0, p3 - p0) > 0.
 //
-// Faces list their corners counter-clockwise seen from outside. Face 2a + s of a hexahedron lies where axis a is s; edge 4a + i
-// runs along axis a.
+// Faces list their corners counter-clockwise seen from outside. Face 2a + s of a hexahedron lies where axis a is s;
+// edge 4a + i runs along axis a.
 
 #pragma once
 
@@ -40,8 +40,8 @@ constexpr std::uint8_t vtk_to_bits(std::uint8_t corner) { return kVtkToBits[corn
 
 namespace cell_tables {
 
-inline constexpr std::array<LocalFace, 6> kHexFaces = {{{4, {0, 4, 6, 2}}, {4, {1, 3, 7, 5}}, {4, {0, 1, 5, 4}},
-                                                         {4, {2, 6, 7, 3}}, {4, {0, 2, 3, 1}}, {4, {4, 5, 7, 6}}}};
+inline constexpr std::array<LocalFace, 6> kHexFaces = {
+    {{4, {0, 4, 6, 2}}, {4, {1, 3, 7, 5}}, {4, {0, 1, 5, 4}}, {4, {2, 6, 7, 3}}, {4, {0, 2, 3, 1}}, {4, {4, 5, 7, 6}}}};
 inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kHexEdges = {
     {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
 inline constexpr std::array<std::array<std::uint8_t, 3>, 8> kHexNeighbours = {

@@ -46,8 +46,8 @@ class Offenders {
 void check_limit(std::size_t value, std::size_t limit, const char* field) {
   if (value <= limit) return;
   throw Error(ErrorCode::kMeshTooLarge,
-              std::string(field) + ": " + std::to_string(value) + " is more than the limit of " + std::to_string(limit) +
-                  "; split the part or use a coarser control mesh",
+              std::string(field) + ": " + std::to_string(value) + " is more than the limit of " +
+                  std::to_string(limit) + "; split the part or use a coarser control mesh",
               field);
 }
 
@@ -83,8 +83,10 @@ void check_channels(const ControlMesh& mesh, const MeshLimits& limits) {
     const std::string which = "channel " + std::to_string(i);
     if (name.empty()) throw Error(ErrorCode::kMeshBadChannel, which + " has no name: give each one", "channels");
     if (name.size() > limits.max_channel_name_bytes) {
-      throw Error(ErrorCode::kMeshBadChannel, which + "'s name is longer than " +
-                  std::to_string(limits.max_channel_name_bytes) + " bytes: shorten it", "channels");
+      throw Error(
+          ErrorCode::kMeshBadChannel,
+          which + "'s name is longer than " + std::to_string(limits.max_channel_name_bytes) + " bytes: shorten it",
+          "channels");
     }
     if (!seen.insert(name).second) {
       throw Error(ErrorCode::kMeshBadChannel, which + " repeats the name '" + name + "': rename one", "channels");
@@ -184,7 +186,8 @@ bool contains(std::span<const std::uint32_t> items, std::uint32_t item) {
 void check_shared_faces(const CellComplex& complex) {
   for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
     std::vector<std::uint32_t> others;
-    cells_across(complex, c, [](std::uint32_t) { return true; }, [&](std::uint32_t o) { others.push_back(o); });
+    cells_across(
+        complex, c, [](std::uint32_t) { return true; }, [&](std::uint32_t o) { others.push_back(o); });
     std::sort(others.begin(), others.end());
     const auto twice = std::adjacent_find(others.begin(), others.end());
     if (twice == others.end()) continue;
@@ -212,8 +215,9 @@ void check_edges(const CellComplex& complex, const MeshLimits& limits) {
     const std::string which = "edge " + std::to_string(a) + "-" + std::to_string(b);
     if (!edge_is_manifold(complex, e)) {
       throw Error(ErrorCode::kMeshNonManifoldEdge,
-                  which + " isn't manifold: its cells must form one ring, or one fan between two boundary faces; "
-                          "separate the parts or fill the gap",
+                  which +
+                      " isn't manifold: its cells must form one ring, or one fan between two boundary faces; "
+                      "separate the parts or fill the gap",
                   "cells", {a, b});
     }
     const std::size_t valence = complex.edge_cells(e).size();
@@ -256,7 +260,8 @@ void check_vertices(const CellComplex& complex, const MeshLimits& limits) {
   }
   valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round vertices",
                        "the limit is " + std::to_string(limits.max_vertex_valence), "cells");
-  pinched.throw_if_any(ErrorCode::kMeshNonManifoldVertex, "the cells form neither one ball nor one half-ball at vertices",
+  pinched.throw_if_any(ErrorCode::kMeshNonManifoldVertex,
+                       "the cells form neither one ball nor one half-ball at vertices",
                        "parts that touch in a point or along an edge must be separated or joined by faces", "cells");
 }
 
@@ -267,7 +272,8 @@ double corner_determinant(const ControlMesh& mesh, const CellComplex& complex, s
   const Vec3& p = mesh.positions[vertices[corner]];
   Mat3 edges;
   for (int i = 0; i < 3; ++i) edges.col(i) = mesh.positions[vertices[neighbours[static_cast<std::size_t>(i)]]] - p;
-  const bool mirrored = complex.kind(cell) == CellKind::kHex && (corner == 1 || corner == 2 || corner == 4 || corner == 7);
+  const bool mirrored =
+      complex.kind(cell) == CellKind::kHex && (corner == 1 || corner == 2 || corner == 4 || corner == 7);
   return mirrored ? -edges.determinant() : edges.determinant();
 }
 

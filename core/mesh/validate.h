@@ -18,8 +18,8 @@ struct MeshLimits {
   std::size_t max_channels = 64;
   std::size_t max_channel_name_bytes = 256;
   double max_abs_coordinate_mm = 1e6;
-  std::uint32_t max_edge_valence = 64;    // Cells round one edge.
-  std::uint32_t max_vertex_valence = 256; // Cells round one vertex.
+  std::uint32_t max_edge_valence = 64;     // Cells round one edge.
+  std::uint32_t max_vertex_valence = 256;  // Cells round one vertex.
 };
 
 /// What validation found that doesn't refuse the mesh.

@@ -24,6 +24,12 @@ BoundaryEdges boundary_edges(const CellComplex& complex, std::uint32_t vertex) {
   return result;
 }
 
+bool share_a_face(const CellComplex& complex, std::uint32_t edge_a, std::uint32_t edge_b) {
+  const auto faces = complex.edge_faces(edge_b);
+  return std::ranges::any_of(complex.edge_faces(edge_a),
+                             [&](std::uint32_t f) { return std::ranges::find(faces, f) != faces.end(); });
+}
+
 }  // namespace
 
 bool Classifier::irregular(std::uint32_t edge) const {
@@ -35,6 +41,7 @@ bool Classifier::irregular(std::uint32_t edge) const {
 bool Classifier::line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::uint32_t edge_b) const {
   const std::size_t n = complex_.edge_cells(edge_a).size();
   if (complex_.edge_cells(edge_b).size() != n || complex_.vertex_cells(vertex).size() != 2 * n) return false;
+  if (share_a_face(complex_, edge_a, edge_b)) return false;  // The line turns here.
   if (!complex_.vertex_on_boundary(vertex)) return complex_.vertex_edges(vertex).size() == n + 2;
   if (!complex_.edge_on_boundary(edge_a) || !complex_.edge_on_boundary(edge_b)) return false;
   const BoundaryEdges boundary = boundary_edges(complex_, vertex);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A FRAME chooses axes for a cell: framed corner j (bits) is the cell's corner origin ^ (bit a of j moved to bit axis[a], for
-// every a). In parameters: framed coordinate a is the cell's coordinate axis[a], or one minus it where the origin's bit is
-// set. 48 frames, of which the 24 proper ones (rotations) keep the sign of the Jacobian.
+// A FRAME chooses axes for a cell: framed corner j (bits) is the cell's corner origin ^ (bit a of j moved to bit
+// axis[a], for every a). In parameters: framed coordinate a is the cell's coordinate axis[a], or one minus it where the
+// origin's bit is set. 48 frames, of which the 24 proper ones (rotations) keep the sign of the Jacobian.
 
 #pragma once
 

@@ -19,7 +19,8 @@ constexpr int kMaxLimitSteps = 2000;
 
 [[noreturn]] void broken(const char* what) { throw Error(ErrorCode::kInternal, what); }
 
-/// Appends to `to` the rows of `from` that belong to `points`, with every column c replaced by c % period; kNone is an empty row.
+/// Appends to `to` the rows of `from` that belong to `points`, with every column c replaced by c % period; kNone is an
+/// empty row.
 void append_rows(const Stencils& from, std::span<const std::uint32_t> points, std::uint32_t period, Stencils& to) {
   std::vector<std::pair<std::uint32_t, double>> row;
   for (const std::uint32_t p : points) {
@@ -27,7 +28,8 @@ void append_rows(const Stencils& from, std::span<const std::uint32_t> points, st
     if (p != kNone) {
       for (std::uint32_t e = from.offsets[p]; e < from.offsets[p + 1]; ++e) {
         const std::uint32_t column = from.indices[e] % period;
-        const auto known = std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == column; });
+        const auto known =
+            std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == column; });
         if (known == row.end()) {
           row.emplace_back(column, from.weights[e]);
         } else {
@@ -89,7 +91,8 @@ CellComplex extrude(const LineRing& ring) {
       sharp.push_back({ring.quads[0][j] + n * layer, ring.quads[0][j] + n * (layer + 1)});
     }
   }
-  return CellComplex(4 * n, std::vector<CellKind>(3 * ring.quads.size(), CellKind::kHex), std::move(corners), sharp, {});
+  return CellComplex(4 * n, std::vector<CellKind>(3 * ring.quads.size(), CellKind::kHex), std::move(corners), sharp,
+                     {});
 }
 
 /// The surface ring as the outside (w = 1) of one layer of cells: the boundary rules see boundary faces only.

@@ -3,11 +3,13 @@
 //
 // Subdivision operators: how the control points of an irregular one-ring yield those of the cell's children.
 //
-// They depend on topology alone and are shared by all cells whose rings have the same key. Each is read off the refinement
-// rules by refining the ring's own little complex (refine.h), so there is one statement of the rules. The child at the
-// irregular corner has the same kind of ring; after at most a few steps exactly the same, and the operator leads to itself.
+// They depend on topology alone and are shared by all cells whose rings have the same key. Each is read off the
+// refinement rules by refining the ring's own little complex (refine.h), so there is one statement of the rules. The
+// child at the irregular corner has the same kind of ring; after at most a few steps exactly the same, and the operator
+// leads to itself.
 //
-//   LINE      2-D, over one layer of a line ring: children (bits u + 2v) at 1, 2, 3 are regular patches of 4 x 4 points.
+//   LINE      2-D, over one layer of a line ring: children (bits u + 2v) at 1, 2, 3 are regular patches of 4 x 4
+//   points.
 //             Along the line nothing is refined: a line cell is (2-D scheme) x (cubic B-spline).
 //   VERTEX    3-D: the seven outer children are regular or line cells.
 //   SURFACE   2-D, over the boundary surface's ring of a face.
@@ -38,8 +40,8 @@ struct ChildRows {
   std::uint32_t op = kNone;  // The operator that the child goes on with; kNone for regular children.
 };
 
-/// 2-D: line cells and the boundary surface. Child 0 has the irregular corner; 1, 2, 3 have 16 rows each (rows of phantom
-/// points are zero and to be filled in).
+/// 2-D: line cells and the boundary surface. Child 0 has the irregular corner; 1, 2, 3 have 16 rows each (rows of
+/// phantom points are zero and to be filled in).
 struct PlanarOperator {
   std::uint32_t points = 0;
   Stencils stencils;

@@ -108,7 +108,8 @@ void boundary_vertex_point(const CellComplex& parent, std::uint32_t vertex, Row&
 
 void straight_vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
   const auto along = select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return is_extraordinary(parent, e); });
-  const auto across = select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return !is_extraordinary(parent, e); });
+  const auto across =
+      select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return !is_extraordinary(parent, e); });
   const auto n = static_cast<double>(parent.edge_cells(along.front()).size());
   const auto on_line = [&](std::uint32_t f) {
     return std::any_of(along.begin(), along.end(), [&](std::uint32_t e) {

@@ -3,8 +3,8 @@
 //
 // One step of Catmull-Clark refinement of solids (Joy and MacCracken 1999), made separable along extraordinary edges.
 //
-// C: mean of a cell's vertices, A: mean of a face's, M: edge midpoint, P: the old vertex; a bar is the plain mean over all
-// incident items of the OLD complex; n: cells round an edge.
+// C: mean of a cell's vertices, A: mean of a face's, M: edge midpoint, P: the old vertex; a bar is the plain mean over
+// all incident items of the OLD complex; n: cells round an edge.
 //
 //   cell point                   C
 //   interior face point          (C0 + 2 A + C1) / 4
@@ -18,10 +18,11 @@
 //   boundary vertex              (Q + 2R + (k-3) P) / k; exactly two sharp edges to a and b: (a + 6P + b) / 8;
 //                                three or more, or tagged: P
 //
-// An interior edge with n != 4 is EXTRAORDINARY (EE). An interior vertex is on a STRAIGHT EE if it has exactly two EEs, both of
-// valence n, 2n cells and n + 2 edges. The rule there is ours: Joy and MacCracken's isn't separable, data constant along
-// the EE wouldn't stay so, and the constant-time evaluation of [Luu19, 3] would not exist. With it a cell at an EE is exactly
-// (Catmull-Clark surface of valence n) x (cubic B-spline). On regular complexes all this is the tricubic B-spline.
+// An interior edge with n != 4 is EXTRAORDINARY (EE). An interior vertex is on a STRAIGHT EE if it has exactly two EEs,
+// both of valence n, 2n cells and n + 2 edges. The rule there is ours: Joy and MacCracken's isn't separable, data
+// constant along the EE wouldn't stay so, and the constant-time evaluation of [Luu19, 3] would not exist. With it a
+// cell at an EE is exactly (Catmull-Clark surface of valence n) x (cubic B-spline). On regular complexes all this is
+// the tricubic B-spline.
 
 #pragma once
 
@@ -37,17 +38,17 @@ namespace ccslice {
 /// The children of some cells of a complex, and the children next to them, as a cut-out complex of hexahedra.
 struct Refinement {
   CellComplex complex;
-  Stencils stencils;                        // Row r: child vertex r from the parent's vertices.
-  std::vector<std::uint32_t> first_child;   // Of each refined cell: its children follow in the order of its corners.
-  std::uint32_t edge_points_begin = 0;      // Child vertices: vertex, edge, face, then cell points.
+  Stencils stencils;                       // Row r: child vertex r from the parent's vertices.
+  std::vector<std::uint32_t> first_child;  // Of each refined cell: its children follow in the order of its corners.
+  std::uint32_t edge_points_begin = 0;     // Child vertices: vertex, edge, face, then cell points.
   std::uint32_t face_points_begin = 0;
   std::uint32_t cell_points_begin = 0;
-  std::vector<std::uint32_t> origin;        // The parent's vertex, edge, face or cell of each child vertex.
+  std::vector<std::uint32_t> origin;  // The parent's vertex, edge, face or cell of each child vertex.
 };
 
-/// Refines `cells` (ascending): the result holds, for each vertex v of these cells, every child at v. So the vertices of
-/// their children are complete. A child at corner i of a hexahedron keeps the parent's axes and is its i-th in corner
-/// bits; at corner i of a tet or wedge its origin is the corner and its axes run along corner_neighbours[i].
+/// Refines `cells` (ascending): the result holds, for each vertex v of these cells, every child at v. So the vertices
+/// of their children are complete. A child at corner i of a hexahedron keeps the parent's axes and is its i-th in
+/// corner bits; at corner i of a tet or wedge its origin is the corner and its axes run along corner_neighbours[i].
 /// REQUIRES: the vertices of `cells` are complete.
 Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells);
 

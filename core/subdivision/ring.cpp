@@ -11,10 +11,9 @@ namespace ccslice {
 
 namespace {
 
-/// Grid index along one axis of a corner bit in the cell `step` (-1, 0, 1) cells away, whose axes are mirrored by crossing.
-constexpr unsigned grid_index(int step, unsigned bit) {
-  return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit;
-}
+/// Grid index along one axis of a corner bit in the cell `step` (-1, 0, 1) cells away, whose axes are mirrored by
+/// crossing.
+constexpr unsigned grid_index(int step, unsigned bit) { return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit; }
 
 template <typename Range>
 bool holds(const Range& range, std::uint32_t item) {

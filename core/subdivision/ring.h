@@ -3,9 +3,9 @@
 //
 // The one-rings of limit-ready cells and of their boundary faces, in canonical order.
 //
-// A walk over faces carries the axes of the first cell along: crossing a face mirrors one corner bit, so shared corners keep
-// their bits. Cells (quads) are visited breadth first, faces in the order of their axes, and control points are numbered as
-// they are met. Two rings with the same KEY have the same topology, numbered alike, and share one operator.
+// A walk over faces carries the axes of the first cell along: crossing a face mirrors one corner bit, so shared corners
+// keep their bits. Cells (quads) are visited breadth first, faces in the order of their axes, and control points are
+// numbered as they are met. Two rings with the same KEY have the same topology, numbered alike, and share one operator.
 
 #pragma once
 
@@ -18,7 +18,8 @@
 
 namespace ccslice {
 
-/// Bits 2 * axis + (at 1): on this side the ring ends, and a phantom layer P(-1) = 2 P(0) - P(1) takes the layer's place.
+/// Bits 2 * axis + (at 1): on this side the ring ends, and a phantom layer P(-1) = 2 P(0) - P(1) takes the layer's
+/// place.
 using PhantomMask = std::uint8_t;
 
 /// 4 x 4 x 4 control points around a regular cell: points[i + 4 j + 16 k]; kNone in phantom layers.
@@ -29,25 +30,25 @@ struct RegularRing {
 
 /// The ring of a line cell, framed so that the line is u = v = 0: four layers along w of a 2-D ring.
 struct LineRing {
-  std::vector<std::uint32_t> points;  // points[layer * count + i]; kNone in phantom layers.
-  std::uint32_t count = 0;            // Points of a layer.
-  PhantomMask phantoms = 0;           // Bits 4 and 5 only: layers 0 and 3.
+  std::vector<std::uint32_t> points;                // points[layer * count + i]; kNone in phantom layers.
+  std::uint32_t count = 0;                          // Points of a layer.
+  PhantomMask phantoms = 0;                         // Bits 4 and 5 only: layers 0 and 3.
   std::vector<std::array<std::uint32_t, 4>> quads;  // Of a layer, corner bits u + 2v; quads[0] is the cell.
-  std::uint8_t sharp_corners = 0;     // Corners of quads[0] whose edge along the line is sharp.
+  std::uint8_t sharp_corners = 0;                   // Corners of quads[0] whose edge along the line is sharp.
   std::vector<std::uint32_t> key;
 };
 
 /// The ring of a vertex cell, framed so that the irregular vertex is (0,0,0).
 struct VertexRing {
   std::vector<std::uint32_t> points;
-  std::vector<std::array<std::uint32_t, 8>> cells;               // Numbers of points; cells[0] is the cell itself.
-  std::vector<std::array<std::uint32_t, 2>> sharp_edges;         // At the cell's vertices.
-  std::vector<std::uint32_t> sharp_vertices;                     // Of the cell's vertices.
+  std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points; cells[0] is the cell itself.
+  std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the cell's vertices.
+  std::vector<std::uint32_t> sharp_vertices;              // Of the cell's vertices.
   std::vector<std::uint32_t> key;
 };
 
-/// Walks the rings of one complex. Keeps scratch memory; REQUIRES: the complex outlives it, and the vertices of the cells asked
-/// for are complete.
+/// Walks the rings of one complex. Keeps scratch memory; REQUIRES: the complex outlives it, and the vertices of the
+/// cells asked for are complete.
 class RingWalker {
  public:
   explicit RingWalker(const CellComplex& complex);

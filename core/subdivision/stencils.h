@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A linear map between sets of control points, as sparse rows: child[r] = sum over r's entries of weight * parent[index].
-// Subdivision is nothing but such maps, so positions, channels and whole operators go through the same rows.
+// A linear map between sets of control points, as sparse rows: child[r] = sum over r's entries of weight *
+// parent[index]. Subdivision is nothing but such maps, so positions, channels and whole operators go through the same
+// rows.
 
 #pragma once
 

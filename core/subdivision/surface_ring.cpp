@@ -11,9 +11,7 @@ namespace ccslice {
 
 namespace {
 
-constexpr unsigned grid_index(int step, unsigned bit) {
-  return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit;
-}
+constexpr unsigned grid_index(int step, unsigned bit) { return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit; }
 
 constexpr std::array<unsigned, 4> kCycleBits = {0, 1, 3, 2};  // Corner bits counter-clockwise.
 

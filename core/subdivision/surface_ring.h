@@ -22,8 +22,8 @@ namespace ccslice {
 
 struct SurfaceRing {
   bool regular = true;
-  std::uint8_t start = 0;      // The face's vertex (counter-clockwise from outside) at (s,t) = (0,0).
-  PhantomMask phantoms = 0;    // Regular faces: sides s=0, s=1, t=0, t=1.
+  std::uint8_t start = 0;             // The face's vertex (counter-clockwise from outside) at (s,t) = (0,0).
+  PhantomMask phantoms = 0;           // Regular faces: sides s=0, s=1, t=0, t=1.
   std::vector<std::uint32_t> points;  // Regular: 16, points[i + 4j], kNone in phantom layers. Else the numbered ring.
   std::vector<std::array<std::uint32_t, 4>> quads;        // Irregular: corner bits s + 2t; quads[0] is the face itself.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // Irregular: at the face's vertices.

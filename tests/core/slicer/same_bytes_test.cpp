@@ -124,7 +124,7 @@ TEST_P(SlicePart, ASlicerIsAsGoodAsNewAfterACancel) {
 std::string name_of(const testing::TestParamInfo<Part>& info) { return info.param.name; }
 
 INSTANTIATE_TEST_SUITE_P(Parts, SlicePart,
-                         testing::Values(Part{"Ring", make_ring_of_table_2, 0, {0.9, 0.7, 0.71}},
+                         testing::Values(Part{"Ring", make_ring_of_table_2, 0, {1.6, 1.3, 0.9}},
                                          Part{"SmoothBox", make_smooth_box, 0, {0.5, 0.4, 0.3}},
                                          Part{"TiltedSmoothBox", make_smooth_box, 0.6, {0.5, 0.4, 0.6}}),
                          name_of);

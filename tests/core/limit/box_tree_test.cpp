@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/box_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+namespace ccslice {
+namespace {
+
+TEST(BoxTree, FindsNothingWhenEmpty) {
+  BoxTree().visit_at(Vec3::Zero(), 1, [](std::uint32_t) { FAIL(); });
+  BoxTree(std::span<const Box3>()).visit_at(Vec3::Zero(), 1, [](std::uint32_t) { FAIL(); });
+}
+
+TEST(BoxTree, FindsWhatALinearScanFinds) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(0, 10), size(0, 2);
+  std::vector<Box3> boxes;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 low(place(random), place(random), place(random));
+    boxes.emplace_back(low, low + Vec3(size(random), size(random), size(random)));
+  }
+  const BoxTree tree(boxes);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 point(place(random), place(random), place(random));
+    const double margin = i % 3 * 0.1;
+    std::multiset<std::uint32_t> expected, found;
+    for (std::uint32_t b = 0; b < boxes.size(); ++b) {
+      const Box3 grown(boxes[b].min().array() - margin, boxes[b].max().array() + margin);
+      if (grown.contains(point)) expected.insert(b);
+    }
+    tree.visit_at(point, margin, [&](std::uint32_t item) { found.insert(item); });
+    EXPECT_EQ(found, expected);
+  }
+}
+
+TEST(BoxTree, StandsManyEqualBoxes) {
+  const std::vector<Box3> boxes(10'000, Box3(Vec3::Zero(), Vec3::Ones()));
+  int count = 0;
+  BoxTree(boxes).visit_at(Vec3::Constant(0.5), 0, [&](std::uint32_t) { ++count; });
+  EXPECT_EQ(count, 10'000);
+}
+
+}  // namespace
+}  // namespace ccslice

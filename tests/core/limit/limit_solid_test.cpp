@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/limit_solid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numbers>
+#include <random>
+
+#include "core/base/error.h"
+#include "core/limit/limit_evaluator.h"
+#include "core/mesh/models.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+TEST(LimitSolid, RefinesOnlyCellsThatNeedIt) {
+  // A smooth box of four cells a side has no cell with two lines or two corners; one of three has.
+  EXPECT_EQ(LimitSolid::prepare(oracle::box_mesh(4, 4, 4))->cell_count(), 64u);
+  EXPECT_EQ(LimitSolid::prepare(oracle::box_mesh(1, 1, 1))->cell_count(), 8u);
+  ControlMesh mixed = oracle::box_mesh(9, 4, 4);
+  // One sharp edge alone: two chain ends in one cell.
+  oracle::sharpen(mixed, [](const Vec3& a, const Vec3& b) { return a == Vec3(40, 20, 0) && b == Vec3(50, 20, 0); });
+  const auto solid = LimitSolid::prepare(mixed);
+  EXPECT_GT(solid->cell_count(), 144u);
+  EXPECT_LT(solid->cell_count(), 144u + 7 * 10);
+}
+
+TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    for (std::uint32_t c = 1; c < solid->cell_count(); ++c) {
+      EXPECT_LE(solid->control_cell(c - 1), solid->control_cell(c)) << name;
+    }
+    EXPECT_EQ(solid->control_cell(solid->cell_count() - 1), mesh.cell_count() - 1) << name;
+  }
+}
+
+TEST(LimitSolid, SummarizesWhatItHolds) {
+  ControlMesh fan = oracle::fan_mesh(5, 2, 3);
+  oracle::add_random_channels(fan, 2, 5);
+  const auto solid = LimitSolid::prepare(fan);
+  const SolidSummary& summary = solid->summary();
+  EXPECT_EQ(summary.control_cells, 5u * 4 * 3);
+  EXPECT_EQ(summary.extraordinary_edges, 3u);
+  EXPECT_EQ(summary.extraordinary_vertices, 0u);
+  EXPECT_EQ(summary.limit_cells, solid->cell_count());
+  EXPECT_EQ(summary.regular_cells + summary.line_cells + summary.vertex_cells, summary.limit_cells);
+  EXPECT_EQ(summary.folding_cells, 0u);
+  ASSERT_EQ(summary.channels.size(), 2u);
+  EXPECT_LT(summary.channels[0].min, summary.channels[0].max);
+  EXPECT_GT(summary.memory_bytes, 10'000u);
+}
+
+TEST(LimitSolid, CountsExtraordinaryVerticesOfTheControlMesh) {
+  std::size_t meshes = 0;
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    meshes += LimitSolid::prepare(mesh)->summary().extraordinary_vertices > 0;
+  }
+  EXPECT_GE(meshes, 2u);
+}
+
+TEST(LimitSolid, BoxOfASharpBoxIsTheBox) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2, 5);
+  oracle::sharpen_by_cells(mesh, 1);
+  const Box3 box = LimitSolid::prepare(mesh)->summary().bounding_box;
+  EXPECT_LT(box.min().norm(), 1e-12);
+  EXPECT_LT((box.max() - Vec3::Constant(10)).norm(), 1e-12);
+}
+
+TEST(LimitSolid, BoundingBoxHoldsTheLimitAndIsTouchedByIt) {
+  std::mt19937 random(11);
+  for (const std::string name : {"single_hex", "single_tet", "hollow_cube"}) {
+    const auto found = std::find_if(oracle::tiny_meshes().begin(), oracle::tiny_meshes().end(),
+                                    [&](const auto& tiny) { return tiny.name == name; });
+    if (found == oracle::tiny_meshes().end()) continue;
+    const auto solid = LimitSolid::prepare(found->mesh);
+    Placement turn = Placement::Identity();
+    turn.rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())).translate(Vec3(5, -3, 2));
+    const Box3 box = solid->placed_bounding_box(turn);
+    Box3 sampled;
+    LimitEvaluator evaluator(*solid);
+    for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+      for (int i = 0; i < 17 * 17 * 17; ++i) {
+        const Vec3 uvw = Vec3(i % 17, i / 17 % 17, i / 289) / 16;
+        if (((uvw.array() != 0) && (uvw.array() != 1)).all()) continue;
+        sampled.extend(turn * evaluator.geo({c, uvw}));
+      }
+    }
+    const double diagonal = box.diagonal().norm();
+    EXPECT_TRUE((sampled.min().array() >= box.min().array() - 1e-9 * diagonal).all()) << name;
+    EXPECT_TRUE((sampled.max().array() <= box.max().array() + 1e-9 * diagonal).all()) << name;
+    EXPECT_LT((sampled.diagonal() - box.diagonal()).norm(), 0.01 * diagonal) << name;
+  }
+}
+
+TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
+  ControlMesh mesh = oracle::box_mesh(4, 4, 4);
+  for (Vec3& p : mesh.positions) {
+    if ((p - Vec3::Constant(20)).norm() < 1e-9) p += Vec3(80, 0, 0);
+  }
+  EXPECT_THROW(LimitSolid::prepare(mesh), Error);
+  mesh.allow_folds = true;
+  const auto solid = LimitSolid::prepare(mesh);
+  const SolidSummary& summary = solid->summary();
+  LimitEvaluator evaluator(*solid);
+  EXPECT_FALSE(summary.inverted_control_cells.empty());
+  EXPECT_GT(summary.folding_cells, 0u);
+  ASSERT_FALSE(summary.folds.empty());
+  for (const FoldPlace& fold : summary.folds) {
+    EXPECT_LE(fold.determinant, 0);
+    EXPECT_TRUE(summary.bounding_box.contains(fold.position));
+    EXPECT_EQ(solid->control_cell(fold.cell), fold.control_cell);
+    double least = 1;
+    for (int i = 0; i < 9 * 9 * 9; ++i) {
+      const Vec3 uvw = Vec3(i % 9, i / 9 % 9, i / 81) / 8;
+      least = std::min(least, evaluator.sample({fold.cell, uvw}).jacobian.determinant());
+    }
+    EXPECT_LE(least, 0) << "cell " << fold.cell << " doesn't fold";
+  }
+}
+
+TEST(LimitSolid, CancelsWhilePreparing) {
+  PrepareOptions options;
+  options.cancel = CancellationToken::make();
+  options.cancel.cancel();
+  try {
+    LimitSolid::prepare(oracle::box_mesh(3, 3, 3), options);
+    FAIL() << "went on";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+  }
+}
+
+TEST(LimitSolid, IsTheSameWheneverItIsPrepared) {
+  const ControlMesh& mesh = oracle::tiny_mesh("hollow_cube");
+  const auto first = LimitSolid::prepare(mesh), second = LimitSolid::prepare(mesh);
+  LimitEvaluator a(*first), b(*second);
+  for (std::uint32_t c = 0; c < first->cell_count(); ++c) {
+    EXPECT_EQ(a.geo({c, Vec3(0.1, 0.01, 0.7)}), b.geo({c, Vec3(0.1, 0.01, 0.7)}));
+  }
+}
+
+TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
+  ControlMesh mesh = oracle::box_mesh(20, 20, 20);
+  oracle::sharpen_by_cells(mesh, 1);
+  oracle::add_random_channels(mesh, 1, 3);
+  const SolidSummary& summary = LimitSolid::prepare(mesh)->summary();
+  EXPECT_EQ(summary.regular_cells, 8000u);
+  EXPECT_LT(summary.memory_bytes, 8000u * 768);
+}
+
+}  // namespace
+}  // namespace ccslice

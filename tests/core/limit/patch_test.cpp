@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/patch.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace ccslice {
+namespace {
+
+/// A grid of x, y, z and one channel, random or graded.
+std::vector<double> random_grid(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> value(-1, 1);
+  std::vector<double> grid(64 * 4);
+  for (double& x : grid) x = value(random);
+  return grid;
+}
+
+Patch load(const std::vector<double>& grid) {
+  Patch patch;
+  patch.channels.resize(64);
+  load_patch(grid.data(), 4, patch);
+  return patch;
+}
+
+TEST(Patch, ReproducesLinearFunctions) {
+  std::vector<double> grid;
+  for (int p = 0; p < 64; ++p) {
+    const double x = (p & 3) - 1, y = (p >> 2 & 3) - 1, z = (p >> 4) - 1;
+    grid.insert(grid.end(), {x, 2 * y, 3 * z, x + y - z});
+  }
+  const Patch patch = load(grid);
+  const Vec3 at(0.3, 0.7, 0.9);
+  const LimitSample sample = patch_sample(patch, at);
+  EXPECT_LT((sample.position - Vec3(0.3, 1.4, 2.7)).norm(), 1e-14);
+  EXPECT_LT((sample.jacobian - Mat3(Vec3(1, 2, 3).asDiagonal())).norm(), 1e-14);
+  double channel = 0;
+  patch_channels(patch, at, std::span(&channel, 1));
+  EXPECT_NEAR(channel, 0.1, 1e-14);
+}
+
+TEST(Patch, JacobianAgreesWithFiniteDifferences) {
+  const Patch patch = load(random_grid(1));
+  const double h = 1e-6;
+  for (const Vec3& at : {Vec3(0.2, 0.5, 0.8), Vec3(0.5, 0.5, 0.5), Vec3(0.9, 0.1, 0.4)}) {
+    const Mat3 jacobian = patch_sample(patch, at).jacobian;
+    EXPECT_EQ(patch_sample(patch, at).position, patch_position(patch, at));
+    for (int a = 0; a < 3; ++a) {
+      const Vec3 step = h * Vec3::Unit(a);
+      const Vec3 slope = (patch_position(patch, at + step) - patch_position(patch, at - step)) / (2 * h);
+      EXPECT_LT((slope - jacobian.col(a)).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(Patch, PhantomLayersMakeTheSideInterpolateItsFace) {
+  std::vector<double> grid = random_grid(2);
+  fill_phantoms(grid.data(), 3, 4, 0b000001);
+  const Patch patch = load(grid);
+  // At u = 0 the patch is the bicubic B-spline of the points at i = 1 alone.
+  const Vec3 at(0, 0.3, 0.6);
+  std::array<double, 4> bv, bw, unused;
+  bspline_basis(at[1], bv, unused);
+  bspline_basis(at[2], bw, unused);
+  Vec3 expected = Vec3::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t j = 0; j < 4; ++j) expected += bv[j] * bw[k] * Vec3::Map(&grid[4 * (1 + 4 * j + 16 * k)]);
+  }
+  EXPECT_LT((patch_position(patch, at) - expected).norm(), 1e-14);
+}
+
+TEST(Patch, PhantomsOnAllSidesFillEveryPoint) {
+  // Real points 1 and 2 of each axis hold a linear function; the phantoms must continue it.
+  const auto value = [](std::size_t p) { return double(p & 3) + 10 * double(p >> 2 & 3) + 100 * double(p >> 4); };
+  std::vector<double> grid(64 * 3, 0.0);
+  for (std::size_t p = 0; p < 64; ++p) {
+    const auto inner = [](std::size_t i) { return i == 1 || i == 2; };
+    if (inner(p & 3) && inner(p >> 2 & 3) && inner(p >> 4)) grid[3 * p] = value(p);
+  }
+  fill_phantoms(grid.data(), 3, 3, 0b111111);
+  for (std::size_t p = 0; p < 64; ++p) EXPECT_NEAR(grid[3 * p], value(p), 1e-12) << p;
+}
+
+TEST(Patch, BezierNetGivesTheSamePatch) {
+  std::vector<double> grid = random_grid(3);
+  const Patch patch = load(grid);
+  bspline_to_bezier(grid.data(), 3, 4);
+  const auto bernstein = [](double t) {
+    const double s = 1 - t;
+    return std::array<double, 4>{s * s * s, 3 * s * s * t, 3 * s * t * t, t * t * t};
+  };
+  const Vec3 at(0.25, 0.6, 0.95);
+  const auto bu = bernstein(at[0]), bv = bernstein(at[1]), bw = bernstein(at[2]);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t p = 0; p < 64; ++p) sum += bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4] * Vec3::Map(&grid[4 * p]);
+  EXPECT_LT((sum - patch_position(patch, at)).norm(), 1e-14);
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/validate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/core/mesh/expect_error.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+using oracle::box_mesh;
+
+TEST(Validate, AcceptsEveryMeshOfTheCatalogue) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    ControlMesh copy = mesh;
+    EXPECT_NO_THROW(validate(copy)) << name;
+  }
+}
+
+TEST(Validate, RefusesEveryInvalidMeshWithItsCodeAndIds) {
+  for (const auto& invalid : oracle::invalid_meshes()) {
+    ControlMesh copy = invalid.mesh;
+    try {
+      validate(copy);
+      ADD_FAILURE() << invalid.name << " was accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), invalid.code) << invalid.name << ": " << error.what();
+      EXPECT_FALSE(error.field().empty()) << invalid.name;
+      EXPECT_TRUE(invalid.ids.empty() || !error.ids().empty()) << invalid.name << " names no id";
+      for (const auto id : error.ids()) {
+        EXPECT_TRUE(invalid.ids.empty() || std::count(invalid.ids.begin(), invalid.ids.end(), id) > 0)
+            << invalid.name << " names " << id << ": " << error.what();
+      }
+    }
+  }
+}
+
+TEST(Validate, LeavesARefusedMeshUnchanged) {
+  ControlMesh mesh = box_mesh(2, 1, 1);
+  std::swap_ranges(mesh.cell_vertices.begin(), mesh.cell_vertices.begin() + 4, mesh.cell_vertices.begin() + 4);
+  mesh.positions[0] = mesh.positions.back() * 3;  // The other cell is inverted in one corner.
+  const auto before = mesh.cell_vertices;
+  EXPECT_THROW(validate(mesh), Error);
+  EXPECT_EQ(mesh.cell_vertices, before);
+}
+
+TEST(Validate, ReorientsCellsWhoseCornersAreAllNegative) {
+  for (const std::string name : {"single_hex", "single_tet", "single_wedge"}) {
+    ControlMesh mesh;
+    for (const auto& tiny : oracle::tiny_meshes()) {
+      if (tiny.name == name) mesh = tiny.mesh;
+    }
+    if (mesh.cell_count() == 0) continue;
+    for (Vec3& p : mesh.positions) p.x() = -p.x();
+    const auto before = mesh.cell_vertices;
+    EXPECT_NO_THROW(validate(mesh)) << name;
+    EXPECT_NE(mesh.cell_vertices, before) << name;
+    const auto once = mesh.cell_vertices;
+    validate(mesh);
+    EXPECT_EQ(mesh.cell_vertices, once) << name;
+  }
+}
+
+TEST(Validate, AllowsFoldsWhenAsked) {
+  ControlMesh mesh = box_mesh(1, 1, 1);
+  mesh.positions[0] = Vec3(30, 30, 30);
+  ControlMesh refused = mesh;
+  EXPECT_THROW(validate(refused), Error);
+  mesh.allow_folds = true;
+  EXPECT_EQ(validate(mesh).inverted_cells, std::vector<std::uint32_t>{0});
+}
+
+TEST(Validate, ChecksLimitsBeforeAnythingElse) {
+  const ControlMesh mesh = box_mesh(2, 2, 2);
+  const auto code_with = [&](const MeshLimits& limits, ControlMesh copy) {
+    try {
+      validate(copy, limits);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::kInternal;
+  };
+  MeshLimits limits;
+  limits.max_cells = 7;
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshTooLarge);
+  limits = {};
+  limits.max_vertices = 26;
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshTooLarge);
+  limits = {};
+  limits.max_abs_coordinate_mm = 15;
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshTooLarge);
+  limits = {};
+  limits.max_edge_valence = 3;
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshValenceTooHigh);
+  limits = {};
+  limits.max_vertex_valence = 7;
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshValenceTooHigh);
+  ControlMesh channels = mesh;
+  channels.channel_names = {"a", "b"};
+  channels.channel_values.assign(54, 0.0f);
+  limits = {};
+  limits.max_channels = 1;
+  EXPECT_EQ(code_with(limits, channels), ErrorCode::kMeshTooLarge);
+}
+
+std::uint32_t vertex_at(const ControlMesh& mesh, const Vec3& place) {
+  const auto found = std::find(mesh.positions.begin(), mesh.positions.end(), place);
+  return static_cast<std::uint32_t>(found - mesh.positions.begin());
+}
+
+TEST(Validate, RefusesBadChannelsAndSharpFeatures) {
+  const ControlMesh box = box_mesh(2, 2, 2);
+  const std::uint32_t centre = vertex_at(box, Vec3(10, 10, 10)), side = vertex_at(box, Vec3(10, 10, 0));
+  const std::uint32_t corner = vertex_at(box, Vec3(0, 0, 0)), next = vertex_at(box, Vec3(10, 0, 0));
+  const auto refused = [](auto change) {
+    ControlMesh mesh = box_mesh(2, 2, 2);
+    mesh.channel_names = {"a", "b"};
+    mesh.channel_values.assign(54, 0.0f);
+    change(mesh);
+    try {
+      validate(mesh);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::kInternal;
+  };
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[1] = "a"; }), ErrorCode::kMeshBadChannel);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[0].clear(); }), ErrorCode::kMeshBadChannel);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[0].assign(1000, 'x'); }), ErrorCode::kMeshBadChannel);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_values.pop_back(); }), ErrorCode::kMeshBadChannel);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_values[3] = std::numeric_limits<float>::quiet_NaN(); }),
+            ErrorCode::kMeshNonFinite);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.cell_vertices.pop_back(); }), ErrorCode::kMeshMalformed);
+  EXPECT_EQ(refused([&](ControlMesh& m) { m.sharp_edges = {{centre, side}}; }), ErrorCode::kMeshBadSharpFeature);
+  EXPECT_EQ(refused([&](ControlMesh& m) {
+              m.sharp_edges = {{corner, next}, {next, corner}};
+            }),
+            ErrorCode::kMeshBadSharpFeature);
+  EXPECT_EQ(refused([&](ControlMesh& m) { m.sharp_edges = {{centre, corner}}; }), ErrorCode::kMeshBadSharpFeature);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.sharp_edges = {{0, 27}}; }), ErrorCode::kMeshIndexOutOfRange);
+  EXPECT_EQ(refused([&](ControlMesh& m) { m.sharp_vertices = {centre}; }), ErrorCode::kMeshBadSharpFeature);
+  EXPECT_EQ(refused([&](ControlMesh& m) { m.sharp_vertices = {corner, corner}; }), ErrorCode::kMeshBadSharpFeature);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.sharp_vertices = {99}; }), ErrorCode::kMeshIndexOutOfRange);
+}
+
+}  // namespace
+}  // namespace ccslice
