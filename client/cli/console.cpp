@@ -69,7 +69,7 @@ Progress::Progress(std::string what, std::string unit, std::uint64_t total, bool
 
 Progress::~Progress() {
   if (quiet_ || !on_screen_) return;
-  draw(Clock::now());
+  if (terminal_ || done_ != drawn_done_) draw(Clock::now());
   if (terminal_) std::fputc('\n', stderr);
 }
 
@@ -82,6 +82,7 @@ void Progress::update(std::uint64_t done) {
 
 void Progress::draw(Clock::time_point now) {
   drawn_ = now;
+  drawn_done_ = done_;
   on_screen_ = true;
   const std::string text = state(std::chrono::duration<double>(now - start_).count());
   // Carriage return, and clear to the end of the line.

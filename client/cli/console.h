@@ -50,7 +50,7 @@ class Progress {
   const bool terminal_, quiet_;
   const Clock::time_point start_ = Clock::now();
   Clock::time_point drawn_ = start_;
-  std::uint64_t done_ = 0;
+  std::uint64_t done_ = 0, drawn_done_ = 0;
   bool on_screen_ = false;
 };
 

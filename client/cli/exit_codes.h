@@ -5,7 +5,7 @@
 
 namespace ccslice::cli {
 
-/// What the command line exits with. Numbers never change their meaning; README lists them.
+/// What the command line exits with. Numbers never change their meaning; `ccslice --help` lists them.
 enum ExitCode : int {
   kExitOk = 0,
   kExitBug = 1,          // A fault of the program itself.

@@ -57,13 +57,16 @@ Failure failure_of(const std::exception& exception) {
   return {kExitBug, "INTERNAL", exception.what()};
 }
 
-void print_failure(const Failure& failure, bool json) {
-  print_note("ccslice: " + failure.message);
-  if (!json) return;
+void print_error_document(const Failure& failure) {
   JsonWriter document;
   document.begin_object().key("error").begin_object().member("exit_code", static_cast<int>(failure.exit_code));
   document.member("reason", failure.reason).member("message", failure.message).end_object().end_object();
   print_line(document.text());
+}
+
+void print_failure(const Failure& failure, bool json) {
+  print_note("ccslice: " + failure.message);
+  if (json) print_error_document(failure);
 }
 
 }  // namespace ccslice::cli

@@ -20,7 +20,10 @@ struct Failure {
 /// Turns any exception of a command into a failure.
 Failure failure_of(const std::exception& exception);
 
-/// On standard error; with `json` a document {"error":{...}} on standard output too.
+/// {"error":{...}} on standard output.
+void print_error_document(const Failure& failure);
+
+/// On standard error; with `json` the document too.
 void print_failure(const Failure& failure, bool json);
 
 }  // namespace ccslice::cli

@@ -27,7 +27,7 @@ struct PlaneOptions {
   bool occupancy = false;
   std::vector<std::string> channels;  // NAME[:u8|u16|f32[:MIN..MAX]].
   std::string encoding = "auto";
-  std::optional<double> tolerance_mm;
+  std::optional<double> tolerance_mm = std::nullopt;
 };
 
 void add_grid_options(CLI::App& command, GridOptions& options);

@@ -4,7 +4,9 @@
 // ccslice, the command line: reads the arguments, runs one command, and says by its exit code how it went.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
+#include <string_view>
 #include <vector>
 
 #include "client/cancellation.h"
@@ -45,6 +47,11 @@ int run(const CLI::App& app, const std::vector<Command>& commands, const CommonO
   }
 }
 
+/// Looked for by hand where the arguments couldn't be parsed.
+bool wants_json(int argc, char** argv) {
+  return std::any_of(argv, argv + argc, [](const char* argument) { return std::string_view(argument) == "--json"; });
+}
+
 }  // namespace
 }  // namespace ccslice::cli
 
@@ -61,7 +68,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+    if (app.exit(error) == 0) return kExitOk;
+    if (wants_json(argc, argv)) print_error_document({kExitUsage, "USAGE", error.what()});
+    return kExitUsage;
   }
   return run(app, commands, options);
 }

@@ -83,6 +83,7 @@ LoadedMesh load_mesh(const MeshOptions& options) {
   try {
     return load(options, grades);
   } catch (const Error& error) {
+    if (error.code() == ErrorCode::kFileUnreadable) throw;
     throw Error(error.code(), options.mesh + ": " + error.what(), error.field(), error.ids());
   }
 }

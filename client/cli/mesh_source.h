@@ -20,7 +20,7 @@ namespace ccslice::cli {
 
 struct MeshOptions {
   std::string mesh;
-  std::vector<std::string> grades;
+  std::vector<std::string> grades = {};
   bool allow_folds = false;
 };
 

@@ -165,6 +165,25 @@ void FakeSlicer::send_layer(std::uint32_t layer, const v1::SliceHeader& header,
   send(std::move(end), writer);
 }
 
+v1::Grid FakeSlicer::grid_of(const v1::GridSpec& spec) const {
+  v1::Grid grid;
+  *grid.mutable_pitch() = spec.pitch();
+  grid.mutable_pitch()->set_x_mm(spec.pitch().x_mm() + pitch_drift_mm);
+  grid.mutable_extent()->set_columns(kColumns);
+  grid.mutable_extent()->set_rows(kRows);
+  grid.mutable_extent()->set_layers(kLayers);
+  return grid;
+}
+
+grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext*, const v1::PlanSlicesRequest* request,
+                                    v1::PlanSlicesResponse* response) {
+  if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
+  *response->mutable_grid() = grid_of(request->grid());
+  response->set_layer_count(kLayers);
+  response->set_engine_version(engine_version);
+  return grpc::Status::OK;
+}
+
 grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
                                     grpc::ServerWriter<v1::SliceRangeResponse>* writer) {
   slice_requests.push_back(*request);
@@ -173,11 +192,7 @@ grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::Slic
   v1::SliceHeader& header = *message.mutable_header();
   header.set_engine_version(engine_version);
   header.set_mesh_id(request->mesh_id());
-  *header.mutable_grid()->mutable_pitch() = request->grid().pitch();
-  header.mutable_grid()->mutable_pitch()->set_x_mm(request->grid().pitch().x_mm() + pitch_drift_mm);
-  header.mutable_grid()->mutable_extent()->set_columns(kColumns);
-  header.mutable_grid()->mutable_extent()->set_rows(kRows);
-  header.mutable_grid()->mutable_extent()->set_layers(kLayers);
+  *header.mutable_grid() = grid_of(request->grid());
   header.set_first_layer(request->first_layer());
   header.set_layer_count(request->layer_count());
   *header.mutable_planes() = request->planes();

@@ -51,12 +51,15 @@ class FakeSlicer final : public v1::SlicerService::Service {
                           v1::UploadMeshResponse* response) override;
   grpc::Status GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
                        v1::GetMeshResponse* response) override;
+  grpc::Status PlanSlices(grpc::ServerContext* context, const v1::PlanSlicesRequest* request,
+                          v1::PlanSlicesResponse* response) override;
   grpc::Status SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
                           grpc::ServerWriter<v1::SliceRangeResponse>* writer) override;
   grpc::Status ProbePoints(grpc::ServerContext* context,
                            grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) override;
 
  private:
+  v1::Grid grid_of(const v1::GridSpec& spec) const;
   void send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
   void send_layer(std::uint32_t layer, const v1::SliceHeader& header,
                   grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;

@@ -1,0 +1,253 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The pieces of the command line, one by one.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "client/cli/console.h"
+#include "client/cli/failure.h"
+#include "client/cli/job.h"
+#include "client/cli/json.h"
+#include "client/cli/layer_folder.h"
+#include "client/cli/mesh_convert.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/output_file.h"
+#include "client/cli/placement.h"
+#include "client/cli/text_values.h"
+#include "client/client_error.h"
+#include "client/mesh_bytes.h"
+#include "core/base/error.h"
+#include "core/mesh/models.h"
+#include "tests/client/process.h"
+
+namespace ccslice::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using client::read_whole;
+using client::TemporaryFolder;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(Placement, ScalesThenRotatesThenMoves) {
+  const v1::Placement placement = parse_placement({.scale = "2", .rotate = {"z=90"}, .translate = "10,20,-30"});
+  EXPECT_THAT(placement.matrix(), ElementsAre(0, -2, 0, 10, 2, 0, 0, 20, 0, 0, 2, -30));
+}
+
+TEST(Placement, RotatesInTheOrderGivenAndExactlyByRightAngles) {
+  EXPECT_THAT(parse_placement({.scale = "", .rotate = {"x=90", "z=-90"}, .translate = ""}).matrix(),
+              ElementsAre(0, 0, -1, 0, -1, 0, 0, 0, 0, 1, 0, 0));
+  EXPECT_THAT(parse_placement({.scale = "", .rotate = {"y=450", "y=270"}, .translate = ""}).matrix(),
+              ElementsAre(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0));
+  EXPECT_THAT(parse_placement({.scale = "1,1,-1", .rotate = {"x=180"}, .translate = ""}).matrix(),
+              ElementsAre(1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0));
+}
+
+TEST(Placement, MistakesTeach) {
+  for (const char* bad : {"90", "w=90", "x", "x=", "x=ninety", "xy=90"}) {
+    EXPECT_THROW(parse_placement({.scale = "", .rotate = {bad}, .translate = ""}), UsageError) << bad;
+  }
+  EXPECT_THROW(parse_placement({.scale = "0", .rotate = {}, .translate = ""}), UsageError);
+  EXPECT_THROW(parse_placement({.scale = "1,2", .rotate = {}, .translate = ""}), UsageError);
+  EXPECT_THROW(parse_placement({.scale = "", .rotate = {}, .translate = "1,2"}), UsageError);
+  EXPECT_THROW(parse_placement({.scale = "", .rotate = {}, .translate = "1,2,nan"}), UsageError);
+}
+
+TEST(Job, TakesPitchOrDpi) {
+  EXPECT_EQ(parse_grid({.pitch = "0.5", .dpi = "", .origin = "", .extent = ""}).pitch().z_mm(), 0.5);
+  EXPECT_EQ(parse_grid({.pitch = "1,2,3", .dpi = "", .origin = "", .extent = ""}).pitch().y_mm(), 2);
+  const v1::GridSpec dpi =
+      parse_grid({.pitch = "", .dpi = "600,300", .layer_height_mm = 0.027, .origin = "1,2,3", .extent = "4,5,6"});
+  EXPECT_EQ(dpi.pitch().x_mm(), 25.4 / 600);
+  EXPECT_EQ(dpi.pitch().y_mm(), 25.4 / 300);
+  EXPECT_EQ(dpi.pitch().z_mm(), 0.027);
+  EXPECT_EQ(dpi.origin_mm().z(), 3);
+  EXPECT_EQ(dpi.extent().rows(), 5u);
+  EXPECT_FALSE(parse_grid({.pitch = "1", .dpi = "", .origin = "", .extent = ""}).has_extent());
+  EXPECT_THROW(parse_grid({}), UsageError);
+  EXPECT_THROW(parse_grid({.pitch = "", .dpi = "600", .origin = "", .extent = ""}), UsageError);
+  EXPECT_THROW(parse_grid({.pitch = "1,2", .dpi = "", .origin = "", .extent = ""}), UsageError);
+  EXPECT_THROW(parse_grid({.pitch = "1", .dpi = "", .origin = "", .extent = "1,2,-3"}), UsageError);
+}
+
+TEST(Job, NamesPlanes) {
+  const auto planes = parse_planes({.occupancy = true, .channels = {"a", "b:u16", "c:d:f32", "e:u8:-1..2.5"}}, false);
+  ASSERT_EQ(planes.size(), 5u);
+  EXPECT_TRUE(planes[0].has_occupancy());
+  EXPECT_EQ(planes[1].sample_type(), v1::SAMPLE_TYPE_UINT8);
+  EXPECT_EQ(planes[1].encoding(), v1::PLANE_ENCODING_PNG);
+  EXPECT_EQ(planes[2].channel().name(), "b");
+  EXPECT_EQ(planes[2].sample_type(), v1::SAMPLE_TYPE_UINT16);
+  EXPECT_EQ(planes[3].channel().name(), "c:d");
+  EXPECT_EQ(planes[3].encoding(), v1::PLANE_ENCODING_RAW_ZSTD);
+  EXPECT_EQ(planes[4].value_range().min(), -1);
+  EXPECT_EQ(planes[4].value_range().max(), 2.5);
+}
+
+TEST(Job, SlicesTheOccupancyUnlessTold) {
+  EXPECT_TRUE(parse_planes({}, false).at(0).has_occupancy());
+  EXPECT_TRUE(parse_planes({}, true).empty());
+  EXPECT_EQ(parse_planes({.channels = {"a"}}, false).size(), 1u);
+  EXPECT_THROW(parse_planes({.channels = {"a:f32"}, .encoding = "png"}, false), UsageError);
+  EXPECT_THROW(parse_planes({.channels = {""}}, false), UsageError);
+  EXPECT_THROW(parse_planes({.channels = {"a:u8:1..1"}}, false), UsageError);
+  EXPECT_THROW(parse_planes({.channels = {"a:u8:1"}}, false), UsageError);
+}
+
+TEST(TextValues, LayerRangesIncludeBothEnds) {
+  EXPECT_EQ(parse_layer_range("--layers", "3..5").last, 5u);
+  EXPECT_EQ(parse_layer_range("--layers", "7").first, 7u);
+  for (const char* bad : {"", "..", "5..3", "1..", "-1..3", "a..b", "1...3"}) {
+    EXPECT_THROW(parse_layer_range("--layers", bad), UsageError) << bad;
+  }
+}
+
+TEST(Json, EscapesAndKeepsDigits) {
+  JsonWriter json;
+  json.begin_object()
+      .member("a\"\\\n",
+              "gr\xc3\xb6\xc3\x9f"
+              "e")
+      .key("n")
+      .begin_array();
+  json.value(0.1).value(1e300 * 1e10).value(18446744073709551615ull).value(true).value("\xff").end_array().end_object();
+  EXPECT_EQ(json.text(),
+            "{\"a\\\"\\\\\\u000a\":\"gr\xc3\xb6\xc3\x9f"
+            "e\",\"n\":[0.1,null,18446744073709551615,true,\"?\"]}");
+}
+
+TEST(Json, KnowsUtf8) {
+  for (const char* good : {"", "abc", "\xc3\xa4", "\xe2\x82\xac", "\xf0\x9f\x98\x80"}) EXPECT_TRUE(is_utf8(good));
+  for (const char* bad : {"\x80", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf8\x88\x80\x80\x80"}) {
+    EXPECT_FALSE(is_utf8(bad));
+  }
+}
+
+TEST(Console, ShowsNumbersForPeople) {
+  EXPECT_EQ(show_bytes(999), "999 B");
+  EXPECT_EQ(show_bytes(999'950), "1.0 MB");
+  EXPECT_EQ(show_count(507012345), "507,012,345");
+  EXPECT_EQ(show_count(12), "12");
+  EXPECT_EQ(show_duration(0.34), "0.3 s");
+  EXPECT_EQ(show_duration(200), "3 min 20 s");
+  EXPECT_EQ(show_duration(7500), "2 h 5 min");
+}
+
+TEST(MeshConvert, IsLossless) {
+  ControlMesh mesh = make_ring();
+  mesh.sharp_vertices = {3};
+  mesh.allow_folds = true;
+  const v1::ControlMesh message = to_proto(mesh);
+  const ControlMesh back = from_proto(message);
+  EXPECT_EQ(client::MeshBytes(to_proto(back)).id(), client::MeshBytes(message).id());
+  EXPECT_EQ(back.positions, mesh.positions);
+  EXPECT_EQ(back.channel_values, mesh.channel_values);
+  EXPECT_EQ(back.sharp_edges, mesh.sharp_edges);
+}
+
+TEST(MeshConvert, RefusesArraysThatFitNoMesh) {
+  v1::ControlMesh message = to_proto(make_box());
+  message.add_positions_mm(1);
+  EXPECT_THROW(from_proto(message), Error);
+  message = to_proto(make_box());
+  message.add_cell_kinds(v1::CELL_KIND_PYRAMID);
+  EXPECT_THROW(from_proto(message), Error);
+}
+
+TEST(MeshSource, ACcmeshKeepsItsIdUnlessItIsChanged) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "box.ccmesh").string();
+  const client::MeshBytes box(to_proto(make_box()));
+  write_file(path, box.bytes());
+  EXPECT_EQ(load_mesh({.mesh = path}).bytes->id(), box.id());
+  const LoadedMesh graded = load_mesh({.mesh = path, .grades = {"other=z"}});
+  EXPECT_NE(graded.bytes->id(), box.id());
+  EXPECT_EQ(graded.bytes->id(), load_mesh({.mesh = path, .grades = {"other=z"}}).bytes->id());
+  EXPECT_NE(load_mesh({.mesh = path, .grades = {}, .allow_folds = true}).bytes->id(), box.id());
+}
+
+TEST(MeshSource, HostileCcmeshesAreRefusedBeforeTheyAreGraded) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "bad.ccmesh").string();
+  v1::ControlMesh message = to_proto(make_box());
+  message.mutable_channel_values()->Truncate(3);
+  write_file(path, message.SerializeAsString());
+  EXPECT_THROW(load_mesh({.mesh = path, .grades = {"other=z"}}), Error);
+  message = to_proto(make_box());
+  message.set_cell_vertices(7, 4'000'000'000u);
+  write_file(path, message.SerializeAsString());
+  EXPECT_THROW(load_mesh({.mesh = path, .grades = {"other=z"}}), Error);
+}
+
+TEST(OutputFile, AppearsWholeOrNotAtAll) {
+  const TemporaryFolder folder;
+  write_file(folder.path() / "a", "first");
+  EXPECT_EQ(read_whole(folder.path() / "a"), "first");
+  EXPECT_THROW(write_file(folder.path() / "no" / "such" / "folder", "x"), Error);
+  fs::create_directories(folder.path() / "taken" / "inside");
+  EXPECT_THROW(write_file(folder.path() / "taken", "x"), Error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 2)
+      << "no temporary file stays";
+}
+
+client::Layer layer_of(std::uint32_t index, const std::vector<v1::PlaneSpec>& planes) {
+  client::Layer layer;
+  layer.index = index;
+  for (const v1::PlaneSpec& spec : planes) layer.planes.push_back({spec, "bytes", "", {}});
+  layer.contours.push_back({{0, 0, 1.5, 0, 0, 1}, {1, 1, 1}, {0, 0, 0, 0, 0, 0}});
+  return layer;
+}
+
+TEST(LayerFolder, NamesFilesByLayerAndPlane) {
+  const TemporaryFolder folder;
+  const auto planes = parse_planes({.occupancy = true, .channels = {"a b:f32", "a_b", "../evil"}}, false);
+  LayerFolder layers(folder.path() / "out", planes, ContourFormat::kCsv, 123'456, false);
+  layers.write(layer_of(42, planes));
+  layers.finish({}, {});
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder.path() / "out")) names.push_back(entry.path().filename());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("layer_000042_occupancy.png", "layer_000042_a_b.zst",
+                                                   "layer_000042_a_b_2.png", "layer_000042_.._evil.png",
+                                                   "layer_000042_contours.csv", "slices.json"));
+  EXPECT_EQ(read_whole(folder.path() / "out" / "layer_000042_contours.csv"), "loop,x_mm,y_mm\n0,0,0\n0,1.5,0\n0,0,1\n");
+}
+
+TEST(LayerFolder, RefusesToMixRuns) {
+  const TemporaryFolder folder;
+  const auto planes = parse_planes({}, false);
+  write_file(folder.path() / "notes.txt", "mine");
+  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, false).write(layer_of(3, planes)); }
+  EXPECT_THROW(LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, false), Error);
+  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, true).write(layer_of(4, planes)); }
+  EXPECT_FALSE(fs::exists(folder.path() / "layer_0003_occupancy.png"));
+  EXPECT_TRUE(fs::exists(folder.path() / "layer_0004_occupancy.png"));
+  EXPECT_TRUE(fs::exists(folder.path() / "notes.txt"));
+}
+
+TEST(Failure, ExitCodesSayWhoseFaultItIs) {
+  using client::ClientError;
+  using grpc::StatusCode;
+  EXPECT_EQ(failure_of(UsageError("x")).exit_code, kExitUsage);
+  EXPECT_EQ(failure_of(Error(ErrorCode::kFileSyntax, "x")).exit_code, kExitInput);
+  EXPECT_EQ(failure_of(Error(ErrorCode::kMeshNonFinite, "x")).exit_code, kExitInput);
+  EXPECT_EQ(failure_of(Error(ErrorCode::kFileUnwritable, "x")).exit_code, kExitOutput);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "MESH_NON_FINITE", "x")).exit_code, kExitInput);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "MESH_ID_INVALID", "x")).exit_code, kExitRefused);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "x")).exit_code, kExitRefused);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::UNAVAILABLE, "", "x")).exit_code, kExitUnreachable);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::DEADLINE_EXCEEDED, "", "x")).exit_code, kExitUnreachable);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::CANCELLED, client::local_reason::kCancelledHere, "x")).exit_code,
+            kExitInterrupted);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::ABORTED, client::local_reason::kEngineMixed, "x")).exit_code,
+            kExitMismatch);
+  EXPECT_EQ(failure_of(std::runtime_error("x")).exit_code, kExitBug);
+}
+
+}  // namespace
+}  // namespace ccslice::cli

@@ -1,0 +1,301 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ccslice program itself: output, files and exit codes, against a real server and one that misbehaves.
+
+#include <gmock/gmock.h>
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/mesh_convert.h"
+#include "client/cli/output_file.h"
+#include "client/mesh_bytes.h"
+#include "core/mesh/models.h"
+#include "server/rpc/server.h"
+#include "tests/client/fake_slicer.h"
+#include "tests/client/process.h"
+
+namespace ccslice::client {
+namespace {
+
+namespace fs = std::filesystem;
+using google::protobuf::Struct;
+using google::protobuf::Value;
+using testing::HasSubstr;
+
+/// The value at a path of members such as "mesh.control_cells"; a null value if the text is no JSON object.
+Value json_at(const std::string& text, const std::string& path) {
+  Value value;
+  EXPECT_TRUE(google::protobuf::util::JsonStringToMessage(text, &value).ok()) << text;
+  for (std::size_t at = 0; at <= path.size();) {
+    const std::size_t end = std::min(path.find('.', at), path.size());
+    const auto& fields = value.struct_value().fields();
+    const auto found = fields.find(path.substr(at, end - at));
+    if (found == fields.end()) {
+      ADD_FAILURE() << "no " << path << " in " << text;
+      return {};
+    }
+    const Value inner = found->second;
+    value = inner;
+    at = end + 1;
+  }
+  return value;
+}
+
+server::ServerOptions test_options() {
+  server::ServerOptions options;
+  options.listen_address = "127.0.0.1:0";
+  options.threads = 2;
+  options.cache_bytes = 1ull << 30;
+  options.stream_window_bytes = 64 << 20;
+  options.max_mesh_bytes = 256 << 20;
+  options.upload_budget_bytes = 512 << 20;
+  options.max_message_bytes = 4 << 20;
+  return options;
+}
+
+class CommandLine : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { server_ = std::make_unique<server::Server>(test_options()); }
+  static void TearDownTestSuite() { server_.reset(); }
+
+  CommandLine() { cli::write_file(box_, MeshBytes(cli::to_proto(make_box())).bytes()); }
+
+  std::unique_ptr<Process> start(std::vector<std::string> arguments, const std::string& address) {
+    arguments.insert(arguments.begin(), CCSLICE_BINARY);
+    if (!address.empty()) arguments.push_back("--server=" + address);
+    return std::make_unique<Process>(arguments, folder_.path());
+  }
+  ProcessResult run(const std::vector<std::string>& arguments) { return start(arguments, server_->address())->wait(); }
+  ProcessResult run_alone(const std::vector<std::string>& arguments) { return start(arguments, "")->wait(); }
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::size_t files_in(const std::string& name) const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder_.path() / name), fs::directory_iterator()));
+  }
+
+  static std::unique_ptr<server::Server> server_;
+  TemporaryFolder folder_;
+  const std::string box_ = path("box.ccmesh");
+};
+
+std::unique_ptr<server::Server> CommandLine::server_;
+
+TEST_F(CommandLine, HelpTeaches) {
+  const ProcessResult help = run_alone({"--help"});
+  EXPECT_EQ(help.exit_code, cli::kExitOk);
+  EXPECT_THAT(help.out, HasSubstr("Exit codes"));
+  for (const char* command : {"slice", "plan", "show", "probe", "info", "upload", "models", "convert"}) {
+    const ProcessResult result = run_alone({command, "--help"});
+    EXPECT_EQ(result.exit_code, cli::kExitOk);
+    EXPECT_THAT(result.out, HasSubstr("Example")) << command;
+  }
+  EXPECT_THAT(run_alone({"--version"}).out, HasSubstr("."));
+}
+
+TEST_F(CommandLine, WritesSamplesThatTheServerTakes) {
+  ASSERT_EQ(run_alone({"models", "ring", "-o", path("ring.ccmesh")}).exit_code, cli::kExitOk);
+  const ProcessResult plan = run({"plan", path("ring.ccmesh"), "--pitch", "0.0423,0.0846,0.03", "--json"});
+  ASSERT_EQ(plan.exit_code, cli::kExitOk) << plan.err;
+  EXPECT_EQ(json_at(plan.out, "grid.columns").number_value(), 1975);
+  EXPECT_EQ(json_at(plan.out, "layer_count").number_value(), 576);
+  EXPECT_THAT(run_alone({"models", "--json"}).out, HasSubstr("\"ring\""));
+}
+
+TEST_F(CommandLine, UploadsAndDescribes) {
+  const ProcessResult first = run({"upload", box_, "--grade", "extra=radial:z", "--json"});
+  ASSERT_EQ(first.exit_code, cli::kExitOk) << first.err;
+  EXPECT_FALSE(json_at(first.out, "was_cached").bool_value());
+  const std::string id = json_at(first.out, "mesh.mesh_id").string_value();
+  const ProcessResult again = run({"upload", box_, "--grade", "extra=radial:z"});
+  EXPECT_THAT(again.out, HasSubstr(id));
+  EXPECT_THAT(again.err, HasSubstr("held this mesh already"));
+  EXPECT_THAT(run({"info", id}).out, HasSubstr("extra"));
+  EXPECT_EQ(json_at(run({"info", id, "--json"}).out, "control_cells").number_value(), 48);
+  EXPECT_THAT(run({"info", "--meshes"}).out, HasSubstr(id));
+  EXPECT_THAT(run({"info"}).out, HasSubstr("engine"));
+  EXPECT_EQ(json_at(run({"info", "--json"}).out, "threads").number_value(), 2);
+  EXPECT_EQ(json_at(run_alone({"info", box_, "--json"}).out, "hexahedra").number_value(), 48);
+}
+
+TEST_F(CommandLine, SlicesIntoAFolder) {
+  const ProcessResult result =
+      run({"slice", box_, "--pitch", "0.5", "--occupancy", "--channel", "gradient:f32", "--channel", "gradient:u16",
+           "--encoding", "zstd", "--contours", "json", "--layers", "3..6", "-o", path("out"), "--json"});
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_EQ(json_at(result.out, "voxel_count").number_value(), 4 * 48 * 32);
+  EXPECT_EQ(files_in("out"), 4u * 4 + 1);
+  const std::string manifest = read_whole(path("out/slices.json"));
+  EXPECT_EQ(json_at(manifest, "grid.columns").number_value(), 48);
+  EXPECT_EQ(json_at(manifest, "layers").list_value().values_size(), 4);
+  EXPECT_EQ(json_at(read_whole(path("out/layer_0004_contours.json")), "layer").number_value(), 4);
+}
+
+TEST_F(CommandLine, WritesPicturesAndRawSamples) {
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--layers", "0", "-o", path("png")}).exit_code, cli::kExitOk);
+  EXPECT_THAT(read_whole(path("png/layer_0000_occupancy.png")), HasSubstr("PNG"));
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--layers", "0", "--encoding", "raw", "--channel", "gradient:u16", "-o",
+                 path("raw")})
+                .exit_code,
+            cli::kExitOk);
+  EXPECT_EQ(fs::file_size(path("raw/layer_0000_gradient.bin")), 2u * 24 * 16);
+}
+
+TEST_F(CommandLine, RefusesToOverwriteUnlessForced) {
+  const std::vector<std::string> slice = {"slice", box_, "--pitch", "1", "--layers", "0", "-o", path("out")};
+  ASSERT_EQ(run(slice).exit_code, cli::kExitOk);
+  const ProcessResult second = run(slice);
+  EXPECT_EQ(second.exit_code, cli::kExitOutput);
+  EXPECT_THAT(second.err, HasSubstr("--force"));
+  std::vector<std::string> forced = slice;
+  forced.push_back("--force");
+  EXPECT_EQ(run(forced).exit_code, cli::kExitOk);
+  EXPECT_EQ(run_alone({"models", "box", "-o", box_}).exit_code, cli::kExitOutput);
+  EXPECT_EQ(run({"slice", box_, "--pitch", "1", "-o", "/proc/nowhere"}).exit_code, cli::kExitOutput);
+}
+
+TEST_F(CommandLine, ProbesPoints) {
+  const ProcessResult text = run({"probe", box_, "--at", "6,8,4", "--at=-1,0,0"});
+  ASSERT_EQ(text.exit_code, cli::kExitOk) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("gradient 0.25"));
+  EXPECT_THAT(text.out, HasSubstr("(-1, 0, 0) outside"));
+  cli::write_file(path("points.csv"), "6,8,4\n12 8 4\n");
+  const ProcessResult json = run({"probe", box_, "--points", path("points.csv"), "--json"});
+  EXPECT_THAT(json.out, HasSubstr("\"location\":\"inside\""));
+  EXPECT_EQ(run({"probe", box_}).exit_code, cli::kExitUsage);
+}
+
+TEST_F(CommandLine, ShowsALayer) {
+  const ProcessResult result = run({"show", box_, "--channel", "gradient", "--width", "48"});
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("....."));
+  EXPECT_THAT(result.out, HasSubstr("@@@@@\n"));
+  EXPECT_THAT(result.out, HasSubstr("z = 4 mm"));
+}
+
+TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
+  ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("a.ccmesh")}).exit_code, cli::kExitOk);
+  ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("b.ccmesh")}).exit_code, cli::kExitOk);
+  EXPECT_EQ(read_whole(path("a.ccmesh")), read_whole(path("b.ccmesh")));
+}
+
+TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {},
+      {"carve"},
+      {"slice", box_},
+      {"slice", box_, "-o", path("o")},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--dpi", "600"},
+      {"slice", box_, "-o", path("o"), "--pitch", "fine"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--layers", "9..3"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--layers", "8"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--rotate", "q=3"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "jpeg"},
+      {"plan", box_, "--pitch", "1", "--grade", "oops"},
+      {"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--grade", "a=x"},
+      {"models", "teapot"},
+  };
+  for (std::vector<std::string> arguments : wrong) {
+    const bool command = !arguments.empty();
+    const ProcessResult result =
+        command && arguments[0] != "carve" && arguments[0] != "models" ? run(arguments) : run_alone(arguments);
+    EXPECT_EQ(result.exit_code, cli::kExitUsage) << testing::PrintToString(arguments) << result.err;
+  }
+  EXPECT_FALSE(fs::exists(path("o")));
+}
+
+TEST_F(CommandLine, BadFilesAreInputErrors) {
+  cli::write_file(path("syntax.mesh"), "MeshVersionFormatted 1\nVertices 1\n0 zero 0 0\n");
+  cli::write_file(path("random.bin"), std::string(1000, '\xa7'));
+  cli::write_file(path("nan.vtk"),
+                  "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\nnan 0 0\n");
+  cli::write_file(path("empty.mesh"), "");
+  for (const char* name : {"syntax.mesh", "random.bin", "nan.vtk", "empty.mesh", "missing.mesh"}) {
+    const ProcessResult result = run({"upload", path(name), "--json"});
+    EXPECT_EQ(result.exit_code, cli::kExitInput) << name;
+    EXPECT_THAT(result.err, HasSubstr(name));
+    EXPECT_EQ(json_at(result.out, "error.exit_code").number_value(), cli::kExitInput);
+  }
+  EXPECT_THAT(run({"upload", path("syntax.mesh")}).err, HasSubstr("line 3: expected a coordinate, found 'zero'"));
+}
+
+TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {
+  const ProcessResult missing = run({"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--json"});
+  EXPECT_EQ(missing.exit_code, cli::kExitRefused);
+  EXPECT_EQ(json_at(missing.out, "error.reason").string_value(), "MESH_MISSING");
+  const ProcessResult channel = run({"slice", box_, "--pitch", "1", "--channel", "nosuch", "-o", path("o"), "--json"});
+  EXPECT_EQ(channel.exit_code, cli::kExitRefused);
+  EXPECT_EQ(json_at(channel.out, "error.reason").string_value(), "CONTENT_INVALID");
+  EXPECT_THAT(channel.err, HasSubstr("nosuch"));
+  const ProcessResult pitch = run({"plan", box_, "--pitch", "0", "--json"});
+  EXPECT_EQ(json_at(pitch.out, "error.reason").string_value(), "PITCH_INVALID");
+}
+
+TEST_F(CommandLine, NobodyThereIsUnreachable) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ProcessResult result = start({"plan", box_, "--pitch", "1"}, "127.0.0.1:1")->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitUnreachable);
+  EXPECT_THAT(result.err, HasSubstr("--server"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
+  FakeSlicer fake;
+  std::atomic<bool> hanging = false;
+  fake.before_layer = [&](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 3 && !context.IsCancelled()) {
+      hanging = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return grpc::Status::OK;
+  };
+  const auto process = start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path("out")}, fake.address());
+  while (!hanging) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const auto begin = std::chrono::steady_clock::now();
+  process->send_signal(SIGINT);
+  EXPECT_EQ(process->wait().exit_code, cli::kExitInterrupted);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_EQ(files_in("out"), 3u) << "three whole layers and nothing else";
+  EXPECT_FALSE(fs::exists(path("out/slices.json")));
+}
+
+TEST_F(CommandLine, MixedEnginesAreAMismatch) {
+  FakeSlicer fake;
+  fake.before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+    if (layer != 2 || fake.engine_version == "engine-2") return grpc::Status::OK;
+    fake.engine_version = "engine-2";
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "rolling update");
+  };
+  const ProcessResult result =
+      start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path("out")}, fake.address())->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitMismatch);
+  EXPECT_THAT(result.err, HasSubstr("engine-2"));
+}
+
+TEST_F(CommandLine, TheTimeoutEndsAJob) {
+  FakeSlicer fake;
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 3 && !context.IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return grpc::Status::OK;
+  };
+  const ProcessResult result =
+      start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "--timeout", "0.5", "-o", path("out")},
+            fake.address())
+          ->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitUnreachable);
+}
+
+}  // namespace
+}  // namespace ccslice::client

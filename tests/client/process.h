@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ccslice::client {
+
+struct ProcessResult {
+  int exit_code = -1;  // 128 + signal if a signal ended it.
+  std::string out, err;
+};
+
+/// A program running with its output caught in files of `folder`.
+class Process {
+ public:
+  Process(const std::vector<std::string>& command, const std::filesystem::path& folder);
+  /// Kills it if it is still running.
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send_signal(int signal) const;
+  /// Waits for its end.
+  ProcessResult wait();
+
+ private:
+  std::filesystem::path out_, err_;
+  pid_t pid_ = -1;
+};
+
+std::string read_whole(const std::filesystem::path& path);
+
+/// A folder of its own, removed with all that is in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace ccslice::client
