@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "core/inversion/point_inverter.h"
 #include "core/mesh/models.h"
 #include "core/raster/occupancy.h"
 #include "tests/oracle/real_meshes.h"
@@ -154,6 +155,76 @@ INSTANTIATE_TEST_SUITE_P(TinyMeshes, Materials,
                                          "cross_of_seven", "sharp_box", "sharp_3_hexes", "hex_wedge_tet",
                                          "cube_of_tets"),
                          [](const auto& info) { return info.param; });
+
+/// Rotated, mirrored and sheared.
+std::vector<Placement> oblique_placements() {
+  std::vector<Placement> placements(3, Placement::Identity());
+  placements[0].rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized())).pretranslate(Vec3(100, -50, 3));
+  placements[1].scale(Vec3(-1, 1, 1)).rotate(Eigen::AngleAxisd(1.9, Vec3::UnitX()));
+  placements[2].linear() << 1.2, 0.4, 0, -0.1, 0.8, 0.3, 0, 0.2, 0.9;
+  return placements;
+}
+
+class PlacedVoxels : public testing::TestWithParam<std::string> {};
+
+TEST_P(PlacedVoxels, AreThePlacedPart) {
+  ControlMesh mesh = tiny_mesh(GetParam());
+  mesh.channel_names.clear();
+  grade_by_coordinates(mesh);
+  const Subject subject(mesh);
+  PointInverter inverter(subject.solid());
+  for (const Placement& placement : oblique_placements()) {
+    SliceJob job = float_job(subject, 40);
+    GridRequest request;
+    request.pitch = {0.7, 0.9, 0.8};
+    job.placement = placement;
+    job.grid = plan_grid(subject.solid(), placement, request);
+    LayerSlicer slicer(subject.shared_solid(), job);
+    const Placement to_mesh = placement.inverse();
+    std::size_t voxels = 0;
+    for (std::uint32_t k = 0; k < job.grid.extent.layers; k += 5) {
+      const Layer layer = slicer.slice(k, {});
+      const LayerView view(job, layer);
+      const std::vector<Polygon> polygons = polygons_of(layer.contours);
+      for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+        for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+          const Vec3 centre = view.centre(x, y);
+          const bool near_contour = distance_to(polygons, centre.head<2>()) < 0.01;
+          if (!near_contour) {
+            ASSERT_EQ(view.inside(x, y), inverter.invert(to_mesh * centre).has_value()) << centre.transpose();
+          }
+          if (!view.inside(x, y)) continue;
+          ++voxels;
+          const Vec3 place(view.channel(0, x, y), view.channel(1, x, y), view.channel(2, x, y));
+          ASSERT_LT((placement * place - centre).norm(), 1e-3 + job.contour_tolerance_mm) << x << " " << y << " " << k;
+        }
+      }
+    }
+    EXPECT_GT(voxels, 200u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(TinyMeshes, PlacedVoxels,
+                         testing::Values("box_2", "edge_valence_5_layers_2", "vertex_link_capped_octahedron",
+                                         "concave_corner", "sharp_box", "hex_wedge_tet", "hollow_cube"),
+                         [](const auto& info) { return info.param; });
+
+TEST(LinearGradient, OnABoxIsReproduced) {
+  const BoxShape shape;
+  const Subject subject(make_box(shape));
+  const SliceJob job = float_job(subject, VoxelPitch{0.11, 0.13, 0.5});
+  LayerSlicer slicer(subject.shared_solid(), job);
+  for (std::uint32_t k = 0; k < job.grid.extent.layers; ++k) {
+    const Layer layer = slicer.slice(k, {});
+    const LayerView view(job, layer);
+    EXPECT_EQ(layer.stats.voxels_inside, std::uint64_t{job.grid.extent.columns} * job.grid.extent.rows);
+    for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+      for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+        ASSERT_NEAR(view.channel(0, x, y), view.centre(x, y).x() / shape.size_mm.x(), 1e-6) << x << " " << y;
+      }
+    }
+  }
+}
 
 TEST(RingLayer, ResolvesEveryVoxelOfTheSampleAtItsOwnPitch) {
   ControlMesh ring = make_ring();
