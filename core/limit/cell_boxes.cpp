@@ -17,8 +17,8 @@ constexpr std::uint32_t kCancelPeriod = 256;
 Box3 cell_box(const LimitCell& cell, PatchBuilder& builder) {
   Box3 box;
   const auto add_patch = [&](const PatchPath&, double* grid) {
-    bspline_to_bezier(grid, 3, 3);
-    for (std::size_t p = 0; p < 64; ++p) box.extend(Vec3::Map(grid + 3 * p).eval());
+    bspline_to_bezier(grid, 3, kPositionDimension);
+    for (std::size_t p = 0; p < 64; ++p) box.extend(Vec3::Map(grid + kPositionDimension * p).eval());
   };
   builder.visit_patches(cell, 1, 1, add_patch, [&](const Box3& rest) { box.extend(rest); });
   return box;
@@ -27,7 +27,7 @@ Box3 cell_box(const LimitCell& cell, PatchBuilder& builder) {
 }  // namespace
 
 void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
-  PatchBuilder builder(data, 3);
+  PatchBuilder builder(data, kPositionDimension);
   std::vector<Box3> all;
   all.reserve(data.cells.size());
   for (const LimitCell& cell : data.cells) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "core/limit/patch.h"
@@ -22,7 +21,8 @@ constexpr int kRegularDepth = 2;  // How often a regular cell's patch is halved,
 constexpr int kIrregularDepth = 1;  // Each patch of an irregular cell.
 constexpr int kLevels = 3;          // Levels of patches looked at towards an irregular place.
 
-using Net = std::array<Vec3, 64>;  // Tricubic Bezier net.
+using Quad = Eigen::Vector4d;      // A point or vector, padded to one register.
+using Net = std::array<Quad, 64>;  // Tricubic Bezier net.
 
 struct Worst {
   double determinant = std::numeric_limits<double>::infinity();
@@ -43,21 +43,24 @@ constexpr Basis basis_at(double t) {
 }
 
 LimitSample evaluate(const Net& net, const Basis& u, const Basis& v, const Basis& w) {
-  LimitSample sample;
+  Quad position = Quad::Zero(), along_u = position, along_v = position, along_w = position;
   for (std::size_t k = 0; k < 4; ++k) {
-    Vec3 plane = Vec3::Zero(), plane_u = Vec3::Zero(), plane_v = Vec3::Zero();
+    Quad plane = Quad::Zero(), plane_u = plane, plane_v = plane;
     for (std::size_t j = 0; j < 4; ++j) {
-      const Vec3* p = &net[4 * j + 16 * k];
-      const Vec3 row = u.value[0] * p[0] + u.value[1] * p[1] + u.value[2] * p[2] + u.value[3] * p[3];
+      const Quad* p = &net[4 * j + 16 * k];
+      const Quad row = u.value[0] * p[0] + u.value[1] * p[1] + u.value[2] * p[2] + u.value[3] * p[3];
       plane_u += v.value[j] * (u.slope[0] * p[0] + u.slope[1] * p[1] + u.slope[2] * p[2] + u.slope[3] * p[3]);
       plane += v.value[j] * row;
       plane_v += v.slope[j] * row;
     }
-    sample.position += w.value[k] * plane;
-    sample.jacobian.col(0) += w.value[k] * plane_u;
-    sample.jacobian.col(1) += w.value[k] * plane_v;
-    sample.jacobian.col(2) += w.slope[k] * plane;
+    position += w.value[k] * plane;
+    along_u += w.value[k] * plane_u;
+    along_v += w.value[k] * plane_v;
+    along_w += w.slope[k] * plane;
   }
+  LimitSample sample;
+  sample.position = position.head<3>();
+  sample.jacobian << along_u.head<3>(), along_v.head<3>(), along_w.head<3>();
   return sample;
 }
 
@@ -69,14 +72,18 @@ void keep_worse(const LimitSample& sample, Worst& worst) {
 /// True if J = J0 (I + E) with ||E|| < 1 all over the net: then det J has the sign of det J0.
 bool certainly_unfolded(const Net& net, const Mat3& jacobian) {
   const Mat3 inverse = jacobian.inverse();
-  Vec3 row_sums = Vec3::Zero();
+  Eigen::Matrix<double, 4, 3> map = Eigen::Matrix<double, 4, 3>::Zero();
+  map.topRows<3>() = 3 * inverse;
+  Quad row_sums = Quad::Zero();
   for (int axis = 0; axis < 3; ++axis) {
     const std::size_t stride = stride_of(axis);
-    Vec3 spread = Vec3::Zero();
+    const Quad unit = Quad::Unit(axis);
+    Quad spread = Quad::Zero();
     for (std::size_t p = 0; p < 64; ++p) {
       if ((p / stride) % 4 == 3) continue;
-      const Vec3 derivative = 3 * (net[p + stride] - net[p]);
-      spread = spread.cwiseMax((inverse * derivative - Vec3::Unit(axis)).cwiseAbs());
+      const Quad d = net[p + stride] - net[p];
+      const Quad image = d[0] * map.col(0) + d[1] * map.col(1) + d[2] * map.col(2);
+      spread = spread.cwiseMax((image - unit).cwiseAbs());
     }
     row_sums += spread;
   }
@@ -88,8 +95,8 @@ void halve(const Net& net, int axis, Net& low, Net& high) {
   for (std::size_t p = 0; p < 64; ++p) {
     if ((p / stride) % 4 != 0) continue;
     const std::size_t q = p + stride, r = q + stride, s = r + stride;
-    const Vec3 pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
-    const Vec3 pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
+    const Quad pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
+    const Quad pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
     low[p] = net[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
     high[q] = qrs, high[r] = rs, high[s] = net[s];
   }
@@ -125,9 +132,9 @@ Worst worst_in(const LimitCell& cell, PatchBuilder& builder) {
   Worst worst;
   const int depth = cell.cell_class == CellClass::kRegular ? kRegularDepth : kIrregularDepth;
   const auto look = [&](const PatchPath& path, double* grid) {
-    bspline_to_bezier(grid, 3, 3);
+    bspline_to_bezier(grid, 3, kPositionDimension);
     Net net;
-    for (std::size_t p = 0; p < 64; ++p) net[p] = Vec3::Map(grid + 3 * p);
+    for (std::size_t p = 0; p < 64; ++p) net[p] = Quad(grid[4 * p], grid[4 * p + 1], grid[4 * p + 2], 0);
     // All frames are proper, so a patch's own Jacobian has the sign of the cell's; its size is that of its box.
     Worst found;
     search(net, depth, found);
@@ -143,7 +150,7 @@ Worst worst_in(const LimitCell& cell, PatchBuilder& builder) {
 }  // namespace
 
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
-  PatchBuilder builder(data, 3);
+  PatchBuilder builder(data, kPositionDimension);
   std::vector<Box3> boxes;
   for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
     if (c % kCancelPeriod == 0) cancel.throw_if_cancelled();

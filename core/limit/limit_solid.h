@@ -24,10 +24,9 @@
 #include "core/base/types.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
+#include "core/subdivision/cell_class.h"
 
 namespace ccslice {
-
-enum class CellClass : std::uint8_t { kRegular = 0, kLine = 1, kVertex = 2 };
 
 struct ChannelRange {
   std::string name;

@@ -3,6 +3,8 @@
 
 #include "core/limit/patch.h"
 
+#include <type_traits>
+
 namespace ccslice {
 
 namespace {
@@ -21,6 +23,27 @@ void for_each_line(int axes, int axis, Visit visit) {
   const std::size_t count = std::size_t{1} << (2 * axes);
   for (std::size_t p = 0; p < count; ++p) {
     if ((p / stride) % 4 == 0) visit(p, stride);
+  }
+}
+
+/// A dimension that the compiler knows, so that its loops become single instructions.
+template <std::size_t kDimension>
+using FixedDimension = std::integral_constant<std::size_t, kDimension>;
+
+template <typename Dimension>
+void to_bezier(double* grid, int axes, Dimension dimension) noexcept {
+  for (int axis = 0; axis < axes; ++axis) {
+    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
+      double* p = grid + first * dimension;
+      const std::size_t step = stride * dimension;
+      for (std::size_t d = 0; d < dimension; ++d) {
+        const double a = p[d], b = p[step + d], c = p[2 * step + d], e = p[3 * step + d];
+        p[d] = (a + 4 * b + c) * (1.0 / 6);
+        p[step + d] = (2 * b + c) * (1.0 / 3);
+        p[2 * step + d] = (b + 2 * c) * (1.0 / 3);
+        p[3 * step + d] = (b + 4 * c + e) * (1.0 / 6);
+      }
+    });
   }
 }
 
@@ -115,19 +138,7 @@ void load_patch(const double* grid, std::size_t dimension, Patch& patch) noexcep
 }
 
 void bspline_to_bezier(double* grid, int axes, std::size_t dimension) noexcept {
-  for (int axis = 0; axis < axes; ++axis) {
-    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
-      double* p = grid + first * dimension;
-      const std::size_t step = stride * dimension;
-      for (std::size_t d = 0; d < dimension; ++d) {
-        const double a = p[d], b = p[step + d], c = p[2 * step + d], e = p[3 * step + d];
-        p[d] = (a + 4 * b + c) / 6;
-        p[step + d] = (2 * b + c) / 3;
-        p[2 * step + d] = (b + 2 * c) / 3;
-        p[3 * step + d] = (b + 4 * c + e) / 6;
-      }
-    });
-  }
+  dimension == 4 ? to_bezier(grid, axes, FixedDimension<4>{}) : to_bezier(grid, axes, dimension);
 }
 
 }  // namespace ccslice

@@ -101,7 +101,7 @@ void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) cons
     if (id == kNone) {
       std::fill(out, out + dimension_, 0.0);
     } else {
-      std::copy_n(data_.point(id), dimension_, out);
+      std::copy_n(data_.point(id), std::min(dimension_, data_.dimension), out);
     }
     out += dimension_;
   }

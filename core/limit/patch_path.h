@@ -49,15 +49,18 @@ struct PatchPlace {
 
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept;
 
+/// Doubles a point when only positions count: padded by one, so that a point is one register.
+inline constexpr std::size_t kPositionDimension = 4;
+
 /// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point:
-/// positions alone (3), or channels as well (data.dimension).
+/// positions alone, padded (kPositionDimension), or all that a control point holds (data.dimension).
 class PatchBuilder {
  public:
   PatchBuilder(const LimitSolid::Data& data, std::size_t dimension);
 
   /// REQUIRES: `grid` holds 64 * dimension doubles.
   void build(const LimitCell& cell, const PatchPath& path, double* grid) noexcept;
-  /// The limit at the irregular vertex of a vertex cell: `dimension` doubles.
+  /// The limit at the irregular vertex of a vertex cell: `dimension` doubles. REQUIRES: dimension == data.dimension.
   void limit_at_vertex(const LimitCell& cell, double* out) noexcept;
   /// The limit at w on the irregular line of a line cell, or of the line sub-cell at the path.
   void limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept;

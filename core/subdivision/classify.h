@@ -22,8 +22,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/limit/limit_solid.h"
 #include "core/mesh/cell_complex.h"
+#include "core/subdivision/cell_class.h"
 
 namespace ccslice {
 

@@ -24,7 +24,7 @@
 #include <map>
 #include <vector>
 
-#include "core/limit/limit_solid.h"
+#include "core/subdivision/cell_class.h"
 #include "core/subdivision/frame.h"
 #include "core/subdivision/ring.h"
 #include "core/subdivision/stencils.h"

@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -33,6 +34,10 @@ struct Stencils {
   /// Points of `dimension` doubles each. REQUIRES: out holds count * dimension, disjoint from `points`.
   void apply(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t dimension,
              double* out) const noexcept {
+    if (dimension == 4) {  // Positions with one channel, or padded: one register.
+      apply_quads(first_row, count, points, out);
+      return;
+    }
     for (std::uint32_t r = 0; r < count; ++r, out += dimension) {
       for (std::size_t k = 0; k < dimension; ++k) out[k] = 0;
       for (std::uint32_t e = offsets[first_row + r]; e < offsets[first_row + r + 1]; ++e) {
@@ -40,6 +45,17 @@ struct Stencils {
         const double weight = weights[e];
         for (std::size_t k = 0; k < dimension; ++k) out[k] += weight * point[k];
       }
+    }
+  }
+
+ private:
+  void apply_quads(std::uint32_t first_row, std::uint32_t count, const double* points, double* out) const noexcept {
+    for (std::uint32_t r = 0; r < count; ++r, out += 4) {
+      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+      for (std::uint32_t e = offsets[first_row + r]; e < offsets[first_row + r + 1]; ++e) {
+        sum += weights[e] * Eigen::Map<const Eigen::Vector4d>(points + std::size_t{indices[e]} * 4);
+      }
+      Eigen::Map<Eigen::Vector4d>(out, 4) = sum;
     }
   }
 };

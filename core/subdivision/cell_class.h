@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+
+namespace ccslice {
+
+/// Classes of limit-ready cells, by what of them is irregular: nothing, one line along an edge, or one vertex.
+enum class CellClass : std::uint8_t { kRegular = 0, kLine = 1, kVertex = 2 };
+
+}  // namespace ccslice
