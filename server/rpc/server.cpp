@@ -8,12 +8,16 @@
 #include <grpcpp/server_builder.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <mutex>
 
 namespace ccslice::server {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// What calls that are cut off have for their status.
+constexpr std::chrono::nanoseconds kLastWords = 100ms;
 
 void enable_extras() {
   static std::once_flag once;
@@ -57,7 +61,7 @@ Server::Server(const ServerOptions& options) : state_(options), service_(state_)
   server_->GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), true);
 }
 
-Server::~Server() { shut_down(); }
+Server::~Server() { shut_down(kLastWords); }
 
 void Server::drain(std::chrono::milliseconds grace, const std::function<bool()>& hurry) {
   const auto end = std::chrono::steady_clock::now() + grace;
@@ -68,13 +72,14 @@ void Server::drain(std::chrono::milliseconds grace, const std::function<bool()>&
   while (!idle && !hurry() && std::chrono::steady_clock::now() < end) {
     idle = state_.calls.wait_idle(std::min(end, std::chrono::steady_clock::now() + 50ms));
   }
-  if (!idle) spdlog::warn("{} calls are still running: cancelling them", state_.calls.running());
-  shut_down();
+  if (idle) return shut_down(std::max(kLastWords, end - std::chrono::steady_clock::now()));
+  spdlog::warn("{} calls are still running: cancelling them", state_.calls.running());
+  shut_down(kLastWords);
 }
 
-/// The deadline is short: it cancels what is running, and all calls end soon after they are cancelled.
-void Server::shut_down() {
-  server_->Shutdown(std::chrono::system_clock::now() + 100ms);
+void Server::shut_down(std::chrono::nanoseconds patience) {
+  const auto system_patience = std::chrono::duration_cast<std::chrono::system_clock::duration>(patience);
+  server_->Shutdown(std::chrono::system_clock::now() + system_patience);
   server_->Wait();
 }
 

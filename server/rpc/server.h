@@ -40,7 +40,8 @@ class Server {
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 
  private:
-  void shut_down();
+  /// Takes no more calls, waits so long for those whose last messages are still on their way, cancels the rest.
+  void shut_down(std::chrono::nanoseconds patience);
 
   ServiceState state_;
   SlicerService service_;

@@ -6,11 +6,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include "core/mesh/validate.h"
 #include "core/slicer/slice_limits.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
+#include "server/service/limits.h"
 #include "server/service/mesh_cache.h"
 #include "server/service/options.h"
 #include "server/service/upload.h"
@@ -25,6 +27,7 @@ struct ServiceState {
         uploads(options.upload_budget_bytes),
         calls(options.max_concurrent_calls) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
+    max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
   }
   /// Work that is still running uses the other members.
   ~ServiceState() { executor.wait_idle(); }
@@ -32,6 +35,7 @@ struct ServiceState {
   const ServerOptions options;
   MeshLimits mesh_limits;
   SliceLimits slice_limits;
+  std::uint64_t max_triangles;  // Of one TessellateBoundary.
   Executor executor;
   MeshCache cache;
   UploadBudget uploads;

@@ -86,7 +86,7 @@ void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {
   info.set_max_mesh_bytes(state.options.max_mesh_bytes);
   info.set_max_chunk_bytes(kMaxChunkBytes);
   info.set_max_points_per_message(kMaxPointsPerMessage);
-  info.set_max_triangles(kMaxTriangles);
+  info.set_max_triangles(state.max_triangles);
   info.set_max_concurrent_calls(static_cast<std::uint32_t>(state.options.max_concurrent_calls));
   info.set_threads(static_cast<std::uint32_t>(state.executor.threads()));
   const CacheUse use = state.cache.use();

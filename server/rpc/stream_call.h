@@ -89,10 +89,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
     stop();
     wake();
   }
-  void OnDone() override {
-    admission_ = {};
-    const std::shared_ptr<StreamCall> last = std::move(self_);
-  }
+  void OnDone() override { const std::shared_ptr<StreamCall> last = std::move(self_); }
 
   void prepare_guarded() {
     if (stopped()) return;
@@ -134,6 +131,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   /// Nothing pumps any more after this.
   void end(const grpc::Status& status) {
     stop();
+    admission_ = {};
     log_.finish(status);
     this->Finish(status);
   }

@@ -32,7 +32,7 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
     channels_ = mesh->solid()->channel_count();
     TessellationOptions options;
     options.tolerance_mm = tolerance_mm();
-    options.max_triangles = kMaxTriangles;
+    options.max_triangles = state_.max_triangles;
     options.cancel = cancel_;
     tessellate(*mesh->solid(), placement, options, [this](const TessellationChunk& chunk) { collect(chunk); });
     write_header(mesh->solid()->summary());

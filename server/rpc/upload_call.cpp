@@ -58,10 +58,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
     ticket().cancel();
   }
 
-  void OnDone() override {
-    admission_ = {};
-    const std::shared_ptr<UploadCall> last = std::move(self_);
-  }
+  void OnDone() override { const std::shared_ptr<UploadCall> last = std::move(self_); }
 
   /// Takes a message in; false if the call has been answered.
   bool accept() {
@@ -130,6 +127,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
   }
 
   void end(const grpc::Status& status) {
+    admission_ = {};
     log_.finish(status);
     Finish(status);
   }

@@ -32,8 +32,10 @@ inline constexpr std::size_t kMaxPageBytes = 3u << 20;
 /// Ids and places listed in a summary or a warning.
 inline constexpr std::size_t kMaxListedItems = 32;
 
-/// Triangles of one TessellateBoundary.
+/// Triangles of one TessellateBoundary: as many as the memory of a stream holds at this much each, but no more than the
+/// maximum.
 inline constexpr std::uint64_t kMaxTriangles = 20'000'000;
+inline constexpr std::uint64_t kTriangleMemoryBytes = 64;
 inline constexpr double kMinChordToleranceMm = 1e-5;
 inline constexpr double kMaxChordToleranceMm = 1e3;
 inline constexpr double kDefaultChordToleranceMm = 0.05;

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "server/service/limits.h"
+#include "server/service/mesh_id.h"
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+class MeshRpcs : public ::testing::Test {
+ protected:
+  grpc::Status get(const std::string& id, v1::GetMeshResponse& response) {
+    grpc::ClientContext context;
+    v1::GetMeshRequest request;
+    request.set_mesh_id(id);
+    return server_.stub().GetMesh(&context, request, &response);
+  }
+  grpc::Status remove(const std::string& id, v1::DeleteMeshResponse& response) {
+    grpc::ClientContext context;
+    v1::DeleteMeshRequest request;
+    request.set_mesh_id(id);
+    return server_.stub().DeleteMesh(&context, request, &response);
+  }
+  grpc::Status list(std::uint32_t page_size, const std::string& token, v1::ListMeshesResponse& response) {
+    grpc::ClientContext context;
+    v1::ListMeshesRequest request;
+    request.set_page_size(page_size);
+    request.set_page_token(token);
+    return server_.stub().ListMeshes(&context, request, &response);
+  }
+
+  TestServer server_;
+  const std::string missing_ = mesh_id_of("missing");
+};
+
+TEST_F(MeshRpcs, ServerInfoTellsTheLimits) {
+  grpc::ClientContext context;
+  v1::GetServerInfoResponse info;
+  ASSERT_TRUE(server_.stub().GetServerInfo(&context, {}, &info).ok());
+  EXPECT_FALSE(info.engine_version().empty());
+  EXPECT_FALSE(info.server_version().empty());
+  EXPECT_EQ(info.threads(), 2u);
+  EXPECT_EQ(info.max_points_per_message(), kMaxPointsPerMessage);
+  EXPECT_EQ(info.slice_limits().max_planes(), 64u);
+  EXPECT_GT(info.mesh_limits().max_cells(), 0u);
+  EXPECT_EQ(info.sample_types_size(), 4);
+  EXPECT_GE(info.encodings_size(), 2);
+  EXPECT_EQ(info.cache_capacity_bytes(), test_options().cache_bytes);
+}
+
+TEST_F(MeshRpcs, GetAnswersWhatTheUploadAnswered) {
+  v1::UploadMeshResponse uploaded;
+  ASSERT_TRUE(server_.upload(make_block(2, 10), &uploaded).ok());
+  v1::GetMeshResponse response;
+  ASSERT_TRUE(get(uploaded.mesh().mesh_id(), response).ok());
+  response.mutable_mesh()->mutable_last_use_time()->CopyFrom(uploaded.mesh().last_use_time());
+  EXPECT_EQ(response.mesh().SerializeAsString(), uploaded.mesh().SerializeAsString());
+}
+
+TEST_F(MeshRpcs, GetOfAMissingMeshSaysWhichOneToUpload) {
+  v1::GetMeshResponse response;
+  const Failure failure = failure_of(get(missing_, response));
+  EXPECT_EQ(failure.code, grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(failure.reason, "MESH_MISSING");
+  EXPECT_EQ(failure.missing, missing_);
+}
+
+TEST_F(MeshRpcs, RefuseWhatIsNoId) {
+  v1::GetMeshResponse got;
+  EXPECT_EQ(failure_of(get("x", got)).reason, "MESH_ID_INVALID");
+  v1::DeleteMeshResponse deleted;
+  EXPECT_EQ(failure_of(remove("", deleted)).reason, "MESH_ID_INVALID");
+}
+
+TEST_F(MeshRpcs, DeleteIsIdempotent) {
+  const std::string id = server_.upload_good(make_block(1, 10));
+  v1::DeleteMeshResponse response;
+  ASSERT_TRUE(remove(id, response).ok());
+  EXPECT_TRUE(response.deleted());
+  ASSERT_TRUE(remove(id, response).ok());
+  EXPECT_FALSE(response.deleted());
+  v1::GetMeshResponse got;
+  EXPECT_EQ(failure_of(get(id, got)).reason, "MESH_MISSING");
+}
+
+TEST_F(MeshRpcs, FindMissingNamesTheMissingOnesInOrder) {
+  const std::string id = server_.upload_good(make_block(1, 10));
+  const std::string other = mesh_id_of("other");
+  grpc::ClientContext context;
+  v1::FindMissingMeshesRequest request;
+  for (const std::string& one : {other, id, missing_}) request.add_mesh_ids(one);
+  v1::FindMissingMeshesResponse response;
+  ASSERT_TRUE(server_.stub().FindMissingMeshes(&context, request, &response).ok());
+  ASSERT_EQ(response.missing_mesh_ids_size(), 2);
+  EXPECT_EQ(response.missing_mesh_ids(0), other);
+  EXPECT_EQ(response.missing_mesh_ids(1), missing_);
+}
+
+TEST_F(MeshRpcs, FindMissingRefusesTooManyAndWrongIds) {
+  v1::FindMissingMeshesRequest request;
+  for (std::uint32_t i = 0; i <= kMaxIdsPerMessage; ++i) request.add_mesh_ids(missing_);
+  v1::FindMissingMeshesResponse response;
+  grpc::ClientContext first;
+  EXPECT_EQ(failure_of(server_.stub().FindMissingMeshes(&first, request, &response)).reason, "BATCH_TOO_LARGE");
+  request.clear_mesh_ids();
+  request.add_mesh_ids(missing_);
+  request.add_mesh_ids("nonsense");
+  grpc::ClientContext second;
+  const Failure failure = failure_of(server_.stub().FindMissingMeshes(&second, request, &response));
+  EXPECT_EQ(failure.reason, "MESH_ID_INVALID");
+  EXPECT_EQ(failure.field, "mesh_ids[1]");
+}
+
+TEST_F(MeshRpcs, ListComesInPages) {
+  for (int i = 0; i < 5; ++i) server_.upload_good(make_block(1, 10 + i));
+  std::vector<std::string> ids;
+  std::string token;
+  do {
+    v1::ListMeshesResponse response;
+    ASSERT_TRUE(list(2, token, response).ok());
+    for (const v1::MeshSummary& mesh : response.meshes()) ids.push_back(mesh.mesh_id());
+    token = response.next_page_token();
+  } while (!token.empty());
+  EXPECT_EQ(ids.size(), 5u);
+  EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
+}
+
+TEST_F(MeshRpcs, ListRefusesForeignTokensAndAbsurdPages) {
+  v1::ListMeshesResponse response;
+  EXPECT_EQ(failure_of(list(0, "token", response)).field, "page_token");
+  EXPECT_EQ(failure_of(list(1001, "", response)).field, "page_size");
+}
+
+TEST(MeshExpiry, DropsMeshesThatNobodyUses) {
+  ServerOptions options = test_options();
+  options.mesh_time_to_live = std::chrono::milliseconds(50);
+  TestServer server(options);
+  v1::UploadMeshResponse response;
+  ASSERT_TRUE(server.upload(make_block(1, 10), &response).ok());
+  EXPECT_TRUE(response.mesh().has_expire_time());
+  std::this_thread::sleep_for(std::chrono::milliseconds(80));
+  server.server().sweep();
+  EXPECT_EQ(server.server().state().cache.use().used_bytes, 0u);
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+class PlanSlices : public ::testing::Test {
+ protected:
+  PlanSlices() {
+    request_.set_mesh_id(server_.upload_good(make_box(2, 10)));
+    request_.mutable_grid()->mutable_pitch()->set_x_mm(0.1);
+    request_.mutable_grid()->mutable_pitch()->set_y_mm(0.2);
+    request_.mutable_grid()->mutable_pitch()->set_z_mm(0.5);
+  }
+
+  grpc::Status plan() {
+    grpc::ClientContext context;
+    return server_.stub().PlanSlices(&context, request_, &response_);
+  }
+  Failure failure() { return failure_of(plan()); }
+  bool warns_of(v1::PlanWarningKind kind) {
+    const grpc::Status status = plan();
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    for (const v1::PlanWarning& warning : response_.warnings()) {
+      if (warning.kind() == kind) return !warning.message().empty();
+    }
+    return false;
+  }
+
+  TestServer server_;
+  v1::PlanSlicesRequest request_;
+  v1::PlanSlicesResponse response_;
+};
+
+TEST_F(PlanSlices, TellsTheGridAndTheSizes) {
+  v1::PlaneSpec& channel = *request_.add_planes();
+  channel.mutable_channel()->set_name("x");
+  channel.set_sample_type(v1::SAMPLE_TYPE_UINT16);
+  channel.set_encoding(v1::PLANE_ENCODING_RAW);
+  request_.add_planes()->mutable_occupancy();
+  const grpc::Status status = plan();
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(response_.grid().extent().columns(), 100u);
+  EXPECT_EQ(response_.grid().extent().rows(), 50u);
+  EXPECT_EQ(response_.layer_count(), 20u);
+  EXPECT_NEAR(response_.size_mm().z(), 10, 1e-9);
+  EXPECT_EQ(response_.raw_bytes_per_layer(), 100u * 50 * 2 + 13 * 50);
+  EXPECT_EQ(response_.raw_bytes(), 20 * response_.raw_bytes_per_layer());
+  EXPECT_GT(response_.estimated_bytes(), 20u * 100 * 50 * 2);
+  EXPECT_EQ(response_.warnings_size(), 0);
+}
+
+TEST_F(PlanSlices, PlacesTheGridWhereItIsAskedFor) {
+  request_.mutable_grid()->mutable_origin_mm()->set_x(1);
+  request_.mutable_grid()->mutable_extent()->set_columns(3);
+  request_.mutable_grid()->mutable_extent()->set_rows(4);
+  request_.mutable_grid()->mutable_extent()->set_layers(5);
+  ASSERT_TRUE(plan().ok());
+  EXPECT_EQ(response_.grid().origin_mm().x(), 1);
+  EXPECT_EQ(response_.grid().extent().rows(), 4u);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_PART_CLIPPED));
+}
+
+TEST_F(PlanSlices, WarnsOfWhatTheUserShouldKnow) {
+  request_.mutable_grid()->mutable_origin_mm()->set_x(100);
+  request_.mutable_grid()->mutable_extent()->set_columns(3);
+  request_.mutable_grid()->mutable_extent()->set_rows(4);
+  request_.mutable_grid()->mutable_extent()->set_layers(5);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_GRID_EMPTY));
+  request_.mutable_grid()->clear_origin_mm();
+  request_.mutable_grid()->clear_extent();
+  request_.set_contour_tolerance_mm(0.5);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_COARSE_TOLERANCE));
+  request_.clear_contour_tolerance_mm();
+  for (const double number : {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}) request_.mutable_placement()->add_matrix(number);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_MIRRORED));
+  request_.clear_placement();
+  request_.mutable_grid()->mutable_pitch()->set_z_mm(20);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL));
+}
+
+TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
+  v1::ControlMesh mesh = make_block(2, 10);
+  mesh.set_positions_mm(3 * 13, 40);
+  mesh.set_allow_folds(true);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_FOLDS));
+  EXPECT_GT(response_.warnings(0).places_mm_size(), 0);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_INVERTED_CELLS));
+}
+
+TEST_F(PlanSlices, RefusesWrongPitches) {
+  for (const double pitch :
+       {0.0, -0.1, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e-9, 1e9}) {
+    request_.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
+    const Failure refused = failure();
+    EXPECT_EQ(refused.code, grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_EQ(refused.reason, "PITCH_INVALID") << pitch;
+    EXPECT_EQ(refused.field, "grid.pitch.y_mm");
+  }
+  request_.clear_grid();
+  EXPECT_EQ(failure().reason, "PITCH_INVALID");
+}
+
+TEST_F(PlanSlices, RefusesGridsBeyondTheLimits) {
+  request_.mutable_grid()->mutable_pitch()->set_x_mm(1e-4);
+  EXPECT_EQ(failure().reason, "GRID_TOO_LARGE");
+  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.1);
+  request_.mutable_grid()->mutable_extent()->set_columns(4'000'000'000);
+  request_.mutable_grid()->mutable_extent()->set_rows(1);
+  request_.mutable_grid()->mutable_extent()->set_layers(1);
+  EXPECT_EQ(failure().reason, "GRID_TOO_LARGE");
+  request_.mutable_grid()->mutable_extent()->set_columns(0);
+  EXPECT_EQ(failure().reason, "PARAMETER_INVALID");
+  EXPECT_EQ(failure().field, "grid.extent.columns");
+}
+
+TEST_F(PlanSlices, RefusesLayersLargerThanTheWindow) {
+  ServerOptions options = test_options();
+  options.stream_window_bytes = 1 << 20;
+  TestServer server(options);
+  request_.set_mesh_id(server.upload_good(make_box(2, 10)));
+  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.001);
+  request_.mutable_grid()->mutable_pitch()->set_y_mm(0.001);
+  request_.add_planes()->mutable_channel()->set_name("x");
+  grpc::ClientContext context;
+  const Failure refused = failure_of(server.stub().PlanSlices(&context, request_, &response_));
+  EXPECT_EQ(refused.reason, "GRID_TOO_LARGE");
+  EXPECT_EQ(refused.field, "planes");
+}
+
+TEST_F(PlanSlices, RefusesWrongPlacements) {
+  for (int i = 0; i < 12; ++i) request_.mutable_placement()->add_matrix(0);
+  EXPECT_EQ(failure().reason, "PLACEMENT_SINGULAR");
+  request_.mutable_placement()->set_matrix(3, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(failure().reason, "PLACEMENT_SINGULAR");
+  request_.mutable_placement()->add_matrix(0);
+  EXPECT_EQ(failure().reason, "REQUEST_MALFORMED");
+  EXPECT_EQ(failure().field, "placement.matrix");
+}
+
+TEST_F(PlanSlices, RefusesWrongPlanes) {
+  v1::PlaneSpec& plane = *request_.add_planes();
+  EXPECT_EQ(failure().reason, "CONTENT_INVALID");
+  EXPECT_EQ(failure().field, "planes[0]");
+  plane.mutable_channel()->set_name("nonsense");
+  EXPECT_EQ(failure().reason, "CONTENT_INVALID");
+  EXPECT_EQ(failure().field, "planes[0].channel.name");
+  plane.mutable_channel()->set_name("x");
+  plane.set_sample_type(static_cast<v1::SampleType>(99));
+  EXPECT_EQ(failure().reason, "ENCODING_UNSUPPORTED");
+  EXPECT_EQ(failure().field, "planes[0].sample_type");
+  plane.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  plane.set_encoding(static_cast<v1::PlaneEncoding>(99));
+  EXPECT_EQ(failure().field, "planes[0].encoding");
+  plane.set_encoding(v1::PLANE_ENCODING_PNG);
+  EXPECT_EQ(failure().reason, "ENCODING_UNSUPPORTED");
+  plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  plane.mutable_value_range()->set_min(1);
+  plane.mutable_value_range()->set_max(1);
+  EXPECT_EQ(failure().reason, "CONTENT_INVALID");
+  EXPECT_EQ(failure().field, "planes[0].value_range");
+}
+
+TEST_F(PlanSlices, RefusesWrongTolerances) {
+  for (const double tolerance : {0.0, -1.0, 1e-9, 100.0, std::numeric_limits<double>::quiet_NaN()}) {
+    request_.set_contour_tolerance_mm(tolerance);
+    EXPECT_EQ(failure().reason, "TOLERANCE_INVALID") << tolerance;
+    EXPECT_EQ(failure().field, "contour_tolerance_mm");
+  }
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+#include <random>
+
+#include "server/service/limits.h"
+#include "server/service/mesh_id.h"
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+class PointRpcs : public ::testing::Test {
+ protected:
+  /// Sends these messages, reads as many answers as come; how the call ended.
+  grpc::Status probe(const std::vector<v1::ProbePointsRequest>& requests,
+                     std::vector<v1::ProbePointsResponse>& responses) {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().ProbePoints(&context);
+    return converse(*stream, requests, responses);
+  }
+  grpc::Status evaluate(const std::vector<v1::EvaluatePointsRequest>& requests,
+                        std::vector<v1::EvaluatePointsResponse>& responses) {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().EvaluatePoints(&context);
+    return converse(*stream, requests, responses);
+  }
+
+  v1::ProbePointsRequest points(std::initializer_list<double> numbers) const {
+    v1::ProbePointsRequest request;
+    request.set_mesh_id(id_);
+    for (const double number : numbers) request.add_points_mm(number);
+    return request;
+  }
+
+  Failure probe_failure(const v1::ProbePointsRequest& request) {
+    std::vector<v1::ProbePointsResponse> responses;
+    return failure_of(probe({request}, responses));
+  }
+  Failure evaluate_failure(const v1::EvaluatePointsRequest& request) {
+    std::vector<v1::EvaluatePointsResponse> responses;
+    return failure_of(evaluate({request}, responses));
+  }
+
+  TestServer server_;
+  const std::string id_ = server_.upload_good(make_box(2, 10));
+
+ private:
+  template <class Stream, class Request, class Response>
+  grpc::Status converse(Stream& stream, const std::vector<Request>& requests, std::vector<Response>& responses) {
+    for (const Request& request : requests) {
+      if (!stream.Write(request)) break;
+      Response response;
+      if (!stream.Read(&response)) break;
+      responses.push_back(response);
+    }
+    stream.WritesDone();
+    return stream.Finish();
+  }
+};
+
+TEST_F(PointRpcs, ProbeTellsInsideFromNearFromOutside) {
+  std::vector<v1::ProbePointsResponse> responses;
+  const grpc::Status status = probe({points({1, 2, 3, 11, 5, 5, 10.001, 5, 5, 7.5, 5, 5})}, responses);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  const v1::ProbePointsResponse& answer = responses.at(0);
+  ASSERT_EQ(answer.locations_size(), 4);
+  EXPECT_EQ(answer.locations(0), v1::POINT_LOCATION_INSIDE);
+  EXPECT_EQ(answer.locations(1), v1::POINT_LOCATION_OUTSIDE);
+  EXPECT_EQ(answer.locations(2), v1::POINT_LOCATION_NEAR);
+  EXPECT_EQ(answer.locations(3), v1::POINT_LOCATION_INSIDE);
+  EXPECT_EQ(answer.uvw_size(), 12);
+  EXPECT_NEAR(answer.materials(0), 1, 1e-5);
+  EXPECT_EQ(answer.materials(1), 0);
+  EXPECT_NEAR(answer.materials(3), 7.5, 1e-5);
+  EXPECT_LE(answer.residuals_mm(0), 1e-6);
+  EXPECT_NEAR(answer.residuals_mm(2), 0.001, 1e-5);
+  EXPECT_LT(answer.control_cells(0), 8u);
+}
+
+TEST_F(PointRpcs, EvaluateUndoesProbe) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> coordinate(0.01, 9.99);
+  v1::ProbePointsRequest request;
+  request.set_mesh_id(id_);
+  for (int i = 0; i < 3000; ++i) request.add_points_mm(coordinate(random));
+  std::vector<v1::ProbePointsResponse> probed;
+  ASSERT_TRUE(probe({request}, probed).ok());
+  v1::EvaluatePointsRequest back;
+  back.set_mesh_id(id_);
+  *back.mutable_limit_cells() = probed.at(0).limit_cells();
+  *back.mutable_uvw() = probed.at(0).uvw();
+  std::vector<v1::EvaluatePointsResponse> evaluated;
+  ASSERT_TRUE(evaluate({back}, evaluated).ok());
+  for (int i = 0; i < 3000; ++i) ASSERT_NEAR(evaluated.at(0).positions_mm(i), request.points_mm(i), 1e-5);
+  EXPECT_EQ(evaluated.at(0).jacobians_mm_size(), 9000);
+  EXPECT_EQ(evaluated.at(0).materials_size(), 1000);
+}
+
+TEST_F(PointRpcs, APlacementHoldsUntilAnotherOneIsSet) {
+  v1::ProbePointsRequest moved = points({105, 5, 5});
+  for (const double number : {1, 0, 0, 100, 0, 1, 0, 0, 0, 0, 1, 0}) moved.mutable_placement()->add_matrix(number);
+  v1::ProbePointsRequest again = points({105, 5, 5});
+  again.clear_mesh_id();
+  v1::ProbePointsRequest home = points({5, 5, 5});
+  home.mutable_placement();
+  std::vector<v1::ProbePointsResponse> responses;
+  ASSERT_TRUE(probe({moved, again, home}, responses).ok());
+  ASSERT_EQ(responses.size(), 3u);
+  for (const auto& response : responses) EXPECT_EQ(response.locations(0), v1::POINT_LOCATION_INSIDE);
+}
+
+TEST_F(PointRpcs, JacobiansAreThoseOfTheWorld) {
+  v1::EvaluatePointsRequest request;
+  request.set_mesh_id(id_);
+  for (const double number : {0, -2, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0}) request.mutable_placement()->add_matrix(number);
+  request.add_limit_cells(0);
+  for (int i = 0; i < 3; ++i) request.add_uvw(0.5);
+  std::vector<v1::EvaluatePointsResponse> base;
+  v1::EvaluatePointsRequest step = request;
+  std::vector<v1::EvaluatePointsResponse> moved;
+  step.set_uvw(1, 0.5 + 1e-5);
+  ASSERT_TRUE(evaluate({request}, base).ok());
+  ASSERT_TRUE(evaluate({step}, moved).ok());
+  for (int row = 0; row < 3; ++row) {
+    const double slope = (moved[0].positions_mm(row) - base[0].positions_mm(row)) / 1e-5;
+    EXPECT_NEAR(base[0].jacobians_mm(3 * row + 1), slope, 1e-3);
+  }
+}
+
+TEST_F(PointRpcs, EmptyBatchesAreAnswered) {
+  std::vector<v1::ProbePointsResponse> responses;
+  ASSERT_TRUE(probe({points({}), points({5, 5, 5})}, responses).ok());
+  EXPECT_EQ(responses.size(), 2u);
+}
+
+TEST_F(PointRpcs, AHundredThousandPointsFitIntoBatches) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().ProbePoints(&context);
+  std::size_t inside = 0;
+  v1::ProbePointsRequest request;
+  request.set_mesh_id(id_);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> coordinate(0.01, 9.99);
+  for (std::size_t sent = 0; sent < 100'000; sent += kMaxPointsPerMessage) {
+    request.clear_points_mm();
+    for (std::uint32_t i = 0; i < 3 * kMaxPointsPerMessage; ++i) request.add_points_mm(coordinate(random));
+    ASSERT_TRUE(stream->Write(request));
+    v1::ProbePointsResponse response;
+    ASSERT_TRUE(stream->Read(&response));
+    for (const int location : response.locations()) inside += location == v1::POINT_LOCATION_INSIDE ? 1 : 0;
+  }
+  stream->WritesDone();
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(inside, 25u * kMaxPointsPerMessage);
+}
+
+TEST_F(PointRpcs, ProbeRefusesWrongBatches) {
+  EXPECT_EQ(probe_failure(points({1, 2})).reason, "REQUEST_MALFORMED");
+  EXPECT_EQ(probe_failure(points({1, 2})).field, "points_mm");
+  const Failure not_finite = probe_failure(points({1, 2, 3, 4, std::numeric_limits<double>::quiet_NaN(), 6}));
+  EXPECT_EQ(not_finite.reason, "PARAMETER_INVALID");
+  EXPECT_EQ(not_finite.field, "points_mm[3]");
+  v1::ProbePointsRequest large = points({});
+  for (std::uint32_t i = 0; i <= 3 * kMaxPointsPerMessage + 2; ++i) large.add_points_mm(1);
+  EXPECT_EQ(probe_failure(large).reason, "BATCH_TOO_LARGE");
+  v1::ProbePointsRequest flat = points({1, 2, 3});
+  for (int i = 0; i < 12; ++i) flat.mutable_placement()->add_matrix(0);
+  EXPECT_EQ(probe_failure(flat).reason, "PLACEMENT_SINGULAR");
+}
+
+TEST_F(PointRpcs, RefuseUnknownAndChangingMeshes) {
+  v1::ProbePointsRequest request = points({1, 2, 3});
+  request.set_mesh_id("");
+  EXPECT_EQ(probe_failure(request).reason, "MESH_ID_INVALID");
+  request.set_mesh_id(mesh_id_of("unknown"));
+  EXPECT_EQ(probe_failure(request).missing, request.mesh_id());
+  std::vector<v1::ProbePointsResponse> responses;
+  const Failure failure = failure_of(probe({points({1, 2, 3}), request}, responses));
+  EXPECT_EQ(failure.reason, "REQUEST_MALFORMED");
+  EXPECT_EQ(failure.field, "mesh_id");
+  EXPECT_EQ(responses.size(), 1u) << "the first batch was answered";
+}
+
+TEST_F(PointRpcs, EvaluateRefusesUnknownCellsAndParameters) {
+  v1::EvaluatePointsRequest request;
+  request.set_mesh_id(id_);
+  request.add_limit_cells(4'000'000'000);
+  EXPECT_EQ(evaluate_failure(request).reason, "REQUEST_MALFORMED");
+  for (int i = 0; i < 3; ++i) request.add_uvw(0.5);
+  EXPECT_EQ(evaluate_failure(request).reason, "PARAMETER_INVALID");
+  EXPECT_EQ(evaluate_failure(request).field, "limit_cells[0]");
+  request.set_limit_cells(0, 0);
+  for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    request.set_uvw(1, wrong);
+    EXPECT_EQ(evaluate_failure(request).reason, "PARAMETER_INVALID");
+    EXPECT_EQ(evaluate_failure(request).field, "uvw[0]");
+  }
+}
+
+}  // namespace
+}  // namespace ccslice::server

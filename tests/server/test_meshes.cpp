@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/server/test_meshes.h"
+
+#include <array>
+
+namespace ccslice::server {
+namespace {
+
+/// Vertices of an n^3 block by their places 0..n in each direction.
+class Places {
+ public:
+  explicit Places(std::uint32_t n) : n_(n) {}
+  std::uint32_t at(std::uint32_t i, std::uint32_t j, std::uint32_t k) const {
+    return (k * (n_ + 1) + j) * (n_ + 1) + i;
+  }
+
+ private:
+  std::uint32_t n_;
+};
+
+void add_vertices(std::uint32_t n, double size_mm, v1::ControlMesh& mesh) {
+  const double step = size_mm / n;
+  for (std::uint32_t k = 0; k <= n; ++k) {
+    for (std::uint32_t j = 0; j <= n; ++j) {
+      for (std::uint32_t i = 0; i <= n; ++i) {
+        for (const std::uint32_t place : {i, j, k}) mesh.add_positions_mm(place * step);
+      }
+    }
+  }
+}
+
+void add_cells(std::uint32_t n, v1::ControlMesh& mesh) {
+  const Places vertex(n);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    for (std::uint32_t j = 0; j < n; ++j) {
+      for (std::uint32_t i = 0; i < n; ++i) {
+        mesh.add_cell_kinds(v1::CELL_KIND_HEX);
+        for (const std::uint32_t above : {k, k + 1}) {
+          mesh.add_cell_vertices(vertex.at(i, j, above));
+          mesh.add_cell_vertices(vertex.at(i + 1, j, above));
+          mesh.add_cell_vertices(vertex.at(i + 1, j + 1, above));
+          mesh.add_cell_vertices(vertex.at(i, j + 1, above));
+        }
+      }
+    }
+  }
+}
+
+void add_sharp_edge(std::uint32_t a, std::uint32_t b, v1::ControlMesh& mesh) {
+  mesh.add_sharp_edges(a);
+  mesh.add_sharp_edges(b);
+}
+
+}  // namespace
+
+v1::ControlMesh make_plain_block(std::uint32_t n, double size_mm) {
+  v1::ControlMesh mesh;
+  add_vertices(n, size_mm, mesh);
+  add_cells(n, mesh);
+  return mesh;
+}
+
+v1::ControlMesh make_block(std::uint32_t n, double size_mm) {
+  v1::ControlMesh mesh = make_plain_block(n, size_mm);
+  mesh.add_channel_names("x");
+  for (int i = 0; i < mesh.positions_mm_size(); i += 3) {
+    mesh.add_channel_values(static_cast<float>(mesh.positions_mm(i)));
+  }
+  return mesh;
+}
+
+v1::ControlMesh make_box(std::uint32_t n, double size_mm) {
+  v1::ControlMesh mesh = make_block(n, size_mm);
+  const Places vertex(n);
+  for (const std::uint32_t a : {0u, n}) {
+    for (const std::uint32_t b : {0u, n}) {
+      for (std::uint32_t i = 0; i < n; ++i) {
+        add_sharp_edge(vertex.at(i, a, b), vertex.at(i + 1, a, b), mesh);
+        add_sharp_edge(vertex.at(a, i, b), vertex.at(a, i + 1, b), mesh);
+        add_sharp_edge(vertex.at(a, b, i), vertex.at(a, b, i + 1), mesh);
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace ccslice::server

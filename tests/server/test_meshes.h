@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "ccslice/v1/mesh.pb.h"
+
+namespace ccslice::server {
+
+/// n x n x n hexahedra that fill the cube [0, size]^3, with one channel "x" that is the x coordinate.
+v1::ControlMesh make_block(std::uint32_t n, double size_mm);
+
+/// Its edges sharp too, and its corners: the limit volume is the cube itself.
+v1::ControlMesh make_box(std::uint32_t n, double size_mm);
+
+/// A block without channels.
+v1::ControlMesh make_plain_block(std::uint32_t n, double size_mm);
+
+}  // namespace ccslice::server

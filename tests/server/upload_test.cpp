@@ -1,0 +1,294 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+
+#include "server/service/mesh_id.h"
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(UploadMesh, AnswersTheSummary) {
+  TestServer server;
+  const v1::ControlMesh mesh = make_box(2, 10);
+  v1::UploadMeshResponse response;
+  const grpc::Status status = server.upload(mesh, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  const v1::MeshSummary& summary = response.mesh();
+  EXPECT_EQ(summary.mesh_id(), mesh_id_of(mesh.SerializeAsString()));
+  EXPECT_EQ(summary.size_bytes(), mesh.SerializeAsString().size());
+  EXPECT_EQ(summary.control_cells(), 8u);
+  EXPECT_EQ(summary.control_vertices(), 27u);
+  EXPECT_EQ(summary.sharp_edges(), 24u);
+  EXPECT_EQ(summary.limit_cells(), summary.regular_cells() + summary.line_cells() + summary.vertex_cells());
+  EXPECT_GT(summary.memory_bytes(), 0u);
+  EXPECT_NEAR(summary.bounding_box().max_mm().x(), 10, 1e-9);
+  EXPECT_NEAR(summary.bounding_box().min_mm().z(), 0, 1e-9);
+  ASSERT_EQ(summary.channels_size(), 1);
+  EXPECT_EQ(summary.channels(0).name(), "x");
+  EXPECT_EQ(summary.channels(0).max_value(), 10);
+  EXPECT_FALSE(response.already_cached());
+  EXPECT_FALSE(summary.engine_version().empty());
+}
+
+TEST(UploadMesh, IsIdempotentAndTheSecondTimeNeedsNoBytes) {
+  TestServer server;
+  const std::string id = server.upload_good(make_block(1, 10));
+  v1::UploadMeshResponse response;
+  const grpc::Status status = server.upload(id, 12345, "", &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(response.already_cached());
+  EXPECT_EQ(response.mesh().mesh_id(), id);
+}
+
+TEST(UploadMesh, ManyAtTheSameTimePrepareOnce) {
+  TestServer server;
+  const v1::ControlMesh mesh = make_block(6, 10);
+  std::vector<std::thread> clients;
+  std::vector<v1::UploadMeshResponse> responses(6);
+  for (v1::UploadMeshResponse& response : responses) {
+    clients.emplace_back([&] { EXPECT_TRUE(server.upload(mesh, &response).ok()); });
+  }
+  for (std::thread& client : clients) client.join();
+  // One preparation: everybody sees the time at which it ended.
+  for (const v1::UploadMeshResponse& response : responses) {
+    EXPECT_EQ(response.mesh().create_time().SerializeAsString(), responses[0].mesh().create_time().SerializeAsString());
+  }
+  EXPECT_EQ(server.server().state().cache.use().meshes, 1u);
+  EXPECT_EQ(server.server().state().uploads.used_bytes(), 0u);
+}
+
+class RefusedUpload : public ::testing::Test {
+ protected:
+  ~RefusedUpload() override {
+    EXPECT_EQ(server_.server().state().cache.use().meshes, 0u) << "cached something wrong";
+    EXPECT_TRUE(
+        eventually([this] { return server_.server().state().uploads.used_bytes() == 0; }, std::chrono::seconds(1)));
+    EXPECT_TRUE(server_.upload(make_block(1, 10)).ok()) << "the server is still up";
+  }
+
+  void expect(const grpc::Status& status, const std::string& reason, const std::string& field) {
+    const Failure failure = failure_of(status);
+    EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_EQ(failure.reason, reason);
+    EXPECT_EQ(failure.domain, "ccslice");
+    EXPECT_EQ(failure.field, field);
+    EXPECT_FALSE(failure.message.empty());
+  }
+
+  TestServer server_;
+  const std::string bytes_ = make_block(1, 10).SerializeAsString();
+  const std::string id_ = mesh_id_of(bytes_);
+};
+
+TEST_F(RefusedUpload, Truncated) {
+  expect(server_.upload(id_, bytes_.size(), bytes_.substr(1)), "UPLOAD_TRUNCATED", "chunk");
+}
+
+TEST_F(RefusedUpload, Overrun) { expect(server_.upload(id_, bytes_.size() - 1, bytes_), "UPLOAD_OVERRUN", "chunk"); }
+
+TEST_F(RefusedUpload, WrongDigest) {
+  expect(server_.upload(mesh_id_of("other"), bytes_.size(), bytes_), "UPLOAD_DIGEST_MISMATCH", "start.mesh_id");
+}
+
+TEST_F(RefusedUpload, WrongId) {
+  expect(server_.upload("md5:1", bytes_.size(), bytes_), "MESH_ID_INVALID", "start.mesh_id");
+}
+
+TEST_F(RefusedUpload, AbsurdSize) {
+  expect(server_.upload(id_, std::numeric_limits<std::uint64_t>::max(), bytes_), "UPLOAD_SIZE_INVALID",
+         "start.size_bytes");
+  expect(server_.upload(id_, 0, bytes_), "UPLOAD_SIZE_INVALID", "start.size_bytes");
+}
+
+TEST_F(RefusedUpload, ChunkWithoutStart) {
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server_.stub().UploadMesh(&context, &response);
+  v1::UploadMeshRequest message;
+  message.set_chunk("abc");
+  writer->Write(message);
+  writer->WritesDone();
+  expect(writer->Finish(), "REQUEST_MALFORMED", "start");
+}
+
+TEST_F(RefusedUpload, NoMessageAtAll) {
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server_.stub().UploadMesh(&context, &response);
+  writer->WritesDone();
+  expect(writer->Finish(), "REQUEST_MALFORMED", "start");
+}
+
+TEST_F(RefusedUpload, NoPart) {
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server_.stub().UploadMesh(&context, &response);
+  writer->Write(v1::UploadMeshRequest());
+  writer->WritesDone();
+  expect(writer->Finish(), "REQUEST_MALFORMED", "part");
+}
+
+TEST_F(RefusedUpload, BytesThatAreNoMesh) {
+  const std::string bytes = "\xff\xff\xff\xff";
+  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_MALFORMED", "");
+}
+
+TEST_F(RefusedUpload, FieldsOfALaterVersion) {
+  const std::string bytes = bytes_ + "\xf8\x01\x07";  // Field 31, a number.
+  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_MALFORMED", "");
+}
+
+TEST_F(RefusedUpload, EmptyMesh) {
+  v1::ControlMesh mesh;
+  mesh.set_allow_folds(true);  // Zero bytes would be refused for their size.
+  EXPECT_EQ(failure_of(server_.upload(mesh)).reason, "MESH_EMPTY");
+}
+
+struct BadMesh {
+  const char* reason;
+  const char* field;
+  void (*spoil)(v1::ControlMesh& mesh);
+};
+
+class RefusedMesh : public ::testing::TestWithParam<BadMesh> {};
+
+TEST_P(RefusedMesh, HasItsReasonAndNamesTheField) {
+  TestServer server;
+  v1::ControlMesh mesh = make_block(2, 10);
+  GetParam().spoil(mesh);
+  const Failure failure = failure_of(server.upload(mesh));
+  EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(failure.reason, GetParam().reason) << failure.message;
+  EXPECT_THAT(failure.field, HasSubstr(GetParam().field)) << failure.message;
+  EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
+}
+
+const double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Two blocks that share one vertex, or one edge.
+void add_cell_beyond(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t> shared) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions_mm_size() / 3);
+  std::vector<std::uint32_t> corner = {first,     first + 1, first + 2, first + 3,
+                                       first + 4, first + 5, first + 6, first + 7};
+  std::uint32_t k = 0;
+  std::uint32_t added = 0;
+  for (const std::uint32_t vertex : shared) corner[k++] = vertex;
+  for (; k < 8; ++k) corner[k] = first + added++;
+  const double places[8][3] = {{0, 0, 0}, {0, 0, 1}, {0, 1, 0}, {0, 1, 1}, {1, 0, 0}, {1, 0, 1}, {1, 1, 0}, {1, 1, 1}};
+  for (std::uint32_t i = static_cast<std::uint32_t>(shared.size()); i < 8; ++i) {
+    for (const double x : places[i]) mesh.add_positions_mm(10 + 5 * x);
+    mesh.add_channel_values(0);
+  }
+  mesh.add_cell_kinds(v1::CELL_KIND_HEX);
+  for (const int order : {0, 4, 6, 2, 1, 5, 7, 3}) mesh.add_cell_vertices(corner[static_cast<std::size_t>(order)]);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    UploadMesh, RefusedMesh,
+    ::testing::Values(
+        BadMesh{"MESH_NON_FINITE", "positions", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNan); }},
+        BadMesh{"MESH_NON_FINITE", "positions",
+                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, std::numeric_limits<double>::infinity()); }},
+        BadMesh{"MESH_NON_FINITE", "channel_values",
+                [](v1::ControlMesh& mesh) { mesh.set_channel_values(4, std::numeric_limits<float>::infinity()); }},
+        BadMesh{"MESH_TOO_LARGE", "positions", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, 1e30); }},
+        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "cell_vertices",
+                [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(5, 4'000'000'000); }},
+        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "sharp_vertices",
+                [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(27); }},
+        BadMesh{"MESH_REPEATED_VERTEX", "cell_vertices",
+                [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(1, mesh.cell_vertices(0)); }},
+        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_PYRAMID); }},
+        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, static_cast<v1::CellKind>(77)); }},
+        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_UNSPECIFIED); }},
+        BadMesh{"MESH_MALFORMED", "positions_mm", [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
+        BadMesh{"MESH_MALFORMED", "cell_vertices", [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
+        BadMesh{"MESH_MALFORMED", "sharp_edges", [](v1::ControlMesh& mesh) { mesh.add_sharp_edges(1); }},
+        BadMesh{"MESH_BAD_CHANNEL", "channel", [](v1::ControlMesh& mesh) { mesh.add_channel_values(1); }},
+        BadMesh{"MESH_BAD_CHANNEL", "channel", [](v1::ControlMesh& mesh) { mesh.set_channel_names(0, ""); }},
+        BadMesh{"MESH_ISOLATED_VERTEX", "",
+                [](v1::ControlMesh& mesh) {
+                  for (int i = 0; i < 3; ++i) mesh.add_positions_mm(99);
+                  mesh.add_channel_values(0);
+                }},
+        BadMesh{"MESH_INVERTED_CELL", "", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(3 * 13, 40); }},
+        BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices", [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(13); }},
+        BadMesh{"MESH_NON_MANIFOLD_VERTEX", "", [](v1::ControlMesh& mesh) { add_cell_beyond(mesh, {26}); }}));
+
+TEST(UploadMesh, NamesTheOffendingIds) {
+  TestServer server;
+  v1::ControlMesh mesh = make_block(2, 10);
+  mesh.set_cell_kinds(3, v1::CELL_KIND_PYRAMID);
+  const Failure failure = failure_of(server.upload(mesh));
+  EXPECT_EQ(failure.ids, "3");
+  EXPECT_THAT(failure.message, HasSubstr("pyramid"));
+}
+
+TEST(UploadMesh, TakesInvertedCellsWithAllowFoldsAndSaysSo) {
+  TestServer server;
+  v1::ControlMesh mesh = make_block(2, 10);
+  mesh.set_positions_mm(3 * 13, 40);
+  mesh.set_allow_folds(true);
+  v1::UploadMeshResponse response;
+  const grpc::Status status = server.upload(mesh, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(response.mesh().inverted_control_cell_count(), 0u);
+  EXPECT_GT(response.mesh().folding_cells(), 0u);
+  EXPECT_GT(response.mesh().folds_size(), 0);
+}
+
+TEST(UploadMesh, SharesAnError) {
+  TestServer server;
+  v1::ControlMesh mesh = make_block(4, 10);
+  mesh.set_cell_vertices(1, mesh.cell_vertices(0));
+  std::vector<std::thread> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.emplace_back([&] { EXPECT_EQ(failure_of(server.upload(mesh)).reason, "MESH_REPEATED_VERTEX"); });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
+}
+
+TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
+  TestServer probe;
+  v1::UploadMeshResponse first;
+  ASSERT_TRUE(probe.upload(make_block(2, 10), &first).ok());
+
+  ServerOptions options = test_options();
+  options.cache_bytes = first.mesh().memory_bytes() * 5 / 2;
+  TestServer server(options);
+  const std::string a = server.upload_good(make_block(2, 10));
+  const std::string b = server.upload_good(make_block(2, 11));
+  const std::string c = server.upload_good(make_block(2, 12));
+  v1::FindMissingMeshesRequest request;
+  for (const std::string& id : {a, b, c}) request.add_mesh_ids(id);
+  v1::FindMissingMeshesResponse missing;
+  grpc::ClientContext context;
+  ASSERT_TRUE(server.stub().FindMissingMeshes(&context, request, &missing).ok());
+  ASSERT_EQ(missing.missing_mesh_ids_size(), 1);
+  EXPECT_EQ(missing.missing_mesh_ids(0), a);
+}
+
+TEST(UploadMesh, RefusesWhatTheCacheCantHold) {
+  ServerOptions options = test_options();
+  options.cache_bytes = 1000;
+  TestServer server(options);
+  const Failure failure = failure_of(server.upload(make_block(2, 10)));
+  EXPECT_EQ(failure.code, grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(failure.reason, "MESH_EXCEEDS_CACHE");
+}
+
+}  // namespace
+}  // namespace ccslice::server
