@@ -1,0 +1,99 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# The whole way once, on a fresh machine too: installs what building takes, builds, starts a server on a free port, has
+# eight layers of the graded ring of [Luu19, Table 2] sliced at the paper's pitch, and shows them. Output: out/demo.
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+readonly out=out/demo
+readonly layers=284..291
+readonly job=("$out/ring.ccmesh" --pitch "0.0423,0.0846,0.03" --channel hardness)
+server_pid=
+
+step() {
+  printf '\n== %s\n' "$*"
+}
+
+fail() {
+  echo "demo.sh: $*" >&2
+  exit 1
+}
+
+# Runs a command whose output only matters when it fails.
+quietly() {
+  local log=$out/build.log
+  "$@" >"$log" 2>&1 || {
+    cat "$log" >&2
+    fail "failed: $*"
+  }
+}
+
+stop_server() {
+  if [[ -n $server_pid ]]; then
+    kill "$server_pid" 2>/dev/null || true
+    wait "$server_pid" 2>/dev/null || true
+    server_pid=
+  fi
+}
+trap stop_server EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+# Sets CCSLICE_SERVER, which the command line reads.
+start_server() {
+  build/release/server/ccsliced --listen 127.0.0.1:0 >"$out/server.log" 2>&1 &
+  server_pid=$!
+  local tries
+  for ((tries = 0; tries < 200; ++tries)); do
+    CCSLICE_SERVER=$(sed -n 's/.* serves on \([^ ]*\): .*/\1/p' "$out/server.log")
+    [[ -z $CCSLICE_SERVER ]] || break
+    kill -0 "$server_pid" 2>/dev/null || break
+    sleep 0.1
+  done
+  if [[ -z $CCSLICE_SERVER ]]; then
+    cat "$out/server.log" >&2
+    fail "the server didn't start"
+  fi
+  export CCSLICE_SERVER
+}
+
+ccslice() {
+  echo "\$ ccslice $*"
+  build/release/client/ccslice "$@"
+}
+
+rm -rf "$out"
+mkdir -p "$out"
+
+step "Packages"
+deploy/install.sh build
+
+step "Build (some minutes the first time)"
+quietly cmake --preset release -DCCSLICE_BUILD_TESTS=OFF
+quietly cmake --build build/release --parallel "$(nproc)" --target ccsliced ccslice
+echo "build/release/server/ccsliced, build/release/client/ccslice"
+
+step "Server"
+start_server
+echo "ccsliced serves on $CCSLICE_SERVER, its log is $out/server.log"
+
+step "The ring: a control mesh graded from its inner to its outer radius"
+ccslice models ring --output "$out/ring.ccmesh"
+ccslice upload "$out/ring.ccmesh"
+
+step "What slicing it takes"
+ccslice plan "${job[@]}"
+
+step "Layers $layers"
+ccslice slice "${job[@]}" --layers "$layers" --output "$out/layers"
+
+step "A cut through it"
+ccslice show "$out/ring.ccmesh" --channel hardness --width 100
+
+step "Done"
+picture=$(find "$out/layers" -name '*.png' | sort | head -n 1)
+[[ -n $picture ]] || fail "no picture was written"
+echo "pictures: $(find "$out/layers" -name '*.png' | wc -l) in $out/layers, the first one is $picture"
