@@ -320,10 +320,11 @@ void check_sharp_features(const ControlMesh& mesh, const CellComplex& complex) {
       throw Error(ErrorCode::kMeshBadSharpFeature,
                   which + (e == kNone ? " is no edge of any cell" : " lies inside the solid") +
                       ": only edges on the boundary can be sharp",
-                  "sharp_edges", {a, b});
+                  "sharp_edges", {std::min(a, b), std::max(a, b)});
     }
     if (!edges.insert(e).second) {
-      throw Error(ErrorCode::kMeshBadSharpFeature, which + " is given twice: name each once", "sharp_edges", {a, b});
+      throw Error(ErrorCode::kMeshBadSharpFeature, which + " is given twice: name each once", "sharp_edges",
+                  {std::min(a, b), std::max(a, b)});
     }
   }
   for (const std::uint32_t v : mesh.sharp_vertices) {
