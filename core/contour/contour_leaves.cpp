@@ -63,6 +63,11 @@ bool is_resolved(const BezierNet& net) {
   return crossings <= 2 && is_monotone(net.z);
 }
 
+/// In the plane to within rounding: the signs of such heights are noise, and halving finds nothing but more of it.
+bool lies_in_plane(const NetCoefficients& z, double margin) {
+  return std::all_of(z.begin(), z.end(), [margin](double height) { return std::abs(height) <= 2 * margin; });
+}
+
 Box3 placed_hull(const IrregularCorner& corner, const AffineMap& map) {
   Box3 hull;
   for (const Vec3& point : corner.ring) hull.extend(map(point));
@@ -137,7 +142,7 @@ void ContourLeaves::collect_irregular(std::uint32_t face) {
 void ContourLeaves::collect_box(const BezierNet& net, const SurfaceBox& box) {
   if (!straddles_zero(net.z, criteria_.margin_mm)) return;
   if (box.size > kSmallestBox && chord_bound(net) > criteria_.tolerance_mm) return halve_box(net, box);
-  const bool resolved = is_resolved(net);
+  const bool resolved = is_resolved(net) || lies_in_plane(net.z, criteria_.margin_mm);
   if (resolved || box.size <= kSmallestBox || diagonal_xy(net) <= criteria_.small_mm) {
     return add({.box = box, .resolved = resolved, .irregular = false, .net = net});
   }

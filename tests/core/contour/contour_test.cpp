@@ -70,6 +70,21 @@ TEST(Contour, PlanesAlongFacesOfARotatedPlacementCountAsInfinitesimallyAboveToo)
   }
 }
 
+TEST(Contour, FacesWhereTheLiftedPlaneLiesCostNoMoreThanOthers) {
+  const auto box = sharp_box(2, 2, 2, 10);
+  const double lift = ContourIndex(*box, Placement::Identity(), Vec3::UnitZ()).lift_mm();
+  for (const double share : {0.98, 0.99, 0.999, 1.0, 1.001, 1.01, 1.02}) {
+    const Contours contours = slice_at(*box, 20 - share * lift, {.tolerance_mm = 1e-3, .smallest_feature_mm = 1e-3});
+    EXPECT_LT(contours.leaves, 100u) << share;
+    if (share > 1.015) {
+      EXPECT_NEAR(signed_area(contours), 400, 1e-6);
+    }
+    if (share < 0.985) {
+      EXPECT_TRUE(contours.loops.empty());
+    }
+  }
+}
+
 TEST(Contour, AStepInThePlaneGivesTheSolidJustAbove) {
   // Two cells below, one above the left one.
   const auto step = sharp_box(2, 1, 2, 1, [](int i, int, int k) { return k == 0 || i == 0; });
