@@ -102,8 +102,14 @@ client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
   }
   client::Client& client = session.client();
   Progress progress("uploading", "bytes", mesh.bytes->bytes().size(), session.quiet());
-  return client.ensure_uploaded(
-      mesh.bytes, [&](std::uint64_t sent, std::uint64_t) { progress.update(sent); }, session.call());
+  const auto report = [&](std::uint64_t sent, std::uint64_t total) {
+    progress.update(sent);
+    constexpr std::size_t kManyCells = 2000;
+    if (sent == total && mesh.mesh.cell_count() >= kManyCells && !session.quiet()) {
+      print_note("the server prepares " + show_count(mesh.mesh.cell_count()) + " cells");
+    }
+  };
+  return client.ensure_uploaded(mesh.bytes, report, session.call());
 }
 
 std::string ensure_on_server(Session& session, const MeshOptions& options) {

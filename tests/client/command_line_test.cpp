@@ -23,6 +23,7 @@
 #include "client/cli/output_file.h"
 #include "client/mesh_bytes.h"
 #include "core/mesh/models.h"
+#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
 #include "tests/client/fake_slicer.h"
 #include "tests/client/process.h"
@@ -68,7 +69,10 @@ server::ServerOptions test_options() {
 
 class CommandLine : public testing::Test {
  protected:
-  static void SetUpTestSuite() { server_ = std::make_unique<server::Server>(test_options()); }
+  static void SetUpTestSuite() {
+    server::set_up_logging(server::LogLevel::kWarning, server::LogFormat::kText);
+    server_ = std::make_unique<server::Server>(test_options());
+  }
   static void TearDownTestSuite() { server_.reset(); }
 
   CommandLine() { cli::write_file(box_, MeshBytes(cli::to_proto(make_box())).bytes()); }

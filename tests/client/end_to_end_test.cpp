@@ -21,6 +21,7 @@
 #include "client/cli/placement.h"
 #include "client/client.h"
 #include "core/mesh/models.h"
+#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
 #include "tests/client/cutting_proxy.h"
 
@@ -77,7 +78,10 @@ void for_each_inside(const v1::Grid& grid, const Layer& layer, const Visit& visi
 
 class EndToEnd : public testing::Test {
  protected:
-  EndToEnd() { start("127.0.0.1:0"); }
+  EndToEnd() {
+    server::set_up_logging(server::LogLevel::kWarning, server::LogFormat::kText);
+    start("127.0.0.1:0");
+  }
 
   void start(const std::string& address) { server_ = std::make_unique<server::Server>(test_options(address)); }
   int port() const { return std::stoi(server_->address().substr(server_->address().rfind(':') + 1)); }
@@ -217,13 +221,15 @@ TEST_F(EndToEnd, AMeshThatTheServerLostIsUploadedAgain) {
 
 TEST_F(EndToEnd, AServerThatRestartsInTheMiddleChangesNothing) {
   Client client({server_->address(), kQuick});
-  v1::SliceRangeRequest request = job(upload(client, make_ring()), 0.2, 0.2, 0.2);
+  v1::SliceRangeRequest request = job(upload(client, make_ring()), 0.25, 0.25, 0.25);
   add_planes(request, "hardness");
-  request.set_layer_count(24);
+  // Raw, so that the layers to come don't all wait in the connection already when it breaks.
+  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
+  request.set_layer_count(20);
   const std::vector<std::string> whole = bytes_of(client, request);
   const std::string address = server_->address();
   const std::vector<std::string> broken = bytes_of(client, request, [&](std::uint32_t layer) {
-    if (layer != 5) return;
+    if (layer != 2) return;
     server_.reset();
     start(address);
   });
@@ -234,15 +240,15 @@ TEST_F(EndToEnd, AServerThatRestartsInTheMiddleChangesNothing) {
 
 TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {
   Client direct({server_->address(), kQuick});
-  v1::SliceRangeRequest request = job(upload(direct, make_ring()), 0.1, 0.1, 0.2);
+  v1::SliceRangeRequest request = job(upload(direct, make_ring()), 0.1, 0.2, 0.2);
   add_planes(request, "hardness");
   for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
   request.set_first_layer(10);
-  request.set_layer_count(6);
+  request.set_layer_count(5);
   const std::vector<std::string> whole = bytes_of(direct, request);
   const std::size_t layer_bytes = whole.front().size();
   ASSERT_GT(layer_bytes, 1u << 20);
-  CuttingProxy proxy(port(), {layer_bytes * 3 / 2, layer_bytes * 5 / 2, 20});
+  CuttingProxy proxy(port(), {layer_bytes * 3 / 2, layer_bytes * 3 / 2, 20});
   Client client({proxy.address(), kQuick});
   EXPECT_EQ(bytes_of(client, request), whole);
   EXPECT_GE(outcome_.resumes, 2);
