@@ -18,9 +18,6 @@ if(CCSLICE_WITH_OPENIMAGEIO)
   pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
 endif()
 
-# server, client: digests
-find_package(OpenSSL REQUIRED COMPONENTS Crypto)
-
 # proto, server, client. Debian packages no CONFIG file for protobuf.
 if(CCSLICE_BUILD_SERVER OR CCSLICE_BUILD_CLIENT)
   find_package(Protobuf REQUIRED MODULE)

@@ -88,7 +88,7 @@ step "What slicing it takes"
 ccslice plan "${job[@]}"
 
 step "Layers $layers"
-ccslice slice "${job[@]}" --layers "$layers" --output "$out/layers"
+ccslice slice "${job[@]}" --occupancy --layers "$layers" --output "$out/layers"
 
 step "A cut through it"
 ccslice show "$out/ring.ccmesh" --channel hardness --width 100

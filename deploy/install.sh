@@ -23,7 +23,6 @@ readonly build=(
   libprotobuf-dev
   libspdlog-dev
   libssl-dev
-  libssl-dev
   libtbb-dev
   libzstd-dev
   ninja-build
