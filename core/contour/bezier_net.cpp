@@ -73,8 +73,8 @@ void take_quarter(const HalvedCoefficients& halves, int i, int j, NetCoefficient
 }
 
 bool straddles_zero(const NetCoefficients& z, double margin) {
-  const auto [low, high] = std::minmax_element(z.begin(), z.end());
-  return *low <= margin && *high >= -margin;
+  const Eigen::Map<const Eigen::Array<double, 16, 1>> heights(z.data());
+  return heights.minCoeff() <= margin && heights.maxCoeff() >= -margin;
 }
 
 double chord_bound(const BezierNet& net) {

@@ -9,32 +9,31 @@ namespace ccslice {
 namespace {
 
 constexpr double kUnit = 1.0 / kSurfaceOne;
+constexpr int kMaxSteps = 100;
+constexpr double kSmallestStep = 1e-15;
 constexpr int kLastLevel = 52;  // Pieces towards an irregular vertex; what remains is shorter than rounding.
 
-/// The parameter in [low, high] where the cubic changes sides: Illinois' method, guarded by bisection. If rounding has
-/// left no change of sides (the ends' sides are decided elsewhere), the end nearer the plane.
+double slope(const std::array<double, 4>& cubic, double u) {
+  const double v = 1 - u;
+  return 3 * (v * v * (cubic[1] - cubic[0]) + 2 * u * v * (cubic[2] - cubic[1]) + u * u * (cubic[3] - cubic[2]));
+}
+
+/// The parameter in [low, high] where the cubic changes sides: Newton's method, kept between the ends by bisection. If
+/// rounding has left no change of sides (the ends' sides are decided elsewhere), the end nearer the plane.
 double root(const std::array<double, 4>& z, double low, double high) {
-  double f_low = evaluate(z, low), f_high = evaluate(z, high);
+  const double f_low = evaluate(z, low), f_high = evaluate(z, high);
   if (side_of(f_low) == side_of(f_high)) return std::abs(f_low) < std::abs(f_high) ? low : high;
   const bool rising = side_of(f_high) == PlaneSide::kAbove;
-  double weight_low = f_low, weight_high = f_high;
-  for (int step = 0; step < 100 && high - low > 1e-16; ++step) {
-    double u = low - weight_low * (high - low) / (weight_high - weight_low);
-    if (step % 4 == 3 || !(u > low && u < high)) u = 0.5 * (low + high);
-    if (!(u > low && u < high)) break;
+  double u = low - f_low * (high - low) / (f_high - f_low);
+  for (int step = 0; step < kMaxSteps && high - low > kSmallestStep; ++step) {
     const double f = evaluate(z, u);
-    if (f == 0) return u;
-    if ((side_of(f) == PlaneSide::kAbove) == rising) {
-      high = u;
-      f_high = weight_high = f;
-      weight_low *= 0.5;
-    } else {
-      low = u;
-      f_low = weight_low = f;
-      weight_high *= 0.5;
-    }
+    ((side_of(f) == PlaneSide::kAbove) == rising ? high : low) = u;
+    double next = u - f / slope(z, u);
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    if (std::abs(next - u) <= kSmallestStep) return next;
+    u = next;
   }
-  return std::abs(f_low) < std::abs(f_high) ? low : high;
+  return u;
 }
 
 }  // namespace
