@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <chrono>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -107,11 +108,32 @@ void report(const Session& session, const SliceOptions& options, const client::S
   }
 }
 
+/// Writes every layer as it comes. Says what is there if not all of them come.
+client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& request, client::SlicePin& pin,
+                                LayerFolder& folder, const std::string& output) {
+  std::uint64_t done = 0;
+  try {
+    Progress progress("slicing", "layers", request.layer_count(), session.quiet());
+    const auto on_layer = [&](const v1::SliceHeader&, const client::Layer& layer) {
+      folder.write(layer);
+      progress.update(++done);
+    };
+    return session.client().slice(request, on_layer, session.call(), &pin);
+  } catch (const std::exception&) {
+    if (done > 0 && !session.quiet()) {
+      print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " + output +
+                 "; there is no slices.json, since the job isn't complete");
+    }
+    throw;
+  }
+}
+
 void run_slice(Session& session, const SliceOptions& options) {
   const ContourFormat contours = contour_format_of(options.contours);
   const bool with_contours = contours != ContourFormat::kNone;
   v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
+  refuse_used_folder(options.output, options.force);
   job.set_mesh_id(ensure_on_server(session, options.job.mesh));
   const v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
   if (!session.quiet()) {
@@ -122,18 +144,8 @@ void run_slice(Session& session, const SliceOptions& options) {
                      options.force);
   client::SlicePin pin{plan.engine_version(), plan.grid()};
   const auto start = std::chrono::steady_clock::now();
-  client::SliceOutcome outcome;
-  {
-    Progress progress("slicing", "layers", range.last - range.first + 1, session.quiet());
-    std::uint64_t done = 0;
-    outcome = session.client().slice(
-        slice_request(job, range, with_contours),
-        [&](const v1::SliceHeader&, const client::Layer& layer) {
-          folder.write(layer);
-          progress.update(++done);
-        },
-        session.call(), &pin);
-  }
+  const client::SliceOutcome outcome =
+      slice_into(session, slice_request(job, range, with_contours), pin, folder, options.output);
   folder.finish(outcome, job.placement());
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report(session, options, outcome, folder.written_bytes(), seconds);

@@ -63,23 +63,27 @@ bool is_ours(const fs::path& path) {
          name[digits_end] == '_' && kExtensions.contains(path.extension().string());
 }
 
-void clear_folder(const fs::path& path, bool force) {
+/// Nothing if there is no such folder.
+std::vector<fs::path> files_of_ours(const fs::path& path) {
+  std::vector<fs::path> files;
   std::error_code status;
-  fs::create_directories(path, status);
-  if (status)
-    throw Error(ErrorCode::kFileUnwritable, "cannot make the folder " + path.string() + ": " + status.message());
-  std::vector<fs::path> old;
+  if (!fs::exists(path, status)) return files;
   for (const fs::directory_entry& entry : fs::directory_iterator(path, status)) {
-    if (is_ours(entry.path())) old.push_back(entry.path());
+    if (is_ours(entry.path())) files.push_back(entry.path());
   }
   if (status)
     throw Error(ErrorCode::kFileUnwritable, "cannot read the folder " + path.string() + ": " + status.message());
-  if (!old.empty() && !force) {
-    throw Error(ErrorCode::kFileUnwritable,
-                path.string() + " holds " + std::to_string(old.size()) +
-                    " files of an earlier run; take another folder, or --force to replace them");
+  return files;
+}
+
+void clear_folder(const fs::path& path, bool force) {
+  refuse_used_folder(path, force);
+  std::error_code status;
+  fs::create_directories(path, status);
+  if (status) {
+    throw Error(ErrorCode::kFileUnwritable, "cannot make the folder " + path.string() + ": " + status.message());
   }
-  for (const fs::path& file : old) fs::remove(file, status);
+  for (const fs::path& file : files_of_ours(path)) fs::remove(file, status);
 }
 
 std::string contours_as_json(const client::Layer& layer) {
@@ -112,6 +116,14 @@ const char* contour_suffix(ContourFormat format) {
 }
 
 }  // namespace
+
+void refuse_used_folder(const fs::path& path, bool force) {
+  const std::size_t files = files_of_ours(path).size();
+  if (files == 0 || force) return;
+  throw Error(ErrorCode::kFileUnwritable,
+              path.string() + " holds " + std::to_string(files) +
+                  " files of an earlier run; take another folder, or --force to replace them");
+}
 
 LayerFolder::LayerFolder(fs::path path, const std::vector<v1::PlaneSpec>& planes, ContourFormat contours,
                          std::uint32_t grid_layers, bool force)

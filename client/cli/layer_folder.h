@@ -25,6 +25,9 @@ namespace ccslice::cli {
 
 enum class ContourFormat { kNone, kJson, kCsv };
 
+/// Throws Error{kFileUnwritable} if the folder holds layers or a slices.json, unless `force`. Looks only.
+void refuse_used_folder(const std::filesystem::path& path, bool force);
+
 class LayerFolder {
  public:
   /// Makes the folder. Layers or a slices.json that are there already: removed with `force`, else an error. Throws

@@ -8,7 +8,6 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -257,19 +256,17 @@ TEST_F(CommandLine, NobodyThereIsUnreachable) {
 
 TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
   FakeSlicer fake;
-  std::atomic<bool> hanging = false;
-  fake.before_layer = [&](std::uint32_t layer, grpc::ServerContext& context) {
-    while (layer == 3 && !context.IsCancelled()) {
-      hanging = true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 3 && !context.IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return grpc::Status::OK;
   };
   const auto process = start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path("out")}, fake.address());
-  while (!hanging) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while (!fs::exists(path("out/layer_0002_occupancy.zst"))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const auto begin = std::chrono::steady_clock::now();
   process->send_signal(SIGINT);
-  EXPECT_EQ(process->wait().exit_code, cli::kExitInterrupted);
+  const ProcessResult result = process->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitInterrupted);
+  EXPECT_THAT(result.err, HasSubstr("3 of 20 layers"));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
   EXPECT_EQ(files_in("out"), 3u) << "three whole layers and nothing else";
   EXPECT_FALSE(fs::exists(path("out/slices.json")));
