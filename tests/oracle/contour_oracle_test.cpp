@@ -78,7 +78,7 @@ std::size_t expect_no_loop_lost(const DenseSurface& dense, const SlicePlane& pla
     if (loop.width() <= options.smallest_feature_mm) continue;
     ++followed;
     for (const DenseLoop::Point& point : loop.points) {
-      const double allowed = (2 * options.tolerance_mm + kBfrErrorMm) / std::max(point.sine, 0.02) + 1e-4;
+      const double allowed = (2 * options.tolerance_mm + kBfrErrorMm) / std::max(point.sine, 0.003) + 1e-4;
       EXPECT_LT(distance_to(polygons, point.xy), allowed)
           << "a loop " << loop.width() << " mm wide at " << point.xy.transpose() << ", sine " << point.sine
           << ", normal " << plane.x_axis.cross(plane.y_axis).transpose() << ", origin " << plane.origin.transpose();

@@ -93,6 +93,26 @@ ControlMesh star_mesh(const std::vector<Vec3>& sphere, const std::vector<std::ar
   return soup.take();
 }
 
+std::vector<std::array<int, 3>> hull_triangles(const std::vector<Vec3>& points) {
+  std::vector<std::array<int, 3>> triangles;
+  const int n = static_cast<int>(points.size());
+  for (int i = 0; i < n; ++i) {
+    for (int j = i + 1; j < n; ++j) {
+      for (int k = j + 1; k < n; ++k) {
+        const Vec3 normal = (points[j] - points[i]).cross(points[k] - points[i]);
+        int above = 0, below = 0;
+        for (const Vec3& p : points) {
+          const double height = normal.dot(p - points[i]);
+          above += height > 1e-9;
+          below += height < -1e-9;
+        }
+        if (above == 0 || below == 0) triangles.push_back({i, j, k});
+      }
+    }
+  }
+  return triangles;
+}
+
 ControlMesh refined_mesh(const ControlMesh& mesh) {
   const BruteMesh coarse = to_brute_mesh(mesh);
   const BruteMesh fine = refine(coarse, build_topology(coarse.cells, coarse.vertex_count())).mesh;

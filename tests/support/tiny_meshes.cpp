@@ -44,23 +44,7 @@ struct Sphere {
 
 Sphere hull(std::vector<Vec3> points) {
   for (Vec3& p : points) p.normalize();
-  Sphere result{points, {}};
-  const int n = static_cast<int>(points.size());
-  for (int i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j) {
-      for (int k = j + 1; k < n; ++k) {
-        const Vec3 normal = (points[j] - points[i]).cross(points[k] - points[i]);
-        int above = 0, below = 0;
-        for (const Vec3& p : points) {
-          const double height = normal.dot(p - points[i]);
-          above += height > 1e-9;
-          below += height < -1e-9;
-        }
-        if (above == 0 || below == 0) result.triangles.push_back({i, j, k});
-      }
-    }
-  }
-  return result;
+  return {points, hull_triangles(points)};
 }
 
 std::vector<Vec3> ring(int n, double height, double phase = 0) {

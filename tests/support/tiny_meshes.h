@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -48,6 +49,8 @@ ControlMesh fan_mesh(int sectors, int m, int layers, double degrees = 360);
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on
 /// it).
 ControlMesh star_mesh(const std::vector<Vec3>& sphere, const std::vector<std::array<int, 3>>& triangles);
+/// Triangles of the convex hull of points on a sphere, no four of them in one outer plane.
+std::vector<std::array<int, 3>> hull_triangles(const std::vector<Vec3>& points);
 /// The refined mesh's own points as a control mesh of hexes.
 ControlMesh refined_mesh(const ControlMesh& mesh);
 
