@@ -11,16 +11,21 @@ namespace ccslice {
 
 namespace {
 
-/// Grid index along one axis of a corner bit in the cell `step` (-1, 0, 1) cells away, whose axes are mirrored by
-/// crossing.
-constexpr unsigned grid_index(int step, unsigned bit) { return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit; }
-
 template <typename Range>
 bool holds(const Range& range, std::uint32_t item) {
   return std::find(range.begin(), range.end(), item) != range.end();
 }
 
 }  // namespace
+
+void append_sharp_features(std::vector<std::array<std::uint32_t, 2>>& edges, const std::vector<std::uint32_t>& vertices,
+                           std::vector<std::uint32_t>& key) {
+  std::sort(edges.begin(), edges.end());
+  key.push_back(kNone);
+  for (const auto& e : edges) key.insert(key.end(), e.begin(), e.end());
+  key.push_back(kNone);
+  key.insert(key.end(), vertices.begin(), vertices.end());
+}
 
 RingWalker::RingWalker(const CellComplex& complex) : complex_(complex), local_(complex.vertex_count(), kNone) {}
 
@@ -91,42 +96,46 @@ RegularRing RingWalker::regular(std::uint32_t cell, const Frame& frame) const {
   return ring;
 }
 
+void RingWalker::queue_neighbours(const Framed& at, unsigned sides, std::span<const std::uint32_t> core,
+                                  std::vector<Framed>& queue) const {
+  for (unsigned side = 0; side < sides; ++side) {
+    const Framed next = cross(at, side / 2, side & 1);
+    if (next.cell == kNone) continue;
+    const auto vertices = complex_.cell_vertices(next.cell);
+    const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
+    const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
+    if (touches && !seen) queue.push_back(next);
+  }
+}
+
 LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
   LineRing ring;
   const Framed start{cell, frame};
   std::array<std::uint32_t, 4> core{};
   for (unsigned j = 0; j < 4; ++j) core[j] = vertex_at(start, j);
   std::vector<Framed> queue{start};
-  std::vector<std::uint32_t> bottom, top, below, above;
+  std::array<std::vector<std::uint32_t>, 4> layers;  // Below, bottom, top, above.
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const Framed at = queue[i];
     const Framed down = cross(at, 2, 0), up = cross(at, 2, 1);
     if (i == 0) ring.phantoms = static_cast<PhantomMask>((down.cell == kNone) << 4 | (up.cell == kNone) << 5);
     std::array<std::uint32_t, 4> quad{};
     for (unsigned j = 0; j < 4; ++j) {
-      const std::size_t known = bottom.size();
-      number(vertex_at(at, j), bottom);
-      quad[j] = local_[vertex_at(at, j)];
-      if (bottom.size() == known) continue;
-      top.push_back(vertex_at(at, j | 4));
-      below.push_back(down.cell == kNone ? kNone : vertex_at(down, j | 4));
-      above.push_back(up.cell == kNone ? kNone : vertex_at(up, j));
+      const std::uint32_t v = vertex_at(at, j);
+      const bool fresh = local_[v] == kNone;
+      number(v, layers[1]);
+      quad[j] = local_[v];
+      if (!fresh) continue;
+      layers[0].push_back(down.cell == kNone ? kNone : vertex_at(down, j | 4));
+      layers[2].push_back(vertex_at(at, j | 4));
+      layers[3].push_back(up.cell == kNone ? kNone : vertex_at(up, j));
     }
     ring.quads.push_back(quad);
-    for (unsigned side = 0; side < 4; ++side) {
-      const Framed next = cross(at, side / 2, side & 1);
-      if (next.cell == kNone) continue;
-      const auto vertices = complex_.cell_vertices(next.cell);
-      const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
-      const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
-      if (touches && !seen) queue.push_back(next);
-    }
+    queue_neighbours(at, 4, core, queue);
   }
-  forget(bottom);
-  ring.count = static_cast<std::uint32_t>(bottom.size());
-  for (const auto* layer : {&below, &bottom, &top, &above}) {
-    ring.points.insert(ring.points.end(), layer->begin(), layer->end());
-  }
+  forget(layers[1]);
+  ring.count = static_cast<std::uint32_t>(layers[1].size());
+  for (const auto& layer : layers) ring.points.insert(ring.points.end(), layer.begin(), layer.end());
   for (unsigned j = 0; j < 4; ++j) {
     const std::uint32_t edge = complex_.find_edge(core[j], vertex_at(start, j | 4));
     if (complex_.edge_sharp(edge)) ring.sharp_corners |= static_cast<std::uint8_t>(1u << j);
@@ -139,9 +148,7 @@ LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
 
 VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
   VertexRing ring;
-  const Framed start{cell, frame};
-  const auto core = complex_.cell_vertices(cell);
-  std::vector<Framed> queue{start};
+  std::vector<Framed> queue{{cell, frame}};
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const Framed at = queue[i];
     std::array<std::uint32_t, 8> numbers{};
@@ -150,15 +157,16 @@ VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
       numbers[j] = local_[vertex_at(at, j)];
     }
     ring.cells.push_back(numbers);
-    for (unsigned side = 0; side < 6; ++side) {
-      const Framed next = cross(at, side / 2, side & 1);
-      if (next.cell == kNone) continue;
-      const auto vertices = complex_.cell_vertices(next.cell);
-      const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
-      const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
-      if (touches && !seen) queue.push_back(next);
-    }
+    queue_neighbours(at, 6, complex_.cell_vertices(cell), queue);
   }
+  collect_sharp_features(ring);
+  forget(ring.points);
+  for (const auto& c : ring.cells) ring.key.insert(ring.key.end(), c.begin(), c.end());
+  append_sharp_features(ring.sharp_edges, ring.sharp_vertices, ring.key);
+  return ring;
+}
+
+void RingWalker::collect_sharp_features(VertexRing& ring) const {
   for (std::uint32_t j = 0; j < 8; ++j) {
     const std::uint32_t v = ring.points[j];
     if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(j);
@@ -169,14 +177,6 @@ VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
       if (other > j) ring.sharp_edges.push_back({j, other});
     }
   }
-  forget(ring.points);
-  std::sort(ring.sharp_edges.begin(), ring.sharp_edges.end());
-  for (const auto& c : ring.cells) ring.key.insert(ring.key.end(), c.begin(), c.end());
-  ring.key.push_back(kNone);
-  for (const auto& e : ring.sharp_edges) ring.key.insert(ring.key.end(), e.begin(), e.end());
-  ring.key.push_back(kNone);
-  ring.key.insert(ring.key.end(), ring.sharp_vertices.begin(), ring.sharp_vertices.end());
-  return ring;
 }
 
 }  // namespace ccslice

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/mesh/cell_complex.h"
@@ -47,6 +48,14 @@ struct VertexRing {
   std::vector<std::uint32_t> key;
 };
 
+/// Index along one axis of a 4 x 4 (x 4) grid: of a corner bit in the cell `step` (-1, 0, 1) cells away from the
+/// middle, whose axes are mirrored by crossing.
+constexpr unsigned grid_index(int step, unsigned bit) { return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit; }
+
+/// Sorts a ring's sharp edges and appends them and its sharp vertices to its key.
+void append_sharp_features(std::vector<std::array<std::uint32_t, 2>>& edges, const std::vector<std::uint32_t>& vertices,
+                           std::vector<std::uint32_t>& key);
+
 /// Walks the rings of one complex. Keeps scratch memory; REQUIRES: the complex outlives it, and the vertices of the
 /// cells asked for are complete.
 class RingWalker {
@@ -69,6 +78,10 @@ class RingWalker {
   }
   /// The cell across the face where framed axis a is `side`; its cell is kNone on the boundary.
   Framed cross(const Framed& from, unsigned a, unsigned side) const;
+  /// Queues the cells across the first `sides` faces that touch the `core` vertices and aren't queued yet.
+  void queue_neighbours(const Framed& at, unsigned sides, std::span<const std::uint32_t> core,
+                        std::vector<Framed>& queue) const;
+  void collect_sharp_features(VertexRing& ring) const;
   void number(std::uint32_t vertex, std::vector<std::uint32_t>& points);
   void forget(const std::vector<std::uint32_t>& points);
 

@@ -11,8 +11,6 @@ namespace ccslice {
 
 namespace {
 
-constexpr unsigned grid_index(int step, unsigned bit) { return step == 0 ? 1 + bit : step > 0 ? 3 - bit : 1 - bit; }
-
 constexpr std::array<unsigned, 4> kCycleBits = {0, 1, 3, 2};  // Corner bits counter-clockwise.
 
 }  // namespace
@@ -153,12 +151,8 @@ SurfaceRing SurfaceWalker::irregular_ring(std::uint32_t face, std::uint8_t start
     }
   }
   for (const std::uint32_t v : ring.points) local_[v] = kNone;
-  std::sort(ring.sharp_edges.begin(), ring.sharp_edges.end());
   for (const auto& quad : ring.quads) ring.key.insert(ring.key.end(), quad.begin(), quad.end());
-  ring.key.push_back(kNone);
-  for (const auto& e : ring.sharp_edges) ring.key.insert(ring.key.end(), e.begin(), e.end());
-  ring.key.push_back(kNone);
-  ring.key.insert(ring.key.end(), ring.sharp_vertices.begin(), ring.sharp_vertices.end());
+  append_sharp_features(ring.sharp_edges, ring.sharp_vertices, ring.key);
   return ring;
 }
 
