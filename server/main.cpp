@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <iostream>
 #include <string>
@@ -48,8 +49,9 @@ int serve(const ServerOptions& options, const StopSignals& signals) {
                kEngineVersion, server.address(), options.threads, options.cache_bytes);
   while (!signals.wait(1)) server.sweep();
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
-  server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
-  spdlog::info("stopped");
+  const bool all_left = server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
+  spdlog::info(all_left ? "stopped" : "stopped without waiting for clients that don't read");
+  if (!all_left) std::_Exit(0);
   return 0;
 }
 

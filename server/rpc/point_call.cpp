@@ -104,7 +104,7 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
   }
 
   void end(const grpc::Status& status) {
-    admission_ = {};
+    admission_.end_run();
     log_.finish(status);
     this->Finish(status);
   }

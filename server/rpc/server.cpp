@@ -16,8 +16,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What calls that are cut off have for their status.
-constexpr std::chrono::nanoseconds kLastWords = 100ms;
+/// What clients have for taking the status of a cancelled call.
+constexpr std::chrono::milliseconds kLastWords = 1s;
 
 void enable_extras() {
   static std::once_flag once;
@@ -61,9 +61,12 @@ Server::Server(const ServerOptions& options) : state_(options), service_(state_)
   server_->GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), true);
 }
 
-Server::~Server() { shut_down(kLastWords); }
+Server::~Server() {
+  begin_shut_down();
+  shut_down_.wait();
+}
 
-void Server::drain(std::chrono::milliseconds grace, const std::function<bool()>& hurry) {
+bool Server::drain(std::chrono::milliseconds grace, const std::function<bool()>& hurry) {
   const auto end = std::chrono::steady_clock::now() + grace;
   server_->GetHealthCheckService()->SetServingStatus(false);
   server_->GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), false);
@@ -72,15 +75,18 @@ void Server::drain(std::chrono::milliseconds grace, const std::function<bool()>&
   while (!idle && !hurry() && std::chrono::steady_clock::now() < end) {
     idle = state_.calls.wait_idle(std::min(end, std::chrono::steady_clock::now() + 50ms));
   }
-  if (idle) return shut_down(std::max(kLastWords, end - std::chrono::steady_clock::now()));
-  spdlog::warn("{} calls are still running: cancelling them", state_.calls.running());
-  shut_down(kLastWords);
+  if (!idle) spdlog::warn("{} calls are still open: cancelling them", state_.calls.open());
+  begin_shut_down();
+  return shut_down_.wait_for(kLastWords) == std::future_status::ready;
 }
 
-void Server::shut_down(std::chrono::nanoseconds patience) {
-  const auto system_patience = std::chrono::duration_cast<std::chrono::system_clock::duration>(patience);
-  server_->Shutdown(std::chrono::system_clock::now() + system_patience);
-  server_->Wait();
+/// On a thread of its own: it comes back only when every connection has taken what was being written to it.
+void Server::begin_shut_down() {
+  if (shut_down_.valid()) return;
+  shut_down_ = std::async(std::launch::async, [this] {
+    server_->Shutdown(std::chrono::system_clock::now() + 100ms);
+    server_->Wait();
+  });
 }
 
 }  // namespace ccslice::server

@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <functional>
+#include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -22,7 +23,7 @@ class Server {
  public:
   /// Serves from here on. Throws std::runtime_error if it can't listen on the address.
   explicit Server(const ServerOptions& options);
-  /// Cancels what is running.
+  /// Cancels what is running, and waits for clients to take what is being written to them.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -35,18 +36,20 @@ class Server {
   void sweep() { state_.cache.sweep(); }
 
   /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`
-  /// says so (asked about every 50 ms); then they are cancelled. Returns when none is left.
-  void drain(
+  /// says so (asked about every 50 ms); then they are cancelled. Whether none is left; if not, some client has stopped
+  /// reading with its connection full, and gRPC would wait for it.
+  bool drain(
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 
  private:
-  /// Takes no more calls, waits so long for those whose last messages are still on their way, cancels the rest.
-  void shut_down(std::chrono::nanoseconds patience);
+  /// Takes no more calls and cancels those that are left.
+  void begin_shut_down();
 
   ServiceState state_;
   SlicerService service_;
   std::string address_;
   std::unique_ptr<grpc::Server> server_;
+  std::future<void> shut_down_;  // Once begun: over when it is ready.
 };
 
 }  // namespace ccslice::server

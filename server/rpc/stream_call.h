@@ -131,7 +131,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   /// Nothing pumps any more after this.
   void end(const grpc::Status& status) {
     stop();
-    admission_ = {};
+    admission_.end_run();
     log_.finish(status);
     this->Finish(status);
   }

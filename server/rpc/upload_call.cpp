@@ -127,7 +127,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
   }
 
   void end(const grpc::Status& status) {
-    admission_ = {};
+    admission_.end_run();
     log_.finish(status);
     Finish(status);
   }

@@ -19,6 +19,7 @@ CallRegistry::Ticket CallRegistry::admit() {
                                                           " calls that the server takes are running: try again later");
   }
   ++running_;
+  ++open_;
   return Ticket(*this);
 }
 
@@ -29,7 +30,7 @@ void CallRegistry::drain() {
 
 bool CallRegistry::wait_idle(std::chrono::steady_clock::time_point deadline) {
   std::unique_lock lock(mutex_);
-  return idle_.wait_until(lock, deadline, [this] { return running_ == 0; });
+  return idle_.wait_until(lock, deadline, [this] { return open_ == 0; });
 }
 
 std::size_t CallRegistry::running() {
@@ -37,10 +38,20 @@ std::size_t CallRegistry::running() {
   return running_;
 }
 
-void CallRegistry::leave() {
+std::size_t CallRegistry::open() {
+  std::lock_guard lock(mutex_);
+  return open_;
+}
+
+void CallRegistry::end_run() {
   std::lock_guard lock(mutex_);
   --running_;
-  if (running_ == 0) idle_.notify_all();
+}
+
+void CallRegistry::close() {
+  std::lock_guard lock(mutex_);
+  --open_;
+  if (open_ == 0) idle_.notify_all();
 }
 
 }  // namespace ccslice::server

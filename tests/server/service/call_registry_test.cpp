@@ -39,5 +39,18 @@ TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {
   EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
 }
 
+TEST(CallRegistry, ACallWithItsStatusMakesRoomButADrainStillWaitsForIt) {
+  CallRegistry registry(1);
+  CallRegistry::Ticket ending = registry.admit();
+  ending.end_run();
+  ending.end_run();
+  EXPECT_EQ(registry.running(), 0u);
+  EXPECT_EQ(registry.open(), 1u);
+  EXPECT_EQ(refusal(registry), ServiceErrorCode{}) << "there is room";
+  EXPECT_FALSE(registry.wait_idle(std::chrono::steady_clock::now()));
+  ending = {};
+  EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
+}
+
 }  // namespace
 }  // namespace ccslice::server
