@@ -18,6 +18,12 @@ const std::vector<std::string>& real_mesh_names() {
   return names;
 }
 
+const std::vector<std::string>& real_meshes_with_convex_edges() {
+  static const std::vector<std::string> names = {"joint_limit_folds.vtk", "lower_arm.vtk",          "mixed_small.vtk",
+                                                 "mountwithhole.vtk",     "rockerarm_cinolib.mesh", "rod.vtk"};
+  return names;
+}
+
 std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name) {
   const auto path = std::filesystem::path(CCSLICE_SHARED_MESHES_DIR) / name;
   if (!std::filesystem::exists(path)) return std::nullopt;

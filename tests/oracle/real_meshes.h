@@ -15,6 +15,8 @@ namespace ccslice::oracle {
 
 /// File names of the meshes that must be accepted.
 const std::vector<std::string>& real_mesh_names();
+/// Those of them that have edges with one hex.
+const std::vector<std::string>& real_meshes_with_convex_edges();
 
 /// Graded by coordinates (channels x, y, z) and by the distance from the middle ("radius"), unless the file brings
 /// channels of its own. Nothing if the file isn't there.

@@ -74,7 +74,52 @@ TEST_P(RealVoxels, OccupancyIsTheWindingNumber) {
   }
 }
 
+class SharpRealVoxels : public testing::TestWithParam<std::string> {};
+
+TEST_P(SharpRealVoxels, TakeTheirMaterialFromTheirOwnPlace) {
+  std::optional<ControlMesh> mesh = read_real_mesh_ungraded(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
+  sharpen_by_cells(*mesh, 1);
+  ASSERT_FALSE(mesh->sharp_edges.empty());
+  mesh->channel_names.clear();
+  grade_by_coordinates(*mesh);
+  const Subject subject(*mesh);
+  const SliceJob job = float_job(subject, 120);
+  LayerSlicer slicer(subject.shared_solid(), job);
+  Residuals residuals;
+  for (const double place : {0.2, 0.6}) {
+    const Layer layer = slicer.slice(static_cast<std::uint32_t>(place * job.grid.extent.layers), {});
+    add_residuals(LayerView(job, layer), layer, 1e-3 + job.contour_tolerance_mm, residuals);
+  }
+  EXPECT_EQ(residuals.beyond, 0u) << "worst " << residuals.worst_mm << " mm, unresolved " << residuals.unresolved;
+}
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Shared, SharpRealVoxels, testing::ValuesIn(real_meshes_with_convex_edges()),
+                         [](const auto& info) { return case_name(info.param); });
+
+class RealMaterials : public testing::TestWithParam<std::string> {};
+
+TEST_P(RealMaterials, AgreeWithAlgorithm1) {
+  const auto mesh = read_real_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
+  const Subject subject(*mesh);
+  SubjectForAlgorithm1 solid(subject);
+  const SliceJob job = float_job(subject, 100);
+  LayerSlicer slicer(subject.shared_solid(), job);
+  const Layer layer = slicer.slice(job.grid.extent.layers / 2, {});
+  const Algorithm1Comparison result = compare_with_algorithm1(subject, solid, LayerView(job, layer));
+  EXPECT_LT(result.worst, 1e-4);
+  EXPECT_GT(result.compared, 9 * result.not_found);
+  RecordProperty("compared", static_cast<int>(result.compared));
+  RecordProperty("not_found_by_algorithm_1", static_cast<int>(result.not_found));
+  RecordProperty("worst", std::to_string(result.worst));
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials,
+                         testing::Values("rod.vtk", "fertility_cmu.vtk", "mountwithhole.vtk", "mixed_small.vtk"),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

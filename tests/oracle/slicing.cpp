@@ -3,6 +3,7 @@
 
 #include "tests/oracle/slicing.h"
 
+#include <cmath>
 #include <cstring>
 
 namespace ccslice::oracle {
@@ -66,6 +67,37 @@ void SubjectForAlgorithm1::geo_and_jacobian(const CellParam& at, Vec3& position,
   const LimitSample sample = evaluator_.sample(at);
   position = sample.position;
   jacobian = sample.jacobian;
+}
+
+Algorithm1Comparison compare_with_algorithm1(const Subject& subject, SubjectForAlgorithm1& solid,
+                                             const LayerView& view) {
+  Algorithm1 algorithm(solid, {.threshold_mm = 1e-6});
+  Algorithm1Comparison result;
+  const std::uint32_t columns = view.grid().extent.columns;
+  std::vector<std::optional<CellParam>> previous, line(columns);
+  const auto& channels = subject.solid().summary().channels;
+  std::vector<double> values(channels.size());
+  for (std::uint32_t y = 0; y < view.grid().extent.rows; ++y) {
+    std::vector<Vec3> points;
+    std::vector<bool> inside;
+    for (std::uint32_t x = 0; x < columns; ++x) {
+      points.push_back(view.centre(x, y));
+      inside.push_back(view.inside(x, y));
+    }
+    algorithm.invert_line(points, inside, previous, line);
+    for (std::uint32_t x = 0; x < columns; ++x) {
+      if (!inside[x]) continue;
+      ++(line[x] ? result.compared : result.not_found);
+      if (!line[x]) continue;
+      solid.evaluator().mat(*line[x], values);
+      for (std::uint32_t c = 0; c < channels.size(); ++c) {
+        const double difference = std::abs(values[c] - view.channel(c, x, y)) / (channels[c].max - channels[c].min);
+        result.worst = std::max(result.worst, difference);
+      }
+    }
+    previous = line;
+  }
+  return result;
 }
 
 }  // namespace ccslice::oracle

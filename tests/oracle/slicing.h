@@ -52,4 +52,12 @@ class SubjectForAlgorithm1 final : public Algorithm1Solid {
   std::vector<Box3> ring_boxes_, corner_boxes_;
 };
 
+/// Compares a layer's channels with Algorithm 1's. Its hard clip fails beside irregular lines: counted, not compared.
+struct Algorithm1Comparison {
+  std::size_t compared = 0, not_found = 0;
+  double worst = 0;
+};
+Algorithm1Comparison compare_with_algorithm1(const Subject& subject, SubjectForAlgorithm1& solid,
+                                             const LayerView& view);
+
 }  // namespace ccslice::oracle
