@@ -20,19 +20,17 @@ namespace ccslice {
 /// Corners in VTK order: hex 0-3 bottom ring, 4-7 above them; tet 0-2 base, 3 apex; wedge 0-2, corner i+3 opposite i.
 enum class CellKind : std::uint8_t { kHex = 0, kTet = 1, kWedge = 2 };
 
-constexpr int corner_count(CellKind kind) {
-  return kind == CellKind::kHex ? 8 : kind == CellKind::kTet ? 4 : 6;
-}
+constexpr int corner_count(CellKind kind) { return kind == CellKind::kHex ? 8 : kind == CellKind::kTet ? 4 : 6; }
 
 struct ControlMesh {
-  std::vector<Vec3> positions;                               // n vertices, mm.
-  std::vector<std::string> channel_names;                    // c >= 0, distinct, not empty.
-  std::vector<float> channel_values;                         // n * c, vertex-major: value[v * c + channel].
-  std::vector<CellKind> cell_kinds;                          // One per cell.
-  std::vector<std::uint32_t> cell_vertices;                  // Corners of all cells, one cell after the other.
-  std::vector<std::array<std::uint32_t, 2>> sharp_edges;     // Boundary edges by their two vertices, in any order.
-  std::vector<std::uint32_t> sharp_vertices;                 // Boundary vertices that stay where they are (corners).
-  bool allow_folds = false;                                  // Inverted cells become a warning instead of an error.
+  std::vector<Vec3> positions;                            // n vertices, mm.
+  std::vector<std::string> channel_names;                 // c >= 0, distinct, not empty.
+  std::vector<float> channel_values;                      // n * c, vertex-major: value[v * c + channel].
+  std::vector<CellKind> cell_kinds;                       // One per cell.
+  std::vector<std::uint32_t> cell_vertices;               // Corners of all cells, one cell after the other.
+  std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // Boundary edges by their two vertices, in any order.
+  std::vector<std::uint32_t> sharp_vertices;              // Boundary vertices that stay where they are (corners).
+  bool allow_folds = false;                               // Inverted cells become a warning instead of an error.
 
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t cell_count() const { return cell_kinds.size(); }
