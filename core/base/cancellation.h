@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cooperative cancellation. Work polls the token at least every few milliseconds (per row of voxels, per few hundred
-// cells); a cancelled piece of work throws Error{kCancelled} and leaves nothing half-made behind.
+// Cooperative cancellation. Work polls the token at least every few milliseconds (per few hundred voxels, per few
+// thousand items of a mesh); a cancelled piece of work throws Error{kCancelled} and leaves nothing half-made behind.
 
 #pragma once
 
@@ -33,6 +33,21 @@ class CancellationToken {
 
  private:
   std::shared_ptr<std::atomic<bool>> flag_;
+};
+
+/// Polls a token once every `period` calls: for loops whose steps take well below a microsecond.
+class PeriodicPoll {
+ public:
+  explicit PeriodicPoll(const CancellationToken& token, unsigned period = 4096) : token_(token), period_(period) {}
+
+  void operator()() {
+    if (++count_ % period_ == 0) token_.throw_if_cancelled();
+  }
+
+ private:
+  const CancellationToken& token_;
+  unsigned period_;
+  unsigned count_ = 0;
 };
 
 }  // namespace ccslice

@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
 constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
+constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
 Vec3 start_parameter(std::size_t index, int per_axis) {
@@ -40,6 +41,7 @@ struct PointInverter::State {
   InversionOptions options;
   LimitEvaluator evaluator;
   std::vector<Candidate> candidates;
+  int runs_left = 0;
 
   State(const LimitSolid& s, const InversionOptions& o) : solid(s), data(s.data()), options(o), evaluator(s) {
     candidates.reserve(s.cell_count());
@@ -65,7 +67,11 @@ struct PointInverter::State {
     });
   }
 
-  bool better(const NewtonResult& found, std::uint32_t cell, InversionResult& best) const noexcept {
+  /// One Newton run, if any is left. True if it found the point.
+  bool run(std::uint32_t cell, const Vec3& start, const Vec3& point, InversionResult& best) noexcept {
+    if (runs_left == 0) return false;
+    --runs_left;
+    const NewtonResult found = newton_in_cell(evaluator, cell, start, point, options.accept_mm);
     best.newton_steps += found.steps;
     if (found.residual_mm >= best.residual_mm) return false;
     best.at = {cell, found.uvw};
@@ -76,13 +82,14 @@ struct PointInverter::State {
   /// From several of the 64 interior starts of a cell, the nearest first.
   bool search_thoroughly(std::uint32_t cell, const Vec3& point, InversionResult& best) noexcept {
     std::array<std::pair<double, std::size_t>, kStarts> starts;
+    if (runs_left == 0) return false;
     for (std::size_t i = 0; i < kStarts; ++i) {
       starts[i] = {(evaluator.geo({cell, start_parameter(i, kStartsPerAxis)}) - point).squaredNorm(), i};
     }
     std::partial_sort(starts.begin(), starts.begin() + kThoroughStarts, starts.end());
     for (std::size_t i = 0; i < kThoroughStarts; ++i) {
       const Vec3 start = start_parameter(starts[i].second, kStartsPerAxis);
-      if (better(newton_in_cell(evaluator, cell, start, point, options.accept_mm), cell, best)) return true;
+      if (run(cell, start, point, best)) return true;
     }
     return false;
   }
@@ -95,7 +102,7 @@ struct PointInverter::State {
       return a.distance < b.distance;
     });
     for (const Candidate& c : candidates) {
-      if (better(newton_in_cell(evaluator, c.cell, c.start, point, options.accept_mm), c.cell, best)) return best;
+      if (run(c.cell, c.start, point, best)) return best;
       if (lowest_cell_wins && search_thoroughly(c.cell, point, best)) return best;
     }
     // A point just outside is done: its nearest parameter lies on a face, and no start gets closer.
@@ -119,11 +126,8 @@ std::optional<InversionResult> PointInverter::invert(const Vec3& point, const st
   InversionResult best;
   best.residual_mm = std::numeric_limits<double>::infinity();
   const bool may_fold = state_->may_fold(point);
-  if (hint && !may_fold) {
-    const NewtonResult found =
-        newton_in_cell(state_->evaluator, hint->cell, hint->uvw, point, state_->options.accept_mm);
-    if (state_->better(found, hint->cell, best)) return best;
-  }
+  state_->runs_left = kMaxNewtonRuns;
+  if (hint && !may_fold && state_->run(hint->cell, hint->uvw, point, best)) return best;
   best = state_->search(point, may_fold, best);
   if (!(best.residual_mm <= state_->options.outside_mm)) return std::nullopt;
   return best;

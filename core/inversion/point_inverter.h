@@ -3,9 +3,10 @@
 //
 // Point inversion [Luu19, 3.2.2, Alg. 1]: the parameter (i,u,v,w) that geo maps to a given point.
 //
-// Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Newton starts at
-// interior points ((i + 1/2)/4 in each direction), and a soft clip keeps it off the singular lines: a step may not take
-// a coordinate below a tenth of its old value, likewise at 1. A result is accepted in geometry space, after clamping.
+// Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Newton
+// (newton.h) starts in each at the nearest of the interior points (i + 1/2)/2, the nearest cell first; where all of
+// that fails, at the nearest few of (i + 1/2)/4. A result is accepted in geometry space, after clamping. The work for
+// one point is bounded.
 
 #pragma once
 
@@ -28,7 +29,7 @@ struct InversionResult {
   CellParam at;
   double residual_mm = 0;  // |geo(at) - point|.
   int newton_steps = 0;
-  bool full = false;  // The whole candidate search ran (no hint, or the hint's cell and its neighbours failed).
+  bool full = false;  // The whole candidate search ran (no hint, or not found in the hint's cell).
 };
 
 /// One solid, one thread. Distances are measured in the mesh frame.
@@ -40,8 +41,9 @@ class PointInverter {
   PointInverter& operator=(PointInverter&&) noexcept;
 
   /// `point`: mesh frame, mm. `hint`: a parameter solved for a point nearby (coherence), or nothing.
-  /// Returns nothing if no candidate cell comes within options.outside_mm. Where the limit volume overlaps itself the
-  /// lowest cell id wins, whatever the hint.
+  /// Returns nothing if no candidate cell comes within options.outside_mm. Near cells that fold the lowest cell id
+  /// wins, whatever the hint. Where cells that don't fold overlap (parts that intersect each other), it depends on the
+  /// hint.
   std::optional<InversionResult> invert(const Vec3& point, const std::optional<CellParam>& hint = {}) noexcept;
 
   LimitEvaluator& evaluator() noexcept;

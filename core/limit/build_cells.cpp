@@ -20,7 +20,6 @@ namespace ccslice {
 namespace {
 
 constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
-constexpr std::uint32_t kCancelPeriod = 256;
 
 /// One refinement level: a complex, where its points start, and what its places are called on the surface.
 struct Level {
@@ -34,8 +33,8 @@ struct Level {
 
 class Builder {
  public:
-  Builder(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data)
-      : mesh_(mesh), cancel_(cancel), data_(data) {}
+  Builder(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel, LimitSolid::Data& data)
+      : mesh_(mesh), limits_(limits), cancel_(cancel), data_(data) {}
 
   void run() {
     add_control_level();
@@ -50,7 +49,6 @@ class Builder {
       surface_walkers_.emplace_back(level.complex);
     }
     for (std::uint32_t c = 0; c < mesh_.cell_count(); ++c) {
-      if (c % kCancelPeriod == 0) cancel_.throw_if_cancelled();
       number(0, c, c);
     }
     summarize();
@@ -68,6 +66,7 @@ class Builder {
   void summarize();
 
   const ControlMesh& mesh_;
+  const MeshLimits& limits_;
   const CancellationToken& cancel_;
   LimitSolid::Data& data_;
   std::deque<Level> levels_;
@@ -78,7 +77,7 @@ class Builder {
 };
 
 void Builder::add_control_level() {
-  Level level{make_cell_complex(mesh_), 0, {}, {}, {}, {}};
+  Level level{make_cell_complex(mesh_, cancel_), 0, {}, {}, {}, {}};
   const std::size_t channels = mesh_.channel_count();
   data_.dimension = 3 + channels;
   data_.points.reserve(mesh_.vertex_count() * data_.dimension);
@@ -99,18 +98,19 @@ std::vector<std::uint32_t> Builder::classify(const std::vector<std::uint32_t>& c
   level.classes.resize(level.complex.cell_count());
   level.first_child.assign(level.complex.cell_count(), kNone);
   Classifier classifier(level.complex);
+  PeriodicPoll poll(cancel_);
   std::vector<std::uint32_t> bad;
   for (const std::uint32_t c : cells) {
+    poll();
     level.classes[c] = classifier.classify(c);
     if (!level.classes[c]) bad.push_back(c);
   }
-  cancel_.throw_if_cancelled();
   return bad;
 }
 
 std::vector<std::uint32_t> Builder::add_refined_level(const std::vector<std::uint32_t>& bad) {
   Level& parent = levels_.back();
-  Refinement refined = refine(parent.complex, bad);
+  Refinement refined = refine(parent.complex, bad, cancel_);
   std::vector<std::uint32_t> children;
   for (std::size_t i = 0; i < bad.size(); ++i) {
     parent.first_child[bad[i]] = refined.first_child[i];
@@ -171,6 +171,12 @@ void Builder::number(std::size_t level, std::uint32_t cell, std::uint32_t contro
 }
 
 std::uint32_t Builder::add_ring(const Level& level, std::span<const std::uint32_t> points) {
+  if (data_.rings.size() + points.size() >= kNone) {
+    throw Error(ErrorCode::kMeshTooLarge,
+                "cells: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
+                "coarser control mesh",
+                "cells");
+  }
   const auto begin = static_cast<std::uint32_t>(data_.rings.size());
   for (const std::uint32_t p : points) data_.rings.push_back(p == kNone ? kNone : p + level.point_base);
   return begin;
@@ -188,6 +194,7 @@ auto smallest_ring(std::span<const Frame> frames, Walk walk) {
 }
 
 void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classification& found, std::uint32_t control_cell) {
+  cancel_.throw_if_cancelled();
   RingWalker& walker = walkers_[level];
   LimitCell record;
   record.cell_class = found.cell_class;
@@ -215,6 +222,13 @@ void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classificati
     record.op = data_.operators.vertex(ring);
     record.ring_count = static_cast<std::uint32_t>(ring.points.size());
     record.ring_begin = add_ring(levels_[level], ring.points);
+  }
+  if (data_.operators.memory_bytes() > limits_.max_operator_bytes) {
+    throw Error(ErrorCode::kMeshTooLarge,
+                "cells: so many different one-rings (up to control cell " + std::to_string(control_cell) +
+                    ") that their operators need more than " + std::to_string(limits_.max_operator_bytes >> 20) +
+                    " MiB; use a more regular control mesh, or fewer tetrahedra",
+                "cells", {control_cell});
   }
   data_.cells.push_back(record);
   add_boundary_faces(level, cell);
@@ -283,8 +297,9 @@ void Builder::summarize() {
 
 }  // namespace
 
-void build_cells(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data) {
-  Builder(mesh, cancel, data).run();
+void build_cells(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel,
+                 LimitSolid::Data& data) {
+  Builder(mesh, limits, cancel, data).run();
 }
 
 }  // namespace ccslice

@@ -19,18 +19,17 @@ std::size_t bytes_of(const std::vector<T>& v) {
 }
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
-  return sizeof(data) + bytes_of(data.points) + bytes_of(data.rings) + bytes_of(data.cells) + bytes_of(data.faces) +
-         bytes_of(data.face_rings) + bytes_of(data.folding_cells) + data.operators.memory_bytes() +
-         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes();
+  return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
+         bytes_of(data.cells) + bytes_of(data.faces) + bytes_of(data.face_rings) + bytes_of(data.folding_cells) +
+         data.operators.memory_bytes() + data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes();
 }
 
 }  // namespace
 
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
-  MeshReport report = validate(mesh, options.limits);
-  options.cancel.throw_if_cancelled();
-  build_cells(mesh, options.cancel, *data);
+  MeshReport report = validate(mesh, options.limits, options.cancel);
+  build_cells(mesh, options.limits, options.cancel, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();

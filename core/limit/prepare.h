@@ -13,7 +13,9 @@ namespace ccslice {
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. Fills points, rings, cells, operators, faces, face_rings and the counts of the summary.
-void build_cells(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data);
+/// Throws Error{kMeshTooLarge} if operators or rings outgrow the limits, Error{kCancelled}.
+void build_cells(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel,
+                 LimitSolid::Data& data);
 
 /// Fills cell_boxes.
 void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data);

@@ -35,12 +35,12 @@ struct HalfFaceRef {
 
 CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
                          std::span<const std::array<std::uint32_t, 2>> sharp_edges,
-                         std::span<const std::uint32_t> sharp_vertices)
+                         std::span<const std::uint32_t> sharp_vertices, const CancellationToken& cancel)
     : vertex_count_(vertex_count), kinds_(std::move(kinds)), corners_(std::move(corners)) {
   number_cells();
-  build_faces();
-  build_edges();
-  build_incidences();
+  build_faces(cancel);
+  build_edges(cancel);
+  build_incidences(cancel);
   mark_boundary();
   vertex_sharp_.assign(vertex_count_, 0);
   for (const std::uint32_t v : sharp_vertices) vertex_sharp_[v] = 1;
@@ -64,12 +64,14 @@ void CellComplex::number_cells() {
   cell_edges_.assign(edge, kNone);
 }
 
-void CellComplex::build_faces() {
+void CellComplex::build_faces(const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   // Half-faces are bucketed by their smallest vertex and matched within a bucket; faces are numbered by first cell.
   std::vector<HalfFaceRef> refs;
   std::vector<std::array<std::uint32_t, 2>> owner;  // Cell and local face by slot.
   refs.reserve(cell_half_faces_.size());
   for (std::uint32_t c = 0; c < cell_count(); ++c) {
+    poll();
     const auto vertices = cell_vertices(c);
     const auto faces = cell_topology(kinds_[c]).faces;
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -84,6 +86,7 @@ void CellComplex::build_faces() {
     for (std::uint32_t i = 0; i < refs.size(); ++i) emit(refs[i].sorted[0], i);
   });
   for (std::uint32_t i = 0; i < refs.size(); ++i) {
+    poll();
     const auto [cell, local] = owner[i];
     if (cell_half_faces_[i] == kNone) {
       const std::uint32_t face = face_count();
@@ -114,11 +117,13 @@ void CellComplex::build_faces() {
   }
 }
 
-void CellComplex::build_edges() {
+void CellComplex::build_edges(const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   // An edge is found in the bucket of its smaller vertex; edges are numbered by first cell.
   std::vector<std::array<std::uint32_t, 2>> ends;
   ends.reserve(cell_edges_.size());
   for (std::uint32_t c = 0; c < cell_count(); ++c) {
+    poll();
     const auto vertices = cell_vertices(c);
     for (const auto& [i, j] : cell_topology(kinds_[c]).edges) {
       ends.push_back({std::min(vertices[i], vertices[j]), std::max(vertices[i], vertices[j])});
@@ -128,6 +133,7 @@ void CellComplex::build_edges() {
     for (std::uint32_t i = 0; i < ends.size(); ++i) emit(ends[i][0], i);
   });
   for (std::uint32_t i = 0; i < ends.size(); ++i) {
+    poll();
     if (cell_edges_[i] != kNone) continue;
     const auto edge = static_cast<std::uint32_t>(edge_vertices_.size());
     edge_vertices_.push_back(ends[i]);
@@ -137,22 +143,27 @@ void CellComplex::build_edges() {
   }
 }
 
-void CellComplex::build_incidences() {
+void CellComplex::build_incidences(const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  cancel.throw_if_cancelled();
   edge_cells_ = make_incidence(edge_count(), [&](auto emit) {
     for (std::uint32_t c = 0; c < cell_count(); ++c) {
       for (const std::uint32_t e : cell_edges(c)) emit(e, c);
     }
   });
+  cancel.throw_if_cancelled();
   vertex_cells_ = make_incidence(vertex_count_, [&](auto emit) {
     for (std::uint32_t c = 0; c < cell_count(); ++c) {
       for (const std::uint32_t v : cell_vertices(c)) emit(v, c);
     }
   });
+  cancel.throw_if_cancelled();
   vertex_edges_ = make_incidence(vertex_count_, [&](auto emit) {
     for (std::uint32_t e = 0; e < edge_count(); ++e) {
       for (const std::uint32_t v : edge_vertices_[e]) emit(v, e);
     }
   });
+  cancel.throw_if_cancelled();
   vertex_faces_ = make_incidence(vertex_count_, [&](auto emit) {
     for (std::uint32_t f = 0; f < face_count(); ++f) {
       for (const std::uint32_t v : face_vertices(f)) emit(v, f);
@@ -160,6 +171,7 @@ void CellComplex::build_incidences() {
   });
   edge_faces_ = make_incidence(edge_count(), [&](auto emit) {
     for (std::uint32_t f = 0; f < face_count(); ++f) {
+      poll();
       const auto ring = face_vertices(f);
       for (std::size_t i = 0; i < ring.size(); ++i) emit(find_edge(ring[i], ring[(i + 1) % ring.size()]), f);
     }
@@ -183,7 +195,7 @@ std::uint32_t CellComplex::find_edge(std::uint32_t a, std::uint32_t b) const {
   return kNone;
 }
 
-CellComplex make_cell_complex(const ControlMesh& mesh) {
+CellComplex make_cell_complex(const ControlMesh& mesh, const CancellationToken& cancel) {
   std::vector<std::uint32_t> corners;
   corners.reserve(mesh.cell_vertices.size());
   std::size_t begin = 0;
@@ -196,7 +208,7 @@ CellComplex make_cell_complex(const ControlMesh& mesh) {
     begin += static_cast<std::size_t>(n);
   }
   return CellComplex(static_cast<std::uint32_t>(mesh.vertex_count()), mesh.cell_kinds, std::move(corners),
-                     mesh.sharp_edges, mesh.sharp_vertices);
+                     mesh.sharp_edges, mesh.sharp_vertices, cancel);
 }
 
 }  // namespace ccslice

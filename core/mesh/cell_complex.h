@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/control_mesh.h"
 
@@ -36,9 +37,11 @@ struct Incidence {
 class CellComplex {
  public:
   /// Cells by kinds and concatenated corners (hexahedra: bits order, see cell_kind.h). Sharp edges are vertex pairs.
-  /// Makes no check but this one: throws Error{kMeshNonManifoldFace} if a face has more than two cells.
+  /// Makes no check but this one: throws Error{kMeshNonManifoldFace} if a face has more than two cells, and
+  /// Error{kCancelled}. Takes time in proportion to the cells times their number round a vertex.
   CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
-              std::span<const std::array<std::uint32_t, 2>> sharp_edges, std::span<const std::uint32_t> sharp_vertices);
+              std::span<const std::array<std::uint32_t, 2>> sharp_edges, std::span<const std::uint32_t> sharp_vertices,
+              const CancellationToken& cancel = {});
 
   std::uint32_t vertex_count() const { return vertex_count_; }
   std::uint32_t cell_count() const { return static_cast<std::uint32_t>(kinds_.size()); }
@@ -86,9 +89,9 @@ class CellComplex {
 
  private:
   void number_cells();
-  void build_faces();
-  void build_edges();
-  void build_incidences();
+  void build_faces(const CancellationToken& cancel);
+  void build_edges(const CancellationToken& cancel);
+  void build_incidences(const CancellationToken& cancel);
   void mark_boundary();
 
   std::uint32_t vertex_count_;
@@ -105,6 +108,6 @@ class CellComplex {
 };
 
 /// The complex of a control mesh: hexahedra's corners turned from VTK order into bits. REQUIRES: indices in range.
-CellComplex make_cell_complex(const ControlMesh& mesh);
+CellComplex make_cell_complex(const ControlMesh& mesh, const CancellationToken& cancel = {});
 
 }  // namespace ccslice

@@ -94,10 +94,12 @@ void check_channels(const ControlMesh& mesh, const MeshLimits& limits) {
   }
 }
 
-void check_numbers(const ControlMesh& mesh, const MeshLimits& limits) {
+void check_numbers(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   Offenders positions, far, values;
   const std::size_t channels = mesh.channel_count();
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    poll();
     const Vec3& p = mesh.positions[v];
     if (!p.allFinite()) {
       positions.add(static_cast<std::int64_t>(v));
@@ -118,12 +120,14 @@ void check_numbers(const ControlMesh& mesh, const MeshLimits& limits) {
                       "channel_values");
 }
 
-void check_indices(const ControlMesh& mesh) {
-  Offenders range, repeated, isolated, edges, vertices;
+void check_indices(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  Offenders range, repeated, isolated, valence, edges, vertices;
   const auto n = static_cast<std::uint32_t>(mesh.vertex_count());
-  std::vector<std::uint8_t> used(n, 0);
+  std::vector<std::uint32_t> used(n, 0);  // By how many cells.
   std::size_t begin = 0;
   for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+    poll();
     const auto count = static_cast<std::size_t>(corner_count(mesh.cell_kinds[c]));
     const std::span corners(&mesh.cell_vertices[begin], count);
     begin += count;
@@ -134,16 +138,20 @@ void check_indices(const ControlMesh& mesh) {
     std::vector<std::uint32_t> sorted(corners.begin(), corners.end());
     std::sort(sorted.begin(), sorted.end());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) repeated.add(static_cast<std::int64_t>(c));
-    for (const std::uint32_t v : corners) used[v] = 1;
+    for (const std::uint32_t v : corners) ++used[v];
   }
   const std::string bound = "vertex ids run from 0 to " + std::to_string(n - 1);
   range.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in cells", bound, "cell_vertices");
   repeated.throw_if_any(ErrorCode::kMeshRepeatedVertex, "a vertex is repeated in cells",
                         "collapsed cells never refine to hexahedra: remove or remesh them", "cell_vertices");
   for (std::uint32_t v = 0; v < n; ++v) {
-    if (!used[v]) isolated.add(v);
+    if (used[v] == 0) isolated.add(v);
+    if (used[v] > limits.max_vertex_valence) valence.add(v);
   }
   isolated.throw_if_any(ErrorCode::kMeshIsolatedVertex, "no cell uses vertices", "remove them", "positions");
+  // Before anything is built whose cost grows with the square of a valence.
+  valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round vertices",
+                       "the limit is " + std::to_string(limits.max_vertex_valence), "cells");
   for (std::size_t i = 0; i < mesh.sharp_edges.size(); ++i) {
     if (std::max(mesh.sharp_edges[i][0], mesh.sharp_edges[i][1]) >= n) edges.add(static_cast<std::int64_t>(i));
   }
@@ -183,8 +191,10 @@ bool contains(std::span<const std::uint32_t> items, std::uint32_t item) {
   return std::find(items.begin(), items.end(), item) != items.end();
 }
 
-void check_shared_faces(const CellComplex& complex) {
+void check_shared_faces(const CellComplex& complex, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+    poll();
     std::vector<std::uint32_t> others;
     cells_across(
         complex, c, [](std::uint32_t) { return true; }, [&](std::uint32_t o) { others.push_back(o); });
@@ -209,8 +219,10 @@ bool edge_is_manifold(const CellComplex& complex, std::uint32_t edge) {
          }) == complex.edge_cells(edge).size();
 }
 
-void check_edges(const CellComplex& complex, const MeshLimits& limits) {
+void check_edges(const CellComplex& complex, const MeshLimits& limits, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   for (std::uint32_t e = 0; e < complex.edge_count(); ++e) {
+    poll();
     const auto [a, b] = complex.edge_vertices(e);
     const std::string which = "edge " + std::to_string(a) + "-" + std::to_string(b);
     if (!edge_is_manifold(complex, e)) {
@@ -249,17 +261,13 @@ bool vertex_is_manifold(const CellComplex& complex, std::uint32_t vertex) {
   return euler == (complex.vertex_on_boundary(vertex) ? 1 : 2);
 }
 
-void check_vertices(const CellComplex& complex, const MeshLimits& limits) {
-  Offenders valence, pinched;
+void check_vertices(const CellComplex& complex, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  Offenders pinched;
   for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
-    if (complex.vertex_cells(v).size() > limits.max_vertex_valence) {
-      valence.add(v);
-    } else if (!vertex_is_manifold(complex, v)) {
-      pinched.add(v);
-    }
+    poll();
+    if (!vertex_is_manifold(complex, v)) pinched.add(v);
   }
-  valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round vertices",
-                       "the limit is " + std::to_string(limits.max_vertex_valence), "cells");
   pinched.throw_if_any(ErrorCode::kMeshNonManifoldVertex,
                        "the cells form neither one ball nor one half-ball at vertices",
                        "parts that touch in a point or along an edge must be separated or joined by faces", "cells");
@@ -287,12 +295,39 @@ void mirror(CellKind kind, std::uint32_t* corners) {
   std::swap_ranges(corners, corners + half, corners + half);
 }
 
-/// Corrects cells whose corners are all negative, and returns the cells that are partly so.
-std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex) {
+/// True if the second cell of an interior face lists the face's vertices against the order of the first.
+bool sides_oppose(const CellComplex& complex, std::uint32_t face) {
+  const auto ring = complex.face_vertices(face);
+  const std::uint32_t cell = complex.half_face_cell(2 * face + 1);
+  const LocalFace& shape = cell_topology(complex.kind(cell)).faces[complex.half_face_local(2 * face + 1)];
+  std::size_t first = 0;
+  while (complex.cell_vertices(cell)[shape.corners[first]] != ring[0]) ++first;
+  return complex.cell_vertices(cell)[shape.corners[(first + 1) % shape.size]] == ring[ring.size() - 1];
+}
+
+/// Adds the cells on both sides of faces that, once `mirrored` is applied, have both cells on the same side.
+void find_overlapping_neighbours(const CellComplex& complex, const std::vector<std::uint8_t>& mirrored,
+                                 std::vector<std::uint32_t>& inverted) {
+  for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+    if (complex.face_on_boundary(f)) continue;
+    const std::uint32_t a = complex.half_face_cell(2 * f), b = complex.half_face_cell(2 * f + 1);
+    if (sides_oppose(complex, f) == (mirrored[a] == mirrored[b])) continue;
+    inverted.insert(inverted.end(), {a, b});
+  }
+  std::sort(inverted.begin(), inverted.end());
+  inverted.erase(std::unique(inverted.begin(), inverted.end()), inverted.end());
+}
+
+/// Corrects cells whose corners are all negative, and returns the cells that are partly so, and neighbours that lie on
+/// the same side of their common face.
+std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   std::vector<std::uint32_t> inverted;
+  std::vector<std::uint8_t> mirrored(complex.cell_count(), 0);
   std::vector<std::uint32_t> corners = mesh.cell_vertices;
   std::size_t begin = 0;
   for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+    poll();
     const auto n = complex.cell_vertices(c).size();
     std::size_t negative = 0, positive = 0;
     for (std::size_t i = 0; i < n; ++i) {
@@ -302,11 +337,13 @@ std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex)
     }
     if (negative == n) {
       mirror(complex.kind(c), &corners[begin]);
+      mirrored[c] = 1;
     } else if (positive != n) {
       inverted.push_back(c);
     }
     begin += n;
   }
+  find_overlapping_neighbours(complex, mirrored, inverted);
   if (inverted.empty() || mesh.allow_folds) mesh.cell_vertices = std::move(corners);
   return inverted;
 }
@@ -341,22 +378,23 @@ void check_sharp_features(const ControlMesh& mesh, const CellComplex& complex) {
 
 }  // namespace
 
-MeshReport validate(ControlMesh& mesh, const MeshLimits& limits) {
+MeshReport validate(ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
   check_sizes(mesh, limits);
   check_channels(mesh, limits);
-  check_numbers(mesh, limits);
-  check_indices(mesh);
-  const CellComplex complex = make_cell_complex(mesh);
-  check_shared_faces(complex);
-  check_edges(complex, limits);
-  check_vertices(complex, limits);
+  check_numbers(mesh, limits, cancel);
+  check_indices(mesh, limits, cancel);
+  const CellComplex complex = make_cell_complex(mesh, cancel);
+  check_shared_faces(complex, cancel);
+  check_edges(complex, limits, cancel);
+  check_vertices(complex, cancel);
   check_sharp_features(mesh, complex);
   MeshReport report;
-  report.inverted_cells = orient(mesh, complex);
+  report.inverted_cells = orient(mesh, complex, cancel);
   if (!mesh.allow_folds) {
     Offenders inverted;
     for (const std::uint32_t c : report.inverted_cells) inverted.add(c);
-    inverted.throw_if_any(ErrorCode::kMeshInvertedCell, "a corner of non-positive Jacobian in cells",
+    inverted.throw_if_any(ErrorCode::kMeshInvertedCell,
+                          "a corner of non-positive Jacobian, or a neighbour on the same side of a face, in cells",
                           "untangle them, or set allow_folds to slice the solid as it is", "cells");
   }
   return report;

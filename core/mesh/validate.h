@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/mesh/control_mesh.h"
 
 namespace ccslice {
@@ -20,6 +21,8 @@ struct MeshLimits {
   double max_abs_coordinate_mm = 1e6;
   std::uint32_t max_edge_valence = 64;     // Cells round one edge.
   std::uint32_t max_vertex_valence = 256;  // Cells round one vertex.
+  std::size_t max_operator_bytes =
+      512u << 20;  // Subdivision operators of a prepared solid, one per topology of a ring.
 };
 
 /// What validation found that doesn't refuse the mesh.
@@ -28,7 +31,7 @@ struct MeshReport {
 };
 
 /// Checks every rule of a control mesh and reorients cells whose corners are all negative (mirrored corner order).
-/// Throws Error (1xx) naming the offending ids. `mesh` is unchanged if it throws.
-MeshReport validate(ControlMesh& mesh, const MeshLimits& limits = {});
+/// Throws Error (1xx) naming the offending ids, and Error{kCancelled}. `mesh` is unchanged if it throws.
+MeshReport validate(ControlMesh& mesh, const MeshLimits& limits = {}, const CancellationToken& cancel = {});
 
 }  // namespace ccslice

@@ -106,6 +106,13 @@ CellComplex thicken(const SurfaceRing& ring) {
                      ring.sharp_edges, ring.sharp_vertices);
 }
 
+/// An operator with its key.
+template <typename Operator>
+std::size_t bytes_of(const Operator& op, const std::vector<std::uint32_t>& key) {
+  return sizeof(op) + op.stencils.offsets.capacity() * 4 + op.stencils.indices.capacity() * 4 +
+         op.stencils.weights.capacity() * 8 + op.limit.capacity() * 8 + key.capacity() * 4 + 64;
+}
+
 ChildRows rows_after(const Stencils& stencils, std::size_t count, PhantomMask phantoms) {
   return {stencils.rows(), static_cast<std::uint32_t>(count), phantoms, kNone};
 }
@@ -142,6 +149,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   }
   lines_[self] = std::move(op);
   lines_[self].limit = limit_row(lines_, self);
+  bytes_ += bytes_of(lines_[self], ring.key);
   return self;
 }
 
@@ -173,6 +181,7 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   }
   surfaces_[self] = std::move(op);
   surfaces_[self].limit = limit_row(surfaces_, self);
+  bytes_ += bytes_of(surfaces_[self], ring.key);
   return self;
 }
 
@@ -222,21 +231,8 @@ std::uint32_t OperatorTable::vertex(const VertexRing& ring) {
   if (op.children[0].cell_class != CellClass::kVertex) broken("a vertex cell lost its irregular vertex");
   vertices_[self] = std::move(op);
   vertices_[self].limit = limit_row(vertices_, self);
+  bytes_ += bytes_of(vertices_[self], ring.key);
   return self;
-}
-
-std::size_t OperatorTable::memory_bytes() const {
-  std::size_t bytes = 0;
-  const auto add = [&](const auto& op) {
-    bytes += sizeof(op) + op.stencils.offsets.size() * 4 + op.stencils.indices.size() * 12 + op.limit.size() * 8;
-  };
-  for (const auto& op : lines_) add(op);
-  for (const auto& op : vertices_) add(op);
-  for (const auto& op : surfaces_) add(op);
-  for (const auto* index : {&line_index_, &vertex_index_, &surface_index_}) {
-    for (const auto& [key, id] : *index) bytes += 64 + key.size() * 4;
-  }
-  return bytes;
 }
 
 std::uint32_t OperatorTable::max_ring_points() const {

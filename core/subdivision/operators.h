@@ -73,7 +73,7 @@ class OperatorTable {
   const std::vector<VertexOperator>& vertices() const { return vertices_; }
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
-  std::size_t memory_bytes() const;
+  std::size_t memory_bytes() const { return bytes_; }
   /// Largest number of control points of any ring (all layers of a line ring counted).
   std::uint32_t max_ring_points() const;
 
@@ -82,6 +82,7 @@ class OperatorTable {
   std::map<Key, std::uint32_t> line_index_, vertex_index_, surface_index_;
   std::vector<PlanarOperator> lines_, surfaces_;
   std::vector<VertexOperator> vertices_;
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace ccslice

@@ -224,10 +224,12 @@ SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVerti
   return sharp;
 }
 
-Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids) {
+Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   Stencils stencils;
   Row row(parent);
   for (std::uint32_t i = 0; i < ids.count(); ++i) {
+    poll();
     const std::uint32_t origin = ids.origin[i];
     if (i < ids.begins[0]) {
       vertex_point(parent, origin, row);
@@ -258,7 +260,8 @@ bool on_straight_extraordinary_edge(const CellComplex& complex, std::uint32_t ve
          complex.vertex_edges(vertex).size() == valence[0] + 2;
 }
 
-Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells) {
+Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
   std::vector<std::uint8_t> keep(parent.vertex_count(), 0);
   for (const std::uint32_t c : cells) {
     for (const std::uint32_t v : parent.cell_vertices(c)) keep[v] = 1;
@@ -268,6 +271,7 @@ Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cell
   std::uint32_t children = 0;
   std::size_t next = 0;
   for (std::uint32_t c = 0; c < parent.cell_count(); ++c) {
+    poll();
     if (next < cells.size() && cells[next] == c) {
       first_child.push_back(children);
       ++next;
@@ -282,8 +286,8 @@ Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cell
   }
   const SharpFeatures sharp = inherit_sharp_features(parent, ids);
   return {CellComplex(ids.count(), std::vector<CellKind>(children, CellKind::kHex), std::move(corners), sharp.edges,
-                      sharp.vertices),
-          make_stencils(parent, ids),
+                      sharp.vertices, cancel),
+          make_stencils(parent, ids, cancel),
           std::move(first_child),
           ids.begins[0],
           ids.begins[1],

@@ -49,8 +49,9 @@ struct Refinement {
 /// Refines `cells` (ascending): the result holds, for each vertex v of these cells, every child at v. So the vertices
 /// of their children are complete. A child at corner i of a hexahedron keeps the parent's axes and is its i-th in
 /// corner bits; at corner i of a tet or wedge its origin is the corner and its axes run along corner_neighbours[i].
-/// REQUIRES: the vertices of `cells` are complete.
-Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells);
+/// REQUIRES: the vertices of `cells` are complete. Throws Error{kCancelled} only.
+Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells,
+                  const CancellationToken& cancel = {});
 
 /// True if the vertex lies on a straight EE (see above). REQUIRES: complete.
 bool on_straight_extraordinary_edge(const CellComplex& complex, std::uint32_t vertex);

@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <numbers>
 #include <random>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/limit/limit_evaluator.h"
@@ -121,6 +123,45 @@ TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
     }
     EXPECT_LE(least, 0) << "cell " << fold.cell << " doesn't fold";
   }
+}
+
+TEST(LimitSolid, RefusesMoreOperatorsThanTheLimit) {
+  PrepareOptions options;
+  options.limits.max_operator_bytes = 1000;
+  try {
+    LimitSolid::prepare(oracle::box_mesh(4, 4, 4), options);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kMeshTooLarge);
+    EXPECT_FALSE(error.ids().empty());
+  }
+}
+
+TEST(LimitSolid, CancelsWithinAHundredMillisecondsAtAnyTime) {
+  // Cancelled at twelve moments of a preparation that takes much longer than the bound. One late stop is put down to a
+  // busy machine.
+  const ControlMesh mesh = oracle::box_mesh(40, 40, 40);
+  int late = 0;
+  for (int moment = 0; moment < 12; ++moment) {
+    PrepareOptions options;
+    options.cancel = CancellationToken::make();
+    std::chrono::steady_clock::time_point cancelled;
+    std::jthread canceller([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10 + 40 * moment));
+      cancelled = std::chrono::steady_clock::now();
+      options.cancel.cancel();
+    });
+    try {
+      LimitSolid::prepare(mesh, options);
+      continue;  // Done before it was cancelled.
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+    }
+    const auto stopped = std::chrono::steady_clock::now();
+    canceller.join();
+    late += stopped - cancelled > std::chrono::milliseconds(100);
+  }
+  EXPECT_LE(late, 1);
 }
 
 TEST(LimitSolid, CancelsWhilePreparing) {

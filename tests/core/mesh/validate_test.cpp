@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "tests/core/mesh/expect_error.h"
@@ -64,6 +65,46 @@ TEST(Validate, ReorientsCellsWhoseCornersAreAllNegative) {
     const auto once = mesh.cell_vertices;
     validate(mesh);
     EXPECT_EQ(mesh.cell_vertices, once) << name;
+  }
+}
+
+TEST(Validate, RefusesNeighboursOnTheSameSideOfTheirFace) {
+  // The upper cell's top lies below the face that it shares with the lower one.
+  ControlMesh mesh = box_mesh(1, 1, 2);
+  for (Vec3& p : mesh.positions) {
+    if (p.z() == 20) p.z() = 5;
+  }
+  try {
+    ControlMesh copy = mesh;
+    validate(copy);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kMeshInvertedCell);
+    EXPECT_EQ(error.ids(), (std::vector<std::int64_t>{0, 1}));
+  }
+  mesh.allow_folds = true;
+  EXPECT_EQ(validate(mesh).inverted_cells, (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST(Validate, RefusesAHugeFanAtOnce) {
+  // A hundred thousand wedges round one axis: refused before anything quadratic in that number runs.
+  ControlMesh mesh;
+  const std::uint32_t n = 100'000;
+  mesh.positions = {{0, 0, 0}, {0, 0, 1}};
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / n;
+    mesh.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+    mesh.positions.emplace_back(std::cos(angle), std::sin(angle), 1);
+    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % n);
+    mesh.cell_kinds.push_back(CellKind::kWedge);
+    mesh.cell_vertices.insert(mesh.cell_vertices.end(), {0, a, b, 1, a + 1, b + 1});
+  }
+  try {
+    validate(mesh);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kMeshValenceTooHigh);
+    EXPECT_EQ(error.ids(), (std::vector<std::int64_t>{0, 1}));
   }
 }
 
