@@ -66,7 +66,7 @@ struct ContourOptions {
 
 /// Intersects placement * limit surface with the plane. For many parallel planes: ContourTracer. Pure; the solid isn't
 /// prepared again for any plane or placement. REQUIRES: placement invertible, tolerance and feature size positive.
-/// Throws Error{kCancelled} only.
+/// Throws Error{kCancelled}, and {kInternal} if the surface contradicts itself so that no closed loops exist.
 Contours intersect(const LimitSolid& solid, const Placement& placement, const SlicePlane& plane,
                    const ContourOptions& options);
 
