@@ -189,7 +189,8 @@ TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
   ControlMesh mesh = oracle::box_mesh(20, 20, 20);
   oracle::sharpen_by_cells(mesh, 1);
   oracle::add_random_channels(mesh, 1, 3);
-  const SolidSummary& summary = LimitSolid::prepare(mesh)->summary();
+  const auto solid = LimitSolid::prepare(mesh);
+  const SolidSummary& summary = solid->summary();
   EXPECT_EQ(summary.regular_cells, 8000u);
   EXPECT_LT(summary.memory_bytes, 8000u * 768);
 }
