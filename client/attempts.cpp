@@ -10,13 +10,13 @@
 
 namespace ccslice::client {
 
-void Attempts::count(const ClientError& error) {
-  if (++used_ >= policy_.max_attempts) throw error;
+void Attempts::count_reupload(const ClientError& error) {
+  constexpr int kMostInARow = 3;  // A server that keeps losing what it has just taken.
+  if (++reuploads_ > kMostInARow) throw error;
 }
 
 void Attempts::pause_after(const ClientError& error) {
-  if (!error.is_passing()) throw error;
-  count(error);
+  if (!error.is_passing() || ++used_ >= policy_.max_attempts) throw error;
   const std::chrono::milliseconds pause = next_pause(error);
   if (call_.deadline && std::chrono::system_clock::now() + pause >= *call_.deadline) throw error;
   if (!call_.cancellation) {

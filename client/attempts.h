@@ -16,10 +16,12 @@ class Attempts {
   Attempts(const RetryPolicy& policy, const CallOptions& call) : policy_(policy), call_(call) {}
 
   /// The call got somewhere: what failed before doesn't count any more.
-  void progress() noexcept { used_ = 0; }
-  /// One more attempt has failed. Throws `error` if it was the last one allowed.
-  void count(const ClientError& error);
-  /// As count(), then waits before the next attempt. Throws `error` if it won't pass or the deadline is too near.
+  void progress() noexcept { used_ = reuploads_ = 0; }
+  /// The server has lost a mesh that is at hand. That isn't charged to the attempts, but throws `error` if it comes too
+  /// often without progress.
+  void count_reupload(const ClientError& error);
+  /// One more attempt has failed: waits before the next one. Throws `error` if it was the last one allowed, if it won't
+  /// pass, or if the deadline is too near.
   void pause_after(const ClientError& error);
 
  private:
@@ -28,6 +30,7 @@ class Attempts {
   const RetryPolicy policy_;
   const CallOptions& call_;
   int used_ = 0;
+  int reuploads_ = 0;
   std::minstd_rand random_{std::random_device{}()};
 };
 
@@ -46,7 +49,7 @@ auto Client::with_retries(const CallOptions& call, Attempts& attempts, int& reup
     } catch (const ClientError& error) {
       const std::shared_ptr<const MeshBytes> mesh = remembered(error.missing_mesh_id());
       if (mesh) {
-        attempts.count(error);
+        attempts.count_reupload(error);
         missing = mesh;
         ++reuploads;
       } else {

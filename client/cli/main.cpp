@@ -5,12 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <string_view>
 #include <vector>
 
 #include "client/cancellation.h"
 #include "client/cli/commands.h"
+#include "client/cli/console.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/failure.h"
 #include "client/cli/interrupt.h"
@@ -47,6 +49,14 @@ int run(const CLI::App& app, const std::vector<Command>& commands, const CommonO
   }
 }
 
+/// What was printed has arrived, unless the output is a full disk or the like.
+int flushed(int exit_code) {
+  const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0;
+  if (!lost || exit_code != kExitOk) return exit_code;
+  print_note("ccslice: standard output can't be written");
+  return kExitOutput;
+}
+
 /// Looked for by hand where the arguments couldn't be parsed.
 bool wants_json(int argc, char** argv) {
   return std::any_of(argv, argv + argc, [](const char* argument) { return std::string_view(argument) == "--json"; });
@@ -72,5 +82,5 @@ int main(int argc, char** argv) {
     if (wants_json(argc, argv)) print_error_document({kExitUsage, "USAGE", error.what()});
     return kExitUsage;
   }
-  return run(app, commands, options);
+  return flushed(run(app, commands, options));
 }

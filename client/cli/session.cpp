@@ -4,8 +4,14 @@
 #include "client/cli/session.h"
 
 #include <cmath>
+#include <cstdlib>
 
 namespace ccslice::cli {
+
+std::string default_server() {
+  const char* const variable = std::getenv("CCSLICE_SERVER");
+  return variable != nullptr && *variable != '\0' ? variable : "localhost:50051";
+}
 
 void add_output_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "Print one JSON document on standard output, errors included")
@@ -14,8 +20,8 @@ void add_output_options(CLI::App& command, CommonOptions& options) {
 }
 
 void add_server_options(CLI::App& command, CommonOptions& options) {
-  command.add_option("--server", options.server, "Where ccsliced listens, HOST:PORT")
-      ->envname("CCSLICE_SERVER")
+  // Not CLI11's envname(): all commands share one variable, and it would also be set for commands that aren't run.
+  command.add_option("--server", options.server, "Where ccsliced listens, HOST:PORT (default from CCSLICE_SERVER)")
       ->capture_default_str()
       ->group("Server");
   command.add_option("--timeout", options.timeout_s, "Give up after so many seconds in all (0: never)")

@@ -13,9 +13,12 @@
 
 namespace ccslice::cli {
 
+/// The environment variable CCSLICE_SERVER, or localhost:50051.
+std::string default_server();
+
 /// What every command understands.
 struct CommonOptions {
-  std::string server = "localhost:50051";
+  std::string server = default_server();
   double timeout_s = 0;  // 0: none.
   int attempts = client::RetryPolicy{}.max_attempts;
   bool json = false;

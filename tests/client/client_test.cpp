@@ -162,6 +162,20 @@ TEST_F(ClientTest, UploadsAgainWhenTheServerLostTheMesh) {
   EXPECT_EQ(server_.uploads, 2);
 }
 
+TEST_F(ClientTest, DoesNotChargeAnUploadToTheAttempts) {
+  // Two attempts: the stream breaks, and the restarted server has no meshes. The upload between must not be the second.
+  Client client({server_.address(), {.max_attempts = 2, .first_pause = milliseconds(5)}});
+  client.ensure_uploaded(mesh_);
+  bool lost = false;
+  server_.before_layer = [&](std::uint32_t, grpc::ServerContext&) {
+    if (lost) return grpc::Status::OK;
+    lost = true;
+    server_.meshes.clear();
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "restarting");
+  };
+  EXPECT_EQ(client.slice(some_request(mesh_->id()), [](const v1::SliceHeader&, Layer) {}).reuploads, 1);
+}
+
 TEST_F(ClientTest, UploadsAgainForUnaryAndProbeCallsToo) {
   client_.ensure_uploaded(mesh_);
   server_.meshes.clear();

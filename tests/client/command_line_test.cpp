@@ -254,6 +254,23 @@ TEST_F(CommandLine, NobodyThereIsUnreachable) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
 }
 
+TEST_F(CommandLine, TheServerIsTheFlagsElseTheVariables) {
+  const auto run_with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"/usr/bin/env"});
+    return Process(arguments, folder_.path()).wait().exit_code;
+  };
+  const std::string real = server_->address(), nobody = "127.0.0.1:1";
+  EXPECT_EQ(run_with({"CCSLICE_SERVER=" + real, CCSLICE_BINARY, "info"}), cli::kExitOk);
+  EXPECT_EQ(run_with({"CCSLICE_SERVER=" + nobody, CCSLICE_BINARY, "info", "--server=" + real}), cli::kExitOk);
+  EXPECT_EQ(run_with({"CCSLICE_SERVER=" + real, CCSLICE_BINARY, "info", "--attempts=1", "--server=" + nobody}),
+            cli::kExitUnreachable);
+}
+
+TEST_F(CommandLine, LostStandardOutputIsAnOutputError) {
+  const std::vector<std::string> command = {"/bin/sh", "-c", "exec \"$0\" models --json >/dev/full", CCSLICE_BINARY};
+  EXPECT_EQ(Process(command, folder_.path()).wait().exit_code, cli::kExitOutput);
+}
+
 TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
   FakeSlicer fake;
   fake.before_layer = [](std::uint32_t layer, grpc::ServerContext& context) {
