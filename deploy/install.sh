@@ -9,6 +9,9 @@
 #   deploy/install.sh bench          benchmarks
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
+#   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
+#   deploy/install.sh server-slim    the same without OpenImageIO (CCSLICE_WITH_OPENIMAGEIO=OFF)
+#   deploy/install.sh client         the libraries that ccslice links
 
 set -euo pipefail
 
@@ -59,6 +62,43 @@ readonly fuzz=(
   libclang-rt-14-dev
 )
 
+# What the programs link themselves; tests/hygiene/check_packages.py compares. The packages' own dependencies come along.
+readonly server_slim=(
+  libabsl20220623
+  libc6
+  libfmt9
+  libgcc-s1
+  libgrpc++1.51
+  libgrpc29
+  libprotobuf32
+  libspdlog1.10
+  libssl3
+  libstdc++6
+  libtbb12
+  libzstd1
+  zlib1g
+)
+
+readonly server=(
+  "${server_slim[@]}"
+  libopenimageio2.4
+)
+
+readonly client=(
+  libabsl20220623
+  libc6
+  libgcc-s1
+  libgrpc++1.51
+  libgrpc29
+  libprotobuf32
+  libssl3
+  libstdc++6
+  libzstd1
+  zlib1g
+)
+
+readonly groups="build test bench containers fuzz server server-slim client"
+
 fail() {
   echo "install.sh: $*" >&2
   exit 1
@@ -88,7 +128,10 @@ packages_of() {
     bench) printf '%s\n' "${bench[@]}" ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
-    *) fail "unknown group '$1'. Groups: build test bench containers fuzz" ;;
+    server) printf '%s\n' "${server[@]}" ;;
+    server-slim) printf '%s\n' "${server_slim[@]}" ;;
+    client) printf '%s\n' "${client[@]}" ;;
+    *) fail "unknown group '$1'. Groups: $groups" ;;
   esac
 }
 
@@ -110,8 +153,8 @@ as_root() {
 apt_get() {
   local log
   log=$(mktemp)
-  if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 -o Acquire::Retries=3 "$@" \
-    </dev/null >"$log" 2>&1; then
+  if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 -o Acquire::Retries=3 \
+    -o DPkg::Lock::Timeout=300 "$@" </dev/null >"$log" 2>&1; then
     cat "$log" >&2
     rm -f "$log"
     fail "apt-get $1 failed"
@@ -138,7 +181,7 @@ install_group() {
   apt_get install --yes --no-install-recommends "${missing[@]}"
 }
 
-(($# > 0)) || fail "name one or more groups: build test bench containers fuzz"
+(($# > 0)) || fail "name one or more groups: $groups"
 for group in "$@"; do
   packages_of "$group" >/dev/null
 done

@@ -51,6 +51,10 @@ std::string describe(const v1::MeshSummary& mesh) {
 }
 
 std::string describe(const v1::GetServerInfoResponse& info) {
+  std::string encodings;
+  for (const int encoding : info.encodings()) {
+    encodings += (encodings.empty() ? "" : ", ") + std::string(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
+  }
   return "ccsliced " + info.server_version() + ", engine " + info.engine_version() + "\n  threads    " +
          std::to_string(info.threads()) + ", up to " + std::to_string(info.max_concurrent_calls()) +
          " calls at once\n  cache      " + show_count(info.cached_meshes()) + " meshes, " +
@@ -61,7 +65,7 @@ std::string describe(const v1::GetServerInfoResponse& info) {
          show_count(info.slice_limits().max_rows()) + " voxels, " +
          show_count(info.slice_limits().max_voxels_per_layer()) + " in all; pitch " +
          show_number(info.slice_limits().min_pitch_mm()) + " to " + show_number(info.slice_limits().max_pitch_mm()) +
-         " mm";
+         " mm\n  encodings  " + encodings;
 }
 
 std::string describe(const v1::PlanSlicesResponse& plan) {

@@ -16,15 +16,6 @@ const char* name_of(v1::SampleType type) {
   }
 }
 
-const char* name_of(v1::PlaneEncoding encoding) {
-  switch (encoding) {
-    case v1::PLANE_ENCODING_RAW: return "raw";
-    case v1::PLANE_ENCODING_RAW_ZSTD: return "zstd";
-    case v1::PLANE_ENCODING_PNG: return "png";
-    default: return "unknown";
-  }
-}
-
 const char* name_of(v1::PlanWarningKind kind) {
   switch (kind) {
     case v1::PLAN_WARNING_KIND_FOLDS: return "folds";
@@ -45,7 +36,7 @@ void add_vector(const v1::Vector3& vector, JsonWriter& json) {
 void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
   json.begin_object().member("content", plane.has_channel() ? "channel" : "occupancy");
   if (plane.has_channel()) json.member("channel", plane.channel().name());
-  json.member("sample_type", name_of(plane.sample_type())).member("encoding", name_of(plane.encoding()));
+  json.member("sample_type", name_of(plane.sample_type())).member("encoding", encoding_name(plane.encoding()));
   if (plane.has_value_range()) {
     json.key("value_range").begin_array().value(plane.value_range().min()).value(plane.value_range().max()).end_array();
   }
@@ -73,6 +64,15 @@ void add_warning(const v1::PlanWarning& warning, JsonWriter& json) {
 }
 
 }  // namespace
+
+const char* encoding_name(v1::PlaneEncoding encoding) {
+  switch (encoding) {
+    case v1::PLANE_ENCODING_RAW: return "raw";
+    case v1::PLANE_ENCODING_RAW_ZSTD: return "zstd";
+    case v1::PLANE_ENCODING_PNG: return "png";
+    default: return "unknown";
+  }
+}
 
 std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers) {
   JsonWriter json;
@@ -142,7 +142,9 @@ void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
   json.member("max_voxels_per_layer", info.slice_limits().max_voxels_per_layer());
   json.member("min_pitch_mm", info.slice_limits().min_pitch_mm());
   json.member("max_pitch_mm", info.slice_limits().max_pitch_mm()).end_object();
-  json.end_object();
+  json.key("encodings").begin_array();
+  for (const int encoding : info.encodings()) json.value(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
+  json.end_array().end_object();
 }
 
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {

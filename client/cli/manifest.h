@@ -24,6 +24,9 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
 
+/// As --encoding takes it.
+const char* encoding_name(v1::PlaneEncoding encoding);
+
 /// Lines for people, without the last line end.
 std::string describe(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);

@@ -128,7 +128,8 @@ TEST_F(CommandLine, UploadsAndDescribes) {
   EXPECT_THAT(run({"info", id}).out, HasSubstr("extra"));
   EXPECT_EQ(json_at(run({"info", id, "--json"}).out, "control_cells").number_value(), 48);
   EXPECT_THAT(run({"info", "--meshes"}).out, HasSubstr(id));
-  EXPECT_THAT(run({"info"}).out, HasSubstr("engine"));
+  EXPECT_THAT(run({"info"}).out, testing::AllOf(HasSubstr("engine"), HasSubstr("encodings  raw, zstd")));
+  EXPECT_EQ(json_at(run({"info", "--json"}).out, "encodings").list_value().values(1).string_value(), "zstd");
   EXPECT_EQ(json_at(run({"info", "--json"}).out, "threads").number_value(), 2);
   EXPECT_EQ(json_at(run_alone({"info", box_, "--json"}).out, "hexahedra").number_value(), 48);
 }

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Three images from one build, on Debian 12:
+#
+#   docker build --target server -t ccslice/server .              ccsliced with all encodings
+#   docker build --target server-slim -t ccslice/server-slim .    ccsliced without OpenImageIO: raw and zstd planes, no PNG
+#   docker build --target client -t ccslice/client .              ccslice, the command line; mount a folder at /data
+#
+# They run as a user that isn't root, need no capability and write nothing to their root file system. Packages are
+# installed in stages that see deploy/install.sh only (its groups are the one list of them), so a change of the sources
+# installs nothing again. deploy/check-image.sh builds and tries all this without a Docker engine.
+
+ARG DEBIAN=debian:12-slim
+
+# Compiling.
+
+FROM ${DEBIAN} AS build-packages
+COPY deploy/install.sh /tmp/
+RUN /tmp/install.sh build && apt-get clean && rm -rf /var/lib/apt/lists/*
+
+FROM build-packages AS sources
+WORKDIR /src
+COPY CMakeLists.txt CMakePresets.json ./
+COPY cmake cmake
+COPY proto proto
+COPY core core
+COPY server server
+COPY client client
+
+# The slim server differs by the sources that include OpenImageIO; only they are compiled a second time.
+FROM sources AS build
+RUN cmake --preset release -DCCSLICE_BUILD_TESTS=OFF \
+  && cmake --build --preset release --parallel "$(nproc)" \
+  && cmake --install build/release --strip --prefix /opt/full
+RUN cmake --preset release -DCCSLICE_BUILD_TESTS=OFF -DCCSLICE_WITH_OPENIMAGEIO=OFF \
+  && cmake --build --preset release --parallel "$(nproc)" \
+  && cmake --install build/release --strip --prefix /opt/slim
+
+# Running.
+
+FROM ${DEBIAN} AS runtime
+COPY LICENSE NOTICE /usr/share/doc/ccslice/
+COPY deploy/install.sh /tmp/
+LABEL org.opencontainers.image.licenses="Apache-2.0"
+
+# The health check asks where CCSLICE_LISTEN says, so set that rather than --listen.
+FROM runtime AS server-runtime
+EXPOSE 50051
+STOPSIGNAL SIGTERM
+HEALTHCHECK --interval=10s --timeout=5s --start-period=5s --retries=3 CMD ["/usr/local/bin/ccsliced", "--health-check"]
+ENTRYPOINT ["/usr/local/bin/ccsliced"]
+
+FROM server-runtime AS server-packages
+RUN /tmp/install.sh server && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/*
+
+FROM server-runtime AS server-slim-packages
+RUN /tmp/install.sh server-slim && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/*
+
+FROM runtime AS client-packages
+RUN /tmp/install.sh client && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/*
+
+FROM server-packages AS server
+COPY --from=build /opt/full/bin/ccsliced /usr/local/bin/
+USER 65532:65532
+ARG VERSION=unknown
+ARG REVISION=unknown
+LABEL org.opencontainers.image.title="ccsliced" \
+  org.opencontainers.image.description="Slices Catmull-Clark solids into voxel layers, over gRPC" \
+  org.opencontainers.image.version="${VERSION}" \
+  org.opencontainers.image.revision="${REVISION}"
+
+FROM server-slim-packages AS server-slim
+COPY --from=build /opt/slim/bin/ccsliced /usr/local/bin/
+USER 65532:65532
+ARG VERSION=unknown
+ARG REVISION=unknown
+LABEL org.opencontainers.image.title="ccsliced, slim" \
+  org.opencontainers.image.description="Slices Catmull-Clark solids into voxel layers, over gRPC; raw and zstd planes, no PNG" \
+  org.opencontainers.image.version="${VERSION}" \
+  org.opencontainers.image.revision="${REVISION}"
+
+FROM client-packages AS client
+COPY --from=build /opt/full/bin/ccslice /usr/local/bin/
+WORKDIR /data
+USER 65532:65532
+ENTRYPOINT ["/usr/local/bin/ccslice"]
+ARG VERSION=unknown
+ARG REVISION=unknown
+LABEL org.opencontainers.image.title="ccslice" \
+  org.opencontainers.image.description="Command line of ccsliced, the slicer of Catmull-Clark solids" \
+  org.opencontainers.image.version="${VERSION}" \
+  org.opencontainers.image.revision="${REVISION}"

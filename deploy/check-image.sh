@@ -1,0 +1,369 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# Builds the Dockerfile's three images and tries them, on Debian 12 and without a Docker engine: debootstrap makes the
+# base from this machine's own apt sources, buildah builds, podman runs. Needs root. Images and containers have a
+# storage of their own in build/check-image.
+#
+#   deploy/check-image.sh           everything, some ten minutes, most of them compiling; leaves nothing behind
+#   deploy/check-image.sh --keep    keeps the storage: the next run with --keep builds only what has changed
+#   deploy/check-image.sh --clean   only removes what --keep or an interrupted run left
+#
+# Ends with a table of what was measured; exit code 1 if a line of it fails.
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+readonly work=$PWD/build/check-image
+readonly base=debian:12-slim # The Dockerfile's own FROM name.
+readonly user=65532
+readonly most_slim_mb=260
+readonly most_start_ms=1000
+readonly memory_mb=1024
+readonly starts=5 # The best of them counts: whatever else the machine does only adds.
+# For the drain: a few seconds on the two CPUs that the server gets.
+readonly long_job=(--pitch "0.2,0.2,0.03" --channel hardness --layers 240..335 --encoding zstd)
+keep=no
+failures=0
+rows=()
+
+step() {
+  printf '== %s\n' "$*"
+}
+
+fail() {
+  echo "check-image.sh: $*" >&2
+  exit 1
+}
+
+now_ms() {
+  date +%s%3N
+}
+
+# Runs a command whose output only matters when it fails.
+quietly() {
+  "$@" >"$work/step.log" 2>&1 || {
+    tail --lines 60 "$work/step.log" >&2
+    fail "failed: $*"
+  }
+}
+
+# row <what> <found> <wanted> <command...>: a line of the table; passes if the command does.
+row() {
+  local what=$1 found=$2 wanted=$3 verdict=ok
+  "${@:4}" >"$work/row.log" 2>&1 || {
+    verdict=FAILED
+    failures=$((failures + 1))
+    cat "$work/row.log" >&2
+  }
+  rows+=("$what|$found|$wanted|$verdict")
+  printf '   %s: %s (%s) %s\n' "$what" "$found" "$wanted" "$verdict"
+}
+
+# runs <what> <command...>: a line of the table about a command that must succeed.
+runs() {
+  local code=0
+  "${@:2}" >"$work/command.log" 2>&1 || code=$?
+  ((code == 0)) || cat "$work/command.log" >&2
+  row "$1" "exit code $code" "0" test "$code" = 0
+}
+
+refuses() {
+  ! "$@"
+}
+
+# --- Storage ----------------------------------------------------------------------------------------------------------
+
+# Descriptor 9 is this run's lock; a container's monitor would hold on to it.
+containers() {
+  podman --tmpdir "$work/podman" --runtime runc --cgroup-manager cgroupfs --events-backend file "$@" 9>&-
+}
+
+open_storage() {
+  mkdir -p "$work/data"
+  cat >"$work/storage.conf" <<CONF
+[storage]
+driver = "overlay"
+graphroot = "$work/storage"
+runroot = "$work/run"
+CONF
+  export CONTAINERS_STORAGE_CONF=$work/storage.conf
+}
+
+# Ends containers and mounts, also those of an interrupted run.
+release() {
+  [[ -e $work/storage.conf ]] || return 0
+  containers rm --all --force --time 0 >/dev/null 2>&1 || true
+  buildah rm --all >/dev/null 2>&1 || true
+  local mount
+  while read -r mount; do
+    umount "$mount" || fail "$mount is in use; end what uses it, then: deploy/check-image.sh --clean"
+  done < <(awk -v work="$work/" 'index($2, work) == 1 { print $2 }' /proc/mounts | sort --reverse)
+  rm -rf --one-file-system "$work"/{base,data,changed,podman,run}
+}
+
+clean() {
+  release
+  [[ $keep == yes ]] || rm -rf --one-file-system "$work"
+}
+
+# --- Base -------------------------------------------------------------------------------------------------------------
+
+# This machine's sources of Debian 12, as lines of a sources.list.
+apt_sources() {
+  # shellcheck disable=SC2016 # The placeholders are apt's.
+  apt-get indextargets --format 'deb $(REPO_URI) $(RELEASE) $(COMPONENT)' "Created-By: Packages" |
+    grep -E ' bookworm(-updates|-security)? ' | sort --unique
+}
+
+# Leaves out what Docker's own slim image does, so that sizes compare.
+slim_down() {
+  local root=$1
+  find "$root/usr/share/doc" ! -type d ! -name copyright -delete
+  find "$root/usr/share/doc" -type d -empty -delete
+  rm -rf "$root"/usr/share/{groff,info,linda,lintian,locale,man}/* "$root"/var/{cache/apt,lib/apt/lists}/*
+}
+
+make_base() {
+  if containers image exists "$base"; then return; fi
+  step "Base: Debian 12 by debootstrap"
+  local sources mirror options=(--variant=minbase)
+  sources=$(apt_sources) || fail "apt on this machine has no source for bookworm"
+  mirror=$(awk '$3 == "bookworm" && $4 == "main" { print $2; exit }' <<<"$sources")
+  [[ -n $mirror ]] || fail "apt on this machine has no source for bookworm main"
+  rm -rf --one-file-system "$work/base"
+  [[ $sources == *https:* ]] && options+=(--include=ca-certificates)
+  quietly debootstrap "${options[@]}" bookworm "$work/base" "$mirror"
+  slim_down "$work/base"
+  printf '%s\n' "$sources" >"$work/base/etc/apt/sources.list"
+  { apt-config dump | grep -E '^Acquire::(http|https|Check-)' || true; } >"$work/base/etc/apt/apt.conf.d/90machine"
+  local container
+  container=$(buildah from scratch)
+  quietly buildah add --quiet "$container" "$work/base"
+  quietly buildah config --cmd bash --env PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin "$container"
+  quietly buildah commit --quiet --rm --format docker "$container" "$base"
+  rm -rf --one-file-system "$work/base"
+}
+
+# --- Images -----------------------------------------------------------------------------------------------------------
+
+# build <context> <target> [option...]: prints the image's id. Without the docker format the health check is dropped.
+build() {
+  local context=$1 target=$2
+  buildah build --quiet --isolation chroot --pull-never --layers --format docker --target "$target" "${@:3}" \
+    "$context" 2>"$work/build.log" || {
+    tail --lines 60 "$work/build.log" >&2
+    fail "building $target failed"
+  }
+}
+
+build_images() {
+  local version revision target seconds
+  version=$(sed -n 's/^  VERSION \([0-9.]*\)$/\1/p' CMakeLists.txt)
+  revision=$(git rev-parse HEAD 2>/dev/null || echo unknown)
+  for target in server server-slim client; do
+    step "Image: $target"
+    seconds=$SECONDS
+    build . "$target" --tag "ccslice/$target" --build-arg "VERSION=$version" --build-arg "REVISION=$revision" >/dev/null
+    echo "   built in $((SECONDS - seconds)) s"
+  done
+}
+
+of_image() {
+  containers image inspect --format "$2" "ccslice/$1"
+}
+
+check_sizes() {
+  local target mb most
+  for target in server server-slim client; do
+    mb=$(($(of_image "$target" '{{.Size}}') / 1000000))
+    most=$([[ $target == server-slim ]] && echo "$most_slim_mb" || echo 1500)
+    row "$target: size" "$mb MB" "<= $most MB" test "$mb" -le "$most"
+  done
+}
+
+check_configuration() {
+  local target found
+  for target in server server-slim; do
+    found=$(of_image "$target" '{{.User}} {{.Config.StopSignal}} {{.HealthCheck.Test}}')
+    row "$target: user, stop signal, health check" "$found" "as in the Dockerfile" \
+      test "$found" = "$user:$user SIGTERM [CMD /usr/local/bin/ccsliced --health-check]"
+  done
+  found=$(of_image client '{{.User}}')
+  row "client: user" "$found" "as in the Dockerfile" test "$found" = "$user:$user"
+}
+
+# A changed source file must reach the compiler and leave the layers of packages alone.
+check_package_layers() {
+  step "Layers after a change of a source file"
+  local stage before after
+  mkdir -p "$work/changed"
+  tar --create --exclude=./build --exclude=./.git --exclude=./out . | tar --extract --directory "$work/changed"
+  echo "// Changed." >>"$work/changed/server/main.cpp"
+  for stage in build-packages server-packages server-slim-packages client-packages; do
+    before=$(build . "$stage")
+    after=$(build "$work/changed" "$stage")
+    row "source changed: $stage" "${after:0:12}" "the same layer" test "$before" = "$after"
+  done
+  before=$(build . sources)
+  after=$(build "$work/changed" sources)
+  row "source changed: sources" "${after:0:12}" "another layer" test "$before" != "$after"
+}
+
+# --- Containers -------------------------------------------------------------------------------------------------------
+
+# As a cloud runs them: no capability, no way to gain one, no writable root. No timers for the health check: they are
+# systemd's.
+readonly confined=(
+  --read-only
+  --read-only-tmpfs=false
+  --cap-drop all
+  --security-opt no-new-privileges
+  --ulimit nofile=4096:4096
+  --ulimit nproc=4096:4096
+)
+
+# ccslice <argument...>: the client image, in the server's network, with $work/data at /data.
+ccslice() {
+  containers run --rm "${confined[@]}" --network container:server --env CCSLICE_SERVER=127.0.0.1:50051 \
+    --volume "$work/data:/data" ccslice/client "$@"
+}
+
+# start_server <image>: sets pid, and serving_ms: from podman's start to health being SERVING.
+start_server() {
+  local begin
+  containers rm --all --force --time 0 >/dev/null
+  begin=$(now_ms)
+  quietly containers run --detach --name server "${confined[@]}" --health-interval disable --network none \
+    --memory "${memory_mb}m" --cpus 2 "ccslice/$1"
+  pid=$(containers inspect --format '{{.State.Pid}}' server)
+  until nsenter --target "$pid" --mount --net /usr/local/bin/ccsliced --health-check >/dev/null 2>&1; do
+    if [[ ! -e /proc/$pid ]] || (($(now_ms) - begin > 30000)); then
+      containers logs server >&2
+      fail "$1 doesn't serve"
+    fi
+  done
+  serving_ms=$(($(now_ms) - begin))
+}
+
+check_confinement() {
+  local image=$1 status
+  status=$(awk '/^(Uid|Gid|CapEff|CapBnd|NoNewPrivs):/ { printf "%s%s %s", sep, $1, $3 ? $3 : $2; sep = ", " }' \
+    "/proc/$pid/status")
+  row "$image: process" "$status" "no root, no capability" \
+    test "$status" = "Uid: $user, Gid: $user, CapEff: 0000000000000000, CapBnd: 0000000000000000, NoNewPrivs: 1"
+  row "$image: root file system" "$(awk '$5 == "/" { print substr($6, 1, 2) }' "/proc/$pid/mountinfo")" "ro" \
+    refuses containers exec server touch /file
+  row "$image: memory limit seen" "$memory_mb MB" "half for meshes" \
+    grep -q "$((memory_mb << 19)) bytes for meshes" <(containers logs server 2>&1)
+  runs "$image: health check inside" containers healthcheck run server
+}
+
+# encodings <image>: what the server says that it writes.
+encodings() {
+  ccslice info | sed -n 's/^ *encodings *//p'
+}
+
+check_slicing() {
+  local image=$1 job=(/data/ring.ccmesh --pitch 0.5 --channel hardness --layers 10..13)
+  runs "$image: client uploads the ring" ccslice upload /data/ring.ccmesh
+  runs "$image: client slices as zstd" ccslice slice "${job[@]}" --encoding zstd --output "/data/$image"
+  if [[ $image == server ]]; then
+    row "$image: encodings" "$(encodings)" "with png" grep -qw png <(encodings)
+    runs "$image: client slices as png" ccslice slice "${job[@]}" --encoding png --output "/data/$image-png"
+  else
+    row "$image: encodings" "$(encodings)" "raw, zstd" test "$(encodings)" = "raw, zstd"
+    ccslice slice "${job[@]}" --encoding png --output /data/refused >"$work/refusal.log" 2>&1 || true
+    row "$image: png asked for" "$(grep -o "PNG isn't built in" "$work/refusal.log" || echo "not refused so")" \
+      "refused, with why" grep -q "PNG isn't built in" "$work/refusal.log"
+  fi
+}
+
+# SIGTERM while a client is being served: the call goes on to its end, then the server's exit code is 0.
+check_drain() {
+  local image=$1 client client_code=0 running=ended code signal
+  signal=$(of_image "$image" '{{.Config.StopSignal}}')
+  ccslice slice /data/ring.ccmesh "${long_job[@]}" --output "/data/$image-drained" >"$work/client.log" 2>&1 &
+  client=$!
+  until compgen -G "$work/data/$image-drained/*.zst" >/dev/null; do
+    kill -0 "$client" 2>/dev/null || {
+      cat "$work/client.log" >&2
+      fail "the client ended before its first layer"
+    }
+    sleep 0.05
+  done
+  containers kill --signal "$signal" server >/dev/null
+  kill -0 "$client" 2>/dev/null && running=running
+  code=$(containers wait server)
+  wait "$client" || client_code=$?
+  ((client_code == 0)) || cat "$work/client.log" >&2
+  row "$image: $signal during a call" "call $running, exit code $code, client's $client_code" "finished, 0 and 0" \
+    test "$running $code $client_code" = "running 0 0"
+}
+
+# Starts it several times, and leaves the last one running.
+check_start() {
+  local image=$1 most=10000 best=99999 i
+  [[ $image == server-slim ]] && most=$most_start_ms
+  for ((i = 0; i < starts; ++i)); do
+    start_server "$image"
+    best=$((serving_ms < best ? serving_ms : best))
+  done
+  row "$image: podman run to SERVING, best of $starts" "$best ms" "<= $most ms" test "$best" -le "$most"
+}
+
+check_server() {
+  step "Container: $1"
+  check_start "$1"
+  check_confinement "$1"
+  check_slicing "$1"
+  check_drain "$1"
+}
+
+check_containers() {
+  step "Container: client"
+  chown "$user:$user" "$work/data"
+  runs "client: writes a sample" containers run --rm "${confined[@]}" --network none --volume "$work/data:/data" \
+    ccslice/client models ring --output /data/ring.ccmesh
+  check_server server
+  check_server server-slim
+  row "both servers: the same layers" "$(find "$work/data/server" -name '*.zst' | wc -l) files" "byte for byte" \
+    diff --recursive --exclude slices.json "$work/data/server" "$work/data/server-slim"
+}
+
+summary() {
+  printf '\n'
+  printf '%s\n' "CHECK|FOUND|WANTED|" "${rows[@]}" | column --table --separator '|'
+  printf '\n%d checks, %d failed\n' "${#rows[@]}" "$failures"
+}
+
+case ${1:-} in
+  "") ;;
+  --keep) keep=yes ;;
+  --clean) ;;
+  *) fail "takes nothing, --keep or --clean, not '$1'" ;;
+esac
+[[ $(id -u) == 0 ]] || fail "needs root, for debootstrap and for containers"
+mkdir -p build
+exec 9>build/check-image.lock
+flock --nonblock 9 || fail "another run is at work in $work"
+if [[ ${1:-} == --clean ]]; then
+  clean
+  exit
+fi
+
+deploy/install.sh containers
+trap clean EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+release
+open_storage
+make_base
+build_images
+check_sizes
+check_configuration
+check_package_layers
+check_containers
+summary
+((failures == 0))
