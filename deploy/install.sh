@@ -42,6 +42,9 @@ readonly test=(
   libgtest-dev
   libosd-dev
   python3
+  python3-grpcio
+  python3-protobuf
+  python3-zstandard
   shellcheck
 )
 

@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a client in another language against a real server, and compares what it got with what the C++ client gets.
+
+    run.py python|node CCSLICED CCSLICE
+"""
+
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+HERE = pathlib.Path(__file__).resolve().parent
+PROTO = HERE.parents[1] / "proto"
+START_S = 30
+
+
+class Server:
+    """ccsliced on a free port of this machine."""
+
+    def __init__(self, program, folder):
+        self._log = folder / "server.log"
+        with open(self._log, "wb") as log:
+            self._process = subprocess.Popen([program, "--listen", "127.0.0.1:0"], stderr=log)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.terminate()
+        self._process.wait()
+
+    def address(self):
+        """Waits until it serves."""
+        end = time.monotonic() + START_S
+        while time.monotonic() < end and self._process.poll() is None:
+            found = re.search(r"serves on (\S+): .*\n", self._log.read_text())
+            if found:
+                return found.group(1)
+            time.sleep(0.05)
+        raise RuntimeError("the server doesn't serve: " + self._log.read_text())
+
+
+def json_of(command, **options):
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, **options).stdout)
+
+
+def python_client(address, folder, _):
+    """Generates the stubs, then runs the example with them."""
+    protos = [str(path) for path in sorted(PROTO.rglob("*.proto"))] + [str(HERE / "proto/reflection.proto")]
+    subprocess.run(
+        ["protoc", "-I", PROTO, "-I", HERE / "proto", f"--python_out={folder}", f"--grpc_python_out={folder}",
+         "--plugin=protoc-gen-grpc_python=/usr/bin/grpc_python_plugin", *protos], check=True)
+    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    return "stiffness", json_of(["/usr/bin/python3", HERE / "python/slice_bar.py", address], env=environment)
+
+
+def node_client(address, folder, ccslice):
+    """Installs the packages where they are missing, makes a sample, then runs the example with it."""
+    node = HERE / "node"
+    installed, wanted = node / "node_modules/.package-lock.json", node / "package-lock.json"
+    if not installed.exists() or installed.stat().st_mtime < wanted.stat().st_mtime:
+        install = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
+        subprocess.run(install, check=True, cwd=node, stdout=sys.stderr)
+    subprocess.run([ccslice, "models", "box", "-o", folder / "box.ccmesh", "--quiet"], check=True, stdout=sys.stderr)
+    return "gradient", json_of(["node", node / "slice_file.js", address, folder / "box.ccmesh", "gradient"])
+
+
+def slice_with_ours(ccslice, address, folder, channel, got):
+    """The checksums of the same layers through the command line: {layer: [occupancy, channel]}."""
+    layers = sorted(map(int, got["layers"]))
+    subprocess.run(
+        [ccslice, "slice", got["mesh_id"], "--server", address, "--pitch", str(got["pitch_mm"]), "--occupancy", "--channel",
+         channel, "--encoding", "raw", "--layers", f"{layers[0]}..{layers[-1]}", "-o", folder / "ours", "--quiet"],
+        check=True, stdout=sys.stderr)
+    manifest = json.loads((folder / "ours/slices.json").read_text())
+    assert manifest["grid"]["layers"] == got["layer_count"]
+    checksums = {}
+    for layer in manifest["layers"]:
+        checksums[str(layer["layer"])] = [plane["crc32"] for plane in layer["planes"]]
+        for plane in layer["planes"]:
+            assert zlib.crc32((folder / "ours" / plane["file"]).read_bytes()) == plane["crc32"]
+    return checksums
+
+
+def check(got, ours):
+    assert "ccslice.v1.SlicerService" in got["services"], got["services"]
+    assert got["layers"].keys() == ours.keys() and len(ours) > 1
+    for layer, checksums in got["layers"].items():  # Several encodings of the channel: all decode to the same.
+        assert checksums[0] == ours[layer][0] and set(checksums[1:]) == {ours[layer][1]}, (layer, checksums, ours[layer])
+    assert abs(got["probed"][0] - 0.5) < 1e-6, got["probed"]
+    failure = got["failure"]
+    assert failure["code"] == "INVALID_ARGUMENT" and failure["reason"] == "PITCH_INVALID", failure
+    assert failure["field"] == "grid.pitch.x_mm" and "x_mm" in failure["message"], failure
+
+
+def main(language, ccsliced, ccslice):
+    client = {"python": python_client, "node": node_client}[language]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        with Server(ccsliced, folder) as server:
+            address = server.address()
+            channel, got = client(address, folder, ccslice)
+            check(got, slice_with_ours(ccslice, address, folder, channel, got))
+    print(f"{language}: {len(got['layers'])} layers, the same as through the command line")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
