@@ -345,8 +345,7 @@ case ${1:-} in
   *) fail "takes nothing, --keep or --clean, not '$1'" ;;
 esac
 [[ $(id -u) == 0 ]] || fail "needs root, for debootstrap and for containers"
-mkdir -p build
-exec 9>build/check-image.lock
+exec 9<deploy/check-image.sh
 flock --nonblock 9 || fail "another run is at work in $work"
 if [[ ${1:-} == --clean ]]; then
   clean
