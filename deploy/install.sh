@@ -54,6 +54,7 @@ readonly bench=(
 )
 
 readonly containers=(
+  bsdextrautils
   buildah
   debootstrap
   podman
