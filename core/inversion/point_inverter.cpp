@@ -33,6 +33,9 @@ struct Candidate {
   Vec3 start;
 };
 
+/// Which candidates come first.
+enum class Order { kNearest, kLowestCell, kLowestPart };
+
 }  // namespace
 
 struct PointInverter::State {
@@ -44,27 +47,42 @@ struct PointInverter::State {
   int runs_left = 0;
 
   State(const LimitSolid& s, const InversionOptions& o) : solid(s), data(s.data()), options(o), evaluator(s) {
-    candidates.reserve(s.cell_count());
+    candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
-  bool may_fold(const Vec3& point) const noexcept {
-    bool found = false;
-    data.fold_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t) { found = true; });
-    return found;
-  }
-
-  /// Cells whose boxes hold the point, each with the nearest of a few interior starts.
-  void collect(const Vec3& point) noexcept {
+  /// Wanted cells whose boxes hold the point, each with the nearest of a few interior starts, in order.
+  template <typename Wanted>
+  void collect(const Vec3& point, Order order, Wanted wanted) noexcept {
+    const auto before = [&](const Candidate& a, const Candidate& b) {
+      if (order == Order::kLowestPart && data.parts[a.cell] != data.parts[b.cell]) {
+        return data.parts[a.cell] < data.parts[b.cell];
+      }
+      if (order == Order::kLowestCell || a.distance == b.distance) return a.cell < b.cell;
+      return a.distance < b.distance;
+    };
     candidates.clear();
     data.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
-      Candidate candidate{std::numeric_limits<double>::infinity(), cell, Vec3::Zero()};
-      for (std::size_t i = 0; i < 8; ++i) {
-        const Vec3 start = start_parameter(i, 2);
-        const double distance = (evaluator.geo({cell, start}) - point).squaredNorm();
-        if (distance < candidate.distance) candidate = {distance, cell, start};
+      if (!wanted(cell)) return;
+      const Candidate candidate = nearest_start(cell, point);
+      if (candidates.size() == candidates.capacity()) {
+        if (!before(candidate, candidates.front())) return;
+        std::pop_heap(candidates.begin(), candidates.end(), before);
+        candidates.pop_back();
       }
       candidates.push_back(candidate);
+      std::push_heap(candidates.begin(), candidates.end(), before);
     });
+    std::sort_heap(candidates.begin(), candidates.end(), before);
+  }
+
+  Candidate nearest_start(std::uint32_t cell, const Vec3& point) noexcept {
+    Candidate nearest{std::numeric_limits<double>::infinity(), cell, Vec3::Zero()};
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Vec3 start = start_parameter(i, 2);
+      const double distance = (evaluator.geo({cell, start}) - point).squaredNorm();
+      if (distance < nearest.distance) nearest = {distance, cell, start};
+    }
+    return nearest;
   }
 
   /// One Newton run, if any is left. True if it found the point.
@@ -94,23 +112,48 @@ struct PointInverter::State {
     return false;
   }
 
-  InversionResult search(const Vec3& point, bool lowest_cell_wins, InversionResult best) noexcept {
+  InversionResult search(const Vec3& point, InversionResult best) noexcept {
     best.full = true;
-    collect(point);
-    std::sort(candidates.begin(), candidates.end(), [&](const Candidate& a, const Candidate& b) {
-      if (lowest_cell_wins || a.distance == b.distance) return a.cell < b.cell;
-      return a.distance < b.distance;
-    });
+    collect(point, Order::kNearest, [](std::uint32_t) { return true; });
     for (const Candidate& c : candidates) {
       if (run(c.cell, c.start, point, best)) return best;
-      if (lowest_cell_wins && search_thoroughly(c.cell, point, best)) return best;
     }
     // A point just outside is done: its nearest parameter lies on a face, and no start gets closer.
-    if (lowest_cell_wins || best.residual_mm <= options.outside_mm) return best;
+    if (best.residual_mm <= options.outside_mm) return best;
     for (const Candidate& c : candidates) {
       if (search_thoroughly(c.cell, point, best)) return best;
     }
     return best;
+  }
+
+  /// Near folds. A cell that the hint leads to bounds the search, unless it may hold the point more than once.
+  InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
+                                     InversionResult best) noexcept {
+    const bool bounded = hint && !folds(hint->cell) && run(hint->cell, hint->uvw, point, best);
+    const InversionResult bound = best;
+    best.full = true;
+    collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return !bounded || cell <= hint->cell; });
+    best.residual_mm = std::numeric_limits<double>::infinity();
+    for (const Candidate& c : candidates) {
+      if (run(c.cell, c.start, point, best) || search_thoroughly(c.cell, point, best)) return best;
+    }
+    return bounded ? bound : best;
+  }
+
+  bool folds(std::uint32_t cell) const noexcept {
+    return std::binary_search(data.folding_cells.begin(), data.folding_cells.end(), cell);
+  }
+
+  /// Where separate parts overlap: the same point in a part before that of `found`, if any holds it.
+  InversionResult prefer_lower_part(const Vec3& point, const InversionResult& found) noexcept {
+    InversionResult lower = found;
+    lower.residual_mm = std::numeric_limits<double>::infinity();
+    collect(point, Order::kLowestPart,
+            [&](std::uint32_t cell) { return data.parts[cell] < data.parts[found.at.cell]; });
+    for (const Candidate& c : candidates) {
+      if (run(c.cell, c.start, point, lower)) return lower;
+    }
+    return found;
   }
 };
 
@@ -123,13 +166,18 @@ PointInverter& PointInverter::operator=(PointInverter&&) noexcept = default;
 LimitEvaluator& PointInverter::evaluator() noexcept { return state_->evaluator; }
 
 std::optional<InversionResult> PointInverter::invert(const Vec3& point, const std::optional<CellParam>& hint) noexcept {
+  State& state = *state_;
+  const double outside_mm = state.options.outside_mm;
   InversionResult best;
   best.residual_mm = std::numeric_limits<double>::infinity();
-  const bool may_fold = state_->may_fold(point);
-  state_->runs_left = kMaxNewtonRuns;
-  if (hint && !may_fold && state_->run(hint->cell, hint->uvw, point, best)) return best;
-  best = state_->search(point, may_fold, best);
-  if (!(best.residual_mm <= state_->options.outside_mm)) return std::nullopt;
+  state.runs_left = kMaxNewtonRuns;
+  if (state.data.fold_boxes.any_at(point, outside_mm)) {
+    best = state.search_lowest_cell(point, hint, best);
+  } else if (!hint || !state.run(hint->cell, hint->uvw, point, best)) {
+    best = state.search(point, best);
+  }
+  if (!(best.residual_mm <= outside_mm)) return std::nullopt;
+  if (state.data.overlap_boxes.any_at(point, outside_mm)) best = state.prefer_lower_part(point, best);
   return best;
 }
 

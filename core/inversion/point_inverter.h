@@ -6,7 +6,7 @@
 // Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Newton
 // (newton.h) starts in each at the nearest of the interior points (i + 1/2)/2, the nearest cell first; where all of
 // that fails, at the nearest few of (i + 1/2)/4. A result is accepted in geometry space, after clamping. The work for
-// one point is bounded.
+// one point is bounded, and so is the memory: of the candidates only as many are kept as Newton may run.
 
 #pragma once
 
@@ -42,8 +42,7 @@ class PointInverter {
 
   /// `point`: mesh frame, mm. `hint`: a parameter solved for a point nearby (coherence), or nothing.
   /// Returns nothing if no candidate cell comes within options.outside_mm. Near cells that fold the lowest cell id
-  /// wins, whatever the hint. Where cells that don't fold overlap (parts that intersect each other), it depends on the
-  /// hint.
+  /// wins, and where separate parts of the solid overlap the part whose first cell is the lowest: whatever the hint.
   std::optional<InversionResult> invert(const Vec3& point, const std::optional<CellParam>& hint = {}) noexcept;
 
   LimitEvaluator& evaluator() noexcept;

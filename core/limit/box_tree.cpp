@@ -12,15 +12,17 @@ namespace {
 constexpr std::uint32_t kLeafItems = 4;
 }
 
-BoxTree::BoxTree(std::span<const Box3> boxes) : boxes_(boxes.begin(), boxes.end()), items_(boxes.size()) {
+BoxTree::BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel)
+    : boxes_(boxes.begin(), boxes.end()), items_(boxes.size()) {
   if (boxes_.empty()) return;
   std::iota(items_.begin(), items_.end(), 0u);
   nodes_.reserve(boxes_.size());
   nodes_.emplace_back();
-  split(0, 0, static_cast<std::uint32_t>(items_.size()));
+  split(0, 0, static_cast<std::uint32_t>(items_.size()), cancel);
 }
 
-void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count) {
+void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count, const CancellationToken& cancel) {
+  cancel.throw_if_cancelled();
   Box3 box, centres;
   for (std::uint32_t i = first; i < first + count; ++i) {
     box.extend(boxes_[items_[i]]);
@@ -45,8 +47,8 @@ void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count
   nodes_[node].first = children;
   nodes_.emplace_back();
   nodes_.emplace_back();
-  split(children, first, half);
-  split(children + 1, first + half, count - half);
+  split(children, first, half, cancel);
+  split(children + 1, first + half, count - half, cancel);
 }
 
 }  // namespace ccslice

@@ -34,7 +34,7 @@ void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
     if (all.size() % kCancelPeriod == 0) cancel.throw_if_cancelled();
     all.push_back(cell_box(cell, builder));
   }
-  data.cell_boxes = BoxTree(all);
+  data.cell_boxes = BoxTree(all, cancel);
 }
 
 }  // namespace ccslice

@@ -21,7 +21,8 @@ std::size_t bytes_of(const std::vector<T>& v) {
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
          bytes_of(data.cells) + bytes_of(data.faces) + bytes_of(data.face_rings) + bytes_of(data.folding_cells) +
-         data.operators.memory_bytes() + data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes();
+         data.operators.memory_bytes() + data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() +
+         data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
 }
 
 }  // namespace
@@ -35,11 +36,13 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   data->cells.shrink_to_fit();
   build_cell_boxes(options.cancel, *data);
   find_folds(options.cancel, *data);
+  find_overlaps(mesh, options.cancel, *data);
   data->summary.inverted_control_cells = std::move(report.inverted_cells);
   data->summary.memory_bytes = memory_bytes(*data);
   std::shared_ptr<LimitSolid> solid(new LimitSolid(std::move(data)));
   // The box is a property of the finished solid, which nobody else has seen yet.
-  const_cast<Data&>(*solid->data_).summary.bounding_box = solid->placed_bounding_box(Placement::Identity());
+  const_cast<Data&>(*solid->data_).summary.bounding_box =
+      solid->placed_bounding_box(Placement::Identity(), options.cancel);
   return solid;
 }
 
@@ -52,14 +55,14 @@ std::uint32_t LimitSolid::cell_count() const noexcept { return static_cast<std::
 CellClass LimitSolid::cell_class(std::uint32_t cell) const noexcept { return data_->cells[cell].cell_class; }
 std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { return data_->cells[cell].control_cell; }
 
-Box3 LimitSolid::placed_bounding_box(const Placement& placement) const {
+Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {
   const BoundarySurface surface(*this);
   Box3 box;
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 direction = placement.linear().row(axis).transpose();
     const double offset = placement.translation()[axis];
-    box.max()[axis] = offset + support(surface, direction);
-    box.min()[axis] = offset - support(surface, -direction);
+    box.max()[axis] = offset + support(surface, direction, cancel);
+    box.min()[axis] = offset - support(surface, -direction, cancel);
   }
   return box;
 }

@@ -60,6 +60,7 @@ struct SolidSummary {
   std::size_t memory_bytes = 0;
   std::vector<std::uint32_t> inverted_control_cells;  // Only with allow_folds.
   std::size_t folding_cells = 0;                      // Limit cells that fold somewhere.
+  std::size_t undecided_cells = 0;                    // Limit cells that can't be told to fold or not.
   std::vector<FoldPlace> folds;                       // Worst place of each folding cell, at most 32 of them, by cell.
   std::vector<ChannelRange> channels;
 };
@@ -85,8 +86,8 @@ class LimitSolid {
   std::uint32_t control_cell(std::uint32_t cell) const noexcept;
 
   /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure, cheap (microseconds
-  /// to a few milliseconds).
-  Box3 placed_bounding_box(const Placement& placement) const;
+  /// to a few milliseconds). Throws Error{kCancelled}.
+  Box3 placed_bounding_box(const Placement& placement, const CancellationToken& cancel = {}) const;
 
   struct Data;
   const Data& data() const noexcept { return *data_; }

@@ -12,7 +12,7 @@ namespace {
 /// Four doubles that the compiler keeps in one register.
 using Quad = double __attribute__((vector_size(32)));
 
-Quad load(const std::array<double, 4>& p) noexcept { return *reinterpret_cast<const Quad*>(p.data()); }
+Quad load(const double* p) noexcept { return *reinterpret_cast<const Quad*>(p); }
 
 Vec3 to_vec3(const Quad& q) noexcept { return {q[0], q[1], q[2]}; }
 
@@ -65,24 +65,23 @@ Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept {
     Quad plane = {0, 0, 0, 0};
     for (std::size_t j = 0; j < 4; ++j) {
       const auto* p = &patch.points[4 * j + 16 * k];
-      plane += bv[j] * (bu[0] * load(p[0]) + bu[1] * load(p[1]) + bu[2] * load(p[2]) + bu[3] * load(p[3]));
+      plane += bv[j] * (bu[0] * load(p[0].data()) + bu[1] * load(p[1].data()) + bu[2] * load(p[2].data()) +
+                        bu[3] * load(p[3].data()));
     }
     sum += bw[k] * plane;
   }
   return to_vec3(sum);
 }
 
-LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept {
-  std::array<double, 4> bu, bv, bw, du, dv, dw;
-  bspline_basis(uvw[0], bu, du);
-  bspline_basis(uvw[1], bv, dv);
-  bspline_basis(uvw[2], bw, dw);
+LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexcept {
+  const auto& [bu, bv, bw] = basis.value;
+  const auto& [du, dv, dw] = basis.slope;
   Quad value = {0, 0, 0, 0}, along_u = value, along_v = value, along_w = value;
   for (std::size_t k = 0; k < 4; ++k) {
     Quad plane = {0, 0, 0, 0}, plane_u = plane, plane_v = plane;
     for (std::size_t j = 0; j < 4; ++j) {
-      const auto* p = &patch.points[4 * j + 16 * k];
-      const Quad p0 = load(p[0]), p1 = load(p[1]), p2 = load(p[2]), p3 = load(p[3]);
+      const double* p = points + 4 * (4 * j + 16 * k);
+      const Quad p0 = load(p), p1 = load(p + 4), p2 = load(p + 8), p3 = load(p + 12);
       const Quad row = bu[0] * p0 + bu[1] * p1 + bu[2] * p2 + bu[3] * p3;
       plane_u += bv[j] * (du[0] * p0 + du[1] * p1 + du[2] * p2 + du[3] * p3);
       plane += bv[j] * row;
@@ -99,6 +98,14 @@ LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept {
   sample.jacobian.col(1) = to_vec3(along_v);
   sample.jacobian.col(2) = to_vec3(along_w);
   return sample;
+}
+
+LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept {
+  TensorBasis basis;
+  for (std::size_t a = 0; a < 3; ++a) {
+    bspline_basis(uvw[static_cast<Eigen::Index>(a)], basis.value[a], basis.slope[a]);
+  }
+  return tensor_sample(patch.points.front().data(), basis);
 }
 
 void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept {

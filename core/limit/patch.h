@@ -21,6 +21,14 @@ struct Patch {
   std::vector<double> channels;                              // 64 * c: channels[p * c + channel].
 };
 
+/// Values and slopes of four basis functions along each axis.
+struct TensorBasis {
+  std::array<std::array<double, 4>, 3> value, slope;
+};
+
+/// Position and Jacobian of 4 x 4 x 4 points (x, y, z, 0 each, 32-byte aligned) in any tensor basis.
+LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexcept;
+
 /// Cubic uniform B-spline basis at t and its derivative.
 void bspline_basis(double t, std::array<double, 4>& value, std::array<double, 4>& derivative) noexcept;
 

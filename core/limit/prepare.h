@@ -20,11 +20,19 @@ void build_cells(const ControlMesh& mesh, const MeshLimits& limits, const Cancel
 /// Fills cell_boxes.
 void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data);
 
+/// Levels of patches looked at towards an irregular line or vertex.
+inline constexpr int kFoldLevels = 3;
+
 /// Looks for places where det J <= 0: fills folding_cells, fold_boxes and the summary's folds. REQUIRES: cell_boxes.
 ///
-/// A patch whose derivative vectors all stay near those at its middle certainly doesn't fold; others are halved and
-/// looked at again, then sampled. Whatever is reported does fold; a fold much smaller than an eighth of a patch can be
-/// missed.
+/// Conclusive for every patch that it looks at (fold_search.h): it folds, it doesn't, or it counts as undecided, which
+/// the inversion treats as folding. Towards an irregular line or vertex it looks at the first kFoldLevels levels of
+/// patches (one level along the lines of a vertex cell): what is nearer follows the subdivision's own map, which
+/// doesn't fold. Bounded by a number of steps for each patch and for the whole solid.
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data);
+
+/// Finds the cells whose boxes meet those of a separate part of the solid (one that shares no vertex): fills
+/// overlap_boxes and parts. REQUIRES: cell_boxes.
+void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data);
 
 }  // namespace ccslice

@@ -44,9 +44,11 @@ struct LimitSolid::Data {
   OperatorTable operators;
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
-  BoxTree cell_boxes;  // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;  // Of the cells that fold: items are indices into `folding_cells`.
-  std::vector<std::uint32_t> folding_cells;
+  BoxTree cell_boxes;                        // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;                        // Of the cells that may fold: items are indices into `folding_cells`.
+  std::vector<std::uint32_t> folding_cells;  // Undecided ones included, ascending.
+  BoxTree overlap_boxes;                     // Of the cells that may overlap a separate part of the solid.
+  std::vector<std::uint32_t> parts;          // By cell: its part, numbered by first cells. Empty if no parts overlap.
   SolidSummary summary;
 
   std::span<const std::uint32_t> ring(const LimitCell& cell) const {

@@ -47,12 +47,14 @@ void halve(const Heights& h, std::size_t stride, Heights& low, Heights& high) {
 
 class Search {
  public:
-  Search(const BoundarySurface& surface, const Vec3& direction) : surface_(surface), direction_(direction) {}
+  Search(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel)
+      : surface_(surface), direction_(direction), poll_(cancel) {}
 
   double run() {
     std::vector<std::pair<double, std::uint32_t>> faces;
     double lowest = std::numeric_limits<double>::infinity();
     for (std::uint32_t f = 0; f < surface_.faces().size(); ++f) {
+      poll_();
       const Box3 box = surface_.hull_box(f);
       faces.emplace_back(direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f);
       lowest = std::min(lowest, direction_.cwiseMin(0).dot(box.max()) + direction_.cwiseMax(0).dot(box.min()));
@@ -76,6 +78,7 @@ class Search {
   }
 
   void search(const Heights& heights, int depth) {
+    poll_();
     best_ = std::max(best_, largest_corner(heights));
     if (largest(heights) <= best_ + tolerance_ || depth == kMaxDepth) return;
     const std::size_t stride = curvature(heights, 1) >= curvature(heights, 4) ? 1 : 4;
@@ -103,12 +106,15 @@ class Search {
 
   const BoundarySurface& surface_;
   Vec3 direction_;
+  PeriodicPoll poll_;
   double best_ = -std::numeric_limits<double>::infinity();
   double tolerance_ = 0;
 };
 
 }  // namespace
 
-double support(const BoundarySurface& surface, const Vec3& direction) { return Search(surface, direction).run(); }
+double support(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel) {
+  return Search(surface, direction, cancel).run();
+}
 
 }  // namespace ccslice

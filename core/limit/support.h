@@ -3,12 +3,14 @@
 
 #pragma once
 
+#include "core/base/cancellation.h"
 #include "core/limit/boundary_surface.h"
 
 namespace ccslice {
 
 /// The support function of the limit volume: max over its points p of direction . p, to 1e-10 of the hull's extent
 /// along `direction`. Branch and bound over the boundary's Bezier nets; pure.
-double support(const BoundarySurface& surface, const Vec3& direction);
+/// Throws Error{kCancelled}.
+double support(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel = {});
 
 }  // namespace ccslice

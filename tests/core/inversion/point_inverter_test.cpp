@@ -86,6 +86,41 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
   }
 }
 
+/// Two sharp boxes that share no vertex; the second, whose cells have the higher ids, lies `offset` from the first.
+ControlMesh two_boxes(const Vec3& offset) {
+  ControlMesh mesh = oracle::box_mesh(3, 3, 3);
+  oracle::sharpen_by_cells(mesh, 1);
+  const ControlMesh other = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
+  for (const Vec3& p : other.positions) mesh.positions.push_back(p + offset);
+  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
+  for (const auto& [v, w] : other.sharp_edges) mesh.sharp_edges.push_back({v + first, w + first});
+  for (const std::uint32_t v : other.sharp_vertices) mesh.sharp_vertices.push_back(v + first);
+  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  return mesh;
+}
+
+TEST(PointInverter, GivesOverlapsToThePartWithTheLowestCellWhateverTheHint) {
+  const auto solid = LimitSolid::prepare(two_boxes(Vec3(13, 14, 12)));
+  ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
+  PointInverter inverter(*solid);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> u(0, 1);
+  const auto place = [&] { return 0.25 + 0.5 * static_cast<double>(random() % 86); };  // A quarter off all faces.
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 point(place(), place(), place());
+    const bool in_first = (point.array() < 30).all();
+    const bool in_second =
+        ((point - Vec3(13, 14, 12)).array() > 0).all() && ((point - Vec3(13, 14, 12)).array() < 30).all();
+    const CellParam hint{static_cast<std::uint32_t>(random() % 54), Vec3(u(random), u(random), u(random))};
+    const auto found = inverter.invert(point, hint);
+    ASSERT_EQ(found.has_value(), in_first || in_second) << point.transpose();
+    if (!found) continue;
+    EXPECT_EQ(found->at.cell < 27, in_first) << point.transpose() << " from cell " << hint.cell;
+    EXPECT_LE(found->residual_mm, 1e-6);
+  }
+}
+
 TEST(PointInverter, StandsPointsThatArentFinite) {
   const auto solid = LimitSolid::prepare(oracle::box_mesh(2, 2, 2));
   PointInverter inverter(*solid);

@@ -35,7 +35,26 @@ TEST(BoxTree, FindsWhatALinearScanFinds) {
     }
     tree.visit_at(point, margin, [&](std::uint32_t item) { found.insert(item); });
     EXPECT_EQ(found, expected);
+    EXPECT_EQ(tree.any_at(point, margin), !expected.empty());
   }
+}
+
+TEST(BoxTree, FindsWhetherAnyAcceptedBoxMeetsAnother) {
+  const std::vector<Box3> boxes = {Box3(Vec3::Zero(), Vec3::Ones()), Box3(Vec3::Ones(), Vec3::Constant(2)),
+                                   Box3(Vec3::Constant(5), Vec3::Constant(6))};
+  const BoxTree tree(boxes);
+  const Box3 corner(Vec3::Ones(), Vec3::Constant(1.5));
+  EXPECT_TRUE(tree.any_meeting(corner, [](std::uint32_t item) { return item == 0; }));
+  EXPECT_TRUE(tree.any_meeting(corner, [](std::uint32_t item) { return item == 1; }));
+  EXPECT_FALSE(tree.any_meeting(corner, [](std::uint32_t item) { return item == 2; }));
+  EXPECT_FALSE(tree.any_meeting(Box3(Vec3::Constant(3), Vec3::Constant(4)), [](std::uint32_t) { return true; }));
+}
+
+TEST(BoxTree, StopsWhenCancelled) {
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  const std::vector<Box3> boxes(10, Box3(Vec3::Zero(), Vec3::Ones()));
+  EXPECT_THROW(BoxTree(boxes, cancel), Error);
 }
 
 TEST(BoxTree, StandsManyEqualBoxes) {

@@ -61,6 +61,18 @@ ControlMesh make_smooth_box() {
   return mesh;
 }
 
+// Two smooth boxes without a common vertex that run through each other.
+ControlMesh make_crossing_boxes() {
+  ControlMesh mesh = make_smooth_box();
+  const ControlMesh other = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
+  for (const Vec3& p : other.positions) mesh.positions.push_back(Vec3(20 - p.y(), p.x() - 5, p.z() + 3));
+  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
+  for (const float value : other.channel_values) mesh.channel_values.push_back(1 - value);
+  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  return mesh;
+}
+
 class SlicePart : public testing::TestWithParam<Part> {
  protected:
   SlicePart() : solid_(LimitSolid::prepare(GetParam().make())) {
@@ -125,6 +137,7 @@ std::string name_of(const testing::TestParamInfo<Part>& info) { return info.para
 
 INSTANTIATE_TEST_SUITE_P(Parts, SlicePart,
                          testing::Values(Part{"Ring", make_ring_of_table_2, 0, {1.6, 1.3, 0.9}},
+                                         Part{"CrossingBoxes", make_crossing_boxes, 0.2, {0.5, 0.4, 0.5}},
                                          Part{"SmoothBox", make_smooth_box, 0, {0.5, 0.4, 0.3}},
                                          Part{"TiltedSmoothBox", make_smooth_box, 0.6, {0.5, 0.4, 0.6}}),
                          name_of);
