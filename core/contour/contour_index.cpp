@@ -12,8 +12,8 @@ namespace ccslice {
 namespace {
 
 /// Rounding is relative to coordinates, not to the part's size: a part far from the origin has a larger scale.
-double scale_of(const LimitSolid& solid, const Placement& placement) {
-  const Box3 box = solid.placed_bounding_box(placement);
+double scale_of(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel) {
+  const Box3 box = solid.placed_bounding_box(placement, cancel);
   const Box3& mesh_box = solid.summary().bounding_box;
   const double mesh_reach = mesh_box.min().cwiseAbs().cwiseMax(mesh_box.max().cwiseAbs()).norm();
   const double reach = placement.linear().norm() * mesh_reach + placement.translation().norm();
@@ -22,17 +22,20 @@ double scale_of(const LimitSolid& solid, const Placement& placement) {
 
 }  // namespace
 
-ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal)
+ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal,
+                           const CancellationToken& cancel)
     : placement_(placement),
       normal_(normal),
       mirrored_(placement.linear().determinant() < 0),
-      scale_mm_(scale_of(solid, placement)) {
+      scale_mm_(scale_of(solid, placement, cancel)) {
+  PeriodicPoll poll(cancel);
   const BoundarySurface surface(solid);
   const Vec3 direction = placement.linear().transpose() * normal;
   const double offset = placement.translation().dot(normal);
   const auto face_count = static_cast<std::uint32_t>(surface.faces().size());
   intervals_.reserve(face_count);
   for (std::uint32_t face = 0; face < face_count; ++face) {
+    poll();
     const Box3 box = surface.hull_box(face);
     const double middle = direction.dot(box.center()) + offset;
     const double half = 0.5 * direction.cwiseAbs().dot(box.sizes());

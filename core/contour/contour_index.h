@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
 
@@ -20,8 +21,9 @@ inline constexpr double kPlaneLift = 1e-10;
 
 class ContourIndex {
  public:
-  /// Over all planes with this unit normal (world). REQUIRES: placement invertible.
-  ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal);
+  /// Over all planes with this unit normal (world). REQUIRES: placement invertible. Throws Error{kCancelled}.
+  ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal,
+               const CancellationToken& cancel = {});
 
   const Placement& placement() const noexcept { return placement_; }
   const Vec3& normal() const noexcept { return normal_; }

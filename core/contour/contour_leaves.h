@@ -19,9 +19,6 @@
 
 namespace ccslice {
 
-/// Boxes aren't halved below this: 2^-28 of a face.
-inline constexpr std::uint32_t kSmallestBox = 8;
-
 struct ContourLeaf {
   SurfaceBox box;
   bool resolved = true;    // Otherwise accepted for its size.

@@ -20,6 +20,9 @@
 
 namespace ccslice {
 
+/// Boxes aren't halved below this: 2^-28 of a face.
+inline constexpr std::uint32_t kSmallestBox = 8;
+
 /// A dyadic box of a face's frame, fixed point: [s, s + size] x [t, t + size].
 struct SurfaceBox {
   std::uint32_t face = 0;

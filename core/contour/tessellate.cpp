@@ -15,7 +15,6 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSmallestBox = 8;  // 2^-28 of a face.
 constexpr std::uint32_t kNoNumber = ~std::uint32_t{0};
 constexpr std::size_t kLeavesPerPoll = 256;
 
@@ -88,7 +87,9 @@ void Tessellator::collect() {
     }
   }
   std::uint64_t triangles = 0;
+  PeriodicPoll poll(options_.cancel);
   for (const Leaf& leaf : leaves_) {
+    poll();
     read_rim(leaf);
     triangles += rim_.size() == 4 ? 2 : rim_.size();
   }

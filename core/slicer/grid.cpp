@@ -111,15 +111,21 @@ void validate_extent(const GridExtent& extent, const SliceLimits& limits) {
   }
 }
 
+void validate_place(const Grid& grid, const SliceLimits& limits) {
+  if (!grid.part_box.isEmpty()) {
+    validate_coordinates(grid.part_box.min(), "placement", "move the part closer", limits);
+    validate_coordinates(grid.part_box.max(), "placement", "move the part closer", limits);
+  }
+  validate_coordinates(grid.origin_mm, "grid.origin_mm", "anchor the grid at the part", limits);
+}
+
 Grid plan_grid(const Box3& part_box, const GridRequest& request, const SliceLimits& limits) {
   validate_pitch(request.pitch, limits);
-  validate_coordinates(part_box.min(), "placement", "move the part closer", limits);
-  validate_coordinates(part_box.max(), "placement", "move the part closer", limits);
   Grid grid;
   grid.part_box = part_box;
   grid.pitch = request.pitch;
   grid.origin_mm = request.origin_mm.value_or(part_box.min());
-  validate_coordinates(grid.origin_mm, "grid.origin_mm", "anchor the grid at the part", limits);
+  validate_place(grid, limits);
   grid.extent = request.extent ? *request.extent : extent_of_box(grid.origin_mm, part_box, request.pitch, limits);
   validate_extent(grid.extent, limits);
   return grid;

@@ -54,6 +54,9 @@ void validate_pitch(const VoxelPitch& pitch, const SliceLimits& limits = {});
 /// At least one voxel each way, within the limits. Throws Error{kParameterInvalid, kGridTooLarge}.
 void validate_extent(const GridExtent& extent, const SliceLimits& limits = {});
 
+/// Origin and part (if its box is known) finite and not too far out. Throws Error{kParameterInvalid, kGridTooLarge}.
+void validate_place(const Grid& grid, const SliceLimits& limits = {});
+
 /// Throws Error{kPitchInvalid, kPlacementSingular, kGridTooLarge, kParameterInvalid}; the last one is an origin that
 /// isn't finite or an extent of 0.
 Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,

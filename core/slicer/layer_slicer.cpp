@@ -91,9 +91,9 @@ struct LayerSlicer::State {
   }
 };
 
-LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job)
+LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel)
     : LayerSlicer([&] {
-        auto index = std::make_shared<const ContourIndex>(*solid, job.placement, Vec3::UnitZ());
+        auto index = std::make_shared<const ContourIndex>(*solid, job.placement, Vec3::UnitZ(), cancel);
         return std::make_shared<const Shared>(Shared{std::move(solid), std::move(job), std::move(index)});
       }()) {}
 LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}

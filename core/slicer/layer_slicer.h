@@ -57,8 +57,8 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
 /// One thread's worker. Holds scratch memory bounded by one layer.
 class LayerSlicer {
  public:
-  /// REQUIRES: validate_job(*solid, job) passes.
-  LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job);
+  /// REQUIRES: validate_job(*solid, job) passes. Throws Error{kCancelled}.
+  LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel = {});
   ~LayerSlicer();
   LayerSlicer(LayerSlicer&&) noexcept;
   LayerSlicer& operator=(LayerSlicer&&) noexcept;

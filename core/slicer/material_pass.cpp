@@ -88,7 +88,7 @@ void MaterialPass::set_samples(const Span& span, std::uint32_t x, const CellPara
 
 void MaterialPass::fill_unresolved(std::span<const Span> spans) {
   for (const Span& run : unresolved_) stats_->voxels_unresolved += run.end - run.begin;
-  const NearestSolved solved(spans, unresolved_, lattice_);
+  NearestSolved solved(spans, unresolved_, lattice_);
   if (solved.empty()) return fill_from_solid();
   for (const Span& run : unresolved_) {
     for (std::uint32_t x = run.begin; x < run.end; ++x) {

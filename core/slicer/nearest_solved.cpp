@@ -10,8 +10,12 @@
 namespace ccslice {
 
 NearestSolved::NearestSolved(std::span<const Span> inside, std::span<const Span> unresolved,
-                             const LayerLattice& lattice)
-    : dx_mm_(lattice.dx_mm), dy_mm_(lattice.dy_mm), height_(lattice.height), row_begin_(lattice.height + 1, 0) {
+                             const LayerLattice& lattice, std::uint64_t most_rows)
+    : dx_mm_(lattice.dx_mm),
+      dy_mm_(lattice.dy_mm),
+      height_(lattice.height),
+      row_begin_(lattice.height + 1, 0),
+      rows_left_(most_rows) {
   auto hole = unresolved.begin();
   for (const Span& span : inside) {
     std::uint32_t begin = span.begin;
@@ -23,6 +27,18 @@ NearestSolved::NearestSolved(std::span<const Span> inside, std::span<const Span>
   }
   for (const Span& run : runs_) ++row_begin_[run.y + 1];
   for (std::size_t y = 0; y < height_; ++y) row_begin_[y + 1] += row_begin_[y];
+  if (!runs_.empty()) find_nearest_rows();
+}
+
+void NearestSolved::find_nearest_rows() {
+  nearest_row_.resize(height_);
+  std::uint32_t below = runs_.front().y;  // The first rows have none below them.
+  auto above = runs_.begin();
+  for (std::uint32_t y = 0; y < height_; ++y) {
+    while (above != runs_.end() && above->y < y) below = (above++)->y;
+    const bool take_above = above != runs_.end() && (below > y || above->y - y < y - below);
+    nearest_row_[y] = take_above ? above->y : below;
+  }
 }
 
 std::optional<std::uint32_t> NearestSolved::nearest_column(std::uint32_t x, std::uint32_t y) const noexcept {
@@ -38,7 +54,7 @@ std::optional<std::uint32_t> NearestSolved::nearest_column(std::uint32_t x, std:
   return best;
 }
 
-NearestSolved::Voxel NearestSolved::nearest(std::uint32_t x, std::uint32_t y) const noexcept {
+NearestSolved::Voxel NearestSolved::nearest(std::uint32_t x, std::uint32_t y) noexcept {
   Voxel best{0, 0};
   double best_distance2 = std::numeric_limits<double>::infinity();
   const auto try_row = [&](std::uint32_t row, double dy_mm) {
@@ -51,9 +67,13 @@ NearestSolved::Voxel NearestSolved::nearest(std::uint32_t x, std::uint32_t y) co
       best = {*column, row};
     }
   };
-  for (std::uint32_t step = 0; step < height_; ++step) {
+  const std::uint32_t first_row = nearest_row_[y];
+  const std::uint32_t first_step = first_row > y ? first_row - y : y - first_row;
+  for (std::uint32_t step = first_step; step < height_; ++step) {
     const double dy_mm = dy_mm_ * step;
     if (dy_mm * dy_mm > best_distance2) break;
+    if (step > first_step && rows_left_ == 0) break;
+    rows_left_ -= rows_left_ > 0;
     if (step <= y) try_row(y - step, dy_mm);
     if (step > 0 && step < height_ - y) try_row(y + step, dy_mm);
   }

@@ -28,7 +28,7 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
   validate_layer_range(job.grid, first, count);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  const LayerSlicer prototype(solid, job);
+  const LayerSlicer prototype(solid, job, options.cancel);
   tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });
   // Layers in flight live here: the pipeline would leak what it holds when a stage throws.
   std::vector<Layer> window(2 * static_cast<std::size_t>(arena.max_concurrency()));

@@ -114,6 +114,7 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   validate_placement(job.placement);
   validate_pitch(job.grid.pitch, limits);
   validate_extent(job.grid.extent, limits);
+  validate_place(job.grid, limits);
   validate_tolerance(job.contour_tolerance_mm, limits);
   if (job.planes.empty() && !job.contours) {
     throw Error(ErrorCode::kContentInvalid,

@@ -74,7 +74,7 @@ TEST(NearestSolved, AgreesWithASearchOfAllVoxels) {
     lattice.dy_mm = random() % 2 ? 0.25 : 0.75;
     lattice.width = picture.width;
     lattice.height = picture.height;
-    const NearestSolved nearest(picture.runs("#?"), picture.runs("?"), lattice);
+    NearestSolved nearest(picture.runs("#?"), picture.runs("?"), lattice);
     ASSERT_FALSE(nearest.empty());
     for (std::uint32_t y = 0; y < picture.height; ++y) {
       for (std::uint32_t x = 0; x < picture.width; ++x) {
@@ -84,6 +84,22 @@ TEST(NearestSolved, AgreesWithASearchOfAllVoxels) {
         ASSERT_EQ(found.y, expected.y);
       }
     }
+  }
+}
+
+TEST(NearestSolved, TakesTheNearestRowOnceItsWorkIsSpent) {
+  // Column 9 of row 0, and column 0 of row 2: the second is nearer to (0, 0), but row 0 is the nearest row.
+  const std::vector<Span> inside = {{0, 0, 10}, {1, 0, 10}, {2, 0, 10}};
+  const std::vector<Span> holes = {{0, 0, 9}, {1, 0, 10}, {2, 1, 10}};
+  LayerLattice lattice;
+  lattice.dx_mm = lattice.dy_mm = 1;
+  lattice.width = 10;
+  lattice.height = 3;
+  NearestSolved nearest(inside, holes, lattice, 3);
+  EXPECT_EQ(nearest.nearest(0, 0).y, 2u);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(nearest.nearest(0, 0).y, 0u);
+    EXPECT_EQ(nearest.nearest(0, 0).x, 9u);
   }
 }
 

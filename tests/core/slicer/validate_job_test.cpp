@@ -68,6 +68,12 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     Catalogue, ValidateJob,
     testing::Values(
+        Spoiled{"OriginFarOut", [](SliceJob& job) { job.grid.origin_mm.y() = -2e7; }, ErrorCode::kGridTooLarge,
+                "grid.origin_mm", "anchor the grid at the part"},
+        Spoiled{"OriginNotFinite", [](SliceJob& job) { job.grid.origin_mm.x() = kNan; }, ErrorCode::kParameterInvalid,
+                "grid.origin_mm", "not finite"},
+        Spoiled{"PartFarOut", [](SliceJob& job) { job.grid.part_box = Box3(Vec3::Zero(), Vec3(1, 1, 1e8)); },
+                ErrorCode::kGridTooLarge, "placement", "move the part closer"},
         Spoiled{"NoPlanes", [](SliceJob& job) { job.planes.clear(); }, ErrorCode::kContentInvalid, "planes",
                 "nothing is asked for; add an occupancy or a channel plane, or set contours"},
         Spoiled{"TooManyPlanes", [](SliceJob& job) { job.planes.resize(65); }, ErrorCode::kContentInvalid, "planes",
