@@ -206,9 +206,7 @@ TEST_P(RealContour, PolygonsLieWithinTheToleranceAndNoLoopIsLost) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealContour,
-                         testing::Values("rod.vtk", "fertility_cmu.vtk", "mountwithhole.vtk", "lower_arm.vtk",
-                                         "mixed_small.vtk"),
+INSTANTIATE_TEST_SUITE_P(Shared, RealContour, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace
