@@ -126,10 +126,10 @@ struct PointInverter::State {
     return best;
   }
 
-  /// Near folds. A cell that the hint leads to bounds the search, unless it may hold the point more than once.
+  /// Near folds. A cell that the hint leads to bounds the search, and is searched again without the hint.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
-    const bool bounded = hint && !folds(hint->cell) && run(hint->cell, hint->uvw, point, best);
+    const bool bounded = hint && run(hint->cell, hint->uvw, point, best);
     const InversionResult bound = best;
     best.full = true;
     collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return !bounded || cell <= hint->cell; });
@@ -138,10 +138,6 @@ struct PointInverter::State {
       if (run(c.cell, c.start, point, best) || search_thoroughly(c.cell, point, best)) return best;
     }
     return bounded ? bound : best;
-  }
-
-  bool folds(std::uint32_t cell) const noexcept {
-    return std::binary_search(data.folding_cells.begin(), data.folding_cells.end(), cell);
   }
 
   /// Where separate parts overlap: the same point in a part before that of `found`, if any holds it.

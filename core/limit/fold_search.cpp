@@ -45,17 +45,20 @@ bool keeps_regular(const Mat3& s) {
 /// True if det J has the sign of det J0 all over the net. J0^-1 J is enclosed entry by entry, C +- R: regular if C is,
 /// and so is everything within |C^-1| R of I.
 bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
-  const Mat3 inverse = jacobian.inverse();
   Eigen::Matrix<double, 4, 3> map = Eigen::Matrix<double, 4, 3>::Zero();
-  map.topRows<3>() = 3 * inverse;
+  map.topRows<3>() = 3 * jacobian.inverse();
+  BezierVolume images;  // Of the net, so that their differences are those of J0^-1 J.
+  for (std::size_t p = 0; p < 64; ++p) {
+    const Quad d = net[p] - net[0];
+    images[p] = d[0] * map.col(0) + d[1] * map.col(1) + d[2] * map.col(2);
+  }
   Mat3 centre, radius;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t stride = stride_of(axis);
     Quad low = Quad::Constant(std::numeric_limits<double>::infinity()), high = -low;
     for (std::size_t p = 0; p < 64; ++p) {
       if ((p / stride) % 4 == 3) continue;
-      const Quad d = net[p + stride] - net[p];
-      const Quad image = d[0] * map.col(0) + d[1] * map.col(1) + d[2] * map.col(2);
+      const Quad image = images[p + stride] - images[p];
       low = low.cwiseMin(image);
       high = high.cwiseMax(image);
     }
