@@ -26,14 +26,14 @@ CellKind kind_from_proto(int cell, int kind) {
     case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
     default: break;
   }
-  throw Error(ErrorCode::kMeshUnsupportedCell,
-              "cell " + std::to_string(cell) + " is neither a hexahedron, a tetrahedron nor a wedge", "cell_kinds",
-              {cell});
+  throw Error(kind == v1::CELL_KIND_PYRAMID ? ErrorCode::kMeshUnsupportedCell : ErrorCode::kMeshUnknownCellKind,
+              "cell " + std::to_string(cell) + " is neither a hexahedron, a tetrahedron nor a wedge",
+              "cell_kinds[" + std::to_string(cell) + "]", {cell});
 }
 
 void require_multiple(int size, int of, const char* field) {
   if (size % of == 0) return;
-  throw Error(ErrorCode::kMeshMalformed,
+  throw Error(ErrorCode::kMeshArrayMismatch,
               std::string(field) + " has " + std::to_string(size) + " numbers, not a multiple of " + std::to_string(of),
               field);
 }

@@ -19,32 +19,56 @@ namespace ccslice {
 /// Numbered by segment: 1xx control mesh, 2xx slicing request, 3xx execution, 4xx files. Numbers never change meaning.
 enum class ErrorCode : int {
   // 1xx: the control mesh.
-  kMeshMalformed = 100,          // Array lengths that don't fit together, bytes that don't parse.
-  kMeshEmpty = 101,              // No cells or no vertices.
-  kMeshTooLarge = 102,           // More vertices, cells, channels or bytes than the limits allow.
-  kMeshNonFinite = 103,          // NaN or infinite position or channel value.
-  kMeshIndexOutOfRange = 104,    // A cell, sharp edge or sharp vertex names a vertex that doesn't exist.
-  kMeshRepeatedVertex = 105,     // A cell names the same vertex twice.
-  kMeshUnsupportedCell = 106,    // Pyramids and other cells that never refine to hexahedra.
-  kMeshNonManifoldFace = 107,    // A face in more than two cells.
-  kMeshNonManifoldEdge = 108,    // A boundary edge with other than two boundary faces.
-  kMeshNonManifoldVertex = 109,  // A vertex whose cells form neither one ball nor one half-ball.
-  kMeshSharedFaces = 110,        // Two cells that share more than one face (or an interior edge of valence 2).
-  kMeshInvertedCell = 111,       // A corner of non-positive Jacobian, with allow_folds unset.
-  kMeshIsolatedVertex = 112,     // A vertex that no cell uses.
-  kMeshBadSharpFeature = 113,    // A sharp edge or vertex that isn't on the boundary, or named twice.
-  kMeshBadChannel = 114,         // Channel names empty, repeated, or too long; value count mismatch.
-  kMeshValenceTooHigh = 115,     // More cells round an edge or a vertex than the limits allow.
+  kMeshMalformed = 100,             // Bytes that don't parse.
+  kMeshEmpty = 101,                 // No cells or no vertices.
+  kMeshTooLarge = 102,              // More vertices, cells, channels or bytes than the limits allow.
+  kMeshNonFinite = 103,             // NaN or infinite position or channel value.
+  kMeshIndexOutOfRange = 104,       // A cell, sharp edge or sharp vertex names a vertex that doesn't exist.
+  kMeshRepeatedVertex = 105,        // A cell names the same vertex twice.
+  kMeshUnsupportedCell = 106,       // Pyramids and other cells that never refine to hexahedra.
+  kMeshNonManifoldFace = 107,       // A face in more than two cells.
+  kMeshNonManifoldEdge = 108,       // A boundary edge with other than two boundary faces.
+  kMeshNonManifoldVertex = 109,     // A vertex whose cells form neither one ball nor one half-ball.
+  kMeshSharedFaces = 110,           // Two cells that share more than one face (or an interior edge of valence 2).
+  kMeshInvertedCell = 111,          // A corner of non-positive Jacobian, with allow_folds unset.
+  kMeshIsolatedVertex = 112,        // A vertex that no cell uses.
+  kMeshBadSharpFeature = 113,       // A sharp edge or vertex that isn't on the boundary, or named twice.
+  kMeshBadChannel = 114,            // Channel names empty, repeated, or too long.
+  kMeshValenceTooHigh = 115,        // More cells round an edge or a vertex than the limits allow.
+  kMeshUnknownField = 116,          // A field that this version doesn't know.
+  kMeshArrayMismatch = 117,         // Array lengths that don't fit together.
+  kMeshUnknownCellKind = 118,       // A number that is no cell kind.
+  kMeshCoordinateOutOfRange = 119,  // A position farther from the origin than the limits allow.
+  kMeshTooComplex = 120,            // Preparing would need more memory than the limits allow.
   // 2xx: the slicing request.
   kPitchInvalid = 200,           // Zero, negative or non-finite voxel pitch.
-  kGridTooLarge = 201,           // More voxels, columns, rows or layers than the limits allow.
-  kPlacementSingular = 202,      // Placement not finite, or not invertible.
+  kGridTooLarge = 201,           // More columns or rows than the limits allow.
+  kPlacementSingular = 202,      // Placement not invertible.
   kLayerRangeEmpty = 203,        // No layers asked for.
   kLayerRangeOutOfBounds = 204,  // Layers outside [0, layer_count).
   kToleranceInvalid = 205,       // Tolerance not finite, not positive or out of its range.
-  kContentInvalid = 206,         // No planes, unknown channel, value range empty or non-finite.
-  kEncodingUnsupported = 207,    // A sample type or encoding that can't be combined, or isn't built in.
-  kParameterInvalid = 208,       // Unknown limit cell, or (u,v,w) outside [0,1]^3, or a point that isn't finite.
+  kContentInvalid = 206,         // A plane without content.
+  kEncodingUnsupported = 207,    // A sample type and an encoding or content that can't be combined, or isn't built in.
+  kParameterInvalid = 208,       // (u,v,w) outside [0,1]^3.
+  kPitchMissing = 209,           // No voxel pitch.
+  kPitchOutOfRange = 210,        // Voxel pitch outside the limits.
+  kGridTooManyLayers = 211,      // More layers than the limits allow.
+  kGridLayerTooLarge = 212,      // More voxels in a layer than the limits allow.
+  kLayerBytesTooLarge = 213,     // More bytes of samples in a layer than the limits allow.
+  kGridExtentZero = 214,         // No columns, rows or layers.
+  kGridOriginNonFinite = 215,    // NaN or infinite origin of the grid.
+  kGridOriginOutOfRange = 216,   // Origin of the grid farther from the world's than the limits allow.
+  kPlacementNonFinite = 217,     // NaN or infinite entry of a placement.
+  kPlacementOutOfRange = 218,    // A scale, a translation or the placed part outside the limits.
+  kNothingRequested = 219,       // Neither planes nor contours.
+  kTooManyPlanes = 220,          // More planes than the limits allow.
+  kChannelUnknown = 221,         // A channel that the mesh doesn't have.
+  kValueRangeInvalid = 222,      // Value range empty or not finite.
+  kValueRangeUnexpected = 223,   // Value range for samples that have none.
+  kEnumValueUnknown = 224,       // A number that is no value of the field's enumeration.
+  kTooManyTriangles = 225,       // More triangles than the limits allow at this tolerance.
+  kLimitCellUnknown = 226,       // A limit cell that the solid doesn't have.
+  kPointNonFinite = 227,         // NaN or infinite point.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.
@@ -60,7 +84,8 @@ std::string_view reason(ErrorCode code);
 
 class Error : public std::runtime_error {
  public:
-  /// `field`: request or mesh field at fault ("" if none). `ids`: offending ids, at most a handful, in ascending order.
+  /// `field`: the request or mesh field at fault as the contract spells it, such as "cell_vertices[17]" ("" if none).
+  /// `ids`: offending ids, at most a handful, in ascending order.
   Error(ErrorCode code, const std::string& message, std::string field = {}, std::vector<std::int64_t> ids = {})
       : std::runtime_error(message), code_(code), field_(std::move(field)), ids_(std::move(ids)) {}
 

@@ -154,10 +154,10 @@ void Tessellator::add(const SurfaceBox& box, const std::array<Vec3, 4>& corners,
 
 void Tessellator::check_count(std::uint64_t triangles) const {
   if (triangles <= options_.max_triangles) return;
-  throw Error(ErrorCode::kToleranceInvalid,
-              "tolerance_mm is so small that the boundary takes more than " + std::to_string(options_.max_triangles) +
-                  " triangles; choose a larger one",
-              "tolerance_mm");
+  throw Error(ErrorCode::kTooManyTriangles,
+              "chord_tolerance_mm is so small that the boundary takes more than " +
+                  std::to_string(options_.max_triangles) + " triangles; choose a larger one",
+              "chord_tolerance_mm");
 }
 
 TessellationSummary Tessellator::emit(const std::function<void(const TessellationChunk&)>& deliver) {
@@ -227,7 +227,7 @@ std::uint32_t Tessellator::emit_vertex(const SurfacePlace& place) {
 TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
                                const std::function<void(const TessellationChunk&)>& deliver) {
   if (!(options.tolerance_mm > 0) || !std::isfinite(options.tolerance_mm)) {
-    throw Error(ErrorCode::kToleranceInvalid, "tolerance_mm must be positive and finite", "tolerance_mm");
+    throw Error(ErrorCode::kToleranceInvalid, "chord_tolerance_mm must be positive and finite", "chord_tolerance_mm");
   }
   Tessellator tessellator(solid, placement, options);
   tessellator.collect();

@@ -45,8 +45,8 @@ struct TessellationSummary {
 };
 
 /// Delivers the chunks in a canonical order, on the calling thread; what `deliver` throws passes through.
-/// REQUIRES: placement invertible. Throws Error{kToleranceInvalid} if the tolerance isn't positive and finite, or so
-/// small that there would be more than options.max_triangles; Error{kCancelled}.
+/// REQUIRES: placement passes validate_placement(). Throws Error{kToleranceInvalid} if the tolerance isn't positive and
+/// finite, Error{kTooManyTriangles} if there would be more than options.max_triangles; Error{kCancelled}.
 TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
                                const std::function<void(const TessellationChunk&)>& deliver);
 

@@ -172,10 +172,11 @@ void Builder::number(std::size_t level, std::uint32_t cell, std::uint32_t contro
 
 std::uint32_t Builder::add_ring(const Level& level, std::span<const std::uint32_t> points) {
   if (data_.rings.size() + points.size() >= kNone) {
-    throw Error(ErrorCode::kMeshTooLarge,
-                "cells: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
-                "coarser control mesh",
-                "cells");
+    throw Error(
+        ErrorCode::kMeshTooComplex,
+        "cell_vertices: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
+        "coarser control mesh",
+        "cell_vertices");
   }
   const auto begin = static_cast<std::uint32_t>(data_.rings.size());
   for (const std::uint32_t p : points) data_.rings.push_back(p == kNone ? kNone : p + level.point_base);
@@ -224,11 +225,11 @@ void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classificati
     record.ring_begin = add_ring(levels_[level], ring.points);
   }
   if (data_.operators.memory_bytes() > limits_.max_operator_bytes) {
-    throw Error(ErrorCode::kMeshTooLarge,
-                "cells: so many different one-rings (up to control cell " + std::to_string(control_cell) +
+    throw Error(ErrorCode::kMeshTooComplex,
+                "cell_vertices: so many different one-rings (up to control cell " + std::to_string(control_cell) +
                     ") that their operators need more than " + std::to_string(limits_.max_operator_bytes >> 20) +
                     " MiB; use a more regular control mesh, or fewer tetrahedra",
-                "cells", {control_cell});
+                "cell_vertices", {control_cell});
   }
   data_.cells.push_back(record);
   add_boundary_faces(level, cell);

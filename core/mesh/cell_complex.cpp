@@ -108,7 +108,7 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
                     "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[mine + 1]) + " and " +
                         std::to_string(owner[j][0]) +
                         " share one face; a face belongs to at most two cells: remove the surplus cells",
-                    "cells", {cell, half_face_cell_[mine + 1], owner[j][0]});
+                    "cell_vertices", {cell, half_face_cell_[mine + 1], owner[j][0]});
       }
       cell_half_faces_[j] = mine + 1;
       half_face_cell_[mine + 1] = owner[j][0];

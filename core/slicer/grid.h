@@ -45,20 +45,19 @@ struct Grid {
   double layer_z_mm(std::uint32_t layer) const { return origin_mm.z() + (layer + 0.5) * pitch.z_mm; }
 };
 
-/// Finite, and its smallest scale more than 1e-9 of its largest. Throws Error{kPlacementSingular}.
-void validate_placement(const Placement& placement);
-
-/// Throws Error{kPitchInvalid}, naming the axis, unless all three are within the limits.
+/// Throws Error{kPitchInvalid, kPitchOutOfRange}, naming the axis, unless all three are within the limits.
 void validate_pitch(const VoxelPitch& pitch, const SliceLimits& limits = {});
 
-/// At least one voxel each way, within the limits. Throws Error{kParameterInvalid, kGridTooLarge}.
+/// At least one voxel each way, within the limits. Throws Error{kGridExtentZero, kGridTooLarge (columns, rows),
+/// kGridTooManyLayers, kGridLayerTooLarge}.
 void validate_extent(const GridExtent& extent, const SliceLimits& limits = {});
 
-/// Origin and part (if its box is known) finite and not too far out. Throws Error{kParameterInvalid, kGridTooLarge}.
+/// Origin and part (if its box is known) finite and not too far out. Throws Error{kGridOriginNonFinite,
+/// kGridOriginOutOfRange, kPlacementOutOfRange}.
 void validate_place(const Grid& grid, const SliceLimits& limits = {});
 
-/// Throws Error{kPitchInvalid, kPlacementSingular, kGridTooLarge, kParameterInvalid}; the last one is an origin that
-/// isn't finite or an extent of 0.
+/// Throws what the functions above and validate_placement() throw, and Error{kGridOriginNonFinite,
+/// kGridOriginOutOfRange}.
 Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,
                const SliceLimits& limits = {});
 

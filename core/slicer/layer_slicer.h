@@ -49,8 +49,10 @@ struct Layer {
   Contours contours;                 // Empty unless asked for. xy are world x and y.
 };
 
-/// Checks a job against its solid and the limits: Error{kContentInvalid, kEncodingUnsupported, kToleranceInvalid,
-/// kPlacementSingular, kPitchInvalid, kGridTooLarge, kParameterInvalid}. Fields are named as in a SliceRangeRequest.
+/// Checks a job against its solid and the limits. Throws what validate_placement(), validate_pitch() and
+/// validate_extent() throw, and Error{kNothingRequested, kTooManyPlanes, kChannelUnknown, kValueRangeInvalid,
+/// kValueRangeUnexpected, kEnumValueUnknown, kEncodingUnsupported, kToleranceInvalid, kLayerBytesTooLarge}. Fields are
+/// named as in a SliceRangeRequest.
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 

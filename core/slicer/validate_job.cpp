@@ -3,22 +3,26 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
+#include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/output/encode.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/number_text.h"
+#include "core/slicer/validate_placement.h"
 
 namespace ccslice {
 namespace {
 
 std::string channel_list(const SolidSummary& summary) {
   if (summary.channels.empty()) return "the solid has none";
-  std::string list = "the solid has " + std::to_string(summary.channels.size()) + ": ";
-  for (std::size_t i = 0; i < summary.channels.size(); ++i) {
-    list += (i ? ", " : "") + std::to_string(i) + " \"" + summary.channels[i].name + '"';
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < summary.channels.size() && i < kMaxEchoItems; ++i) {
+    names.push_back(std::to_string(i) + " \"" + echoed(summary.channels[i].name) + '"');
   }
-  return list;
+  const std::size_t total = summary.channels.size();
+  return "the solid has " + std::to_string(total) + ": " + echoed_list(names, total);
 }
 
 // One plane of the job; `path` is its field's name, e.g. "planes[2]".
@@ -27,11 +31,8 @@ class PlaneCheck {
   PlaneCheck(const PlaneSpec& plane, std::string path) : plane_(plane), path_(std::move(path)) {}
 
   void run(const SolidSummary& summary) const {
-    switch (plane_.content) {
-      case PlaneContent::kOccupancy: check_occupancy(); break;
-      case PlaneContent::kChannel: check_channel(summary); break;
-      default: refuse(ErrorCode::kContentInvalid, ".content", "unknown; ask for the occupancy or a channel");
-    }
+    check_values();
+    plane_.content == PlaneContent::kOccupancy ? check_occupancy() : check_channel(summary);
     if (plane_.range) check_range(*plane_.range);
     const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding);
     if (obstacle) refuse(ErrorCode::kEncodingUnsupported, ".encoding", std::string(*obstacle));
@@ -40,6 +41,20 @@ class PlaneCheck {
  private:
   [[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) const {
     throw Error(code, path_ + field + ": " + what, path_ + field);
+  }
+
+  void check_values() const {
+    const auto require = [this](bool known, const char* field, const char* choice) {
+      if (!known) refuse(ErrorCode::kEnumValueUnknown, field, std::string("unknown; ask for ") + choice);
+    };
+    require(plane_.content == PlaneContent::kOccupancy || plane_.content == PlaneContent::kChannel, ".content",
+            "the occupancy or a channel");
+    require(
+        plane_.sample_type == SampleType::kBit || has_integer_samples() || plane_.sample_type == SampleType::kFloat32,
+        ".sample_type", "BIT, UINT8, UINT16 or FLOAT32");
+    require(
+        plane_.encoding == Encoding::kRaw || plane_.encoding == Encoding::kRawZstd || plane_.encoding == Encoding::kPng,
+        ".encoding", "RAW, RAW_ZSTD or PNG");
   }
 
   bool has_integer_samples() const {
@@ -54,9 +69,9 @@ class PlaneCheck {
   void check_channel(const SolidSummary& summary) const {
     if (plane_.channel >= summary.channels.size()) {
       const std::string number = std::to_string(plane_.channel);
-      refuse(ErrorCode::kContentInvalid, ".channel", number + " doesn't exist; " + channel_list(summary));
+      refuse(ErrorCode::kChannelUnknown, ".channel", number + " doesn't exist; " + channel_list(summary));
     }
-    if (!has_integer_samples() && plane_.sample_type != SampleType::kFloat32) {
+    if (plane_.sample_type == SampleType::kBit) {
       refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
              "a channel needs more than 1 bit a voxel; ask for UINT8, UINT16 or FLOAT32");
     }
@@ -64,10 +79,11 @@ class PlaneCheck {
 
   void check_range(const ValueRange& range) const {
     const auto refuse_range = [this](const std::string& what) {
-      refuse(ErrorCode::kContentInvalid, ".value_range", what);
+      refuse(ErrorCode::kValueRangeInvalid, ".value_range", what);
     };
     if (plane_.content != PlaneContent::kChannel || !has_integer_samples()) {
-      refuse_range("only channels with integer samples have one; leave it out");
+      refuse(ErrorCode::kValueRangeUnexpected, ".value_range",
+             "only channels with integer samples have one; leave it out");
     }
     if (!std::isfinite(range.min) || !std::isfinite(range.max) || !std::isfinite(range.max - range.min)) {
       refuse_range("not finite; give the values that 0 and the largest sample stand for");
@@ -98,7 +114,7 @@ void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
     bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows);
   }
   if (bytes <= limits.max_layer_bytes) return;
-  throw Error(ErrorCode::kGridTooLarge,
+  throw Error(ErrorCode::kLayerBytesTooLarge,
               "planes: " + std::to_string(bytes) + " bytes of samples a layer are more than the limit of " +
                   std::to_string(limits.max_layer_bytes) + "; ask for fewer planes, smaller samples or a larger pitch",
               "planes");
@@ -111,17 +127,17 @@ void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimit
 }
 
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits) {
-  validate_placement(job.placement);
+  validate_placement(job.placement, limits);
   validate_pitch(job.grid.pitch, limits);
   validate_extent(job.grid.extent, limits);
   validate_place(job.grid, limits);
   validate_tolerance(job.contour_tolerance_mm, limits);
   if (job.planes.empty() && !job.contours) {
-    throw Error(ErrorCode::kContentInvalid,
+    throw Error(ErrorCode::kNothingRequested,
                 "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");
   }
   if (job.planes.size() > limits.max_planes) {
-    throw Error(ErrorCode::kContentInvalid,
+    throw Error(ErrorCode::kTooManyPlanes,
                 "planes: " + std::to_string(job.planes.size()) + " are more than the limit of " +
                     std::to_string(limits.max_planes) + "; split the job by planes",
                 "planes");

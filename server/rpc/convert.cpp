@@ -3,18 +3,19 @@
 
 #include "server/rpc/convert.h"
 
-#include <google/protobuf/unknown_field_set.h>
-
 #include <limits>
 
+#include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/slicer/validate_placement.h"
+#include "server/rpc/unknown_fields.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
-[[noreturn]] void malformed(const std::string& what, const std::string& field) {
-  throw Error(ErrorCode::kMeshMalformed, what, field);
+[[noreturn]] void mismatch(const std::string& field, int numbers, const std::string& remedy) {
+  throw Error(ErrorCode::kMeshArrayMismatch, field + " has " + std::to_string(numbers) + " numbers: " + remedy, field);
 }
 
 CellKind to_cell_kind(int kind, std::size_t cell) {
@@ -24,18 +25,20 @@ CellKind to_cell_kind(int kind, std::size_t cell) {
     case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
     default: break;
   }
-  const bool pyramid = kind == v1::CELL_KIND_PYRAMID;
-  throw Error(ErrorCode::kMeshUnsupportedCell,
-              "cell_kinds[" + std::to_string(cell) + "] is " +
-                  (pyramid ? "a pyramid: no refinement turns it into hexahedra; split it into tetrahedra"
-                           : "of the unknown kind " + std::to_string(kind) + ": use hexahedra, tetrahedra or wedges"),
-              "cell_kinds", {static_cast<std::int64_t>(cell)});
+  const std::string field = "cell_kinds[" + std::to_string(cell) + "]";
+  if (kind == v1::CELL_KIND_PYRAMID) {
+    throw Error(ErrorCode::kMeshUnsupportedCell,
+                field + " is a pyramid: no refinement turns it into hexahedra; split it into tetrahedra", field,
+                {static_cast<std::int64_t>(cell)});
+  }
+  throw Error(ErrorCode::kMeshUnknownCellKind,
+              field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use HEX, TET or WEDGE",
+              field, {static_cast<std::int64_t>(cell)});
 }
 
 void read_positions(const v1::ControlMesh& message, ControlMesh& mesh) {
   if (message.positions_mm_size() % 3 != 0) {
-    malformed("positions_mm has " + std::to_string(message.positions_mm_size()) + " numbers: give 3 per vertex",
-              "positions_mm");
+    mismatch("positions_mm", message.positions_mm_size(), "give 3 per vertex");
   }
   mesh.positions.reserve(static_cast<std::size_t>(message.positions_mm_size()) / 3);
   for (int i = 0; i < message.positions_mm_size(); i += 3) {
@@ -51,17 +54,14 @@ void read_cells(const v1::ControlMesh& message, ControlMesh& mesh) {
     corners += static_cast<std::size_t>(corner_count(mesh.cell_kinds.back()));
   }
   if (static_cast<std::size_t>(message.cell_vertices_size()) != corners) {
-    malformed("cell_vertices has " + std::to_string(message.cell_vertices_size()) + " numbers: cell_kinds asks for " +
-                  std::to_string(corners),
-              "cell_vertices");
+    mismatch("cell_vertices", message.cell_vertices_size(), "cell_kinds asks for " + std::to_string(corners));
   }
   mesh.cell_vertices.assign(message.cell_vertices().begin(), message.cell_vertices().end());
 }
 
 void read_sharp_features(const v1::ControlMesh& message, ControlMesh& mesh) {
   if (message.sharp_edges_size() % 2 != 0) {
-    malformed("sharp_edges has " + std::to_string(message.sharp_edges_size()) + " numbers: give 2 vertices per edge",
-              "sharp_edges");
+    mismatch("sharp_edges", message.sharp_edges_size(), "give 2 vertices per edge");
   }
   for (int i = 0; i < message.sharp_edges_size(); i += 2) {
     mesh.sharp_edges.push_back({message.sharp_edges(i), message.sharp_edges(i + 1)});
@@ -79,7 +79,7 @@ SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::
     case v1::SAMPLE_TYPE_FLOAT32: return SampleType::kFloat32;
     default: break;
   }
-  throw Error(ErrorCode::kEncodingUnsupported,
+  throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(type)) +
                   " is no sample type that this server knows; ask for BIT, UINT8, UINT16 or FLOAT32",
               field);
@@ -93,20 +93,22 @@ Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
     case v1::PLANE_ENCODING_PNG: return Encoding::kPng;
     default: break;
   }
-  throw Error(ErrorCode::kEncodingUnsupported,
+  throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(encoding)) +
                   " is no encoding that this server knows; ask for RAW, RAW_ZSTD or PNG",
               field);
 }
 
 std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
-  std::string names;
+  std::vector<std::string> names;
   for (std::size_t i = 0; i < solid.channels.size(); ++i) {
     if (solid.channels[i].name == name) return static_cast<std::uint32_t>(i);
-    names += (i == 0 ? "" : ", ") + solid.channels[i].name;
+    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.channels[i].name) + '"');
   }
-  throw Error(ErrorCode::kContentInvalid,
-              field + ": the mesh has no channel \"" + name + "\"; it has " + (names.empty() ? "none" : names), field);
+  throw Error(ErrorCode::kChannelUnknown,
+              field + ": the mesh has no channel \"" + echoed(name) + "\"; it has " +
+                  (names.empty() ? "none" : echoed_list(names, solid.channels.size())),
+              field);
 }
 
 PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, const std::string& path) {
@@ -154,10 +156,15 @@ ControlMesh parse_control_mesh(std::string_view bytes) {
   v1::ControlMesh message;
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
       !message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    malformed("the bytes are no serialized ccslice.v1.ControlMesh", "");
+    throw Error(ErrorCode::kMeshMalformed,
+                "the chunks hold no serialized ccslice.v1.ControlMesh: send the bytes of one, whole and in order",
+                "chunk");
   }
-  if (!v1::ControlMesh::GetReflection()->GetUnknownFields(message).empty()) {
-    malformed("the mesh has fields that this server doesn't know: use a newer server, or leave them out", "");
+  if (const std::string unknown = first_unknown_field(message); !unknown.empty()) {
+    throw Error(ErrorCode::kMeshUnknownField,
+                "field number " + unknown +
+                    " of the control mesh is unknown to this server: use a newer server, or leave the field out",
+                unknown);
   }
   ControlMesh mesh;
   read_positions(message, mesh);
@@ -169,23 +176,24 @@ ControlMesh parse_control_mesh(std::string_view bytes) {
   return mesh;
 }
 
-Placement to_placement(const v1::Placement& message) {
+Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits) {
   Placement placement = Placement::Identity();
-  if (message.matrix_size() == 0) return placement;
-  if (message.matrix_size() != 12) {
+  if (message.matrix_size() != 0 && message.matrix_size() != 12) {
     throw ServiceError(ServiceErrorCode::kRequestMalformed,
                        "placement.matrix has " + std::to_string(message.matrix_size()) +
                            " numbers: give the 12 of a 3 x 4 matrix row by row, or none",
                        "placement.matrix");
   }
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) placement(row, column) = message.matrix(4 * row + column);
-  }
-  validate_placement(placement);
+  for (int i = 0; i < message.matrix_size(); ++i) placement(i / 4, i % 4) = message.matrix(i);
+  validate_placement(placement, solid_box, limits);
   return placement;
 }
 
 GridRequest to_grid_request(const v1::GridSpec& message) {
+  if (!message.has_pitch()) {
+    throw Error(ErrorCode::kPitchMissing, "grid.pitch: missing; say how large a voxel is, 600 dpi is 0.0423 mm",
+                "grid.pitch");
+  }
   GridRequest request;
   request.pitch = {message.pitch().x_mm(), message.pitch().y_mm(), message.pitch().z_mm()};
   if (message.has_origin_mm()) {

@@ -21,14 +21,16 @@
 
 namespace ccslice::server {
 
-/// Parses a serialized ControlMesh. Throws Error{kMeshMalformed, kMeshUnsupportedCell, kMeshIndexOutOfRange}.
+/// Parses a serialized ControlMesh. Throws Error{kMeshMalformed, kMeshUnknownField, kMeshArrayMismatch,
+/// kMeshUnsupportedCell, kMeshUnknownCellKind}.
 ControlMesh parse_control_mesh(std::string_view bytes);
 
-/// Throws ServiceError{kRequestMalformed} for other than 0 or 12 numbers; validates it like the core
-/// (Error{kPlacementSingular}).
-Placement to_placement(const v1::Placement& message);
+/// For a solid of this box. Throws ServiceError{kRequestMalformed} for other than 0 or 12 numbers, and what the core's
+/// validate_placement() throws. The way to a placement for every call.
+Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits);
+/// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
-/// With defaults filled in. Throws Error{kContentInvalid, kEncodingUnsupported}.
+/// With defaults filled in. Throws Error{kContentInvalid, kChannelUnknown, kEnumValueUnknown}.
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
                                  const SolidSummary& solid);
 

@@ -6,18 +6,21 @@
 
 #include "server/rpc/point_call.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/number_text.h"
 #include "core/inversion/point_inverter.h"
 #include "core/limit/limit_evaluator.h"
 #include "server/rpc/call_log.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/status.h"
+#include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
 namespace {
@@ -92,6 +95,7 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
   }
 
   void accept_header() {
+    require_known_fields(request_);
     if (!mesh_) {
       mesh_ = require_mesh(state_, request_.mesh_id());
       log_.note(mesh_->id());
@@ -100,7 +104,9 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "mesh_id changes within the call: make another call for another mesh", "mesh_id");
     }
-    if (request_.has_placement()) placement_ = to_placement(request_.placement());
+    if (request_.has_placement()) {
+      placement_ = to_placement(request_.placement(), solid().summary().bounding_box, state_.slice_limits);
+    }
   }
 
   void end(const grpc::Status& status) {
@@ -138,9 +144,10 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
       poll(p);
       const Vec3 point(request.points_mm(3 * p), request.points_mm(3 * p + 1), request.points_mm(3 * p + 2));
       if (!point.allFinite()) {
-        const std::string field = "points_mm[" + std::to_string(3 * p) + "]";
-        throw Error(ErrorCode::kParameterInvalid,
-                    field + ": point " + std::to_string(p) + " isn't finite; leave it out", field);
+        const auto axis = std::find_if_not(point.begin(), point.end(), [](double x) { return std::isfinite(x); });
+        const std::string field = "points_mm[" + std::to_string(3 * p + (axis - point.begin())) + "]";
+        throw Error(ErrorCode::kPointNonFinite,
+                    field + ": point " + std::to_string(p) + " is NaN or infinite; leave it out", field, {p});
       }
       probe(point, to_mesh, response);
     }
@@ -196,16 +203,18 @@ class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::Evalu
     const std::uint32_t cell = request.limit_cells(p);
     if (cell >= solid().cell_count()) {
       const std::string field = "limit_cells[" + std::to_string(p) + "]";
-      throw Error(ErrorCode::kParameterInvalid,
+      throw Error(ErrorCode::kLimitCellUnknown,
                   field + ": there is no limit cell " + std::to_string(cell) + "; the mesh has " +
                       std::to_string(solid().cell_count()),
                   field, {cell});
     }
     CellParam at{.cell = cell, .uvw = Vec3(request.uvw(3 * p), request.uvw(3 * p + 1), request.uvw(3 * p + 2))};
-    if (!((at.uvw.array() >= 0).all() && (at.uvw.array() <= 1).all())) {
-      const std::string field = "uvw[" + std::to_string(3 * p) + "]";
+    const auto outside = std::find_if_not(at.uvw.begin(), at.uvw.end(), [](double x) { return x >= 0 && x <= 1; });
+    if (outside != at.uvw.end()) {
+      const std::string field = "uvw[" + std::to_string(3 * p + (outside - at.uvw.begin())) + "]";
       throw Error(ErrorCode::kParameterInvalid,
-                  field + ": (u,v,w) of point " + std::to_string(p) + " isn't in [0,1]; clamp it", field);
+                  field + ": " + number_text(*outside) + " (point " + std::to_string(p) + ") isn't in [0,1]; clamp it",
+                  field, {p});
     }
     return at;
   }

@@ -10,6 +10,7 @@
 #include "core/base/engine_version.h"
 #include "core/output/encode.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/unknown_fields.h"
 #include "server/service/limits.h"
 
 namespace ccslice::server {
@@ -97,8 +98,9 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
 }  // namespace
 
 SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits) {
+  require_known_fields(request);
   SliceJob job;
-  job.placement = to_placement(request.placement());
+  job.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
   job.grid = plan_grid(solid, job.placement, to_grid_request(request.grid()), limits);
   job.planes = to_planes(request.planes(), solid.summary());
   job.contours = request.contours();
@@ -109,6 +111,7 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
 
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
                                    const SliceLimits& limits) {
+  require_known_fields(request);
   v1::SliceRangeRequest whole;
   *whole.mutable_placement() = request.placement();
   *whole.mutable_grid() = request.grid();

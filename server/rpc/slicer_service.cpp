@@ -65,6 +65,8 @@ void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
   slice.set_max_contour_tolerance_mm(state.slice_limits.max_contour_tolerance_mm);
   slice.set_max_abs_coordinate_mm(state.slice_limits.max_abs_coordinate_mm);
   slice.set_max_planes(state.slice_limits.max_planes);
+  slice.set_min_placement_scale(state.slice_limits.min_placement_scale);
+  slice.set_max_placement_scale(state.slice_limits.max_placement_scale);
 }
 
 void write_formats(v1::GetServerInfoResponse& info) {
@@ -111,12 +113,13 @@ void find_missing(MeshCache& cache, const v1::FindMissingMeshesRequest& request,
 
 void list_meshes(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
   if (request.page_size() > kMaxPageSize) {
-    throw ServiceError(
-        ServiceErrorCode::kRequestMalformed,
-        "page_size: " + std::to_string(request.page_size()) + " is above " + std::to_string(kMaxPageSize), "page_size");
+    throw ServiceError(ServiceErrorCode::kPageInvalid,
+                       "page_size: " + std::to_string(request.page_size()) + " is above the limit of " +
+                           std::to_string(kMaxPageSize) + "; ask for several pages",
+                       "page_size");
   }
   if (!request.page_token().empty() && !is_mesh_id(request.page_token())) {
-    throw ServiceError(ServiceErrorCode::kRequestMalformed,
+    throw ServiceError(ServiceErrorCode::kPageInvalid,
                        "page_token: none that this call gave; leave it empty to start over", "page_token");
   }
   const std::size_t page_size = request.page_size() == 0 ? kDefaultPageSize : request.page_size();

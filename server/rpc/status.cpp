@@ -5,6 +5,7 @@
 
 #include <new>
 
+#include "core/base/echo.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/service/limits.h"
@@ -15,40 +16,11 @@ namespace {
 using grpc::StatusCode;
 
 StatusCode code_of(ErrorCode code) {
-  switch (code) {
-    case ErrorCode::kMeshMalformed:
-    case ErrorCode::kMeshEmpty:
-    case ErrorCode::kMeshTooLarge:
-    case ErrorCode::kMeshNonFinite:
-    case ErrorCode::kMeshIndexOutOfRange:
-    case ErrorCode::kMeshRepeatedVertex:
-    case ErrorCode::kMeshUnsupportedCell:
-    case ErrorCode::kMeshNonManifoldFace:
-    case ErrorCode::kMeshNonManifoldEdge:
-    case ErrorCode::kMeshNonManifoldVertex:
-    case ErrorCode::kMeshSharedFaces:
-    case ErrorCode::kMeshInvertedCell:
-    case ErrorCode::kMeshIsolatedVertex:
-    case ErrorCode::kMeshBadSharpFeature:
-    case ErrorCode::kMeshBadChannel:
-    case ErrorCode::kMeshValenceTooHigh:
-    case ErrorCode::kPitchInvalid:
-    case ErrorCode::kGridTooLarge:
-    case ErrorCode::kPlacementSingular:
-    case ErrorCode::kLayerRangeEmpty:
-    case ErrorCode::kToleranceInvalid:
-    case ErrorCode::kContentInvalid:
-    case ErrorCode::kEncodingUnsupported:
-    case ErrorCode::kParameterInvalid: return StatusCode::INVALID_ARGUMENT;
-    case ErrorCode::kLayerRangeOutOfBounds: return StatusCode::OUT_OF_RANGE;
-    case ErrorCode::kCancelled: return StatusCode::CANCELLED;
-    case ErrorCode::kInternal:
-    case ErrorCode::kFileUnreadable:  // The server reads and writes no files.
-    case ErrorCode::kFileSyntax:
-    case ErrorCode::kFileUnsupported:
-    case ErrorCode::kFileUnwritable: return StatusCode::INTERNAL;
-  }
-  return StatusCode::INTERNAL;
+  if (code == ErrorCode::kLayerRangeOutOfBounds) return StatusCode::OUT_OF_RANGE;
+  if (code == ErrorCode::kCancelled) return StatusCode::CANCELLED;
+  const int segment = static_cast<int>(code) / 100;
+  if (segment == 1 || segment == 2) return StatusCode::INVALID_ARGUMENT;
+  return StatusCode::INTERNAL;  // 4xx too: the server reads and writes no files.
 }
 
 StatusCode code_of(ServiceErrorCode code) {
@@ -56,62 +28,52 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kMeshMissing: return StatusCode::FAILED_PRECONDITION;
     case ServiceErrorCode::kMeshIdInvalid:
     case ServiceErrorCode::kRequestMalformed:
+    case ServiceErrorCode::kRequestUnknownField:
     case ServiceErrorCode::kUploadSizeInvalid:
     case ServiceErrorCode::kUploadTruncated:
     case ServiceErrorCode::kUploadOverrun:
     case ServiceErrorCode::kUploadDigestMismatch:
     case ServiceErrorCode::kBatchTooLarge:
+    case ServiceErrorCode::kPageInvalid:
     case ServiceErrorCode::kChunkSizeInvalid: return StatusCode::INVALID_ARGUMENT;
     case ServiceErrorCode::kMeshExceedsCache:
     case ServiceErrorCode::kCacheFull:
     case ServiceErrorCode::kOutOfMemory: return StatusCode::RESOURCE_EXHAUSTED;
     case ServiceErrorCode::kServerBusy:
-    case ServiceErrorCode::kServerDraining: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kServerDraining:
+    case ServiceErrorCode::kServerShuttingDown: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kDeadlineExceeded: return StatusCode::DEADLINE_EXCEEDED;
   }
   return StatusCode::INTERNAL;
 }
 
-/// Collects a status and its details.
+/// Room that a message takes as an HTTP/2 trailer: `grpc-message` is percent-encoded.
+std::size_t percent_encoded_bytes(const std::string& text) {
+  std::size_t bytes = text.size();
+  for (const char c : text) bytes += c < 0x20 || c > 0x7e || c == '%' ? 2 : 0;
+  return bytes;
+}
+
+/// `grpc-status-details-bin` travels as base64.
+std::size_t base64_bytes(std::size_t bytes) { return (bytes + 2) / 3 * 4; }
+
+/// Collects a status and its details, and keeps them within kMaxStatusBytes: with more the client's transport would
+/// drop the call with a status of its own. What is added first is what matters most, and goes last.
 class StatusBuilder {
  public:
-  StatusBuilder(StatusCode code, std::string_view reason, std::string message)
-      : code_(code), message_(std::move(message)) {
+  StatusBuilder(StatusCode code, std::string_view reason, const std::string& message)
+      : code_(code), message_(echoed(message, kMaxMessageBytes)) {
     info_.set_reason(std::string(reason));
     info_.set_domain(kErrorDomain);
-  }
-
-  void add_field(const std::string& field) {
-    if (field.empty()) return;
-    (*info_.mutable_metadata())["field"] = field;
-    google::rpc::BadRequest bad_request;
-    google::rpc::BadRequest::FieldViolation& violation = *bad_request.add_field_violations();
-    violation.set_field(field);
-    violation.set_description(message_);
-    details_.add_details()->PackFrom(bad_request);
-  }
-
-  void add_ids(const std::vector<std::int64_t>& ids) {
-    if (ids.empty()) return;
-    std::string text;
-    for (const std::int64_t id : ids) text += (text.empty() ? "" : ",") + std::to_string(id);
-    (*info_.mutable_metadata())["ids"] = text;
   }
 
   void add_missing_mesh(const std::string& mesh_id) {
     google::rpc::PreconditionFailure failure;
     google::rpc::PreconditionFailure::Violation& violation = *failure.add_violations();
     violation.set_type("MISSING");
-    violation.set_subject(mesh_id);
-    violation.set_description(message_);
+    violation.set_subject(echoed(mesh_id, kMaxNameBytes));
+    violation.set_description(echoed(message_, kMaxNameBytes));
     details_.add_details()->PackFrom(failure);
-  }
-
-  void add_mesh(const std::string& mesh_id) {
-    if (mesh_id.empty()) return;
-    google::rpc::ResourceInfo resource;
-    resource.set_resource_type("ccslice.v1.ControlMesh");
-    resource.set_resource_name(mesh_id);
-    details_.add_details()->PackFrom(resource);
   }
 
   void add_retry_delay() {
@@ -120,16 +82,58 @@ class StatusBuilder {
     details_.add_details()->PackFrom(retry);
   }
 
+  void add_field(const std::string& field) {
+    if (field.empty()) return;
+    (*info_.mutable_metadata())["field"] = echoed(field, kMaxNameBytes);
+    google::rpc::BadRequest bad_request;
+    google::rpc::BadRequest::FieldViolation& violation = *bad_request.add_field_violations();
+    violation.set_field(echoed(field, kMaxNameBytes));
+    violation.set_description(echoed(message_, kMaxNameBytes));
+    details_.add_details()->PackFrom(bad_request);
+  }
+
+  void add_ids(const std::vector<std::int64_t>& ids) {
+    if (ids.empty()) return;
+    std::string text;
+    for (std::size_t i = 0; i < ids.size() && i < kMaxEchoItems; ++i) {
+      text += (text.empty() ? "" : ",") + std::to_string(ids[i]);
+    }
+    (*info_.mutable_metadata())["ids"] = text;
+  }
+
+  void add_mesh(const std::string& mesh_id) {
+    if (mesh_id.empty()) return;
+    google::rpc::ResourceInfo resource;
+    resource.set_resource_type("ccslice.v1.ControlMesh");
+    resource.set_resource_name(echoed(mesh_id, kMaxNameBytes));
+    details_.add_details()->PackFrom(resource);
+  }
+
   grpc::Status build() {
+    std::string serialized = serialize();
+    while (percent_encoded_bytes(message_) + base64_bytes(serialized.size()) >= kMaxStatusBytes &&
+           details_.details_size() > 0) {
+      details_.mutable_details()->RemoveLast();
+      serialized = serialize();
+    }
+    return grpc::Status(code_, message_, serialized);
+  }
+
+ private:
+  // One message alone, three bytes an escaped byte, and its copy in the details stay below kMaxStatusBytes together.
+  static constexpr std::size_t kMaxMessageBytes = 1000;
+  static constexpr std::size_t kMaxNameBytes = 256;
+  static_assert(3 * kMaxMessageBytes + 4 * (kMaxMessageBytes + 2 * kMaxNameBytes) / 3 + 200 < kMaxStatusBytes);
+
+  std::string serialize() const {
     google::rpc::Status all;
     all.set_code(code_);
     all.set_message(message_);
     all.add_details()->PackFrom(info_);
     all.MergeFrom(details_);
-    return grpc::Status(code_, message_, all.SerializeAsString());
+    return all.SerializeAsString();
   }
 
- private:
   StatusCode code_;
   std::string message_;
   google::rpc::ErrorInfo info_;
@@ -151,10 +155,10 @@ grpc::Status to_status(const Error& error) {
 
 grpc::Status to_status(const ServiceError& error) {
   StatusBuilder status(code_of(error.code()), reason(error.code()), error.what());
-  status.add_field(error.field());
   if (error.code() == ServiceErrorCode::kMeshMissing) status.add_missing_mesh(error.mesh_id());
-  status.add_mesh(error.mesh_id());
   if (is_passing_shortage(error.code())) status.add_retry_delay();
+  status.add_field(error.field());
+  status.add_mesh(error.mesh_id());
   return status.build();
 }
 
@@ -175,9 +179,9 @@ grpc::Status to_status(const std::exception_ptr& error) {
 }
 
 grpc::Status stopped_status(bool deadline_passed) {
-  const StatusCode code = deadline_passed ? StatusCode::DEADLINE_EXCEEDED : StatusCode::CANCELLED;
-  const std::string message = deadline_passed ? "the call's deadline passed" : "the call was cancelled";
-  return StatusBuilder(code, reason(ErrorCode::kCancelled), message).build();
+  if (deadline_passed)
+    return to_status(ServiceError(ServiceErrorCode::kDeadlineExceeded, "the call's deadline passed"));
+  return to_status(Error(ErrorCode::kCancelled, "the call was cancelled"));
 }
 
 std::string reason_of(const grpc::Status& status) {

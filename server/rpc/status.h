@@ -8,6 +8,7 @@
 
 #include <grpcpp/support/status.h>
 
+#include <cstddef>
 #include <exception>
 #include <string>
 
@@ -18,6 +19,10 @@ namespace ccslice::server {
 
 /// ErrorInfo.domain of everything that ccslice sends.
 inline constexpr const char* kErrorDomain = "ccslice";
+
+/// Bound of what a status takes in the trailers, as encoded there: message and details together. gRPC clients take 8
+/// KiB of trailers by default, and turn more into a RESOURCE_EXHAUSTED without reason.
+inline constexpr std::size_t kMaxStatusBytes = 6u << 10;
 
 grpc::Status to_status(const Error& error);
 grpc::Status to_status(const ServiceError& error);

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "core/base/engine_version.h"
+#include "core/base/number_text.h"
 #include "core/contour/tessellate.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"
+#include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
 namespace {
@@ -25,10 +27,12 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
 
  private:
   void prepare() override {
+    require_known_fields(request_);
     const MeshPtr mesh = require_mesh(state_, request_.mesh_id());
     log_.note(request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    const Placement placement = to_placement(request_.placement());
+    const Placement placement =
+        to_placement(request_.placement(), mesh->solid()->summary().bounding_box, state_.slice_limits);
     channels_ = mesh->solid()->channel_count();
     TessellationOptions options;
     options.tolerance_mm = tolerance_mm();
@@ -42,10 +46,10 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
     const double tolerance =
         request_.has_chord_tolerance_mm() ? request_.chord_tolerance_mm() : kDefaultChordToleranceMm;
     if (tolerance >= kMinChordToleranceMm && tolerance <= kMaxChordToleranceMm) return tolerance;
-    throw Error(
-        ErrorCode::kToleranceInvalid,
-        "chord_tolerance_mm: " + std::to_string(tolerance) + " is outside 0.00001 to 1000; 0.05 does for display",
-        "chord_tolerance_mm");
+    throw Error(ErrorCode::kToleranceInvalid,
+                "chord_tolerance_mm: " + number_text(tolerance) + " is outside " + number_text(kMinChordToleranceMm) +
+                    " to " + number_text(kMaxChordToleranceMm) + "; 0.05 does for display",
+                "chord_tolerance_mm");
   }
 
   void collect(const TessellationChunk& chunk) {

@@ -25,18 +25,35 @@ enum class ServiceErrorCode : int {
   kMeshExceedsCache = 507,      // Larger than the whole cache.
   kCacheFull = 508,             // Everything in the cache is in use.
   kServerBusy = 509,            // As many calls, or as many bytes of uploads, as the server takes.
-  kServerDraining = 510,        // Shutting down.
+  kServerDraining = 510,        // Shutting down: takes no new calls.
   kBatchTooLarge = 511,         // More points or ids in one message than the limit.
   kChunkSizeInvalid = 512,      // max_chunk_bytes out of its range.
   kOutOfMemory = 513,           // An allocation failed.
+  kRequestUnknownField = 516,   // A field that this version doesn't know.
+  kPageInvalid = 517,           // A page size out of its range, or a page token of someone else.
+  kDeadlineExceeded = 518,      // The call's deadline passed.
+  kServerShuttingDown = 519,    // Shutting down: cuts calls that were running.
 };
 
 inline constexpr std::array kServiceErrorCodes = {
-    ServiceErrorCode::kMeshMissing,          ServiceErrorCode::kMeshIdInvalid,    ServiceErrorCode::kRequestMalformed,
-    ServiceErrorCode::kUploadSizeInvalid,    ServiceErrorCode::kUploadTruncated,  ServiceErrorCode::kUploadOverrun,
-    ServiceErrorCode::kUploadDigestMismatch, ServiceErrorCode::kMeshExceedsCache, ServiceErrorCode::kCacheFull,
-    ServiceErrorCode::kServerBusy,           ServiceErrorCode::kServerDraining,   ServiceErrorCode::kBatchTooLarge,
-    ServiceErrorCode::kChunkSizeInvalid,     ServiceErrorCode::kOutOfMemory,
+    ServiceErrorCode::kMeshMissing,
+    ServiceErrorCode::kMeshIdInvalid,
+    ServiceErrorCode::kRequestMalformed,
+    ServiceErrorCode::kUploadSizeInvalid,
+    ServiceErrorCode::kUploadTruncated,
+    ServiceErrorCode::kUploadOverrun,
+    ServiceErrorCode::kUploadDigestMismatch,
+    ServiceErrorCode::kMeshExceedsCache,
+    ServiceErrorCode::kCacheFull,
+    ServiceErrorCode::kServerBusy,
+    ServiceErrorCode::kServerDraining,
+    ServiceErrorCode::kBatchTooLarge,
+    ServiceErrorCode::kChunkSizeInvalid,
+    ServiceErrorCode::kOutOfMemory,
+    ServiceErrorCode::kRequestUnknownField,
+    ServiceErrorCode::kPageInvalid,
+    ServiceErrorCode::kDeadlineExceeded,
+    ServiceErrorCode::kServerShuttingDown,
 };
 
 /// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.

@@ -241,7 +241,7 @@ TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {
   EXPECT_EQ(json_at(missing.out, "error.reason").string_value(), "MESH_MISSING");
   const ProcessResult channel = run({"slice", box_, "--pitch", "1", "--channel", "nosuch", "-o", path("o"), "--json"});
   EXPECT_EQ(channel.exit_code, cli::kExitRefused);
-  EXPECT_EQ(json_at(channel.out, "error.reason").string_value(), "CONTENT_INVALID");
+  EXPECT_EQ(json_at(channel.out, "error.reason").string_value(), "CHANNEL_UNKNOWN");
   EXPECT_THAT(channel.err, HasSubstr("nosuch"));
   const ProcessResult pitch = run({"plan", box_, "--pitch", "0", "--json"});
   EXPECT_EQ(json_at(pitch.out, "error.reason").string_value(), "PITCH_INVALID");

@@ -282,7 +282,7 @@ TEST_F(EndToEnd, ReasonsOfRefusalsArrive) {
   EXPECT_EQ(reason_of(), "LAYER_RANGE_OUT_OF_BOUNDS");
   request.set_layer_count(1);
   request.mutable_planes(1)->mutable_channel()->set_name("stiffness");
-  EXPECT_EQ(reason_of(), "CONTENT_INVALID");
+  EXPECT_EQ(reason_of(), "CHANNEL_UNKNOWN");
 }
 
 /// Real meshes, graded along x: whatever the cells are like, the channel is linear in x (see core/mesh/grade.h), so

@@ -1,15 +1,22 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
 namespace ccslice::server {
 namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class PlanSlices : public ::testing::Test {
  protected:
@@ -97,16 +104,21 @@ TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
 }
 
 TEST_F(PlanSlices, RefusesWrongPitches) {
-  for (const double pitch :
-       {0.0, -0.1, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e-9, 1e9}) {
+  const auto expect = [this](double pitch, const std::string& reason) {
     request_.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
     const Failure refused = failure();
     EXPECT_EQ(refused.code, grpc::StatusCode::INVALID_ARGUMENT);
-    EXPECT_EQ(refused.reason, "PITCH_INVALID") << pitch;
+    EXPECT_EQ(refused.reason, reason) << pitch;
     EXPECT_EQ(refused.field, "grid.pitch.y_mm");
-  }
+  };
+  for (const double pitch : {0.0, -0.1, kNan, kInfinity}) expect(pitch, "PITCH_INVALID");
+  for (const double pitch : {1e-9, 1e9}) expect(pitch, "PITCH_OUT_OF_RANGE");
+  request_.mutable_grid()->clear_pitch();
+  EXPECT_EQ(failure().reason, "PITCH_MISSING");
   request_.clear_grid();
-  EXPECT_EQ(failure().reason, "PITCH_INVALID");
+  EXPECT_EQ(failure().reason, "PITCH_MISSING");
+  EXPECT_EQ(failure().field, "grid.pitch");
+  EXPECT_THAT(failure().message, HasSubstr("missing"));
 }
 
 TEST_F(PlanSlices, RefusesGridsBeyondTheLimits) {
@@ -118,8 +130,23 @@ TEST_F(PlanSlices, RefusesGridsBeyondTheLimits) {
   request_.mutable_grid()->mutable_extent()->set_layers(1);
   EXPECT_EQ(failure().reason, "GRID_TOO_LARGE");
   request_.mutable_grid()->mutable_extent()->set_columns(0);
-  EXPECT_EQ(failure().reason, "PARAMETER_INVALID");
+  EXPECT_EQ(failure().reason, "GRID_EXTENT_ZERO");
   EXPECT_EQ(failure().field, "grid.extent.columns");
+  request_.mutable_grid()->mutable_extent()->set_columns(60'000);
+  request_.mutable_grid()->mutable_extent()->set_rows(60'000);
+  EXPECT_EQ(failure().reason, "GRID_LAYER_TOO_LARGE");
+  EXPECT_EQ(failure().field, "grid.extent");
+  request_.mutable_grid()->mutable_extent()->set_layers(2'000'000);
+  EXPECT_EQ(failure().reason, "GRID_TOO_MANY_LAYERS");
+  EXPECT_EQ(failure().field, "grid.extent.layers");
+}
+
+TEST_F(PlanSlices, RefusesWrongOrigins) {
+  request_.mutable_grid()->mutable_origin_mm()->set_z(kInfinity);
+  EXPECT_EQ(failure().reason, "GRID_ORIGIN_NON_FINITE");
+  request_.mutable_grid()->mutable_origin_mm()->set_z(-1e8);
+  EXPECT_EQ(failure().reason, "GRID_ORIGIN_OUT_OF_RANGE");
+  EXPECT_EQ(failure().field, "grid.origin_mm.z");
 }
 
 TEST_F(PlanSlices, RefusesLayersLargerThanTheWindow) {
@@ -132,15 +159,16 @@ TEST_F(PlanSlices, RefusesLayersLargerThanTheWindow) {
   request_.add_planes()->mutable_channel()->set_name("x");
   grpc::ClientContext context;
   const Failure refused = failure_of(server.stub().PlanSlices(&context, request_, &response_));
-  EXPECT_EQ(refused.reason, "GRID_TOO_LARGE");
+  EXPECT_EQ(refused.reason, "LAYER_BYTES_TOO_LARGE");
   EXPECT_EQ(refused.field, "planes");
 }
 
 TEST_F(PlanSlices, RefusesWrongPlacements) {
   for (int i = 0; i < 12; ++i) request_.mutable_placement()->add_matrix(0);
   EXPECT_EQ(failure().reason, "PLACEMENT_SINGULAR");
-  request_.mutable_placement()->set_matrix(3, std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(failure().reason, "PLACEMENT_SINGULAR");
+  request_.mutable_placement()->set_matrix(3, kNan);
+  EXPECT_EQ(failure().reason, "PLACEMENT_NON_FINITE");
+  EXPECT_EQ(failure().field, "placement.matrix[3]");
   request_.mutable_placement()->add_matrix(0);
   EXPECT_EQ(failure().reason, "REQUEST_MALFORMED");
   EXPECT_EQ(failure().field, "placement.matrix");
@@ -151,26 +179,29 @@ TEST_F(PlanSlices, RefusesWrongPlanes) {
   EXPECT_EQ(failure().reason, "CONTENT_INVALID");
   EXPECT_EQ(failure().field, "planes[0]");
   plane.mutable_channel()->set_name("nonsense");
-  EXPECT_EQ(failure().reason, "CONTENT_INVALID");
+  EXPECT_EQ(failure().reason, "CHANNEL_UNKNOWN");
   EXPECT_EQ(failure().field, "planes[0].channel.name");
   plane.mutable_channel()->set_name("x");
   plane.set_sample_type(static_cast<v1::SampleType>(99));
-  EXPECT_EQ(failure().reason, "ENCODING_UNSUPPORTED");
+  EXPECT_EQ(failure().reason, "ENUM_VALUE_UNKNOWN");
   EXPECT_EQ(failure().field, "planes[0].sample_type");
   plane.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   plane.set_encoding(static_cast<v1::PlaneEncoding>(99));
+  EXPECT_EQ(failure().reason, "ENUM_VALUE_UNKNOWN");
   EXPECT_EQ(failure().field, "planes[0].encoding");
   plane.set_encoding(v1::PLANE_ENCODING_PNG);
   EXPECT_EQ(failure().reason, "ENCODING_UNSUPPORTED");
   plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
   plane.mutable_value_range()->set_min(1);
   plane.mutable_value_range()->set_max(1);
-  EXPECT_EQ(failure().reason, "CONTENT_INVALID");
+  EXPECT_EQ(failure().reason, "VALUE_RANGE_INVALID");
   EXPECT_EQ(failure().field, "planes[0].value_range");
+  plane.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  EXPECT_EQ(failure().reason, "VALUE_RANGE_UNEXPECTED");
 }
 
 TEST_F(PlanSlices, RefusesWrongTolerances) {
-  for (const double tolerance : {0.0, -1.0, 1e-9, 100.0, std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double tolerance : {0.0, -1.0, 1e-9, 100.0, kNan}) {
     request_.set_contour_tolerance_mm(tolerance);
     EXPECT_EQ(failure().reason, "TOLERANCE_INVALID") << tolerance;
     EXPECT_EQ(failure().field, "contour_tolerance_mm");

@@ -139,6 +139,21 @@ TEST_F(PointRpcs, EmptyBatchesAreAnswered) {
   EXPECT_EQ(responses.size(), 2u);
 }
 
+TEST_F(PointRpcs, CallsWithoutAnyMessageAnswerNothing) {
+  std::vector<v1::ProbePointsResponse> probed;
+  EXPECT_TRUE(probe({}, probed).ok());
+  EXPECT_TRUE(probed.empty());
+  std::vector<v1::EvaluatePointsResponse> evaluated;
+  EXPECT_TRUE(evaluate({}, evaluated).ok());
+  EXPECT_TRUE(evaluated.empty());
+}
+
+TEST_F(PointRpcs, PointsAsFarAsNumbersGoAreOutside) {
+  std::vector<v1::ProbePointsResponse> responses;
+  ASSERT_TRUE(probe({points({1e308, -1e308, 1e308, 5e-324, 1e308, 0})}, responses).ok());
+  for (const int location : responses[0].locations()) EXPECT_EQ(location, v1::POINT_LOCATION_OUTSIDE);
+}
+
 TEST_F(PointRpcs, AHundredThousandPointsFitIntoBatches) {
   grpc::ClientContext context;
   const auto stream = server_.stub().ProbePoints(&context);
@@ -164,8 +179,9 @@ TEST_F(PointRpcs, ProbeRefusesWrongBatches) {
   EXPECT_EQ(probe_failure(points({1, 2})).reason, "REQUEST_MALFORMED");
   EXPECT_EQ(probe_failure(points({1, 2})).field, "points_mm");
   const Failure not_finite = probe_failure(points({1, 2, 3, 4, std::numeric_limits<double>::quiet_NaN(), 6}));
-  EXPECT_EQ(not_finite.reason, "PARAMETER_INVALID");
-  EXPECT_EQ(not_finite.field, "points_mm[3]");
+  EXPECT_EQ(not_finite.reason, "POINT_NON_FINITE");
+  EXPECT_EQ(not_finite.field, "points_mm[4]");
+  EXPECT_EQ(not_finite.ids, "1");
   v1::ProbePointsRequest large = points({});
   for (std::uint32_t i = 0; i <= 3 * kMaxPointsPerMessage + 2; ++i) large.add_points_mm(1);
   EXPECT_EQ(probe_failure(large).reason, "BATCH_TOO_LARGE");
@@ -193,13 +209,13 @@ TEST_F(PointRpcs, EvaluateRefusesUnknownCellsAndParameters) {
   request.add_limit_cells(4'000'000'000);
   EXPECT_EQ(evaluate_failure(request).reason, "REQUEST_MALFORMED");
   for (int i = 0; i < 3; ++i) request.add_uvw(0.5);
-  EXPECT_EQ(evaluate_failure(request).reason, "PARAMETER_INVALID");
+  EXPECT_EQ(evaluate_failure(request).reason, "LIMIT_CELL_UNKNOWN");
   EXPECT_EQ(evaluate_failure(request).field, "limit_cells[0]");
   request.set_limit_cells(0, 0);
   for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
     request.set_uvw(1, wrong);
     EXPECT_EQ(evaluate_failure(request).reason, "PARAMETER_INVALID");
-    EXPECT_EQ(evaluate_failure(request).field, "uvw[0]");
+    EXPECT_EQ(evaluate_failure(request).field, "uvw[1]");
   }
 }
 

@@ -143,12 +143,12 @@ TEST_F(RefusedSlicing, LayersBeyondTheGrid) {
 
 TEST_F(RefusedSlicing, NothingAskedFor) {
   request_.clear_planes();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "CONTENT_INVALID", "planes");
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "NOTHING_REQUESTED", "planes");
 }
 
 TEST_F(RefusedSlicing, TooManyPlanes) {
   for (int i = 0; i < 64; ++i) request_.add_planes()->mutable_occupancy();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "CONTENT_INVALID", "planes");
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PLANES", "planes");
 }
 
 TEST_F(RefusedSlicing, WrongChunkSizes) {
@@ -173,7 +173,7 @@ TEST_F(RefusedSlicing, WrongPitchPlacementAndTolerance) {
   request_.set_contour_tolerance_mm(-1);
   expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "contour_tolerance_mm");
   for (int i = 0; i < 12; ++i) request_.mutable_placement()->add_matrix(0);
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "PLACEMENT_SINGULAR", "placement");
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "PLACEMENT_SINGULAR", "placement.matrix");
 }
 
 TEST_F(RefusedSlicing, AMessageLargerThanTheServerTakes) {

@@ -15,6 +15,7 @@ namespace ccslice::server {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StrEq;
 
 TEST(UploadMesh, AnswersTheSummary) {
   TestServer server;
@@ -139,12 +140,12 @@ TEST_F(RefusedUpload, NoPart) {
 
 TEST_F(RefusedUpload, BytesThatAreNoMesh) {
   const std::string bytes = "\xff\xff\xff\xff";
-  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_MALFORMED", "");
+  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_MALFORMED", "chunk");
 }
 
 TEST_F(RefusedUpload, FieldsOfALaterVersion) {
   const std::string bytes = bytes_ + "\xf8\x01\x07";  // Field 31, a number.
-  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_MALFORMED", "");
+  expect(server_.upload(mesh_id_of(bytes), bytes.size(), bytes), "MESH_UNKNOWN_FIELD", "31");
 }
 
 TEST_F(RefusedUpload, EmptyMesh) {
@@ -168,7 +169,7 @@ TEST_P(RefusedMesh, HasItsReasonAndNamesTheField) {
   const Failure failure = failure_of(server.upload(mesh));
   EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(failure.reason, GetParam().reason) << failure.message;
-  EXPECT_THAT(failure.field, HasSubstr(GetParam().field)) << failure.message;
+  EXPECT_THAT(failure.field, StrEq(GetParam().field)) << failure.message;
   EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
 }
 
@@ -195,37 +196,41 @@ void add_cell_beyond(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t>
 INSTANTIATE_TEST_SUITE_P(
     UploadMesh, RefusedMesh,
     ::testing::Values(
-        BadMesh{"MESH_NON_FINITE", "positions", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNan); }},
-        BadMesh{"MESH_NON_FINITE", "positions",
+        BadMesh{"MESH_NON_FINITE", "positions_mm[4]", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNan); }},
+        BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
                 [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, std::numeric_limits<double>::infinity()); }},
-        BadMesh{"MESH_NON_FINITE", "channel_values",
+        BadMesh{"MESH_NON_FINITE", "channel_values[4]",
                 [](v1::ControlMesh& mesh) { mesh.set_channel_values(4, std::numeric_limits<float>::infinity()); }},
-        BadMesh{"MESH_TOO_LARGE", "positions", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, 1e30); }},
-        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "cell_vertices",
+        BadMesh{"MESH_COORDINATE_OUT_OF_RANGE", "positions_mm[4]",
+                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, 1e30); }},
+        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "cell_vertices[5]",
                 [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(5, 4'000'000'000); }},
-        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "sharp_vertices",
+        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "sharp_vertices[0]",
                 [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(27); }},
-        BadMesh{"MESH_REPEATED_VERTEX", "cell_vertices",
+        BadMesh{"MESH_REPEATED_VERTEX", "cell_vertices[1]",
                 [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(1, mesh.cell_vertices(0)); }},
-        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds[3]",
                 [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_PYRAMID); }},
-        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+        BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
                 [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, static_cast<v1::CellKind>(77)); }},
-        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds",
+        BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
                 [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_UNSPECIFIED); }},
-        BadMesh{"MESH_MALFORMED", "positions_mm", [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
-        BadMesh{"MESH_MALFORMED", "cell_vertices", [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
-        BadMesh{"MESH_MALFORMED", "sharp_edges", [](v1::ControlMesh& mesh) { mesh.add_sharp_edges(1); }},
-        BadMesh{"MESH_BAD_CHANNEL", "channel", [](v1::ControlMesh& mesh) { mesh.add_channel_values(1); }},
-        BadMesh{"MESH_BAD_CHANNEL", "channel", [](v1::ControlMesh& mesh) { mesh.set_channel_names(0, ""); }},
-        BadMesh{"MESH_ISOLATED_VERTEX", "",
+        BadMesh{"MESH_ARRAY_MISMATCH", "positions_mm", [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
+        BadMesh{"MESH_ARRAY_MISMATCH", "cell_vertices", [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
+        BadMesh{"MESH_ARRAY_MISMATCH", "sharp_edges", [](v1::ControlMesh& mesh) { mesh.add_sharp_edges(1); }},
+        BadMesh{"MESH_ARRAY_MISMATCH", "channel_values", [](v1::ControlMesh& mesh) { mesh.add_channel_values(1); }},
+        BadMesh{"MESH_BAD_CHANNEL", "channel_names[0]", [](v1::ControlMesh& mesh) { mesh.set_channel_names(0, ""); }},
+        BadMesh{"MESH_ISOLATED_VERTEX", "positions_mm[81]",
                 [](v1::ControlMesh& mesh) {
                   for (int i = 0; i < 3; ++i) mesh.add_positions_mm(99);
                   mesh.add_channel_values(0);
                 }},
-        BadMesh{"MESH_INVERTED_CELL", "", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(3 * 13, 40); }},
-        BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices", [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(13); }},
-        BadMesh{"MESH_NON_MANIFOLD_VERTEX", "", [](v1::ControlMesh& mesh) { add_cell_beyond(mesh, {26}); }}));
+        BadMesh{"MESH_INVERTED_CELL", "cell_vertices",
+                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(3 * 13, 40); }},
+        BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices[0]",
+                [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(13); }},
+        BadMesh{"MESH_NON_MANIFOLD_VERTEX", "cell_vertices",
+                [](v1::ControlMesh& mesh) { add_cell_beyond(mesh, {26}); }}));
 
 TEST(UploadMesh, NamesTheOffendingIds) {
   TestServer server;

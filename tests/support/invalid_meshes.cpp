@@ -64,7 +64,7 @@ void add_arrays(std::vector<InvalidMesh>& list) {
                   {}});
   list.push_back({"corners_missing",
                   with(cube(), [](ControlMesh& m) { m.cell_vertices.pop_back(); }),
-                  ErrorCode::kMeshMalformed,
+                  ErrorCode::kMeshArrayMismatch,
                   {}});
   list.push_back({"channel_values_missing",
                   with(cube(),
@@ -72,7 +72,7 @@ void add_arrays(std::vector<InvalidMesh>& list) {
                          add_random_channels(m, 2, 1);
                          m.channel_values.pop_back();
                        }),
-                  ErrorCode::kMeshBadChannel,
+                  ErrorCode::kMeshArrayMismatch,
                   {}});
   list.push_back({"channel_named_twice",
                   with(cube(),

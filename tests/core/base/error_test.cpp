@@ -12,9 +12,9 @@ namespace ccslice {
 namespace {
 
 TEST(Error, CarriesCodeFieldAndIds) {
-  const Error error(ErrorCode::kMeshRepeatedVertex, "cell 7 names vertex 3 twice", "cells", {7});
+  const Error error(ErrorCode::kMeshRepeatedVertex, "cell 7 names vertex 3 twice", "cell_vertices[3]", {7});
   EXPECT_EQ(error.code(), ErrorCode::kMeshRepeatedVertex);
-  EXPECT_EQ(error.field(), "cells");
+  EXPECT_EQ(error.field(), "cell_vertices[3]");
   EXPECT_EQ(error.ids(), std::vector<std::int64_t>{7});
   EXPECT_STREQ(error.what(), "cell 7 names vertex 3 twice");
 }
@@ -28,7 +28,7 @@ TEST(Error, EveryCodeHasItsOwnReason) {
     ++codes;
     reasons.insert(name);
   }
-  EXPECT_GE(codes, 31);
+  EXPECT_EQ(codes, 55);
   EXPECT_EQ(reasons.size(), static_cast<std::size_t>(codes));
 }
 

@@ -90,7 +90,7 @@ TEST(Tessellate, RefusesTolerancesThatMakeNoSense) {
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(error_of(*solid, {.tolerance_mm = tolerance_mm}), ErrorCode::kToleranceInvalid);
   }
-  EXPECT_EQ(error_of(*solid, {.tolerance_mm = 1e-3, .max_triangles = 100}), ErrorCode::kToleranceInvalid);
+  EXPECT_EQ(error_of(*solid, {.tolerance_mm = 1e-3, .max_triangles = 100}), ErrorCode::kTooManyTriangles);
   TessellationOptions cancelled;
   cancelled.cancel = CancellationToken::make();
   cancelled.cancel.cancel();

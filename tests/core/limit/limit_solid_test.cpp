@@ -132,7 +132,7 @@ TEST(LimitSolid, RefusesMoreOperatorsThanTheLimit) {
     LimitSolid::prepare(oracle::box_mesh(4, 4, 4), options);
     FAIL() << "accepted";
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kMeshTooLarge);
+    EXPECT_EQ(error.code(), ErrorCode::kMeshTooComplex);
     EXPECT_FALSE(error.ids().empty());
   }
 }

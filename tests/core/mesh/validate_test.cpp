@@ -135,7 +135,7 @@ TEST(Validate, ChecksLimitsBeforeAnythingElse) {
   EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshTooLarge);
   limits = {};
   limits.max_abs_coordinate_mm = 15;
-  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshTooLarge);
+  EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshCoordinateOutOfRange);
   limits = {};
   limits.max_edge_valence = 3;
   EXPECT_EQ(code_with(limits, mesh), ErrorCode::kMeshValenceTooHigh);
@@ -174,10 +174,10 @@ TEST(Validate, RefusesBadChannelsAndSharpFeatures) {
   EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[1] = "a"; }), ErrorCode::kMeshBadChannel);
   EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[0].clear(); }), ErrorCode::kMeshBadChannel);
   EXPECT_EQ(refused([](ControlMesh& m) { m.channel_names[0].assign(1000, 'x'); }), ErrorCode::kMeshBadChannel);
-  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_values.pop_back(); }), ErrorCode::kMeshBadChannel);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.channel_values.pop_back(); }), ErrorCode::kMeshArrayMismatch);
   EXPECT_EQ(refused([](ControlMesh& m) { m.channel_values[3] = std::numeric_limits<float>::quiet_NaN(); }),
             ErrorCode::kMeshNonFinite);
-  EXPECT_EQ(refused([](ControlMesh& m) { m.cell_vertices.pop_back(); }), ErrorCode::kMeshMalformed);
+  EXPECT_EQ(refused([](ControlMesh& m) { m.cell_vertices.pop_back(); }), ErrorCode::kMeshArrayMismatch);
   EXPECT_EQ(refused([&](ControlMesh& m) { m.sharp_edges = {{centre, side}}; }), ErrorCode::kMeshBadSharpFeature);
   EXPECT_EQ(refused([&](ControlMesh& m) {
               m.sharp_edges = {{corner, next}, {next, corner}};

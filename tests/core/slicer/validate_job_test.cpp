@@ -68,60 +68,60 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 INSTANTIATE_TEST_SUITE_P(
     Catalogue, ValidateJob,
     testing::Values(
-        Spoiled{"OriginFarOut", [](SliceJob& job) { job.grid.origin_mm.y() = -2e7; }, ErrorCode::kGridTooLarge,
-                "grid.origin_mm", "anchor the grid at the part"},
-        Spoiled{"OriginNotFinite", [](SliceJob& job) { job.grid.origin_mm.x() = kNan; }, ErrorCode::kParameterInvalid,
-                "grid.origin_mm", "not finite"},
+        Spoiled{"OriginFarOut", [](SliceJob& job) { job.grid.origin_mm.y() = -2e7; }, ErrorCode::kGridOriginOutOfRange,
+                "grid.origin_mm.y", "leave it out to anchor at the part"},
+        Spoiled{"OriginNotFinite", [](SliceJob& job) { job.grid.origin_mm.x() = kNan; },
+                ErrorCode::kGridOriginNonFinite, "grid.origin_mm.x", "NaN or infinite"},
         Spoiled{"PartFarOut", [](SliceJob& job) { job.grid.part_box = Box3(Vec3::Zero(), Vec3(1, 1, 1e8)); },
-                ErrorCode::kGridTooLarge, "placement", "move the part closer"},
-        Spoiled{"NoPlanes", [](SliceJob& job) { job.planes.clear(); }, ErrorCode::kContentInvalid, "planes",
+                ErrorCode::kPlacementOutOfRange, "placement", "move it closer"},
+        Spoiled{"NoPlanes", [](SliceJob& job) { job.planes.clear(); }, ErrorCode::kNothingRequested, "planes",
                 "nothing is asked for; add an occupancy or a channel plane, or set contours"},
-        Spoiled{"TooManyPlanes", [](SliceJob& job) { job.planes.resize(65); }, ErrorCode::kContentInvalid, "planes",
+        Spoiled{"TooManyPlanes", [](SliceJob& job) { job.planes.resize(65); }, ErrorCode::kTooManyPlanes, "planes",
                 "65 are more than the limit of 64"},
-        Spoiled{"UnknownChannel", [](SliceJob& job) { job.planes[2].channel = 2; }, ErrorCode::kContentInvalid,
+        Spoiled{"UnknownChannel", [](SliceJob& job) { job.planes[2].channel = 2; }, ErrorCode::kChannelUnknown,
                 "planes[2].channel", R"(2 doesn't exist; the solid has 2: 0 "stiffness", 1 "colour")"},
         Spoiled{"UnknownContent", [](SliceJob& job) { job.planes[1].content = static_cast<PlaneContent>(9); },
-                ErrorCode::kContentInvalid, "planes[1].content", "unknown"},
+                ErrorCode::kEnumValueUnknown, "planes[1].content", "unknown"},
         Spoiled{"ChannelAsBits", [](SliceJob& job) { job.planes[1].sample_type = SampleType::kBit; },
                 ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for UINT8, UINT16 or FLOAT32"},
         Spoiled{"OccupancyAsBytes", [](SliceJob& job) { job.planes[0].sample_type = SampleType::kUint8; },
                 ErrorCode::kEncodingUnsupported, "planes[0].sample_type", "ask for BIT"},
         Spoiled{"UnknownSampleType", [](SliceJob& job) { job.planes[1].sample_type = static_cast<SampleType>(50); },
-                ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for UINT8"},
+                ErrorCode::kEnumValueUnknown, "planes[1].sample_type", "unknown; ask for BIT, UINT8"},
         Spoiled{"FloatsAsPng", [](SliceJob& job) { job.planes[2].encoding = Encoding::kPng; },
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "PNG holds no floats"},
         Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
-                ErrorCode::kEncodingUnsupported, "planes[0].encoding", "ask for raw, raw zstd or PNG"},
+                ErrorCode::kEnumValueUnknown, "planes[0].encoding", "ask for RAW, RAW_ZSTD or PNG"},
         Spoiled{"EmptyRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {2, 2};
                 },
-                ErrorCode::kContentInvalid, "planes[1].value_range", "empty (min 2, max 2); min must be below max"},
+                ErrorCode::kValueRangeInvalid, "planes[1].value_range", "empty (min 2, max 2); min must be below max"},
         Spoiled{"ReversedRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {3, 2};
                 },
-                ErrorCode::kContentInvalid, "planes[1].value_range", "min must be below max"},
+                ErrorCode::kValueRangeInvalid, "planes[1].value_range", "min must be below max"},
         Spoiled{"NanRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {0, kNan};
                 },
-                ErrorCode::kContentInvalid, "planes[1].value_range", "not finite"},
+                ErrorCode::kValueRangeInvalid, "planes[1].value_range", "not finite"},
         Spoiled{"OverflowingRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {-1.5e308, 1.5e308};
                 },
-                ErrorCode::kContentInvalid, "planes[1].value_range", "not finite"},
+                ErrorCode::kValueRangeInvalid, "planes[1].value_range", "not finite"},
         Spoiled{"RangeOfFloats",
                 [](SliceJob& job) {
                   job.planes[2].range = {0, 1};
                 },
-                ErrorCode::kContentInvalid, "planes[2].value_range", "leave it out"},
+                ErrorCode::kValueRangeUnexpected, "planes[2].value_range", "leave it out"},
         Spoiled{"RangeOfOccupancy",
                 [](SliceJob& job) {
                   job.planes[0].range = {0, 1};
                 },
-                ErrorCode::kContentInvalid, "planes[0].value_range", "leave it out"},
+                ErrorCode::kValueRangeUnexpected, "planes[0].value_range", "leave it out"},
         Spoiled{"ToleranceZero", [](SliceJob& job) { job.contour_tolerance_mm = 0; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "0 is outside [1e-05, 1]"},
         Spoiled{"ToleranceNan", [](SliceJob& job) { job.contour_tolerance_mm = kNan; }, ErrorCode::kToleranceInvalid,
@@ -129,19 +129,19 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"ToleranceLarge", [](SliceJob& job) { job.contour_tolerance_mm = 2; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "2 is outside"},
         Spoiled{"PlacementSingular", [](SliceJob& job) { job.placement.linear().setOnes(); },
-                ErrorCode::kPlacementSingular, "placement", "singular"},
+                ErrorCode::kPlacementSingular, "placement.matrix", "singular"},
         Spoiled{"PitchZero", [](SliceJob& job) { job.grid.pitch.z_mm = 0; }, ErrorCode::kPitchInvalid,
-                "grid.pitch.z_mm", "is not a positive length"},
+                "grid.pitch.z_mm", "give a positive length"},
         Spoiled{"GridTooWide", [](SliceJob& job) { job.grid.extent.columns = 70'000; }, ErrorCode::kGridTooLarge,
                 "grid.extent.columns", "70000 is more than the limit of 65536"},
-        Spoiled{"GridOfNothing", [](SliceJob& job) { job.grid.extent.layers = 0; }, ErrorCode::kParameterInvalid,
+        Spoiled{"GridOfNothing", [](SliceJob& job) { job.grid.extent.layers = 0; }, ErrorCode::kGridExtentZero,
                 "grid.extent.layers", "at least one voxel"},
         Spoiled{"LayerTooLarge",
                 [](SliceJob& job) {
                   job.grid.extent = {16384, 16384, 1};
                   job.planes.assign(3, channel(0, SampleType::kFloat32));
                 },
-                ErrorCode::kGridTooLarge, "planes", "3221225472 bytes of samples a layer"}),
+                ErrorCode::kLayerBytesTooLarge, "planes", "3221225472 bytes of samples a layer"}),
     [](const testing::TestParamInfo<Spoiled>& info) { return std::string(info.param.name); });
 
 TEST(ValidateJobOfGoodJobs, Passes) {

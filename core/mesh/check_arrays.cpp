@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/check_arrays.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/number_text.h"
+#include "core/mesh/offenders.h"
+
+namespace ccslice {
+
+namespace {
+
+void check_limit(std::size_t value, std::size_t limit, const char* what, const char* field) {
+  if (value <= limit) return;
+  throw Error(ErrorCode::kMeshTooLarge,
+              std::string(field) + ": " + std::to_string(value) + " " + what + " are more than the limit of " +
+                  std::to_string(limit) + "; split the part or use a coarser control mesh",
+              field);
+}
+
+void check_length(std::size_t length, std::size_t expected, const char* field, const std::string& reckoning) {
+  if (length == expected) return;
+  throw Error(ErrorCode::kMeshArrayMismatch,
+              std::string(field) + " holds " + std::to_string(length) + " numbers, but " + reckoning + " need " +
+                  std::to_string(expected),
+              field);
+}
+
+void check_sizes(const ControlMesh& mesh, const MeshLimits& limits) {
+  const std::size_t cells = mesh.cell_count(), vertices = mesh.vertex_count(), channels = mesh.channel_count();
+  if (cells == 0) {
+    throw Error(ErrorCode::kMeshEmpty, "the mesh has no cells: a solid needs at least one", "cell_kinds");
+  }
+  if (vertices == 0) throw Error(ErrorCode::kMeshEmpty, "the mesh has no vertices: give positions", "positions_mm");
+  check_limit(vertices, limits.max_vertices, "vertices", "positions_mm");
+  check_limit(cells, limits.max_cells, "cells", "cell_kinds");
+  check_limit(channels, limits.max_channels, "channels", "channel_names");
+  std::size_t corners = 0;
+  for (const CellKind kind : mesh.cell_kinds) corners += static_cast<std::size_t>(corner_count(kind));
+  check_length(mesh.cell_vertices.size(), corners, "cell_vertices", "the " + std::to_string(cells) + " cells");
+  check_length(mesh.channel_values.size(), vertices * channels, "channel_values",
+               std::to_string(vertices) + " vertices with " + std::to_string(channels) + " channels");
+}
+
+void check_channels(const ControlMesh& mesh, const MeshLimits& limits) {
+  std::set<std::string> seen;
+  for (std::size_t i = 0; i < mesh.channel_count(); ++i) {
+    const std::string& name = mesh.channel_names[i];
+    const auto refuse = [i](const std::string& what) {
+      const std::string field = "channel_names[" + std::to_string(i) + "]";
+      throw Error(ErrorCode::kMeshBadChannel, field + " " + what, field, {static_cast<std::int64_t>(i)});
+    };
+    if (name.empty()) refuse("is empty: give each channel a name");
+    if (name.size() > limits.max_channel_name_bytes) {
+      refuse("'" + echoed(name) + "' has " + std::to_string(name.size()) + " bytes, the limit is " +
+             std::to_string(limits.max_channel_name_bytes) + ": shorten it");
+    }
+    if (!seen.insert(name).second) refuse("repeats the name '" + echoed(name) + "': rename one");
+  }
+}
+
+void check_positions(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  Offenders non_finite, far;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    poll();
+    const Vec3& p = mesh.positions[v];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double coordinate = p[static_cast<Eigen::Index>(axis)];
+      if (std::isfinite(coordinate) && std::abs(coordinate) <= limits.max_abs_coordinate_mm) continue;
+      (p.allFinite() ? far : non_finite).add(static_cast<std::int64_t>(v), 3 * v + axis);
+      break;
+    }
+  }
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at vertices", "give finite millimetres",
+                          "positions_mm");
+  far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at vertices",
+                   "positions are in mm, at most " + number_text(limits.max_abs_coordinate_mm) + " from the origin",
+                   "positions_mm");
+}
+
+void check_channel_values(const ControlMesh& mesh, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  Offenders non_finite;
+  const std::size_t channels = mesh.channel_count();
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    poll();
+    const auto values = std::span(mesh.channel_values).subspan(v * channels, channels);
+    const auto bad = std::find_if_not(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
+    if (bad == values.end()) continue;
+    non_finite.add(static_cast<std::int64_t>(v), v * channels + static_cast<std::size_t>(bad - values.begin()));
+  }
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite channel value at vertices", "give finite values",
+                          "channel_values");
+}
+
+/// The first corner that repeats an earlier one.
+std::optional<std::size_t> repeated_corner(std::span<const std::uint32_t> corners) {
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const auto earlier = corners.first(i);
+    if (std::find(earlier.begin(), earlier.end(), corners[i]) != earlier.end()) return i;
+  }
+  return std::nullopt;
+}
+
+/// How many cells use each vertex.
+std::vector<std::uint32_t> check_corners(const ControlMesh& mesh, const std::string& bound,
+                                         const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  Offenders range, repeated;
+  const std::size_t n = mesh.vertex_count();
+  std::vector<std::uint32_t> used(n, 0);
+  std::size_t begin = 0;
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+    poll();
+    const auto corners =
+        std::span(mesh.cell_vertices).subspan(begin, static_cast<std::size_t>(corner_count(mesh.cell_kinds[c])));
+    const auto beyond = std::find_if(corners.begin(), corners.end(), [n](std::uint32_t v) { return v >= n; });
+    if (beyond != corners.end()) {
+      range.add(static_cast<std::int64_t>(c), begin + static_cast<std::size_t>(beyond - corners.begin()));
+    } else {
+      const auto twice = repeated_corner(corners);
+      if (twice) repeated.add(static_cast<std::int64_t>(c), begin + *twice);
+      for (const std::uint32_t v : corners) ++used[v];
+    }
+    begin += corners.size();
+  }
+  range.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in cells", bound, "cell_vertices");
+  repeated.throw_if_any(ErrorCode::kMeshRepeatedVertex, "a vertex is repeated in cells",
+                        "collapsed cells never refine to hexahedra: remove or remesh them", "cell_vertices");
+  return used;
+}
+
+void check_usage(const std::vector<std::uint32_t>& used, const MeshLimits& limits) {
+  Offenders isolated, valence;
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v] == 0) isolated.add(static_cast<std::int64_t>(v), 3 * v);
+    if (used[v] > limits.max_vertex_valence) valence.add(static_cast<std::int64_t>(v));
+  }
+  isolated.throw_if_any(ErrorCode::kMeshIsolatedVertex, "no cell uses vertices", "remove them", "positions_mm");
+  // Before anything is built whose cost grows with the square of a valence.
+  valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round vertices",
+                       "the limit is " + std::to_string(limits.max_vertex_valence), "cell_vertices");
+}
+
+void check_sharp_indices(const ControlMesh& mesh, const std::string& bound) {
+  Offenders edges, vertices;
+  const std::size_t n = mesh.vertex_count();
+  for (std::size_t i = 0; i < mesh.sharp_edges.size(); ++i) {
+    const auto [a, b] = mesh.sharp_edges[i];
+    if (a >= n || b >= n) edges.add(static_cast<std::int64_t>(i), 2 * i + (a >= n ? 0 : 1));
+  }
+  edges.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in sharp edges", bound, "sharp_edges");
+  for (std::size_t i = 0; i < mesh.sharp_vertices.size(); ++i) {
+    if (mesh.sharp_vertices[i] >= n) vertices.add(mesh.sharp_vertices[i], i);
+  }
+  vertices.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "sharp vertices out of range:", bound, "sharp_vertices");
+}
+
+}  // namespace
+
+void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  check_sizes(mesh, limits);
+  check_channels(mesh, limits);
+  check_positions(mesh, limits, cancel);
+  check_channel_values(mesh, cancel);
+  const std::string bound = "vertex ids run from 0 to " + std::to_string(mesh.vertex_count() - 1);
+  check_usage(check_corners(mesh, bound, cancel), limits);
+  check_sharp_indices(mesh, bound);
+}
+
+}  // namespace ccslice
