@@ -44,9 +44,8 @@ bool ClientError::is_passing() const noexcept {
   switch (code_) {
     case grpc::StatusCode::UNAVAILABLE: return true;
     case grpc::StatusCode::RESOURCE_EXHAUSTED: return retry_delay_.has_value() || reason_ == "OUT_OF_MEMORY";
-    // A shutdown's grace ran out. What this side cancelled has a reason of its own.
-    case grpc::StatusCode::CANCELLED: return reason_ != local_reason::kCancelledHere;
-    // Transports report a connection that broke in the middle of a message so; servers always give a reason.
+    // Proxies and transports report a connection that broke in the middle of a call so; servers always give a reason.
+    case grpc::StatusCode::CANCELLED:
     case grpc::StatusCode::INTERNAL:
     case grpc::StatusCode::UNKNOWN: return reason_.empty();
     default: return false;

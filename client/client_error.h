@@ -44,8 +44,8 @@ class ClientError : public std::runtime_error {
   /// The mesh that the server doesn't hold (FAILED_PRECONDITION with PreconditionFailure MISSING); else empty.
   const std::string& missing_mesh_id() const noexcept { return missing_mesh_id_; }
 
-  /// Whether the same call may succeed later or elsewhere: the connection broke, the server is busy, draining or short
-  /// of memory.
+  /// Whether the same call may succeed later or elsewhere: the connection broke, the server is busy, shutting down or
+  /// short of memory.
   bool is_passing() const noexcept;
 
  private:

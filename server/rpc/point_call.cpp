@@ -35,7 +35,7 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
 
   void begin() {
     try {
-      admission_ = state_.calls.admit();
+      admission_ = state_.calls.admit([cancel = cancel_] { cancel.cancel(); });
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
@@ -72,11 +72,13 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
 
  private:
   void OnReadDone(bool ok) override {
-    if (!ok) return end(cancel_.cancelled() ? stopped_status(deadline_passed(context_)) : grpc::Status::OK);
+    if (!ok)
+      return end(cancel_.cancelled() ? stopped_status(state_.calls.cutting_off(), deadline_passed(context_))
+                                     : grpc::Status::OK);
     lane_.post([this] { compute(); });
   }
   void OnWriteDone(bool ok) override {
-    if (!ok) return end(stopped_status(deadline_passed(context_)));
+    if (!ok) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
     this->StartRead(&request_);
   }
   void OnCancel() override { cancel_.cancel(); }
@@ -89,7 +91,8 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
       response_.Clear();
       answer(request_, response_);
     } catch (...) {
-      return end(cancel_.cancelled() ? stopped_status(deadline_passed(context_)) : to_status(std::current_exception()));
+      return end(cancel_.cancelled() ? stopped_status(state_.calls.cutting_off(), deadline_passed(context_))
+                                     : to_status(std::current_exception()));
     }
     this->StartWrite(&response_);
   }

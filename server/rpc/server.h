@@ -36,8 +36,9 @@ class Server {
   void sweep() { state_.cache.sweep(); }
 
   /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`
-  /// says so (asked about every 50 ms); then they are cancelled. Whether none is left; if not, some client has stopped
-  /// reading with its connection full, and gRPC would wait for it.
+  /// says so (asked about every 50 ms); then they are cut off with SERVER_SHUTTING_DOWN, and what can't even take that
+  /// is cancelled. Whether none is left; if not, some client has stopped reading with its connection full, and gRPC
+  /// would wait for it.
   bool drain(
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 

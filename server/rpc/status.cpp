@@ -178,7 +178,11 @@ grpc::Status to_status(const std::exception_ptr& error) {
   }
 }
 
-grpc::Status stopped_status(bool deadline_passed) {
+grpc::Status stopped_status(bool cut_off, bool deadline_passed) {
+  if (cut_off) {
+    return to_status(ServiceError(ServiceErrorCode::kServerShuttingDown,
+                                  "the server is shutting down and has cut the call: go on with another server"));
+  }
   if (deadline_passed)
     return to_status(ServiceError(ServiceErrorCode::kDeadlineExceeded, "the call's deadline passed"));
   return to_status(Error(ErrorCode::kCancelled, "the call was cancelled"));

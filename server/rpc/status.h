@@ -29,8 +29,9 @@ grpc::Status to_status(const ServiceError& error);
 /// Whatever it is: a core Error, a ServiceError, out of memory, or something unforeseen (INTERNAL).
 grpc::Status to_status(const std::exception_ptr& error);
 
-/// The status of a call that was stopped: DEADLINE_EXCEEDED if its deadline has passed, CANCELLED otherwise.
-grpc::Status stopped_status(bool deadline_passed);
+/// The status of a call that was stopped: UNAVAILABLE if a shutdown cut it off, DEADLINE_EXCEEDED if its deadline has
+/// passed, CANCELLED otherwise.
+grpc::Status stopped_status(bool cut_off, bool deadline_passed);
 
 /// ErrorInfo.reason of a status of ours; empty if it has none.
 std::string reason_of(const grpc::Status& status);

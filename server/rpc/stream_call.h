@@ -35,7 +35,9 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   static grpc::ServerWriteReactor<Response>* begin(const std::shared_ptr<StreamCall>& call) {
     call->self_ = call;
     try {
-      call->admission_ = call->state_.calls.admit();
+      call->admission_ = call->state_.calls.admit([weak = std::weak_ptr(call)] {
+        if (const auto open = weak.lock()) open->OnCancel();
+      });
     } catch (...) {
       call->end(to_status(std::current_exception()));
       return call.get();
@@ -103,7 +105,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   /// REQUIRES: this thread pumps.
   void pump_owned() {
     while (true) {
-      if (stopped()) return end(stopped_status(deadline_passed(context_)));
+      if (stopped()) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
       switch (next_guarded()) {
         case Next::kMessage: this->StartWrite(&message_); return;
         case Next::kEnd: return end(failure_ ? to_status(failure_) : grpc::Status::OK);

@@ -35,7 +35,9 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
   void begin() {
     self_ = shared_from_this();
     try {
-      admission_ = state_.calls.admit();
+      admission_ = state_.calls.admit([weak = weak_from_this()] {
+        if (const auto open = weak.lock()) open->OnCancel();
+      });
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
@@ -44,7 +46,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
 
  private:
   void OnReadDone(bool ok) override {
-    if (stopped_) return end(stopped_status(deadline_passed(context_)));
+    if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
     try {
       if (!ok) return finish_reading();
       if (accept()) StartRead(&request_);
@@ -102,7 +104,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
   }
 
   void done(const MeshCache::Outcome& outcome) {
-    if (stopped_) return end(stopped_status(deadline_passed(context_)));
+    if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
     if (outcome.error) return end(to_status(outcome.error));
     answer(outcome.mesh, outcome.already_cached);
   }

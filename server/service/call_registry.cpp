@@ -9,7 +9,7 @@
 
 namespace ccslice::server {
 
-CallRegistry::Ticket CallRegistry::admit() {
+CallRegistry::Ticket CallRegistry::admit(std::function<void()> cut_off) {
   std::lock_guard lock(mutex_);
   if (draining_) {
     throw ServiceError(ServiceErrorCode::kServerDraining, "the server is shutting down: use another one");
@@ -18,9 +18,10 @@ CallRegistry::Ticket CallRegistry::admit() {
     throw ServiceError(ServiceErrorCode::kServerBusy, "all " + std::to_string(max_calls_) +
                                                           " calls that the server takes are running: try again later");
   }
+  cut_offs_.emplace(++admitted_, std::move(cut_off));
   ++running_;
   ++open_;
-  return Ticket(*this);
+  return Ticket(*this, admitted_);
 }
 
 void CallRegistry::drain() {
@@ -31,6 +32,18 @@ void CallRegistry::drain() {
 bool CallRegistry::wait_idle(std::chrono::steady_clock::time_point deadline) {
   std::unique_lock lock(mutex_);
   return idle_.wait_until(lock, deadline, [this] { return open_ == 0; });
+}
+
+void CallRegistry::cut_off_all() {
+  cutting_off_ = true;
+  std::map<std::uint64_t, std::function<void()>> cut_offs;
+  {
+    std::lock_guard lock(mutex_);
+    cut_offs = cut_offs_;
+  }
+  for (const auto& [number, cut_off] : cut_offs) {
+    if (cut_off) cut_off();
+  }
 }
 
 std::size_t CallRegistry::running() {
@@ -48,8 +61,9 @@ void CallRegistry::end_run() {
   --running_;
 }
 
-void CallRegistry::close() {
+void CallRegistry::close(std::uint64_t number) {
   std::lock_guard lock(mutex_);
+  cut_offs_.erase(number);
   --open_;
   if (open_ == 0) idle_.notify_all();
 }

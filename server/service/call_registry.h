@@ -4,13 +4,17 @@
 // Counts the calls that compute, so that there are never more than the server takes, and none new once it drains.
 //
 // A call RUNS until it has its status; it is OPEN until the status is on its way to the client, behind all messages.
-// What is only open takes no part in the limit, but a drain waits for it.
+// What is only open takes no part in the limit, but a drain waits for it, and may cut it off in the end.
 
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -23,17 +27,20 @@ class CallRegistry {
   class Ticket {
    public:
     Ticket() = default;
-    explicit Ticket(CallRegistry& registry) : registry_(&registry), running_(true) {}
+    Ticket(CallRegistry& registry, std::uint64_t number) : registry_(&registry), number_(number), running_(true) {}
     Ticket(Ticket&& other) noexcept
-        : registry_(std::exchange(other.registry_, nullptr)), running_(std::exchange(other.running_, false)) {}
+        : registry_(std::exchange(other.registry_, nullptr)),
+          number_(other.number_),
+          running_(std::exchange(other.running_, false)) {}
     Ticket& operator=(Ticket&& other) noexcept {
       std::swap(registry_, other.registry_);
+      std::swap(number_, other.number_);
       std::swap(running_, other.running_);
       return *this;
     }
     ~Ticket() {
       end_run();
-      if (registry_ != nullptr) registry_->close();
+      if (registry_ != nullptr) registry_->close(number_);
     }
 
     /// The call has its status. Any number of times, but by one thread at a time.
@@ -43,23 +50,29 @@ class CallRegistry {
 
    private:
     CallRegistry* registry_ = nullptr;
+    std::uint64_t number_ = 0;
     bool running_ = false;
   };
 
   explicit CallRegistry(std::size_t max_calls) : max_calls_(max_calls) {}
 
-  /// Throws ServiceError{kServerBusy, kServerDraining}.
-  Ticket admit();
+  /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
+  /// alive what it needs or does without. Throws ServiceError{kServerBusy, kServerDraining}.
+  Ticket admit(std::function<void()> cut_off = {});
   /// From now on nothing is admitted.
   void drain();
   /// Waits until no call is open, but not beyond `deadline`. Whether none is.
   bool wait_idle(std::chrono::steady_clock::time_point deadline);
+  /// Stops all open calls. Doesn't wait for them.
+  void cut_off_all();
+  /// Whether cut_off_all() has been called: then that is why calls stop.
+  bool cutting_off() const noexcept { return cutting_off_.load(); }
   std::size_t running();
   std::size_t open();
 
  private:
   void end_run();
-  void close();
+  void close(std::uint64_t number);
 
   const std::size_t max_calls_;
   std::mutex mutex_;
@@ -67,6 +80,9 @@ class CallRegistry {
   std::size_t running_ = 0;
   std::size_t open_ = 0;
   bool draining_ = false;
+  std::uint64_t admitted_ = 0;
+  std::map<std::uint64_t, std::function<void()>> cut_offs_;  // Of the open calls, by number.
+  std::atomic<bool> cutting_off_{false};
 };
 
 }  // namespace ccslice::server

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/client/fake_slicer.h"
@@ -123,6 +124,18 @@ TEST_F(ClientTest, ResumesABrokenStreamWhereItStopped) {
   EXPECT_GE(outcome_.resumes, 1);
   EXPECT_EQ(server_.slice_requests[1].first_layer(), 2u);
   EXPECT_EQ(server_.slice_requests[1].layer_count(), 4u);
+}
+
+TEST_F(ClientTest, GoesOnWhereAShutdownCutTheStream) {
+  client_.ensure_uploaded(mesh_);
+  bool cut = false;
+  server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+    return layer == 3 && !std::exchange(cut, true)
+               ? failure(grpc::StatusCode::UNAVAILABLE, "SERVER_SHUTTING_DOWN", "shutting down")
+               : grpc::Status::OK;
+  };
+  EXPECT_EQ(slice_all(some_request(mesh_->id())), range(0, 6));
+  EXPECT_EQ(server_.slice_requests.at(1).first_layer(), 3u);
 }
 
 TEST_F(ClientTest, GivesUpAfterSoManyAttemptsWithoutProgress) {

@@ -59,7 +59,35 @@ TEST(Drain, ServesWhatRunsRefusesWhatComesAndSaysSoToHealthChecks) {
   drain.join();
 }
 
-TEST(Drain, CancelsWhatOutlastsTheGrace) {
+TEST(Drain, CutsOffWhatOutlastsTheGraceAndSaysWhy) {
+  TestServer server;
+  const std::string id = server.upload_good(make_block(2, 10));
+  Sliced sliced;
+  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 1000);
+  std::thread client([&] { sliced = server.slice(request); });
+  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
+  std::this_thread::sleep_for(100ms);
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_TRUE(server.server().drain(100ms));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 1s);
+  client.join();
+  const Failure failure = failure_of(sliced.status);
+  EXPECT_EQ(failure.code, grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(failure.reason, "SERVER_SHUTTING_DOWN") << failure.message;
+}
+
+TEST(Drain, CutsOffAPreparationAndSaysWhy) {
+  TestServer server;
+  grpc::Status status;
+  std::thread client([&] { status = server.upload(make_block(60, 10)); });
+  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
+  std::this_thread::sleep_for(100ms);
+  server.server().drain(0ms);
+  client.join();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+}
+
+TEST(Drain, CancelsClientsThatDontRead) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));
   grpc::ClientContext context;

@@ -52,5 +52,27 @@ TEST(CallRegistry, ACallWithItsStatusMakesRoomButADrainStillWaitsForIt) {
   EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
 }
 
+TEST(CallRegistry, CutsOffTheCallsThatAreOpen) {
+  CallRegistry registry(3);
+  int first_cuts = 0, second_cuts = 0;
+  CallRegistry::Ticket first = registry.admit([&] { ++first_cuts; });
+  const CallRegistry::Ticket second = registry.admit([&] { ++second_cuts; });
+  const CallRegistry::Ticket third = registry.admit();
+  first = {};
+  EXPECT_FALSE(registry.cutting_off());
+  registry.cut_off_all();
+  EXPECT_TRUE(registry.cutting_off());
+  EXPECT_EQ(first_cuts, 0) << "it was closed";
+  EXPECT_EQ(second_cuts, 1);
+}
+
+TEST(CallRegistry, ACallMayEndWhileItIsCutOff) {
+  CallRegistry registry(1);
+  CallRegistry::Ticket ticket;
+  ticket = registry.admit([&] { ticket = {}; });
+  registry.cut_off_all();
+  EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
+}
+
 }  // namespace
 }  // namespace ccslice::server
