@@ -132,6 +132,16 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 
+bool Client::forget(const std::string& mesh_id) {
+  std::shared_ptr<const MeshBytes> mesh;  // Freed without the lock.
+  const std::lock_guard lock(mutex_);
+  const auto found = meshes_.find(mesh_id);
+  if (found == meshes_.end()) return false;
+  mesh = std::move(found->second);
+  meshes_.erase(found);
+  return true;
+}
+
 v1::UploadMeshResponse Client::upload_once(const MeshBytes& mesh, const UploadProgress& progress,
                                            const CallOptions& call) {
   Call one(call);

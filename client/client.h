@@ -10,7 +10,7 @@
 //   client.slice(request, [](const v1::SliceHeader& header, Layer layer) { ... });
 //
 // - A server that has dropped the mesh (restart, full cache, another replica) gets it again: meshes passed to
-//   ensure_uploaded() are remembered for that.
+//   ensure_uploaded() are remembered for that, until forget().
 // - A stream that breaks is resumed at the first layer not yet delivered, after a growing pause. Every layer is
 // delivered
 //   exactly once, in order. Engine version and grid are pinned by the first header: layers of different engines or
@@ -104,6 +104,8 @@ class Client {
   /// Uploads the mesh unless the server holds it, and remembers it for later calls that find it missing.
   UploadOutcome ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress = {},
                                 const CallOptions& call = {});
+  /// Remembers the mesh no longer and frees its bytes; the server keeps it. False if it wasn't remembered.
+  bool forget(const std::string& mesh_id);
   v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
   std::vector<v1::MeshSummary> list_meshes(const CallOptions& call = {});
   /// False if the server didn't hold it.

@@ -3,71 +3,13 @@
 
 #include "server/rpc/convert.h"
 
-#include <limits>
-
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/slicer/validate_placement.h"
-#include "server/rpc/unknown_fields.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
-
-[[noreturn]] void mismatch(const std::string& field, int numbers, const std::string& remedy) {
-  throw Error(ErrorCode::kMeshArrayMismatch, field + " has " + std::to_string(numbers) + " numbers: " + remedy, field);
-}
-
-CellKind to_cell_kind(int kind, std::size_t cell) {
-  switch (kind) {
-    case v1::CELL_KIND_HEX: return CellKind::kHex;
-    case v1::CELL_KIND_TET: return CellKind::kTet;
-    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
-    default: break;
-  }
-  const std::string field = "cell_kinds[" + std::to_string(cell) + "]";
-  if (kind == v1::CELL_KIND_PYRAMID) {
-    throw Error(ErrorCode::kMeshUnsupportedCell,
-                field + " is a pyramid: no refinement turns it into hexahedra; split it into tetrahedra", field,
-                {static_cast<std::int64_t>(cell)});
-  }
-  throw Error(ErrorCode::kMeshUnknownCellKind,
-              field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use HEX, TET or WEDGE",
-              field, {static_cast<std::int64_t>(cell)});
-}
-
-void read_positions(const v1::ControlMesh& message, ControlMesh& mesh) {
-  if (message.positions_mm_size() % 3 != 0) {
-    mismatch("positions_mm", message.positions_mm_size(), "give 3 per vertex");
-  }
-  mesh.positions.reserve(static_cast<std::size_t>(message.positions_mm_size()) / 3);
-  for (int i = 0; i < message.positions_mm_size(); i += 3) {
-    mesh.positions.emplace_back(message.positions_mm(i), message.positions_mm(i + 1), message.positions_mm(i + 2));
-  }
-}
-
-void read_cells(const v1::ControlMesh& message, ControlMesh& mesh) {
-  std::size_t corners = 0;
-  mesh.cell_kinds.reserve(static_cast<std::size_t>(message.cell_kinds_size()));
-  for (const int kind : message.cell_kinds()) {
-    mesh.cell_kinds.push_back(to_cell_kind(kind, mesh.cell_kinds.size()));
-    corners += static_cast<std::size_t>(corner_count(mesh.cell_kinds.back()));
-  }
-  if (static_cast<std::size_t>(message.cell_vertices_size()) != corners) {
-    mismatch("cell_vertices", message.cell_vertices_size(), "cell_kinds asks for " + std::to_string(corners));
-  }
-  mesh.cell_vertices.assign(message.cell_vertices().begin(), message.cell_vertices().end());
-}
-
-void read_sharp_features(const v1::ControlMesh& message, ControlMesh& mesh) {
-  if (message.sharp_edges_size() % 2 != 0) {
-    mismatch("sharp_edges", message.sharp_edges_size(), "give 2 vertices per edge");
-  }
-  for (int i = 0; i < message.sharp_edges_size(); i += 2) {
-    mesh.sharp_edges.push_back({message.sharp_edges(i), message.sharp_edges(i + 1)});
-  }
-  mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
-}
 
 SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::string& field) {
   switch (type) {
@@ -151,30 +93,6 @@ v1::PlaneEncoding to_message(Encoding encoding) {
 }
 
 }  // namespace
-
-ControlMesh parse_control_mesh(std::string_view bytes) {
-  v1::ControlMesh message;
-  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()) ||
-      !message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    throw Error(ErrorCode::kMeshMalformed,
-                "the chunks hold no serialized ccslice.v1.ControlMesh: send the bytes of one, whole and in order",
-                "chunk");
-  }
-  if (const std::string unknown = first_unknown_field(message); !unknown.empty()) {
-    throw Error(ErrorCode::kMeshUnknownField,
-                "field number " + unknown +
-                    " of the control mesh is unknown to this server: use a newer server, or leave the field out",
-                unknown);
-  }
-  ControlMesh mesh;
-  read_positions(message, mesh);
-  mesh.channel_names.assign(message.channel_names().begin(), message.channel_names().end());
-  mesh.channel_values.assign(message.channel_values().begin(), message.channel_values().end());
-  read_cells(message, mesh);
-  read_sharp_features(message, mesh);
-  mesh.allow_folds = message.allow_folds();
-  return mesh;
-}
 
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits) {
   Placement placement = Placement::Identity();

@@ -8,7 +8,6 @@
 
 #include <chrono>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "ccslice/v1/geometry.pb.h"
@@ -16,14 +15,9 @@
 #include "ccslice/v1/slice.pb.h"
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
-#include "core/mesh/control_mesh.h"
 #include "core/slicer/layer_slicer.h"
 
 namespace ccslice::server {
-
-/// Parses a serialized ControlMesh. Throws Error{kMeshMalformed, kMeshUnknownField, kMeshArrayMismatch,
-/// kMeshUnsupportedCell, kMeshUnknownCellKind}.
-ControlMesh parse_control_mesh(std::string_view bytes);
 
 /// For a solid of this box. Throws ServiceError{kRequestMalformed} for other than 0 or 12 numbers, and what the core's
 /// validate_placement() throws. The way to a placement for every call.

@@ -8,32 +8,28 @@
 #include <spdlog/spdlog.h>
 
 #include <memory>
+#include <string>
 #include <string_view>
+
+#include "server/service/log_text.h"
 
 namespace ccslice::server {
 namespace {
 
-/// %J: the message as the inside of a JSON string.
-class JsonMessage final : public spdlog::custom_flag_formatter {
+/// %J: the message, safe in its format.
+class SafeMessage final : public spdlog::custom_flag_formatter {
  public:
+  using Escape = std::string (*)(std::string_view);
+  explicit SafeMessage(Escape escape) : escape_(escape) {}
+
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    for (const char c : message.payload) {
-      const auto byte = static_cast<unsigned char>(c);
-      if (c == '"' || c == '\\') {
-        out.push_back('\\');
-        out.push_back(c);
-      } else if (byte < 0x20) {
-        constexpr std::string_view kEscape = "\\u00";
-        out.append(kEscape.begin(), kEscape.end());
-        out.push_back(kDigits[byte >> 4]);
-        out.push_back(kDigits[byte & 15]);
-      } else {
-        out.push_back(c);
-      }
-    }
+    const std::string text = escape_({message.payload.data(), message.payload.size()});
+    out.append(text.data(), text.data() + text.size());
   }
-  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JsonMessage>(); }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<SafeMessage>(escape_); }
+
+ private:
+  Escape escape_;
 };
 
 spdlog::level::level_enum to_spdlog(LogLevel level) {
@@ -50,13 +46,11 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
 
 void set_up_logging(LogLevel level, LogFormat format) {
   auto logger = std::make_shared<spdlog::logger>("ccsliced", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  const bool json = format == LogFormat::kJson;
   auto formatter = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
-  if (format == LogFormat::kJson) {
-    formatter->add_flag<JsonMessage>('J').set_pattern(
-        R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":"%J"})");
-  } else {
-    formatter->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
-  }
+  formatter->add_flag<SafeMessage>('J', json ? &to_log_json : &to_log_line)
+      .set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":"%J"})"
+                        : "%Y-%m-%d %H:%M:%S.%e %l: %J");
   logger->set_formatter(std::move(formatter));
   logger->set_level(to_spdlog(level));
   logger->flush_on(spdlog::level::info);

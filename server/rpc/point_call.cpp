@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Both calls work batch by batch: read, compute on a worker, write, read ... One of these is under way at any time, and
-// its end decides what comes next, so no lock is needed and Finish is called exactly once.
+// its end decides what comes next, so no lock is needed and Finish is called exactly once. A read that lasts too long
+// is ended by the idle watch.
 
 #include "server/rpc/point_call.h"
 
@@ -28,18 +29,23 @@ namespace {
 constexpr int kPointsPerPoll = 64;
 
 template <class Request, class Response>
-class PointCall : public grpc::ServerBidiReactor<Request, Response> {
+class PointCall : public grpc::ServerBidiReactor<Request, Response>,
+                  public IdleCall,
+                  public std::enable_shared_from_this<PointCall<Request, Response>> {
  public:
   PointCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
       : state_(state), context_(context), log_(context, method), lane_(state.executor.make_lane()) {}
 
+  /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
+    self_ = this->shared_from_this();
     try {
       admission_ = state_.calls.admit([cancel = cancel_] { cancel.cancel(); });
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
-    this->StartRead(&request_);
+    state_.idle_watch.add(self_);
+    read();
   }
 
  protected:
@@ -71,7 +77,13 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
   Placement placement_ = Placement::Identity();
 
  private:
+  void read() {
+    begin_wait();
+    this->StartRead(&request_);
+  }
+
   void OnReadDone(bool ok) override {
+    if (!end_wait()) return;
     if (!ok)
       return end(cancel_.cancelled() ? stopped_status(state_.calls.cutting_off(), deadline_passed(context_))
                                      : grpc::Status::OK);
@@ -79,10 +91,12 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
   }
   void OnWriteDone(bool ok) override {
     if (!ok) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
-    this->StartRead(&request_);
+    read();
   }
   void OnCancel() override { cancel_.cancel(); }
-  void OnDone() override { delete this; }
+  void OnDone() override { const std::shared_ptr<PointCall> last = std::move(self_); }
+
+  void idle() override { end(idle_status()); }
 
   void compute() {
     try {
@@ -122,6 +136,7 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response> {
   grpc::CallbackServerContext& context_;
   CallLog log_;
   Executor::Lane lane_;
+  std::shared_ptr<PointCall> self_;
   CallRegistry::Ticket admission_;
   CancellationToken cancel_ = CancellationToken::make();
   MeshPtr mesh_;
@@ -240,9 +255,9 @@ class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::Evalu
 
 template <class Call>
 Call* begin_call(ServiceState& state, grpc::CallbackServerContext& context) {
-  auto* call = new Call(state, context);  // Deletes itself in OnDone.
+  const auto call = std::make_shared<Call>(state, context);
   call->begin();
-  return call;
+  return call.get();
 }
 
 }  // namespace

@@ -4,14 +4,20 @@
 #pragma once
 
 #include "core/base/cancellation.h"
+#include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
 #include "server/service/mesh_cache.h"
 #include "server/service/upload.h"
 
 namespace ccslice::server {
 
-/// From the bytes of an upload to a prepared solid. Frees the bytes as soon as they are parsed. For a worker thread.
-/// Throws Error (1xx, kCancelled).
-PreparedMesh prepare_mesh(Upload& upload, const MeshLimits& limits, const CancellationToken& cancel);
+/// From the bytes of an upload to a prepared solid. Frees the bytes as soon as they are read. Takes what it will need
+/// from the budget of all preparations, first by the bytes, then by the mesh. For a worker thread.
+/// Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
+PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
+                          const CancellationToken& cancel);
+
+/// An estimate of the memory that preparing a mesh takes: the mesh, its complex, the refined cells and the solid.
+std::uint64_t preparation_bytes(const ControlMesh& mesh);
 
 }  // namespace ccslice::server

@@ -34,4 +34,9 @@ inline std::uint32_t chunk_bytes_or_default(std::uint32_t max_chunk_bytes) {
                      "max_chunk_bytes");
 }
 
+inline ServiceError stream_memory_used_up() {
+  return ServiceError(ServiceErrorCode::kServerBusy,
+                      "other calls hold all memory for layers and triangles: read their answers, or try again later");
+}
+
 }  // namespace ccslice::server

@@ -32,8 +32,11 @@ class Server {
   const std::string& address() const noexcept { return address_; }
   ServiceState& state() noexcept { return state_; }
 
-  /// Drops expired meshes. To be called now and then.
-  void sweep() { state_.cache.sweep(); }
+  /// Drops expired meshes and ends calls whose clients are silent. To be called now and then.
+  void sweep() {
+    state_.cache.sweep();
+    state_.idle_watch.sweep();
+  }
 
   /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`
   /// says so (asked about every 50 ms); then they are cut off with SERVER_SHUTTING_DOWN, and what can't even take that

@@ -12,10 +12,11 @@
 #include "core/slicer/slice_limits.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
+#include "server/service/idle_watch.h"
 #include "server/service/limits.h"
+#include "server/service/memory_budget.h"
 #include "server/service/mesh_cache.h"
 #include "server/service/options.h"
-#include "server/service/upload.h"
 
 namespace ccslice::server {
 
@@ -25,7 +26,10 @@ struct ServiceState {
         executor(options.threads),
         cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
         uploads(options.upload_budget_bytes),
-        calls(options.max_concurrent_calls) {
+        preparations(options.preparation_budget_bytes),
+        streams(options.stream_budget_bytes),
+        calls(options.max_concurrent_calls),
+        idle_watch(options.idle_timeout) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
   }
@@ -38,8 +42,11 @@ struct ServiceState {
   std::uint64_t max_triangles;  // Of one TessellateBoundary.
   Executor executor;
   MeshCache cache;
-  UploadBudget uploads;
+  MemoryBudget uploads;       // Bytes received.
+  MemoryBudget preparations;  // Meshes on their way to solids.
+  MemoryBudget streams;       // Layers and triangles on their way to clients.
   CallRegistry calls;
+  IdleWatch idle_watch;
 };
 
 }  // namespace ccslice::server

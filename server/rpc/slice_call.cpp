@@ -55,11 +55,23 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     start_stream(job);
   }
 
+  /// Takes the window from the memory of all streams: what the layers need, one of them at least. How much contours
+  /// need isn't known before.
+  StreamWindow take_window(const SliceJob& job) {
+    const std::uint64_t one = std::max(layer_bytes(job), kMinStreamWindowBytes);
+    const std::uint64_t all = one * request_.layer_count();
+    const std::uint64_t most = state_.options.stream_window_bytes;
+    std::optional<MemoryBudget::Share> share =
+        state_.streams.take_between(one, job.contours ? most : std::min(most, all));
+    if (!share) throw stream_memory_used_up();
+    share_ = std::move(*share);
+    return choose_window(layer_bytes(job), share_.bytes(), state_.executor.threads());
+  }
+
   void start_stream(const SliceJob& job) {
     auto factory = std::make_shared<SlicerFactory>(mesh_->solid(), job);
     auto stream = LayerStream::start(
-        state_.executor, {.first = request_.first_layer(), .count = request_.layer_count()},
-        choose_window(layer_bytes(job), state_.options.stream_window_bytes, state_.executor.threads()),
+        state_.executor, {.first = request_.first_layer(), .count = request_.layer_count()}, take_window(job),
         [factory] { return factory->make(); },
         [weak = weak_from_this()] {
           if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
@@ -132,6 +144,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
 
   const v1::SliceRangeRequest& request_;
   MeshPtr mesh_;  // In use until the call is done.
+  MemoryBudget::Share share_;
   std::uint32_t max_chunk_bytes_ = 0;
   Stage stage_ = Stage::kHeader;
   v1::SliceHeader header_;

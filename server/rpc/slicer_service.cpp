@@ -8,10 +8,10 @@
 #include "core/base/engine_version.h"
 #include "core/output/encode.h"
 #include "server/rpc/call_log.h"
+#include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_call.h"
-#include "server/rpc/slice_job.h"
 #include "server/rpc/status.h"
 #include "server/rpc/summary.h"
 #include "server/rpc/tessellate_call.h"
@@ -176,16 +176,7 @@ ServerUnaryReactor* SlicerService::DeleteMesh(CallbackServerContext* context, co
 
 ServerUnaryReactor* SlicerService::PlanSlices(CallbackServerContext* context, const v1::PlanSlicesRequest* request,
                                               v1::PlanSlicesResponse* response) {
-  ServerUnaryReactor* reactor = context->DefaultReactor();
-  state_.executor.make_lane().post([this, log = CallLog(*context, "PlanSlices"), reactor, request, response] {
-    const grpc::Status status = status_of([&] {
-      const MeshPtr mesh = require_mesh(state_, request->mesh_id());
-      *response = plan_slices(*request, *mesh->solid(), state_.slice_limits);
-    });
-    log.finish(status);
-    reactor->Finish(status);
-  });
-  return reactor;
+  return begin_plan_call(state_, *context, *request, *response);
 }
 
 grpc::ServerWriteReactor<v1::SliceRangeResponse>* SlicerService::SliceRange(CallbackServerContext* context,

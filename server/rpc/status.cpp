@@ -38,10 +38,12 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kChunkSizeInvalid: return StatusCode::INVALID_ARGUMENT;
     case ServiceErrorCode::kMeshExceedsCache:
     case ServiceErrorCode::kCacheFull:
+    case ServiceErrorCode::kMeshExceedsMemory:
     case ServiceErrorCode::kOutOfMemory: return StatusCode::RESOURCE_EXHAUSTED;
     case ServiceErrorCode::kServerBusy:
     case ServiceErrorCode::kServerDraining:
     case ServiceErrorCode::kServerShuttingDown: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kStreamIdle:
     case ServiceErrorCode::kDeadlineExceeded: return StatusCode::DEADLINE_EXCEEDED;
   }
   return StatusCode::INTERNAL;
@@ -186,6 +188,11 @@ grpc::Status stopped_status(bool cut_off, bool deadline_passed) {
   if (deadline_passed)
     return to_status(ServiceError(ServiceErrorCode::kDeadlineExceeded, "the call's deadline passed"));
   return to_status(Error(ErrorCode::kCancelled, "the call was cancelled"));
+}
+
+grpc::Status idle_status() {
+  return to_status(ServiceError(ServiceErrorCode::kStreamIdle,
+                                "the server waited too long for the next message: call again when there is one"));
 }
 
 std::string reason_of(const grpc::Status& status) {

@@ -33,6 +33,9 @@ grpc::Status to_status(const std::exception_ptr& error);
 /// passed, CANCELLED otherwise.
 grpc::Status stopped_status(bool cut_off, bool deadline_passed);
 
+/// The status of a call whose client was silent for too long.
+grpc::Status idle_status();
+
 /// ErrorInfo.reason of a status of ours; empty if it has none.
 std::string reason_of(const grpc::Status& status);
 

@@ -42,7 +42,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
       call->end(to_status(std::current_exception()));
       return call.get();
     }
-    call->state_.executor.make_lane().post([call] {
+    call->state_.executor.make_lane(call->preparation_).post([call] {
       call->prepare_guarded();
       call->pump_owned();
     });
@@ -52,10 +52,11 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
  protected:
   enum class Next { kMessage, kPending, kEnd };
 
-  StreamCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
-      : state_(state), context_(context), log_(context, method) {}
+  StreamCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method,
+             Executor::Pieces preparation = Executor::Pieces::kShort)
+      : state_(state), context_(context), log_(context, method), preparation_(preparation) {}
 
-  /// On a worker, once, before anything else. May throw.
+  /// On a worker, once, before anything else; as a long piece of work if the call said so. May throw.
   virtual void prepare() = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
@@ -138,6 +139,7 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
     this->Finish(status);
   }
 
+  const Executor::Pieces preparation_;
   std::shared_ptr<StreamCall> self_;
   CallRegistry::Ticket admission_;
   Response message_;

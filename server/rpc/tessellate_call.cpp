@@ -23,7 +23,9 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
  public:
   TessellateCall(ServiceState& state, grpc::CallbackServerContext& context,
                  const v1::TessellateBoundaryRequest& request)
-      : StreamCall(state, context, "TessellateBoundary"), request_(request) {}
+      : StreamCall(state, context, "TessellateBoundary", Executor::Pieces::kLong),
+        request_(request),
+        share_(state.streams) {}
 
  private:
   void prepare() override {
@@ -57,6 +59,12 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
       positions_mm_.insert(positions_mm_.end(), position.begin(), position.end());
     materials_.insert(materials_.end(), chunk.channel_values.begin(), chunk.channel_values.end());
     for (const auto& triangle : chunk.triangles) triangles_.insert(triangles_.end(), triangle.begin(), triangle.end());
+    if (!share_.resize(held_bytes())) throw stream_memory_used_up();
+  }
+
+  std::uint64_t held_bytes() const {
+    return positions_mm_.capacity() * sizeof(double) + materials_.capacity() * sizeof(float) +
+           triangles_.capacity() * sizeof(std::uint32_t);
   }
 
   void write_header(const SolidSummary& solid) {
@@ -112,6 +120,7 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
   const CancellationToken cancel_ = CancellationToken::make();
   std::size_t max_chunk_bytes_ = 0;
   std::size_t channels_ = 0;
+  MemoryBudget::Share share_;  // What the arrays take of the memory of all streams.
   std::vector<double> positions_mm_;
   std::vector<float> materials_;
   std::vector<std::uint32_t> triangles_;

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-//     read start -> cached already? answer : read chunks -> check the digest on a worker -> prepare, or join -> answer
+//     read start -> cached already? answer : read and hash chunks -> check the digest -> prepare, or join -> answer
 //
-// One of these is under way at any time and decides what comes next; a cancel only makes it end sooner.
+// One of these is under way at any time and decides what comes next; a cancel only makes it end sooner. Hashing a chunk
+// costs about as much as receiving it, so it needs no worker.
 
 #include "server/rpc/upload_call.h"
 
@@ -23,6 +24,7 @@ namespace ccslice::server {
 namespace {
 
 class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
+                         public IdleCall,
                          public std::enable_shared_from_this<UploadCall> {
  public:
   UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
@@ -41,15 +43,22 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
-    StartRead(&request_);
+    state_.idle_watch.add(self_);
+    read();
   }
 
  private:
+  void read() {
+    begin_wait();
+    StartRead(&request_);
+  }
+
   void OnReadDone(bool ok) override {
+    if (!end_wait()) return;
     if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
     try {
       if (!ok) return finish_reading();
-      if (accept()) StartRead(&request_);
+      if (accept()) read();
     } catch (...) {
       end(to_status(std::current_exception()));
     }
@@ -61,6 +70,8 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
   }
 
   void OnDone() override { const std::shared_ptr<UploadCall> last = std::move(self_); }
+
+  void idle() override { end(idle_status()); }
 
   /// Takes a message in; false if the call has been answered.
   bool accept() {
@@ -84,25 +95,16 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
 
   void finish_reading() {
     upload_->finish();
-    state_.executor.make_lane().post([self = self_] { self->verify_and_prepare(); });
+    const std::string mesh_id = upload_->mesh_id();
+    // The bytes go with the preparation: whoever joins another one drops his.
+    set_ticket(state_.cache.get_or_prepare(
+        mesh_id,
+        [upload = std::move(upload_), limits = state_.mesh_limits, &budget = state_.preparations](
+            const CancellationToken& cancel) { return prepare_mesh(upload->bytes(), limits, budget, cancel); },
+        [self = shared_from_this()](const MeshCache::Outcome& outcome) { self->done(outcome); }));
   }
 
-  void verify_and_prepare() {
-    try {
-      upload_->verify_digest();
-      const std::string mesh_id = upload_->mesh_id();
-      // The bytes go with the preparation: whoever joins another one drops his.
-      set_ticket(state_.cache.get_or_prepare(
-          mesh_id,
-          [upload = std::move(upload_), limits = state_.mesh_limits](const CancellationToken& cancel) {
-            return prepare_mesh(*upload, limits, cancel);
-          },
-          [self = shared_from_this()](const MeshCache::Outcome& outcome) { self->done(outcome); }));
-    } catch (...) {
-      end(to_status(std::current_exception()));
-    }
-  }
-
+  /// On this thread if the mesh came by another way meanwhile, on a worker's or the canceller's otherwise.
   void done(const MeshCache::Outcome& outcome) {
     if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
     if (outcome.error) return end(to_status(outcome.error));

@@ -6,6 +6,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace ccslice::server {
@@ -23,7 +24,8 @@ struct Executor::Arena {
 void Executor::Lane::post(Work work) const { executor_->post(queue_, std::move(work), Place::kBack); }
 void Executor::Lane::post_front(Work work) const { executor_->post(queue_, std::move(work), Place::kFront); }
 
-Executor::Executor(std::size_t threads) : threads_(threads), arena_(std::make_unique<Arena>(threads)) {}
+Executor::Executor(std::size_t threads)
+    : threads_(threads), max_long_(std::max<std::size_t>(2, threads) - 1), arena_(std::make_unique<Arena>(threads)) {}
 
 Executor::~Executor() { wait_idle(); }
 
@@ -52,21 +54,29 @@ void Executor::post(const std::shared_ptr<Lane::Queue>& queue, Work work, Place 
 
 void Executor::work_until_idle() {
   Work work;
-  while (take(work)) {
+  Pieces pieces = Pieces::kShort;
+  while (take(work, pieces)) {
     work();
     work = nullptr;  // Frees what it captured before the next piece is waited for.
   }
 }
 
-bool Executor::take(Work& work) {
+/// Ends the piece that this worker did before (`pieces`), takes the next one that may run.
+bool Executor::take(Work& work, Pieces& pieces) {
   std::lock_guard lock(mutex_);
-  if (lanes_.empty()) {
+  if (std::exchange(pieces, Pieces::kShort) == Pieces::kLong) --running_long_;
+  const auto next = std::find_if(lanes_.begin(), lanes_.end(), [this](const std::shared_ptr<Lane::Queue>& lane) {
+    return lane->pieces == Pieces::kShort || running_long_ < max_long_;
+  });
+  if (next == lanes_.end()) {  // Nothing, or long pieces that wait for one to end, whose worker then takes them.
     --workers_;
     if (workers_ == 0) idle_.notify_all();
     return false;
   }
-  const std::shared_ptr<Lane::Queue> queue = std::move(lanes_.front());
-  lanes_.pop_front();
+  const std::shared_ptr<Lane::Queue> queue = std::move(*next);
+  lanes_.erase(next);
+  pieces = queue->pieces;
+  if (pieces == Pieces::kLong) ++running_long_;
   work = std::move(queue->work.front());
   queue->work.pop_front();
   queue->listed = !queue->work.empty();

@@ -15,7 +15,16 @@ StreamWindow choose_window(std::uint64_t layer_bytes, std::uint64_t window_bytes
   while (window.slab_layers > 1 && window.slab_layers * wanted_slabs > room) window.slab_layers /= 2;
   window.window_slabs =
       static_cast<std::uint32_t>(std::min(wanted_slabs, std::max<std::uint64_t>(1, room / window.slab_layers)));
+  window.window_bytes = window_bytes;
   return window;
+}
+
+std::uint64_t memory_bytes(const Layer& layer) {
+  std::uint64_t bytes = sizeof layer;
+  for (const EncodedPlane& plane : layer.planes) bytes += sizeof plane + plane.bytes.capacity();
+  for (const ContourLoop& loop : layer.contours.loops)
+    bytes += sizeof loop + loop.points.capacity() * sizeof(ContourPoint);
+  return bytes;
 }
 
 std::shared_ptr<LayerStream> LayerStream::start(Executor& executor, LayerRange range, StreamWindow window,
@@ -33,37 +42,74 @@ LayerStream::LayerStream(Executor& executor, LayerRange range, StreamWindow wind
       next_layer_(range.first),
       end_layer_(range.first + range.count) {}
 
-/// Slabs begin at multiples of their size, whatever the range.
 void LayerStream::start_slabs() {
   std::vector<SlabPtr> started;
   {
     std::lock_guard lock(mutex_);
-    while (!cancelled_ && !failed_ && next_layer_ < end_layer_ && in_flight_.size() < window_.window_slabs) {
-      const std::uint64_t slab_end = (next_layer_ / window_.slab_layers + std::uint64_t{1}) * window_.slab_layers;
-      const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(slab_end, end_layer_) - next_layer_);
-      auto slab = std::make_shared<Slab>();
-      slab->layers = {.first = next_layer_, .count = count};
-      next_layer_ += count;
-      in_flight_.push_back(slab);
-      started.push_back(std::move(slab));
-    }
+    start_slabs_locked(started);
   }
-  for (const SlabPtr& slab : started) {
+  post(started);
+}
+
+void LayerStream::post(const std::vector<SlabPtr>& slabs) {
+  for (const SlabPtr& slab : slabs) {
     lane_.post([self = shared_from_this(), slab] { self->compute_next(slab); });
   }
 }
 
+/// Those that were parked, then new ones. Slabs begin at multiples of their size, whatever the range.
+void LayerStream::start_slabs_locked(std::vector<SlabPtr>& started) {
+  if (cancelled_) return;
+  for (const SlabPtr& slab : in_flight_) {
+    if (!slab->parked || !has_room_locked(*slab)) continue;
+    slab->parked = false;
+    started.push_back(slab);
+  }
+  while (!failed_ && next_layer_ < end_layer_ && in_flight_.size() < window_.window_slabs) {
+    const std::uint64_t slab_end = (next_layer_ / window_.slab_layers + std::uint64_t{1}) * window_.slab_layers;
+    const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(slab_end, end_layer_) - next_layer_);
+    auto slab = std::make_shared<Slab>();
+    slab->layers = {.first = next_layer_, .count = count};
+    next_layer_ += count;
+    in_flight_.push_back(slab);
+    started.push_back(std::move(slab));
+  }
+  active_ += static_cast<std::uint32_t>(started.size());
+}
+
+/// For the next layer of a slab in flight.
+bool LayerStream::has_room_locked(const Slab& slab) const {
+  const bool awaited = !in_flight_.empty() && &slab == in_flight_.front().get() && slab.ready.empty();
+  return awaited || held_bytes_ + (running_ + std::uint64_t{1}) * largest_bytes_ <= window_.window_bytes;
+}
+
 void LayerStream::compute_next(const SlabPtr& slab) {
+  if (!begin_layer(*slab)) return;
   std::optional<Layer> layer;
   std::exception_ptr error;
+  ComputeLayer compute;
   try {
     cancel_.throw_if_cancelled();
-    if (!slab->compute) slab->compute = take_compute();
-    layer = slab->compute(slab->layers.first + slab->computed, cancel_);
+    compute = take_compute();
+    layer = compute(slab->layers.first + slab->computed, cancel_);
   } catch (...) {
     error = std::current_exception();
   }
-  finish_layer(slab, std::move(layer), std::move(error));
+  finish_layer(slab, std::move(layer), std::move(error), std::move(compute));
+}
+
+/// False if the slab has to wait for room, which other layers took meanwhile.
+bool LayerStream::begin_layer(Slab& slab) {
+  std::vector<ComputeLayer> dropped;
+  std::lock_guard lock(mutex_);
+  slab.parked = !cancelled_ && !has_room_locked(slab);
+  if (slab.parked) {
+    --active_;
+    trim_computes_locked(dropped);
+  } else {
+    ++running_;
+  }
+  return !slab.parked;
 }
 
 LayerStream::ComputeLayer LayerStream::take_compute() {
@@ -78,30 +124,52 @@ LayerStream::ComputeLayer LayerStream::take_compute() {
   return make_();
 }
 
-void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error) {
-  bool slab_done = false;
+void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error,
+                               ComputeLayer compute) {
+  bool goes_on = false;
   Notify notify;
+  std::vector<SlabPtr> started;
+  std::vector<ComputeLayer> dropped;
   {
     std::lock_guard lock(mutex_);
-    if (error) {
-      slab->error = std::move(error);
-      failed_ = true;
-    } else {
-      ++slab->computed;
-      if (!cancelled_) slab->ready.push_back(std::move(*layer));
-    }
-    slab_done = slab->done() || cancelled_;
-    if (slab_done && !slab->error && !cancelled_) idle_computes_.push_back(std::move(slab->compute));
-    if (slab_done) slab->compute = nullptr;
+    --running_;
+    failed_ = failed_ || error;
+    slab->error = std::move(error);
+    if (layer) add_layer_locked(*slab, std::move(*layer));
+    if (compute) idle_computes_.push_back(std::move(compute));
+    goes_on = !slab->done() && !cancelled_ && has_room_locked(*slab);
+    slab->parked = !slab->done() && !goes_on;
+    if (!goes_on) --active_;
+    start_slabs_locked(started);  // Less is being computed now, so there may be room.
+    trim_computes_locked(dropped);
     if (waiting_ && worth_pulling_locked()) {
       waiting_ = false;
       notify = notify_;
     }
   }
-  if (!slab_done) {
+  if (goes_on) {
     lane_.post_front([self = shared_from_this(), slab] { self->compute_next(slab); });
   }
+  post(started);
   if (notify) notify();
+}
+
+void LayerStream::add_layer_locked(Slab& slab, Layer layer) {
+  ++slab.computed;
+  if (cancelled_) return;
+  const std::uint64_t bytes = memory_bytes(layer);
+  held_bytes_ += bytes;
+  largest_bytes_ = std::max(largest_bytes_, bytes);
+  slab.ready.push_back(std::move(layer));
+}
+
+/// Their scratch memory may be large: a stream that has come to a stop keeps one, a cancelled one none.
+void LayerStream::trim_computes_locked(std::vector<ComputeLayer>& dropped) {
+  const std::size_t kept = cancelled_ ? 0 : active_ == 0 ? 1 : idle_computes_.size();
+  while (idle_computes_.size() > kept) {
+    dropped.push_back(std::move(idle_computes_.back()));
+    idle_computes_.pop_back();
+  }
 }
 
 bool LayerStream::worth_pulling_locked() const {
@@ -121,6 +189,8 @@ LayerStream::Pull LayerStream::pull(Layer& layer) {
     }
     layer = std::move(slab.ready.front());
     slab.ready.pop_front();
+    held_bytes_ -= taken_bytes_;
+    taken_bytes_ = memory_bytes(layer);
     if (slab.ready.empty() && slab.computed == slab.layers.count) in_flight_.pop_front();
   }
   start_slabs();

@@ -8,6 +8,11 @@
 // whatever the range, and a worker never waits for the consumer: one that reads slowly, or not at all, occupies memory
 // but no thread. Within a slab each layer is a piece of work of its own, so that calls take turns at every layer.
 //
+// How large layers come out is known only when they are there: contours have no bound to speak of. So what is held is
+// counted too, the layer that the consumer took last included, and a layer is begun only if as much as the largest one
+// so far still fits into `window_bytes`; otherwise its slab is PARKED until there is room. The layer that the consumer
+// waits for is always computed. The window is exceeded by the layers being computed at most.
+//
 // Pulling never blocks: when the next layer isn't ready, `pull` says so and `notify` is called once it is worth trying
 // again.
 
@@ -38,7 +43,11 @@ struct LayerRange {
 struct StreamWindow {
   std::uint32_t slab_layers = kSlabLayers;  // A divisor of kSlabLayers.
   std::uint32_t window_slabs = 4;
+  std::uint64_t window_bytes = UINT64_MAX;
 };
+
+/// What a layer occupies.
+std::uint64_t memory_bytes(const Layer& layer);
 
 /// The largest window whose layers, `layer_bytes` each, fit into `window_bytes`: at most a slab per thread and two
 /// more; smaller slabs where layers are large; one single layer if there's no room for more.
@@ -46,9 +55,11 @@ StreamWindow choose_window(std::uint64_t layer_bytes, std::uint64_t window_bytes
 
 class LayerStream : public std::enable_shared_from_this<LayerStream> {
  public:
-  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers. May throw.
+  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers, which aren't those of
+  /// one slab. May throw.
   using ComputeLayer = std::function<Layer(std::uint32_t layer, const CancellationToken& cancel)>;
-  /// Makes such a function, on a worker thread. Called as often as slabs are computed at the same time. May throw.
+  /// Makes such a function, on a worker thread. Called as often as layers are computed at the same time; one
+  /// function at most is kept while none is. May throw.
   using MakeCompute = std::function<ComputeLayer()>;
   /// Called on a worker's thread or the canceller's, without locks held.
   using Notify = std::function<void()>;
@@ -78,16 +89,22 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     std::uint32_t computed = 0;
     std::deque<Layer> ready;
     std::exception_ptr error;
-    ComputeLayer compute;  // While the slab is being computed.
+    bool parked = false;
     bool done() const { return computed == layers.count || error; }
   };
   using SlabPtr = std::shared_ptr<Slab>;
 
   LayerStream(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
   void start_slabs();
+  void start_slabs_locked(std::vector<SlabPtr>& started);
+  bool has_room_locked(const Slab& slab) const;
   void compute_next(const SlabPtr& slab);
+  bool begin_layer(Slab& slab);
+  void post(const std::vector<SlabPtr>& slabs);
   ComputeLayer take_compute();
-  void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error);
+  void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error, ComputeLayer compute);
+  void add_layer_locked(Slab& slab, Layer layer);
+  void trim_computes_locked(std::vector<ComputeLayer>& dropped);
   bool worth_pulling_locked() const;
 
   const Executor::Lane lane_;
@@ -103,6 +120,11 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   std::uint32_t next_layer_;  // First layer of the next slab to start.
   const std::uint32_t end_layer_;
   std::deque<SlabPtr> in_flight_;  // By layer.
+  std::uint32_t active_ = 0;       // Slabs with a layer queued or being computed.
+  std::uint32_t running_ = 0;      // Layers being computed.
+  std::uint64_t held_bytes_ = 0;   // Layers computed, the one taken last included.
+  std::uint64_t taken_bytes_ = 0;  // That one.
+  std::uint64_t largest_bytes_ = 0;
   std::vector<ComputeLayer> idle_computes_;
 };
 

@@ -40,6 +40,9 @@ inline constexpr double kMinChordToleranceMm = 1e-5;
 inline constexpr double kMaxChordToleranceMm = 1e3;
 inline constexpr double kDefaultChordToleranceMm = 0.05;
 
+/// What a slicing call takes at least of the memory for streams.
+inline constexpr std::uint64_t kMinStreamWindowBytes = 1u << 20;
+
 /// What a client is told to wait after SERVER_BUSY or CACHE_FULL.
 inline constexpr int kRetryDelaySeconds = 2;
 

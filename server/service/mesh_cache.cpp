@@ -3,6 +3,7 @@
 
 #include "server/service/mesh_cache.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/service/service_error.h"
@@ -41,37 +42,31 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
       mesh = entry->second.mesh;
     } else {
       std::shared_ptr<Preparation>& preparation = preparations_[id];
-      if (!preparation) preparation = started = std::make_shared<Preparation>();
+      if (!preparation) {
+        preparation = started = std::make_shared<Preparation>();
+        started->prepare = std::move(prepare);
+      }
       ticket = Ticket(*this, id, next_waiter_++);
       preparation->waiters.emplace(ticket.waiter_, std::move(done));
     }
   }
   if (mesh) done({.mesh = std::move(mesh), .error = nullptr, .already_cached = true});
   if (started) {
-    executor_.make_lane().post([this, id, started, prepare = std::move(prepare)] { run(id, started, prepare); });
+    executor_.make_lane(Executor::Pieces::kLong).post([this, id, started] { run(id, started); });
   }
   return ticket;
 }
 
-void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& preparation, const Prepare& prepare) {
+void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& preparation) {
   Outcome outcome;
-  PreparedMesh prepared;
   try {
-    preparation->cancel.throw_if_cancelled();
-    prepared = prepare(preparation->cancel);
+    outcome.mesh = insert(id, prepare(*preparation));
   } catch (...) {
     outcome.error = std::current_exception();
   }
   std::map<std::uint64_t, Done> waiters;
   {
     std::lock_guard lock(mutex_);
-    if (!outcome.error) {
-      try {
-        outcome.mesh = insert_locked(id, std::move(prepared));
-      } catch (...) {
-        outcome.error = std::current_exception();
-      }
-    }
     waiters.swap(preparation->waiters);
     const auto own = preparations_.find(id);  // Another one, if everybody had left this one.
     if (own != preparations_.end() && own->second == preparation) preparations_.erase(own);
@@ -79,12 +74,47 @@ void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& p
   for (auto& [waiter, done] : waiters) done(outcome);
 }
 
-MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh prepared) {
+PreparedMesh MeshCache::prepare(Preparation& preparation) {
+  Prepare prepare;
+  {
+    std::lock_guard lock(mutex_);
+    prepare = std::move(preparation.prepare);
+  }
+  preparation.cancel.throw_if_cancelled();
+  return prepare(preparation.cancel);
+}
+
+/// Large solids are freed after the lock has been let go of.
+MeshPtr MeshCache::insert(const std::string& id, PreparedMesh prepared) {
+  std::vector<MeshPtr> dropped;
+  std::uint64_t dropped_bytes = 0;
+  MeshPtr mesh;
+  std::exception_ptr error;
+  {
+    std::lock_guard lock(mutex_);
+    try {
+      mesh = insert_locked(id, prepared, dropped);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    for (const MeshPtr& gone : dropped) dropped_bytes += gone->prepared().memory_bytes;
+    leaving_bytes_ += dropped_bytes;
+  }
+  dropped.clear();
+  {
+    std::lock_guard lock(mutex_);
+    leaving_bytes_ -= dropped_bytes;
+  }
+  if (error) std::rethrow_exception(error);
+  return mesh;
+}
+
+MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh& prepared, std::vector<MeshPtr>& dropped) {
   if (const auto entry = entries_.find(id); entry != entries_.end()) {
     touch_locked(entry->second);  // Another preparation, begun after this one was cancelled, was faster.
     return entry->second.mesh;
   }
-  make_room_locked(prepared.memory_bytes);
+  make_room_locked(prepared.memory_bytes, dropped);
   const Clock::time_point now = options_.now();
   auto mesh = std::make_shared<const CachedMesh>(id, std::move(prepared), now, live_bytes_);
   recency_.push_back(id);
@@ -92,20 +122,23 @@ MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh prepared) {
   return mesh;
 }
 
-void MeshCache::make_room_locked(std::uint64_t bytes) {
+void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped) {
   if (bytes > options_.capacity_bytes) {
     throw ServiceError(ServiceErrorCode::kMeshExceedsCache,
                        "the prepared mesh takes " + std::to_string(bytes) + " bytes, the whole cache has " +
                            std::to_string(options_.capacity_bytes) + ": use a server with more memory");
   }
-  for (auto id = recency_.begin(); id != recency_.end() && live_bytes_->load() + bytes > options_.capacity_bytes;) {
+  std::uint64_t freed = leaving_bytes_;
+  const auto has_room = [&] { return live_bytes_->load() + bytes <= options_.capacity_bytes + freed; };
+  for (auto id = recency_.begin(); id != recency_.end() && !has_room();) {
     const auto entry = entries_.find(*id++);
-    // Nobody can get hold of it while the cache is locked.
-    if (entry->second.mesh.use_count() == 1) drop_locked(entry);
+    if (entry->second.mesh.use_count() > 1) continue;  // Nobody can get hold of it while the cache is locked.
+    freed += entry->second.mesh->prepared().memory_bytes;
+    dropped.push_back(entry->second.mesh);
+    drop_locked(entry);
   }
-  if (live_bytes_->load() + bytes > options_.capacity_bytes) {
+  if (!has_room())
     throw ServiceError(ServiceErrorCode::kCacheFull, "all meshes in the cache are in use: try again later");
-  }
 }
 
 bool MeshCache::erase(const std::string& id) {
@@ -141,7 +174,10 @@ CacheUse MeshCache::use() {
   std::vector<MeshPtr> dropped;
   std::lock_guard lock(mutex_);
   sweep_locked(dropped);
-  return {.capacity_bytes = options_.capacity_bytes, .used_bytes = live_bytes_->load(), .meshes = entries_.size()};
+  const std::uint64_t live = live_bytes_->load();
+  return {.capacity_bytes = options_.capacity_bytes,
+          .used_bytes = live - std::min(live, leaving_bytes_),
+          .meshes = entries_.size()};
 }
 
 void MeshCache::sweep() {
@@ -181,6 +217,7 @@ ListedMesh MeshCache::listed_locked(const Entry& entry) const {
 
 void MeshCache::cancel(const std::string& id, std::uint64_t waiter) {
   Done done;
+  Prepare dropped;  // Freed without the lock.
   {
     std::lock_guard lock(mutex_);
     const auto preparation = preparations_.find(id);
@@ -192,6 +229,7 @@ void MeshCache::cancel(const std::string& id, std::uint64_t waiter) {
     waiters.erase(own);
     if (waiters.empty()) {
       preparation->second->cancel.cancel();
+      dropped = std::move(preparation->second->prepare);
       preparations_.erase(preparation);  // Whoever asks from now on starts afresh.
     }
   }

@@ -87,7 +87,7 @@ class MeshCache {
     std::chrono::milliseconds time_to_live{0};  // Since the last use. 0: never expires.
     std::function<Clock::time_point()> now = &Clock::now;
   };
-  /// Runs on a worker thread; may throw.
+  /// A long piece of work on a worker thread; may throw. Destroyed as soon as it is over, or nobody waits for it.
   using Prepare = std::function<PreparedMesh(const CancellationToken& cancel)>;
   struct Outcome {
     MeshPtr mesh;              // Null if it failed.
@@ -139,13 +139,16 @@ class MeshCache {
     std::list<std::string>::iterator recency;
   };
   struct Preparation {
+    Prepare prepare;  // Until it runs, or nobody waits for it any more.
     CancellationToken cancel = CancellationToken::make();
     std::map<std::uint64_t, Done> waiters;
   };
 
-  void run(const std::string& id, const std::shared_ptr<Preparation>& preparation, const Prepare& prepare);
-  MeshPtr insert_locked(const std::string& id, PreparedMesh prepared);
-  void make_room_locked(std::uint64_t bytes);
+  void run(const std::string& id, const std::shared_ptr<Preparation>& preparation);
+  PreparedMesh prepare(Preparation& preparation);
+  MeshPtr insert(const std::string& id, PreparedMesh prepared);
+  MeshPtr insert_locked(const std::string& id, PreparedMesh& prepared, std::vector<MeshPtr>& dropped);
+  void make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped);
   void touch_locked(Entry& entry);
   void sweep_locked(std::vector<MeshPtr>& dropped);
   void drop_locked(std::map<std::string, Entry>::iterator entry);
@@ -160,6 +163,7 @@ class MeshCache {
   std::map<std::string, std::shared_ptr<Preparation>> preparations_;
   std::uint64_t next_waiter_ = 1;
   std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
+  std::uint64_t leaving_bytes_ = 0;  // Dropped for their room and about to be freed: alive, but not counted.
 };
 
 }  // namespace ccslice::server

@@ -5,8 +5,11 @@
 
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
+
+struct evp_md_ctx_st;  // OpenSSL's EVP_MD_CTX.
 
 namespace ccslice::server {
 
@@ -16,5 +19,20 @@ bool is_mesh_id(std::string_view text) noexcept;
 void require_mesh_id(std::string_view text, const std::string& field);
 
 std::string mesh_id_of(std::string_view bytes);
+
+/// The same for bytes that come piece by piece.
+class MeshIdHasher {
+ public:
+  MeshIdHasher();
+  void add(std::string_view bytes);
+  /// Of all that was added. REQUIRES: called once, nothing added later.
+  std::string mesh_id();
+
+ private:
+  struct FreeContext {
+    void operator()(evp_md_ctx_st* context) const noexcept;
+  };
+  std::unique_ptr<evp_md_ctx_st, FreeContext> context_;
+};
 
 }  // namespace ccslice::server

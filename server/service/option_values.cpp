@@ -3,6 +3,7 @@
 
 #include "server/service/option_values.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <limits>
@@ -63,12 +64,13 @@ std::string show_with_unit(std::uint64_t number, const std::array<Unit, n>& unit
 
 }  // namespace
 
-std::uint64_t parse_size(const std::string& text, std::uint64_t least) {
+std::uint64_t parse_size(const std::string& text, std::uint64_t least, std::uint64_t most) {
   const auto bytes = parse_with_unit(text, kSizeUnits);
-  if (!bytes || *bytes < least) {
-    throw std::invalid_argument("a size of at least " + show_size(least) + ", such as 512MiB");
-  }
-  return *bytes;
+  if (bytes && *bytes >= least && *bytes <= most) return *bytes;
+  const std::string range =
+      most == kAnySize ? "of at least " + show_size(least) : "from " + show_size(least) + " to " + show_size(most);
+  throw std::invalid_argument("a size " + range + ", such as " +
+                              show_size(std::clamp<std::uint64_t>(512u << 20, least, most)));
 }
 
 std::uint64_t parse_count(const std::string& text, std::uint64_t least, std::uint64_t most) {

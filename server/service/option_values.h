@@ -14,7 +14,9 @@
 
 namespace ccslice::server {
 
-std::uint64_t parse_size(const std::string& text, std::uint64_t least);
+inline constexpr std::uint64_t kAnySize = INT64_MAX;
+
+std::uint64_t parse_size(const std::string& text, std::uint64_t least, std::uint64_t most = kAnySize);
 std::uint64_t parse_count(const std::string& text, std::uint64_t least, std::uint64_t most);
 std::chrono::milliseconds parse_duration(const std::string& text);
 /// Index of the choice.

@@ -15,6 +15,9 @@ namespace {
 constexpr std::uint64_t kMiB = 1ull << 20;
 constexpr std::uint64_t kGiB = 1ull << 30;
 
+/// What protobuf can parse, and gRPC can count.
+constexpr std::uint64_t kMaxProtobufBytes = 2047 * kMiB;
+
 ServerOptions default_options(const Resources& resources) {
   const std::uint64_t memory = resources.memory_bytes;
   ServerOptions options;
@@ -23,10 +26,29 @@ ServerOptions default_options(const Resources& resources) {
   options.max_concurrent_calls = 32;
   options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
   options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
-  options.upload_budget_bytes = std::max(memory / 8, options.max_mesh_bytes);
+  options.preparation_budget_bytes = std::max(memory / 4, 256 * kMiB);
   options.max_message_bytes = kClientMessageBytes;
+  options.idle_timeout = std::chrono::seconds(60);
   options.shutdown_grace = std::chrono::seconds(25);
   return options;
+}
+
+/// A budget holds at least one of what it is for. REQUIRES: 0 if it wasn't set.
+void settle_budget(std::uint64_t& budget, std::uint64_t usual, std::uint64_t one, const std::string& budget_flag,
+                   const std::string& one_flag) {
+  if (budget == 0) budget = std::max(usual, one);
+  if (budget >= one) return;
+  throw OptionError(budget_flag + " takes a size of at least " + one_flag + ", which is " + show_size(one) + ", not " +
+                    show_size(budget));
+}
+
+/// What depends on other options.
+void settle_budgets(ServerOptions& options, const Resources& resources) {
+  const std::uint64_t usual = resources.memory_bytes / 8;
+  settle_budget(options.upload_budget_bytes, usual, options.max_mesh_bytes, "--upload-budget-bytes",
+                "--max-mesh-bytes");
+  settle_budget(options.stream_budget_bytes, usual, options.stream_window_bytes, "--stream-budget-bytes",
+                "--stream-window-bytes");
 }
 
 /// How one option is written, read and shown.
@@ -38,10 +60,14 @@ struct OptionSpec {
   std::function<std::string(const ServerOptions&)> show;
 };
 
-template <class T>
-OptionSpec size_option(std::string flag, T ServerOptions::*member, std::uint64_t least, std::string help) {
+struct SizeRange {
+  std::uint64_t least;
+  std::uint64_t most = kAnySize;
+};
+
+OptionSpec size_option(std::string flag, std::uint64_t ServerOptions::*member, SizeRange range, std::string help) {
   return {std::move(flag), "SIZE", std::move(help),
-          [=](ServerOptions& o, const std::string& v) { o.*member = static_cast<T>(parse_size(v, least)); },
+          [=](ServerOptions& o, const std::string& v) { o.*member = parse_size(v, range.least, range.most); },
           [=](const ServerOptions& o) { return show_size(o.*member); }};
 }
 
@@ -72,26 +98,33 @@ const std::vector<OptionSpec>& option_specs() {
        [](const ServerOptions& o) { return o.listen_address; }},
       count_option("--threads", &ServerOptions::threads, 1024,
                    "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
-      size_option("--cache-bytes", &ServerOptions::cache_bytes, kMiB,
+      size_option("--cache-bytes", &ServerOptions::cache_bytes, {kMiB},
                   "Memory for prepared meshes. The least recently used ones go when it is full; those in use stay. By "
                   "default half of the memory this process may use."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
                       "Drop meshes that nobody used for this long. 0 keeps them until the room is needed."),
       count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, 100'000,
                    "Streaming calls worked on at the same time; further ones are told to come back (SERVER_BUSY)."),
-      size_option(
-          "--stream-window-bytes", &ServerOptions::stream_window_bytes, kMiB,
-          "Layers that one slicing call may hold in memory, ahead of a client that reads slowly. Also bounds the "
-          "size of a single layer."),
-      {"--max-mesh-bytes", "SIZE", "Largest upload; below 2GiB.",
-       [](ServerOptions& o, const std::string& v) { o.max_mesh_bytes = std::min(parse_size(v, 1024), 2 * kGiB - 1); },
-       [](const ServerOptions& o) { return show_size(o.max_mesh_bytes); }},
-      size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, 1024,
-                  "Bytes that all running uploads may hold together."),
-      size_option("--max-message-bytes", &ServerOptions::max_message_bytes, 64 * 1024,
+      size_option("--stream-window-bytes", &ServerOptions::stream_window_bytes, {kMiB},
+                  "Layers or triangles that one call may hold in memory, ahead of a client that reads slowly. Also "
+                  "bounds the size of a single layer."),
+      size_option("--stream-budget-bytes", &ServerOptions::stream_budget_bytes, {kMiB},
+                  "What all those calls may hold together; at least --stream-window-bytes. The fuller it is, the "
+                  "smaller the windows of new calls; "
+                  "those for which nothing is left are told to come back (SERVER_BUSY)."),
+      size_option("--max-mesh-bytes", &ServerOptions::max_mesh_bytes, {1024, kMaxProtobufBytes}, "Largest upload."),
+      size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, {1024},
+                  "Bytes that all running uploads may hold together; at least --max-mesh-bytes."),
+      size_option("--preparation-budget-bytes", &ServerOptions::preparation_budget_bytes, {kMiB},
+                  "Memory that all running preparations may take together, by estimate. A mesh that needs more is "
+                  "refused, one that has to wait is told to come back (SERVER_BUSY)."),
+      size_option("--max-message-bytes", &ServerOptions::max_message_bytes, {64 * 1024, kMaxProtobufBytes},
                   "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
       count_option("--max-connection-streams", &ServerOptions::max_connection_streams, 1'000'000,
                    "Calls at the same time on one connection; further ones wait in the client."),
+      duration_option("--idle-timeout", &ServerOptions::idle_timeout,
+                      "Calls that wait for their client's next message for this long are ended (STREAM_IDLE). 0 lets "
+                      "them wait."),
       duration_option(
           "--shutdown-grace", &ServerOptions::shutdown_grace,
           "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "
@@ -181,6 +214,7 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
       throw OptionError(flag + " needs a value: " + flag + " " + spec.placeholder);
     }
   }
+  settle_budgets(parsed.options, resources);
   if (parsed.health_check_address.empty()) {
     parsed.health_check_address = local_address(parsed.options.listen_address);
   }
@@ -188,7 +222,8 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
 }
 
 std::string help_text(const Resources& resources) {
-  const ServerOptions defaults = default_options(resources);
+  ServerOptions defaults = default_options(resources);
+  settle_budgets(defaults, resources);
   std::string text =
       "ccsliced - slices Catmull-Clark solids into voxel layers, over gRPC\n"
       "\n"

@@ -31,10 +31,13 @@ struct ServerOptions {
   std::chrono::milliseconds mesh_time_to_live{0};  // 0: meshes don't expire.
   std::size_t max_concurrent_calls = 32;
   std::uint64_t stream_window_bytes = 0;
+  std::uint64_t stream_budget_bytes = 0;
   std::uint64_t max_mesh_bytes = 0;
   std::uint64_t upload_budget_bytes = 0;
+  std::uint64_t preparation_budget_bytes = 0;
   std::uint64_t max_message_bytes = 0;
   std::uint32_t max_connection_streams = 128;
+  std::chrono::milliseconds idle_timeout{0};  // 0: a silent client may stay.
   std::chrono::milliseconds shutdown_grace{0};
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

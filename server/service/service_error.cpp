@@ -21,6 +21,8 @@ std::string_view reason(ServiceErrorCode code) {
     case ServiceErrorCode::kBatchTooLarge: return "BATCH_TOO_LARGE";
     case ServiceErrorCode::kChunkSizeInvalid: return "CHUNK_SIZE_INVALID";
     case ServiceErrorCode::kOutOfMemory: return "OUT_OF_MEMORY";
+    case ServiceErrorCode::kStreamIdle: return "STREAM_IDLE";
+    case ServiceErrorCode::kMeshExceedsMemory: return "MESH_EXCEEDS_MEMORY";
     case ServiceErrorCode::kRequestUnknownField: return "REQUEST_UNKNOWN_FIELD";
     case ServiceErrorCode::kPageInvalid: return "PAGE_INVALID";
     case ServiceErrorCode::kDeadlineExceeded: return "DEADLINE_EXCEEDED";

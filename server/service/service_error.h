@@ -24,11 +24,13 @@ enum class ServiceErrorCode : int {
   kUploadDigestMismatch = 506,  // The bytes aren't those of the id.
   kMeshExceedsCache = 507,      // Larger than the whole cache.
   kCacheFull = 508,             // Everything in the cache is in use.
-  kServerBusy = 509,            // As many calls, or as many bytes of uploads, as the server takes.
+  kServerBusy = 509,            // As many calls, or as much memory for them, as the server has.
   kServerDraining = 510,        // Shutting down: takes no new calls.
   kBatchTooLarge = 511,         // More points or ids in one message than the limit.
   kChunkSizeInvalid = 512,      // max_chunk_bytes out of its range.
   kOutOfMemory = 513,           // An allocation failed.
+  kStreamIdle = 514,            // The client sent nothing for too long.
+  kMeshExceedsMemory = 515,     // Preparing it takes more than the server has for that.
   kRequestUnknownField = 516,   // A field that this version doesn't know.
   kPageInvalid = 517,           // A page size out of its range, or a page token of someone else.
   kDeadlineExceeded = 518,      // The call's deadline passed.
@@ -50,6 +52,8 @@ inline constexpr std::array kServiceErrorCodes = {
     ServiceErrorCode::kBatchTooLarge,
     ServiceErrorCode::kChunkSizeInvalid,
     ServiceErrorCode::kOutOfMemory,
+    ServiceErrorCode::kStreamIdle,
+    ServiceErrorCode::kMeshExceedsMemory,
     ServiceErrorCode::kRequestUnknownField,
     ServiceErrorCode::kPageInvalid,
     ServiceErrorCode::kDeadlineExceeded,

@@ -3,20 +3,27 @@
 
 #include "server/service/upload.h"
 
-#include "server/service/mesh_id.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
+namespace {
 
-bool UploadBudget::try_take(std::uint64_t bytes) noexcept {
-  std::uint64_t used = used_bytes_.load();
-  do {
-    if (bytes > capacity_bytes_ || used > capacity_bytes_ - bytes) return false;
-  } while (!used_bytes_.compare_exchange_weak(used, used + bytes));
+/// Small chunks are put together up to here: a block of its own for each would cost more than the bytes.
+constexpr std::size_t kBlockBytes = 256 << 10;
+
+}  // namespace
+
+bool UploadedBytes::append(std::string_view bytes) {
+  if (!share_.resize(size() + bytes.size())) return false;
+  if (blocks_.empty() || blocks_.back().size() >= kBlockBytes) blocks_.emplace_back();
+  blocks_.back().append(bytes);
   return true;
 }
 
-Upload::~Upload() { release(); }
+void UploadedBytes::release() noexcept {
+  std::vector<std::string>().swap(blocks_);
+  share_.resize(0);
+}
 
 void Upload::start(const std::string& mesh_id, std::uint64_t size_bytes) {
   if (started()) {
@@ -44,19 +51,14 @@ void Upload::append(std::string_view chunk) {
                        "more than the " + std::to_string(size_bytes_) + " bytes that start.size_bytes announced",
                        "chunk", mesh_id_);
   }
-  if (!budget_->try_take(chunk.size())) {
+  if (!bytes_.append(chunk)) {
     throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of uploads at once: try again later", "",
                        mesh_id_);
   }
-  try {
-    bytes_.append(chunk);
-  } catch (...) {
-    budget_->give_back(chunk.size());
-    throw;
-  }
+  hasher_.add(chunk);
 }
 
-void Upload::finish() const {
+void Upload::finish() {
   if (!started()) {
     throw ServiceError(ServiceErrorCode::kRequestMalformed,
                        "the upload has no start: the first message announces the mesh", "start");
@@ -67,20 +69,12 @@ void Upload::finish() const {
                            std::to_string(size_bytes_) + " bytes: upload again",
                        "chunk", mesh_id_);
   }
-}
-
-void Upload::verify_digest() const {
-  const std::string actual = mesh_id_of(bytes_);
+  const std::string actual = hasher_.mesh_id();
   if (actual == mesh_id_) return;
   throw ServiceError(ServiceErrorCode::kUploadDigestMismatch,
                      "the " + std::to_string(bytes_.size()) + " bytes received are those of " + actual + ", not of " +
                          mesh_id_ + ": upload again, with the digest of the bytes as sent",
                      "start.mesh_id", mesh_id_);
-}
-
-void Upload::release() noexcept {
-  budget_->give_back(bytes_.size());
-  std::string().swap(bytes_);
 }
 
 }  // namespace ccslice::server

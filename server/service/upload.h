@@ -2,40 +2,44 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Collects the bytes of one upload: an id and a size are announced, then chunks come, then the end. Memory grows with
-// the bytes that came, never with the size that was claimed, and all uploads together stay within a budget.
+// the bytes that came, never with the size that was claimed, and all uploads together stay within a budget. The bytes
+// are hashed as they come, a chunk at a time, so nothing long is left to do at the end.
 
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "server/service/memory_budget.h"
+#include "server/service/mesh_id.h"
 
 namespace ccslice::server {
 
-/// Bytes that all running uploads may hold together. Thread-safe.
-class UploadBudget {
+/// The bytes of an upload. Blocks, rather than one string, because growing that one would copy and hold them twice.
+class UploadedBytes {
  public:
-  explicit UploadBudget(std::uint64_t capacity_bytes) : capacity_bytes_(capacity_bytes) {}
+  /// The budget outlives the bytes.
+  explicit UploadedBytes(MemoryBudget& budget) : share_(budget) {}
 
-  /// Takes `bytes` of the budget if they fit.
-  bool try_take(std::uint64_t bytes) noexcept;
-  void give_back(std::uint64_t bytes) noexcept { used_bytes_.fetch_sub(bytes); }
-  std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
+  std::uint64_t size() const noexcept { return share_.bytes(); }
+  /// False if the budget is used up.
+  bool append(std::string_view bytes);
+  const std::vector<std::string>& blocks() const noexcept { return blocks_; }
+  /// Frees them and gives them back to the budget.
+  void release() noexcept;
 
  private:
-  const std::uint64_t capacity_bytes_;
-  std::atomic<std::uint64_t> used_bytes_{0};
+  MemoryBudget::Share share_;
+  std::vector<std::string> blocks_;  // All but the last hold at least kBlockBytes.
 };
 
 /// One upload. Not thread-safe. Errors are ServiceErrors and end the upload.
 class Upload {
  public:
   /// The budget outlives the upload.
-  Upload(UploadBudget& budget, std::uint64_t max_bytes) : budget_(&budget), max_bytes_(max_bytes) {}
-  ~Upload();
-  Upload(const Upload&) = delete;
-  Upload& operator=(const Upload&) = delete;
+  Upload(MemoryBudget& budget, std::uint64_t max_bytes) : max_bytes_(max_bytes), bytes_(budget) {}
 
   bool started() const noexcept { return !mesh_id_.empty(); }
   const std::string& mesh_id() const noexcept { return mesh_id_; }
@@ -44,22 +48,18 @@ class Upload {
   void start(const std::string& mesh_id, std::uint64_t size_bytes);
   /// Throws kRequestMalformed (not started), kUploadOverrun, kServerBusy (the budget is used up).
   void append(std::string_view chunk);
-  /// Checks that all bytes came. Throws kRequestMalformed (not started), kUploadTruncated.
-  void finish() const;
-  /// Checks the digest. Hashes everything: for a worker thread. REQUIRES: finish() passed. Throws
+  /// Checks that all bytes came, and their digest. Throws kRequestMalformed (not started), kUploadTruncated,
   /// kUploadDigestMismatch.
-  void verify_digest() const;
+  void finish();
 
-  const std::string& bytes() const noexcept { return bytes_; }
-  /// Frees the bytes and gives them back to the budget.
-  void release() noexcept;
+  UploadedBytes& bytes() noexcept { return bytes_; }
 
  private:
-  UploadBudget* budget_;
   std::uint64_t max_bytes_;
   std::string mesh_id_;
   std::uint64_t size_bytes_ = 0;
-  std::string bytes_;
+  UploadedBytes bytes_;
+  MeshIdHasher hasher_;
 };
 
 }  // namespace ccslice::server

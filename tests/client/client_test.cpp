@@ -198,6 +198,20 @@ TEST_F(ClientTest, UploadsAgainForUnaryAndProbeCallsToo) {
   EXPECT_EQ(server_.uploads, 3);
 }
 
+TEST_F(ClientTest, ForgetsAMeshAndFreesItsBytes) {
+  auto mesh = some_mesh(5);
+  const std::weak_ptr<const MeshBytes> bytes = mesh;
+  const std::string id = mesh->id();
+  client_.ensure_uploaded(std::move(mesh));
+  EXPECT_FALSE(bytes.expired());
+  EXPECT_TRUE(client_.forget(id));
+  EXPECT_TRUE(bytes.expired());
+  EXPECT_FALSE(client_.forget(id));
+  EXPECT_EQ(client_.mesh_summary(id).mesh_id(), id) << "the server still has it";
+  server_.meshes.clear();
+  EXPECT_EQ(error_of([&] { client_.mesh_summary(id); }).missing_mesh_id(), id) << "nobody can upload it again";
+}
+
 TEST_F(ClientTest, RetriesAnUploadThatBreaks) {
   server_.upload_failures = {grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone")};
   EXPECT_FALSE(client_.ensure_uploaded(mesh_).was_cached);

@@ -60,6 +60,8 @@ server::ServerOptions test_options() {
   options.threads = 2;
   options.cache_bytes = 1ull << 30;
   options.stream_window_bytes = 64 << 20;
+  options.stream_budget_bytes = 256 << 20;
+  options.preparation_budget_bytes = 1ull << 30;
   options.max_mesh_bytes = 256 << 20;
   options.upload_budget_bytes = 512 << 20;
   options.max_message_bytes = 4 << 20;

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/cli/mesh_convert.h"
@@ -39,6 +41,8 @@ server::ServerOptions test_options(const std::string& address) {
   options.threads = 2;
   options.cache_bytes = 1ull << 30;
   options.stream_window_bytes = 64 << 20;
+  options.stream_budget_bytes = 256 << 20;
+  options.preparation_budget_bytes = 1ull << 30;
   options.max_mesh_bytes = 256 << 20;
   options.upload_budget_bytes = 512 << 20;
   options.max_message_bytes = 4 << 20;
@@ -236,6 +240,24 @@ TEST_F(EndToEnd, AServerThatRestartsInTheMiddleChangesNothing) {
   EXPECT_EQ(broken, whole);
   EXPECT_GE(outcome_.resumes, 1);
   EXPECT_EQ(outcome_.reuploads, 1);
+}
+
+TEST_F(EndToEnd, AServerThatIsBackIsFoundWithinASecond) {
+  Client client(
+      {server_->address(), {.max_attempts = 1000, .first_pause = milliseconds(20), .longest_pause = milliseconds(20)}});
+  client.server_info();
+  const std::string address = server_->address();
+  server_.reset();
+  std::chrono::steady_clock::time_point back;
+  std::thread restart([&] {
+    std::this_thread::sleep_for(milliseconds(3000));  // gRPC's own pauses would have grown to several seconds.
+    start(address);
+    back = std::chrono::steady_clock::now();
+  });
+  client.server_info();
+  const auto found = std::chrono::steady_clock::now();
+  restart.join();
+  EXPECT_LT(found - back, milliseconds(1500));
 }
 
 TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {

@@ -159,5 +159,28 @@ TEST(ServerProcess, LogsJsonLines) {
   EXPECT_GE(count, 4);
 }
 
+TEST(ServerProcess, LetsNobodyForgeALineOfItsLog) {
+  RunningServer server;
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(server.upload(make_block(1, 10)));
+  request.mutable_grid()->mutable_pitch()->set_x_mm(1);
+  request.mutable_grid()->mutable_pitch()->set_y_mm(1);
+  request.mutable_grid()->mutable_pitch()->set_z_mm(1);
+  request.add_planes()->mutable_channel()->set_name("x\n2026-11-21 00:00:00.000 info: forged\x1b[2J" +
+                                                    std::string(5000, 'y'));
+  grpc::ClientContext context;
+  v1::PlanSlicesResponse response;
+  EXPECT_FALSE(server.stub().PlanSlices(&context, request, &response).ok());
+  server.send_signal(SIGTERM);
+  const std::string log = server.wait().err;
+  EXPECT_THAT(log, HasSubstr("x\\x0a2026-11-21 00:00:00.000 info: forged\\x1b[2Jyyy"));
+  std::istringstream lines(log);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LT(line.size(), 3000u);
+    EXPECT_FALSE(line.starts_with("2026-11-21 00:00:00.000 info: forged")) << line;
+    EXPECT_EQ(line.find('\x1b'), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <thread>
 
 #include "tests/server/test_meshes.h"
@@ -28,14 +27,6 @@ v1::SliceRangeRequest endless_request(const std::string& id) {
   return request;
 }
 
-std::size_t resident_bytes() {
-  std::ifstream file("/proc/self/statm");
-  std::size_t pages = 0;
-  std::size_t resident = 0;
-  file >> pages >> resident;
-  return resident * 4096;
-}
-
 class Cancellation : public ::testing::Test {
  protected:
   /// Whether all work stops within 100 ms, and what a busy machine adds.
@@ -51,6 +42,7 @@ class Cancellation : public ::testing::Test {
   static ServerOptions options() {
     ServerOptions options = test_options();
     options.stream_window_bytes = 256 << 20;
+    options.stream_budget_bytes = 512 << 20;
     return options;
   }
 

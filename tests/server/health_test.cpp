@@ -5,7 +5,9 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <thread>
+#include <utility>
 
 #include "server/rpc/health_client.h"
 #include "tests/server/test_meshes.h"
@@ -102,41 +104,90 @@ TEST(Drain, CancelsClientsThatDontRead) {
   EXPECT_FALSE(reader->Finish().ok());
 }
 
-/// A conversation by hand: the stubs of grpc.reflection.v1alpha aren't packaged. Sends one message, returns the
-/// answer's bytes.
-std::string converse(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                     const std::string& bytes) {
-  grpc::GenericStub stub(channel);
+TEST(Drain, RefusesPlansToo) {
+  TestServer server;
+  const std::string id = server.upload_good(make_block(1, 10));
+  server.server().state().calls.drain();
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(id);
   grpc::ClientContext context;
-  grpc::CompletionQueue queue;
-  const auto call = stub.PrepareCall(&context, method, &queue);
-  void* tag = nullptr;
-  bool ok = false;
-  const auto await = [&] { return queue.Next(&tag, &ok) && ok; };
-  call->StartCall(&ok);
-  if (!await()) return "";
-  const grpc::Slice slice(bytes);
-  call->Write(grpc::ByteBuffer(&slice, 1), grpc::WriteOptions().set_last_message(), nullptr);
-  if (!await()) return "";
-  grpc::ByteBuffer answer;
-  call->Read(&answer, nullptr);
-  if (!await()) return "";
+  v1::PlanSlicesResponse response;
+  EXPECT_EQ(failure_of(server.stub().PlanSlices(&context, request, &response)).reason, "SERVER_DRAINING");
+}
+
+std::string bytes_of(const grpc::ByteBuffer& buffer) {
+  std::string bytes;
   std::vector<grpc::Slice> slices;
-  std::string text;
-  if (answer.Dump(&slices).ok()) {
-    for (const grpc::Slice& part : slices) text.append(reinterpret_cast<const char*>(part.begin()), part.size());
+  if (!buffer.Dump(&slices).ok()) return bytes;
+  for (const grpc::Slice& part : slices) bytes.append(reinterpret_cast<const char*>(part.begin()), part.size());
+  return bytes;
+}
+
+/// A conversation by hand, where no stubs are packaged: sends one message, reads the answers' bytes.
+class Conversation {
+ public:
+  Conversation(const std::shared_ptr<grpc::Channel>& channel, const std::string& method, const std::string& bytes)
+      : stub_(channel), call_(stub_.PrepareCall(&context_, method, &queue_)) {
+    call_->StartCall(this);
+    if (!await()) return;
+    const grpc::Slice slice(bytes);
+    call_->Write(grpc::ByteBuffer(&slice, 1), grpc::WriteOptions().set_last_message(), this);
+    await();
   }
-  grpc::Status status;
-  call->Finish(&status, nullptr);
-  await();
-  return text;
+  ~Conversation() {
+    context_.TryCancel();
+    finish();
+    queue_.Shutdown();
+    void* tag = nullptr;
+    for (bool ok = false; queue_.Next(&tag, &ok);) {
+    }
+  }
+
+  /// The next answer; empty if there is none.
+  std::string read() {
+    grpc::ByteBuffer answer;
+    call_->Read(&answer, this);
+    return await() ? bytes_of(answer) : "";
+  }
+  void finish() {
+    if (std::exchange(finished_, true)) return;
+    call_->Finish(&status_, this);
+    await();
+  }
+
+ private:
+  bool await() {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue_.Next(&tag, &ok) && ok;
+  }
+
+  grpc::ClientContext context_;
+  grpc::CompletionQueue queue_;
+  grpc::GenericStub stub_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> call_;
+  grpc::Status status_;
+  bool finished_ = false;
+};
+
+TEST(Drain, TellsWhoeverWatchesTheHealthAndDoesntWaitForHim) {
+  TestServer server;
+  Conversation watch(server.channel(), "/grpc.health.v1.Health/Watch", "");
+  EXPECT_EQ(watch.read(), std::string("\x08\x01")) << "SERVING";
+  const auto start = std::chrono::steady_clock::now();
+  std::thread drain([&] { EXPECT_TRUE(server.server().drain(30s)); });
+  EXPECT_EQ(watch.read(), std::string("\x08\x02")) << "NOT_SERVING";
+  EXPECT_EQ(watch.read(), "") << "the stream has ended";
+  drain.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 2s);
 }
 
 TEST(Reflection, ListsTheService) {
   TestServer server;
   const std::string list_services("\x3a\x00", 2);  // ServerReflectionRequest{list_services: ""}.
-  const std::string answer =
-      converse(server.channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", list_services);
+  Conversation reflection(server.channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+                          list_services);
+  const std::string answer = reflection.read();
   EXPECT_NE(answer.find("ccslice.v1.SlicerService"), std::string::npos);
 }
 

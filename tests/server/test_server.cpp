@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <stdexcept>
 
 #include "google/rpc/error_details.pb.h"
@@ -149,6 +150,14 @@ v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm,
   request.set_layer_count(count);
   request.add_planes()->mutable_occupancy();
   return request;
+}
+
+std::size_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t pages = 0;
+  std::size_t resident = 0;
+  file >> pages >> resident;
+  return resident * 4096;
 }
 
 }  // namespace ccslice::server

@@ -83,6 +83,9 @@ class TestServer {
 v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm, std::uint32_t first,
                                     std::uint32_t count);
 
+/// Memory of this process.
+std::size_t resident_bytes();
+
 /// Waits until `condition` holds, but not longer than `limit`. Whether it holds.
 template <class Condition>
 bool eventually(Condition&& condition, std::chrono::milliseconds limit) {

@@ -86,5 +86,34 @@ TEST(Executor, ContinuationsComeBeforeTheRestOfTheirLane) {
   EXPECT_EQ(single.run(), "123");
 }
 
+TEST(Executor, LongPiecesLeaveAThreadForTheShortOnes) {
+  Executor executor(2);
+  std::promise<void> open;
+  const std::shared_future<void> opened = open.get_future().share();
+  std::atomic<int> ended = 0;
+  for (int i = 0; i < 5; ++i) {
+    executor.make_lane(Executor::Pieces::kLong).post([&, opened] {
+      opened.wait();
+      ++ended;
+    });
+  }
+  std::promise<void> ran;
+  executor.make_lane().post([&] { ran.set_value(); });
+  EXPECT_EQ(ran.get_future().wait_for(5s), std::future_status::ready) << "although long pieces wait";
+  EXPECT_EQ(ended, 0);
+  open.set_value();
+  executor.wait_idle();
+  EXPECT_EQ(ended, 5) << "one after the other";
+}
+
+TEST(Executor, ASingleThreadTakesLongPiecesInTurn) {
+  SingleThread single;
+  for (int i = 0; i < 2; ++i) {
+    single.executor.make_lane(Executor::Pieces::kLong).post([&] { single.note('l'); });
+    single.executor.make_lane().post([&] { single.note('s'); });
+  }
+  EXPECT_EQ(single.run(), "lsls");
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -273,6 +273,70 @@ TEST(LayerStreamConsistency, ManyStreamsManyCancelsUnderLoad) {
   EXPECT_EQ(census.alive(), 0);
 }
 
+/// A layer whose contours occupy at least this much.
+Layer make_layer_of_contours(std::uint32_t index, std::size_t bytes) {
+  Layer layer = make_layer(index);
+  layer.contours.loops.emplace_back();
+  layer.contours.loops.back().points.resize(bytes / sizeof(ContourPoint) + 1);
+  return layer;
+}
+
+TEST(LayerStream, CountsContoursThatNobodyCouldForesee) {
+  constexpr std::uint64_t kLayerBytes = 1 << 20;
+  constexpr std::size_t kThreads = 2;
+  Executor executor(kThreads);
+  std::atomic<std::uint32_t> computed = 0;
+  Census scratch;
+  const auto make = [&]() -> LayerStream::ComputeLayer {
+    return [&computed, own = scratch.count()](std::uint32_t layer, const CancellationToken&) {
+      ++computed;
+      return make_layer_of_contours(layer, kLayerBytes);
+    };
+  };
+  Consumer consumer;
+  const auto stream = LayerStream::start(executor, {.first = 3, .count = 100},
+                                         choose_window(0, 4 * kLayerBytes, kThreads), make, consumer.notify());
+  executor.wait_idle();
+  EXPECT_LE(computed, 4 + kThreads) << "the window, and what was being computed when it filled up";
+  EXPECT_LE(scratch.alive(), 1) << "a stream that has come to a stop keeps little else";
+  LayerStream::Pull last{};
+  EXPECT_EQ(consumer.pull_all(*stream, last), indices_of({.first = 3, .count = 100}));
+  EXPECT_EQ(last, LayerStream::Pull::kEnd);
+}
+
+TEST(LayerStream, AFailureAheadDoesntKeepParkedLayersFromComing) {
+  Executor executor(3);
+  const auto make = []() -> LayerStream::ComputeLayer {
+    return [](std::uint32_t layer, const CancellationToken&) {
+      if (layer == 12) throw std::runtime_error("layer 12");
+      if (layer < 8) std::this_thread::sleep_for(1ms);
+      return make_layer_of_contours(layer, 10'000);
+    };
+  };
+  for (const std::uint64_t window_bytes : {std::uint64_t{1}, std::uint64_t{60'000}, std::uint64_t{1} << 30}) {
+    Consumer consumer;
+    const auto stream = LayerStream::start(executor, {.first = 0, .count = 64}, choose_window(0, window_bytes, 3), make,
+                                           consumer.notify());
+    executor.wait_idle();
+    LayerStream::Pull last{};
+    EXPECT_EQ(consumer.pull_all(*stream, last), indices_of({.first = 0, .count = 12}));
+    EXPECT_EQ(last, LayerStream::Pull::kFailed);
+  }
+}
+
+TEST(LayerStream, ALayerLargerThanTheWindowStillComes) {
+  Executor executor(3);
+  const auto make = []() -> LayerStream::ComputeLayer {
+    return [](std::uint32_t layer, const CancellationToken&) { return make_layer_of_contours(layer, 10'000); };
+  };
+  Consumer consumer;
+  const auto stream =
+      LayerStream::start(executor, {.first = 0, .count = 50}, choose_window(0, 100, 3), make, consumer.notify());
+  LayerStream::Pull last{};
+  EXPECT_EQ(consumer.pull_all(*stream, last).size(), 50u);
+  EXPECT_EQ(last, LayerStream::Pull::kEnd);
+}
+
 TEST(StreamWindow, IsASlabPerThreadAndTwoMoreWhereMemoryAllows) {
   const StreamWindow window = choose_window(1000, 1 << 30, 4);
   EXPECT_EQ(window.slab_layers, kSlabLayers);

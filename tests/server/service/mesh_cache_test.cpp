@@ -200,6 +200,41 @@ TEST_F(MeshCacheTest, CancelsAPreparationOnceNobodyWaitsForIt) {
   EXPECT_TRUE(saw_cancel);
 }
 
+TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTurn) {
+  std::promise<void> open;
+  auto hold_up = [opened = open.get_future().share()](const CancellationToken&) {
+    opened.wait();
+    return mesh_of(1);
+  };
+  cache_.get_or_prepare("a", hold_up, [](const MeshCache::Outcome&) {});
+  auto bytes = std::make_shared<std::string>("the bytes of an upload");
+  const std::weak_ptr<std::string> held = bytes;
+  auto ticket = cache_.get_or_prepare(
+      "b", [bytes = std::move(bytes)](const CancellationToken&) { return mesh_of(bytes->size()); },
+      [](const MeshCache::Outcome&) {});
+  EXPECT_FALSE(held.expired());
+  ticket.cancel();
+  EXPECT_TRUE(held.expired());
+  open.set_value();
+  executor_.wait_idle();
+}
+
+TEST_F(MeshCacheTest, FreesWhatItDropsWithoutHoldingUpOthers) {
+  bool freed = false;
+  const auto slow_to_free = [&](const CancellationToken&) {
+    PreparedMesh prepared = mesh_of(80);
+    prepared.solid.reset(static_cast<const LimitSolid*>(nullptr), [&](const LimitSolid*) {
+      freed = true;
+      EXPECT_EQ(cache_.find("a"), nullptr) << "would never come back if the cache were locked";
+    });
+    return prepared;
+  };
+  EXPECT_EQ(code_of(get("a", slow_to_free)), 0);
+  EXPECT_EQ(code_of(put("b", 90)), 0);
+  EXPECT_TRUE(freed);
+  EXPECT_EQ(cache_.use().used_bytes, 90u);
+}
+
 TEST_F(MeshCacheTest, ConsistentUnderConcurrentUse) {
   std::vector<std::thread> clients;
   for (int client = 0; client < 6; ++client) {

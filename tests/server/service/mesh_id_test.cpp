@@ -37,5 +37,11 @@ TEST(MeshId, NamesTheFieldAndTheRemedy) {
   }
 }
 
+TEST(MeshIdHasher, TakesTheBytesInAnyPieces) {
+  MeshIdHasher hasher;
+  for (const char* piece : {"", "a", "bcd", "", "ef"}) hasher.add(piece);
+  EXPECT_EQ(hasher.mesh_id(), mesh_id_of("abcdef"));
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -76,6 +76,23 @@ TEST(Options, FaultsNameTheFlagOrVariableAndWhatItTakes) {
   EXPECT_THAT(fault({}, {{"CCSLICE_MESH_TTL", "5"}}), HasSubstr("CCSLICE_MESH_TTL takes a time"));
 }
 
+TEST(Options, SizesOutOfRangeAreRefusedWithTheRange) {
+  EXPECT_THAT(fault({"--max-message-bytes", "3GiB"}),
+              HasSubstr("--max-message-bytes takes a size from 64KiB to 2047MiB, such as 512MiB, not \"3GiB\""));
+  EXPECT_THAT(fault({}, {{"CCSLICE_MAX_MESH_BYTES", "2GiB"}}),
+              HasSubstr("CCSLICE_MAX_MESH_BYTES takes a size from 1KiB to 2047MiB"));
+  EXPECT_EQ(parse({"--max-mesh-bytes", "2047MiB"}).options.max_mesh_bytes, 2047ull << 20);
+}
+
+TEST(Options, ABudgetHoldsAtLeastOneOfWhatItIsFor) {
+  EXPECT_THAT(fault({"--max-mesh-bytes", "64MiB", "--upload-budget-bytes", "32MiB"}),
+              HasSubstr("--upload-budget-bytes takes a size of at least --max-mesh-bytes, which is 64MiB, not 32MiB"));
+  EXPECT_THAT(fault({"--stream-budget-bytes", "1MiB"}), HasSubstr("at least --stream-window-bytes"));
+  const ServerOptions options = parse({"--max-mesh-bytes", "2047MiB", "--stream-window-bytes", "4GiB"}).options;
+  EXPECT_EQ(options.upload_budget_bytes, 2ull << 30) << "an eighth of the memory";
+  EXPECT_EQ(options.stream_budget_bytes, 4ull << 30) << "follows what it is for";
+}
+
 TEST(Options, HealthCheckTakesAnAddressOrThatOfTheServer) {
   EXPECT_EQ(parse({"--health-check"}).command, Command::kHealthCheck);
   EXPECT_EQ(parse({"--health-check"}).health_check_address, "localhost:50051");

@@ -1,0 +1,248 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/mesh_reader.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl.h>
+#include <google/protobuf/wire_format_lite.h>
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+#include <optional>
+
+#include "ccslice/v1/mesh.pb.h"
+#include "core/base/error.h"
+#include "server/service/utf8.h"
+
+namespace ccslice::server {
+namespace {
+
+using google::protobuf::internal::WireFormatLite;
+using google::protobuf::io::CodedInputStream;
+using google::protobuf::io::ZeroCopyInputStream;
+using Message = v1::ControlMesh;
+
+[[noreturn]] void not_a_mesh() {
+  throw Error(ErrorCode::kMeshMalformed,
+              "the chunks hold no serialized ccslice.v1.ControlMesh: send the bytes of one, whole and in order",
+              "chunk");
+}
+
+[[noreturn]] void mismatch(const std::string& field, std::size_t numbers, const std::string& remedy) {
+  throw Error(ErrorCode::kMeshArrayMismatch, field + " has " + std::to_string(numbers) + " numbers: " + remedy, field);
+}
+
+CellKind to_cell_kind(int kind, std::size_t cell) {
+  switch (kind) {
+    case v1::CELL_KIND_HEX: return CellKind::kHex;
+    case v1::CELL_KIND_TET: return CellKind::kTet;
+    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
+    default: break;
+  }
+  const std::string field = "cell_kinds[" + std::to_string(cell) + "]";
+  if (kind == v1::CELL_KIND_PYRAMID) {
+    throw Error(ErrorCode::kMeshUnsupportedCell,
+                field + " is a pyramid: no refinement turns it into hexahedra; split it into tetrahedra", field,
+                {static_cast<std::int64_t>(cell)});
+  }
+  throw Error(ErrorCode::kMeshUnknownCellKind,
+              field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use HEX, TET or WEDGE",
+              field, {static_cast<std::int64_t>(cell)});
+}
+
+/// Several blocks as one stream.
+class BlockStream {
+ public:
+  explicit BlockStream(const std::vector<std::string>& blocks) {
+    for (const std::string& block : blocks) {
+      size_ += block.size();
+      parts_.push_back(
+          std::make_unique<google::protobuf::io::ArrayInputStream>(block.data(), static_cast<int>(block.size())));
+      pointers_.push_back(parts_.back().get());
+    }
+    whole_.emplace(pointers_.data(), static_cast<int>(pointers_.size()));
+  }
+  ZeroCopyInputStream* stream() { return &*whole_; }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::size_t size_ = 0;
+  std::vector<std::unique_ptr<ZeroCopyInputStream>> parts_;
+  std::vector<ZeroCopyInputStream*> pointers_;
+  std::optional<google::protobuf::io::ConcatenatingInputStream> whole_;
+};
+
+class MeshReader {
+ public:
+  MeshReader(const std::vector<std::string>& blocks, const MeshLimits& limits, const CancellationToken& cancel)
+      : blocks_(blocks), in_(blocks_.stream()), limits_(limits), poll_(cancel) {
+    cancel.throw_if_cancelled();
+  }
+
+  ControlMesh read() {
+    while (const std::uint32_t tag = in_.ReadTag()) read_field(tag);
+    if (!in_.ConsumedEntireMessage()) not_a_mesh();
+    require_whole(numbers_, 3, "positions_mm", "3 per vertex");
+    require_whole(sharp_ends_, 2, "sharp_edges", "2 vertices per edge");
+    std::size_t corners = 0;
+    for (const CellKind kind : mesh_.cell_kinds) corners += static_cast<std::size_t>(corner_count(kind));
+    if (mesh_.cell_vertices.size() != corners) {
+      mismatch("cell_vertices", mesh_.cell_vertices.size(), "cell_kinds asks for " + std::to_string(corners));
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  void read_field(std::uint32_t tag) {
+    poll_();
+    switch (WireFormatLite::GetTagFieldNumber(tag)) {
+      case Message::kPositionsMmFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] { add_position(read_fixed64()); });
+      case Message::kChannelNamesFieldNumber: return read_channel_name(tag);
+      case Message::kChannelValuesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
+                             [this] { mesh_.channel_values.push_back(read_fixed32()); });
+      case Message::kCellKindsFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_cell_kind(read_varint()); });
+      case Message::kCellVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_corner(read_varint()); });
+      case Message::kSharpEdgesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_end(read_varint()); });
+      case Message::kSharpVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_vertex(read_varint()); });
+      case Message::kAllowFoldsFieldNumber: return read_allow_folds(tag);
+      default: unknown_field(tag);
+    }
+  }
+
+  [[noreturn]] static void unknown_field(std::uint32_t tag) {
+    const std::string number = std::to_string(WireFormatLite::GetTagFieldNumber(tag));
+    throw Error(ErrorCode::kMeshUnknownField,
+                "field number " + number +
+                    " of the control mesh is unknown to this server: use a newer server, or leave the field out",
+                number);
+  }
+
+  /// One value of this type, or packed ones.
+  template <class ReadOne>
+  void read_repeated(std::uint32_t tag, WireFormatLite::WireType type, ReadOne&& read_one) {
+    if (WireFormatLite::GetTagWireType(tag) == type) return read_one();
+    if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) unknown_field(tag);
+    const auto limit = in_.PushLimit(static_cast<int>(read_length()));
+    while (in_.BytesUntilLimit() > 0) {
+      poll_();
+      read_one();
+    }
+    in_.PopLimit(limit);
+  }
+
+  /// Of what follows; it is there.
+  std::uint32_t read_length() {
+    std::uint32_t length = 0;
+    if (!in_.ReadVarint32(&length)) not_a_mesh();
+    if (length > blocks_.size() - static_cast<std::size_t>(in_.CurrentPosition())) not_a_mesh();
+    return length;
+  }
+  std::uint32_t read_varint() {
+    std::uint32_t value = 0;
+    if (!in_.ReadVarint32(&value)) not_a_mesh();
+    return value;
+  }
+  double read_fixed64() {
+    std::uint64_t bits = 0;
+    if (!in_.ReadLittleEndian64(&bits)) not_a_mesh();
+    return std::bit_cast<double>(bits);
+  }
+  float read_fixed32() {
+    std::uint32_t bits = 0;
+    if (!in_.ReadLittleEndian32(&bits)) not_a_mesh();
+    return std::bit_cast<float>(bits);
+  }
+
+  void add_position(double coordinate) {
+    if (numbers_ % 3 == 0) {
+      require_room(mesh_.positions.size(), limits_.max_vertices, "positions_mm", "vertices");
+      mesh_.positions.emplace_back(Vec3::Zero());
+    }
+    mesh_.positions.back()[static_cast<int>(numbers_++ % 3)] = coordinate;
+  }
+
+  void add_cell_kind(std::uint32_t kind) {
+    require_room(mesh_.cell_kinds.size(), limits_.max_cells, "cell_kinds", "cells");
+    mesh_.cell_kinds.push_back(to_cell_kind(static_cast<int>(kind), mesh_.cell_kinds.size()));
+  }
+
+  void add_corner(std::uint32_t vertex) {
+    require_room(mesh_.cell_vertices.size(), 8 * limits_.max_cells, "cell_vertices", "corners");
+    mesh_.cell_vertices.push_back(vertex);
+  }
+
+  void add_sharp_end(std::uint32_t vertex) {
+    if (sharp_ends_++ % 2 == 0) {
+      require_room(mesh_.sharp_edges.size(), 12 * limits_.max_cells, "sharp_edges", "sharp edges");
+      mesh_.sharp_edges.push_back({vertex, 0});
+    } else {
+      mesh_.sharp_edges.back()[1] = vertex;
+    }
+  }
+
+  void add_sharp_vertex(std::uint32_t vertex) {
+    require_room(mesh_.sharp_vertices.size(), limits_.max_vertices, "sharp_vertices", "sharp vertices");
+    mesh_.sharp_vertices.push_back(vertex);
+  }
+
+  void read_channel_name(std::uint32_t tag) {
+    if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) unknown_field(tag);
+    require_room(mesh_.channel_names.size(), limits_.max_channels, "channel_names", "channels");
+    const std::uint32_t length = read_length();
+    const std::string which = "channel_names[" + std::to_string(mesh_.channel_names.size()) + "]";
+    if (length > limits_.max_channel_name_bytes) {
+      throw Error(ErrorCode::kMeshBadChannel,
+                  which + " is longer than " + std::to_string(limits_.max_channel_name_bytes) + " bytes: shorten it",
+                  which, {static_cast<std::int64_t>(mesh_.channel_names.size())});
+    }
+    std::string name;
+    if (!in_.ReadString(&name, static_cast<int>(length))) not_a_mesh();
+    if (!is_utf8(name)) not_a_mesh();
+    mesh_.channel_names.push_back(std::move(name));
+  }
+
+  void read_allow_folds(std::uint32_t tag) {
+    std::uint64_t value = 0;
+    if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_VARINT) unknown_field(tag);
+    if (!in_.ReadVarint64(&value)) not_a_mesh();
+    mesh_.allow_folds = value != 0;
+  }
+
+  static void require_room(std::size_t have, std::size_t limit, const std::string& field, const char* what) {
+    if (have < limit) return;
+    throw Error(ErrorCode::kMeshTooLarge,
+                field + ": more than " + std::to_string(limit) + " " + what +
+                    ", which is the limit; split the part or use a coarser control mesh",
+                field);
+  }
+
+  static void require_whole(std::size_t numbers, std::size_t each, const std::string& field, const std::string& take) {
+    if (numbers % each != 0) mismatch(field, numbers, "give " + take);
+  }
+
+  BlockStream blocks_;
+  CodedInputStream in_;
+  const MeshLimits& limits_;
+  PeriodicPoll poll_;
+  ControlMesh mesh_;
+  std::size_t numbers_ = 0;     // Of positions_mm.
+  std::size_t sharp_ends_ = 0;  // Of sharp_edges.
+};
+
+}  // namespace
+
+ControlMesh read_control_mesh(const std::vector<std::string>& blocks, const MeshLimits& limits,
+                              const CancellationToken& cancel) {
+  return MeshReader(blocks, limits, cancel).read();
+}
+
+}  // namespace ccslice::server

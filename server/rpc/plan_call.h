@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include "ccslice/v1/slice.pb.h"
+#include "server/rpc/service_state.h"
+
+namespace ccslice::server {
+
+/// PlanSlices. `request` and `response` live until the call is done.
+grpc::ServerUnaryReactor* begin_plan_call(ServiceState& state, grpc::CallbackServerContext& context,
+                                          const v1::PlanSlicesRequest& request, v1::PlanSlicesResponse& response);
+
+}  // namespace ccslice::server

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/idle_watch.h"
+
+namespace ccslice::server {
+
+void IdleCall::end_wait_begun_before(std::chrono::steady_clock::time_point time) {
+  std::int64_t since = since_.load();
+  if (since == kNotWaiting || since >= time.time_since_epoch().count()) return;
+  if (since_.compare_exchange_strong(since, kNotWaiting)) idle();
+}
+
+void IdleWatch::add(const std::shared_ptr<IdleCall>& call) {
+  if (patience_.count() == 0) return;
+  std::lock_guard lock(mutex_);
+  calls_.push_back(call);
+}
+
+void IdleWatch::sweep() {
+  std::vector<std::shared_ptr<IdleCall>> open;
+  {
+    std::lock_guard lock(mutex_);
+    std::erase_if(calls_, [&](const std::weak_ptr<IdleCall>& weak) {
+      std::shared_ptr<IdleCall> call = weak.lock();
+      if (call) open.push_back(std::move(call));
+      return weak.expired();
+    });
+  }
+  const auto time = std::chrono::steady_clock::now() - patience_;
+  for (const auto& call : open) call->end_wait_begun_before(time);
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Ends calls whose client has said nothing for too long while the server waits for its next message: such a call costs
+// the client nothing and would hold a place among the running calls for ever.
+//
+// A wait has one end: the message came, or the watch lost patience. Whoever ends it goes on with the call.
+
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace ccslice::server {
+
+/// A call that waits for its client now and then.
+class IdleCall {
+ public:
+  virtual ~IdleCall() = default;
+
+  /// Calls idle() if the call has been waiting since before `time`, and ends the wait.
+  void end_wait_begun_before(std::chrono::steady_clock::time_point time);
+
+ protected:
+  void begin_wait() { since_.store(std::chrono::steady_clock::now().time_since_epoch().count()); }
+  /// False if the wait has been ended already: the call is over.
+  bool end_wait() { return since_.exchange(kNotWaiting) != kNotWaiting; }
+
+ private:
+  /// Ends the call. On the watch's thread.
+  virtual void idle() = 0;
+
+  static constexpr std::int64_t kNotWaiting = 0;
+  std::atomic<std::int64_t> since_{kNotWaiting};
+};
+
+/// Thread-safe.
+class IdleWatch {
+ public:
+  /// 0: endless patience.
+  explicit IdleWatch(std::chrono::milliseconds patience) : patience_(patience) {}
+
+  void add(const std::shared_ptr<IdleCall>& call);
+  /// Ends the calls that have waited too long. To be called now and then.
+  void sweep();
+
+ private:
+  const std::chrono::milliseconds patience_;
+  std::mutex mutex_;
+  std::vector<std::weak_ptr<IdleCall>> calls_;
+};
+
+}  // namespace ccslice::server

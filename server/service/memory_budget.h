@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Memory that calls may hold together, whatever their number. It is reserved before it is used, by estimate or by
+// count; who gets none is refused and never waits, so nobody can wait for another.
+
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace ccslice::server {
+
+/// Thread-safe.
+class MemoryBudget {
+ public:
+  /// A part of a budget, given back with the object. Movable, not thread-safe. The budget outlives it.
+  class Share {
+   public:
+    Share() = default;
+    explicit Share(MemoryBudget& budget) : budget_(&budget) {}
+    Share(Share&& other) noexcept
+        : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+    Share& operator=(Share&& other) noexcept {
+      std::swap(budget_, other.budget_);
+      std::swap(bytes_, other.bytes_);
+      return *this;
+    }
+    ~Share() { resize(0); }
+
+    std::uint64_t bytes() const noexcept { return bytes_; }
+    /// Takes more, or gives some back. False, with nothing changed, if the budget hasn't that much.
+    /// REQUIRES: made from a budget, or bytes == 0.
+    bool resize(std::uint64_t bytes) noexcept;
+
+   private:
+    MemoryBudget* budget_ = nullptr;
+    std::uint64_t bytes_ = 0;
+  };
+
+  explicit MemoryBudget(std::uint64_t capacity_bytes) : capacity_bytes_(capacity_bytes) {}
+
+  /// A share of `most` bytes while there is plenty, and less the fuller the budget is: at most a quarter of what is
+  /// free, at least `least`. Nothing if not even that is free.
+  std::optional<Share> take_between(std::uint64_t least, std::uint64_t most);
+
+  std::uint64_t capacity_bytes() const noexcept { return capacity_bytes_; }
+  std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
+
+ private:
+  bool try_take(std::uint64_t bytes) noexcept;
+  void give_back(std::uint64_t bytes) noexcept { used_bytes_.fetch_sub(bytes); }
+
+  const std::uint64_t capacity_bytes_;
+  std::atomic<std::uint64_t> used_bytes_{0};
+};
+
+}  // namespace ccslice::server

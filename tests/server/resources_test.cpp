@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What clients can make the server hold: memory and places among the running calls, by requests that are hostile,
+// stalled or silent.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <future>
+#include <memory>
+#include <thread>
+
+#include "core/contour/contour.h"
+#include "server/service/mesh_id.h"
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Resources, AStalledReaderOfContoursHoldsItsWindow) {
+  ServerOptions options = test_options();
+  options.stream_window_bytes = 8 << 20;
+  TestServer server(options);
+  const std::string id = server.upload_good(make_block(3, 10));
+  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 1800);
+  request.clear_planes();
+  request.set_contours(true);
+  request.set_contour_tolerance_mm(server.server().state().slice_limits.min_contour_tolerance_mm);
+  const Sliced one = [&] {
+    v1::SliceRangeRequest single = request;
+    single.set_first_layer(900);
+    single.set_layer_count(1);
+    return server.slice(single);
+  }();
+  ASSERT_TRUE(one.status.ok()) << one.status.error_message();
+  const std::size_t layer_bytes = one.contour_points.at(900) * sizeof(ContourPoint);
+  RecordProperty("layer_bytes", static_cast<int>(layer_bytes));
+  const std::size_t before = resident_bytes();
+  grpc::ClientContext context;
+  const auto stub = server.new_stub();
+  const auto reader = stub->SliceRange(&context, request);
+  v1::SliceRangeResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  server.server().state().executor.wait_idle();
+  const std::size_t held = resident_bytes() - std::min(before, resident_bytes());
+  RecordProperty("held_bytes", static_cast<int>(held));
+  EXPECT_LT(held, (8u << 20) + 6 * layer_bytes + (24u << 20)) << "of " << 1800 * layer_bytes;
+  context.TryCancel();
+  reader->Finish();
+}
+
+TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
+  ServerOptions options = test_options();
+  options.stream_window_bytes = 4 << 20;
+  options.stream_budget_bytes = 4 << 20;
+  TestServer server(options);
+  const std::string id = server.upload_good(make_block(2, 10));
+  v1::TessellateBoundaryRequest request;
+  request.set_mesh_id(id);
+  request.set_chord_tolerance_mm(0.001);
+  // Unread, the first one keeps its triangles.
+  grpc::ClientContext first_context;
+  const auto stub = server.new_stub();
+  const auto first = stub->TessellateBoundary(&first_context, request);
+  v1::TessellateBoundaryResponse message;
+  ASSERT_TRUE(first->Read(&message));
+  const std::uint64_t held = server.server().state().streams.used_bytes();
+  EXPECT_GT(held, 0u);
+  EXPECT_LE(held, 4u << 20);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::TessellateBoundaryResponse>>> readers;
+  Failure failure;
+  for (int i = 0; i < 64 && failure.reason.empty(); ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    readers.push_back(stub->TessellateBoundary(contexts.back().get(), request));
+    if (!readers.back()->Read(&message)) {
+      failure = failure_of(readers.back()->Finish());
+      readers.pop_back();
+    }
+    EXPECT_LE(server.server().state().streams.used_bytes(), 4u << 20);
+  }
+  EXPECT_EQ(failure.reason, "SERVER_BUSY");
+  EXPECT_EQ(failure.code, grpc::StatusCode::UNAVAILABLE);
+  EXPECT_TRUE(failure.retry);
+  first_context.TryCancel();
+  for (const auto& context : contexts) context->TryCancel();
+  first->Finish();
+  for (const auto& reader : readers) reader->Finish();
+  EXPECT_TRUE(eventually([&] { return server.server().state().streams.used_bytes() == 0; }, 2s));
+  EXPECT_TRUE(server.slice(slice_request(id, 0.5, 0, 10)).status.ok());
+}
+
+TEST(Resources, AnUploadOfEmptyNamesIsRefusedBeforeItTakesMemory) {
+  ServerOptions options = test_options();
+  options.preparation_budget_bytes = 1 << 30;
+  TestServer server(options);
+  std::string names(48 << 20, '\0');
+  for (std::size_t i = 0; i < names.size(); i += 2) names[i] = '\x12';
+  const std::string id = mesh_id_of(names);
+  const std::size_t before = resident_bytes();
+  std::atomic<bool> over = false;
+  std::size_t peak = 0;
+  std::thread watcher([&] {
+    while (!over) {
+      peak = std::max(peak, resident_bytes());
+      std::this_thread::sleep_for(1ms);
+    }
+  });
+  const Failure failure = failure_of(server.upload(id, names.size(), names));
+  over = true;
+  watcher.join();
+  EXPECT_EQ(failure.reason, "MESH_TOO_LARGE") << failure.message;
+  EXPECT_LT(peak, before + (150u << 20)) << "the bytes, and what gRPC holds of them";
+}
+
+TEST(Resources, AMeshThatTakesMoreThanTheServerHasIsRefused) {
+  ServerOptions options = test_options();
+  options.preparation_budget_bytes = 1 << 20;
+  TestServer server(options);
+  const Failure failure = failure_of(server.upload(make_block(10, 10)));
+  EXPECT_EQ(failure.code, grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(failure.reason, "MESH_EXCEEDS_MEMORY");
+  EXPECT_TRUE(server.upload(make_block(2, 10)).ok());
+  EXPECT_EQ(server.server().state().preparations.used_bytes(), 0u);
+}
+
+TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
+  ServerOptions options = test_options();
+  options.max_concurrent_calls = 1;
+  TestServer server(options);
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(server.upload_good(make_block(1, 10)));
+  const auto place = server.server().state().calls.admit();
+  grpc::ClientContext context;
+  v1::PlanSlicesResponse response;
+  EXPECT_EQ(failure_of(server.stub().PlanSlices(&context, request, &response)).reason, "SERVER_BUSY");
+}
+
+TEST(Resources, ACancelledPlanIsAnsweredWhileTheWorkersAreBusy) {
+  TestServer server;
+  ServiceState& state = server.server().state();
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(server.upload_good(make_block(1, 10)));
+  std::promise<void> open;
+  const auto opened = open.get_future().share();
+  for (std::size_t i = 0; i < state.executor.threads(); ++i)
+    state.executor.make_lane().post([opened] { opened.wait(); });
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 200ms);
+  v1::PlanSlicesResponse response;
+  EXPECT_EQ(server.stub().PlanSlices(&context, request, &response).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_TRUE(eventually([&] { return state.calls.running() == 0; }, 100ms));
+  open.set_value();
+}
+
+class SilentClient : public ::testing::Test {
+ protected:
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.idle_timeout = 500ms;
+    return options;
+  }
+
+  /// Sweeps until the calls have ended; what the client is told.
+  template <class Stream>
+  Failure failure_after_silence(Stream& stream) {
+    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 1; }, 2s));
+    server_.server().sweep();
+    EXPECT_EQ(server_.server().state().calls.running(), 1u) << "it has time";
+    EXPECT_TRUE(eventually(
+        [this] {
+          server_.server().sweep();
+          return server_.server().state().calls.running() == 0;
+        },
+        5s));
+    return failure_of(stream.Finish());
+  }
+
+  void expect_idle(const Failure& failure) {
+    EXPECT_EQ(failure.code, grpc::StatusCode::DEADLINE_EXCEEDED);
+    EXPECT_EQ(failure.reason, "STREAM_IDLE");
+  }
+
+  TestServer server_{options()};
+};
+
+TEST_F(SilentClient, LosesItsProbe) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().ProbePoints(&context);
+  expect_idle(failure_after_silence(*stream));
+}
+
+TEST_F(SilentClient, LosesItsEvaluationAfterTheBatchesBefore) {
+  const std::string id = server_.upload_good(make_block(1, 10));
+  grpc::ClientContext context;
+  const auto stream = server_.stub().EvaluatePoints(&context);
+  v1::EvaluatePointsRequest request;
+  request.set_mesh_id(id);
+  request.add_limit_cells(0);
+  for (int i = 0; i < 3; ++i) request.add_uvw(0.5);
+  ASSERT_TRUE(stream->Write(request));
+  v1::EvaluatePointsResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  expect_idle(failure_after_silence(*stream));
+}
+
+TEST_F(SilentClient, LosesItsUpload) {
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server_.stub().UploadMesh(&context, &response);
+  v1::UploadMeshRequest message;
+  message.mutable_start()->set_mesh_id("sha256:" + std::string(64, 'a'));
+  message.mutable_start()->set_size_bytes(2 << 20);
+  writer->Write(message);
+  message.set_chunk(std::string(1 << 10, 'x'));
+  writer->Write(message);
+  expect_idle(failure_after_silence(*writer));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().uploads.used_bytes() == 0; }, 2s));
+}
+
+}  // namespace
+}  // namespace ccslice::server

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/idle_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+class SilentCall final : public IdleCall {
+ public:
+  using IdleCall::begin_wait;
+  using IdleCall::end_wait;
+  int ended = 0;
+
+ private:
+  void idle() override { ++ended; }
+};
+
+TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
+  IdleWatch watch(20ms);
+  const auto call = std::make_shared<SilentCall>();
+  watch.add(call);
+  call->begin_wait();
+  watch.sweep();
+  EXPECT_EQ(call->ended, 0) << "it has time";
+  std::this_thread::sleep_for(30ms);
+  watch.sweep();
+  watch.sweep();
+  EXPECT_EQ(call->ended, 1);
+  EXPECT_FALSE(call->end_wait()) << "a message that comes now comes too late";
+}
+
+TEST(IdleWatch, LeavesCallsThatDontWait) {
+  IdleWatch watch(1ms);
+  const auto working = std::make_shared<SilentCall>();
+  watch.add(working);
+  working->begin_wait();
+  EXPECT_TRUE(working->end_wait());
+  std::this_thread::sleep_for(5ms);
+  watch.sweep();
+  EXPECT_EQ(working->ended, 0);
+}
+
+TEST(IdleWatch, KeepsNoCallAlive) {
+  IdleWatch watch(1h);
+  auto call = std::make_shared<SilentCall>();
+  const std::weak_ptr<SilentCall> weak = call;
+  watch.add(call);
+  watch.sweep();
+  call.reset();
+  EXPECT_TRUE(weak.expired());
+  watch.sweep();
+}
+
+TEST(IdleWatch, MayHaveEndlessPatience) {
+  IdleWatch watch(0ms);
+  const auto call = std::make_shared<SilentCall>();
+  watch.add(call);
+  call->begin_wait();
+  std::this_thread::sleep_for(5ms);
+  watch.sweep();
+  EXPECT_EQ(call->ended, 0);
+}
+
+TEST(IdleWatch, AMessageAndTheEndOfPatienceDontBothWin) {
+  for (int round = 0; round < 200; ++round) {
+    IdleWatch watch(1ms);
+    const auto call = std::make_shared<SilentCall>();
+    watch.add(call);
+    call->begin_wait();
+    std::this_thread::sleep_for(1ms);
+    std::thread sweeper([&] { watch.sweep(); });
+    const bool came = call->end_wait();
+    sweeper.join();
+    EXPECT_EQ(call->ended, came ? 0 : 1);
+  }
+}
+
+}  // namespace
+}  // namespace ccslice::server
