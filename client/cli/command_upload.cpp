@@ -1,13 +1,16 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "client/cli/ccmesh.h"
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "client/cli/manifest.h"
+#include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
@@ -46,13 +49,15 @@ void run_convert(Session& session, const ConvertOptions& options) {
   if (!session.quiet()) {
     for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
   }
-  write_file(options.output, mesh.bytes->bytes());
+  const bool as_json = std::filesystem::path(options.output).extension() == ".json";
+  const std::string content = as_json ? to_json(to_proto(mesh.mesh)) : mesh.bytes->bytes();
+  write_file(options.output, content);
   if (session.options().json) {
     JsonWriter json;
     json.begin_object().member("file", options.output).member("mesh_id", mesh.bytes->id());
-    return print_line(json.member("size_bytes", mesh.bytes->bytes().size()).end_object().text());
+    return print_line(json.member("size_bytes", content.size()).end_object().text());
   }
-  print_line(options.output + ": " + show_bytes(mesh.bytes->bytes().size()) + ", " + mesh.bytes->id());
+  print_line(options.output + ": " + show_bytes(content.size()) + ", " + mesh.bytes->id());
 }
 
 }  // namespace
@@ -70,12 +75,15 @@ Command add_upload(CLI::App& parent, CommonOptions& common) {
 
 Command add_convert(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ConvertOptions>();
-  CLI::App* app = parent.add_subcommand("convert", "Read, check and grade a mesh file and write it as .ccmesh");
+  CLI::App* app =
+      parent.add_subcommand("convert", "Read, check, grade and sharpen a mesh file; write it as .ccmesh or .json");
   add_mesh_options(*app, options->mesh);
-  app->add_option("-o,--output", options->output, "File to write")->required();
+  app->add_option("-o,--output", options->output, "File to write: JSON if it ends in .json, else .ccmesh")->required();
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
-  app->footer("Example:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh");
+  app->footer(
+      "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh\n"
+      "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json");
   return {app, [options](Session& session) { run_convert(session, *options); }};
 }
 

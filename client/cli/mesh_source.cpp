@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "client/cli/ccmesh.h"
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_convert.h"
@@ -18,40 +19,44 @@ namespace {
 
 constexpr std::uint64_t kMaxFileBytes = 8ull << 30;
 
-MeshFile parse_ccmesh(const std::string& bytes) {
-  v1::ControlMesh message;
-  if (!message.ParseFromString(bytes) || message.cell_kinds().empty()) {
-    throw Error(ErrorCode::kFileUnsupported,
-                "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line '# vtk "
-                "DataFile Version ...'), nor a serialized ccslice.v1.ControlMesh (.ccmesh)");
-  }
-  return {from_proto(message), {}};
-}
-
 void check_channel_names(const ControlMesh& mesh) {
   for (const std::string& name : mesh.channel_names) {
     if (!is_utf8(name)) throw Error(ErrorCode::kMeshBadChannel, "a channel name is not UTF-8", "channel_names");
   }
 }
 
-/// A .ccmesh that is taken as it is keeps its bytes, and so its id.
+MeshFile read_any(const std::string& bytes) {
+  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes);
+  return {from_proto(parse_ccmesh(bytes)), {}};
+}
+
+/// Grades and sharpens the mesh, which must be valid before and is checked again afterwards.
+void change(const MeshOptions& options, const std::vector<Grade>& grades, LoadedMesh& loaded) {
+  ControlMesh checked = loaded.mesh;
+  validate(checked);
+  for (const Grade& grade : grades) apply_grade(grade, loaded.mesh);
+  sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
+  check_channel_names(loaded.mesh);
+}
+
 LoadedMesh load(const MeshOptions& options, const std::vector<Grade>& grades) {
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
-  const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
-  MeshFile file = ccmesh ? parse_ccmesh(bytes) : read_mesh(bytes);
+  const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
+  MeshFile file = read_any(bytes);
   LoadedMesh loaded;
-  const bool as_it_is =
-      ccmesh && grades.empty() && file.mesh.allow_folds == (file.mesh.allow_folds || options.allow_folds);
-  file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
-  check_channel_names(file.mesh);
-  ControlMesh checked = file.mesh;
-  loaded.report = validate(checked);
-  for (const Grade& grade : grades) apply_grade(grade, file.mesh);
-  check_channel_names(file.mesh);
-  loaded.bytes = std::make_shared<const client::MeshBytes>(
-      as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(file.mesh)));
   loaded.mesh = std::move(file.mesh);
   loaded.warnings = std::move(file.warnings);
+  // A .ccmesh that is taken as it is keeps its bytes, and so its id.
+  const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
+  const bool changed = !grades.empty() || options.sharp.any();
+  const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
+  loaded.mesh.allow_folds = allow_folds;
+  check_channel_names(loaded.mesh);
+  if (changed) change(options, grades, loaded);
+  ControlMesh checked = loaded.mesh;
+  loaded.report = validate(checked);
+  loaded.bytes = std::make_shared<const client::MeshBytes>(
+      as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
   return loaded;
 }
 
@@ -60,15 +65,18 @@ LoadedMesh load(const MeshOptions& options, const std::vector<Grade>& grades) {
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("MESH", options.mesh,
-                  "A MEDIT .mesh, legacy VTK (ASCII) or .ccmesh file, or the id of an uploaded mesh (sha256:...)")
+                  "A MEDIT .mesh, legacy VTK, OpenVolumeMesh .ovm, .ccmesh or its .json file, or the id of an uploaded "
+                  "mesh (sha256:...)")
       ->required(required);
   command
       .add_option(
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
-          "an axis or a point. May be repeated")
+          "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
+          "each vertex. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
+  add_sharp_options(command, options.sharp);
   command.add_flag("--allow-folds", options.allow_folds, "Take inverted cells with a warning instead of refusing them")
       ->group("Mesh");
 }
@@ -90,8 +98,9 @@ LoadedMesh load_mesh(const MeshOptions& options) {
 
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
-  if (!options.grades.empty() || options.allow_folds) {
-    throw UsageError("--grade and --allow-folds change a mesh file; " + options.mesh + " is on the server already");
+  if (!options.grades.empty() || options.sharp.any() || options.allow_folds) {
+    throw UsageError("--grade, --sharp-... and --allow-folds change a mesh file; " + options.mesh +
+                     " is on the server already");
   }
   return true;
 }

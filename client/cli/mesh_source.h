@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a command's mesh comes from: a file (MEDIT, legacy VTK, .ccmesh), graded on the way, or the id of a mesh that
-// the server holds.
+// Where a command's mesh comes from: a file (MEDIT, legacy VTK, OpenVolumeMesh, .ccmesh, JSON), graded and sharpened on
+// the way, or the id of a mesh that the server holds.
 
 #pragma once
 
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/cli/session.h"
+#include "client/cli/sharpening.h"
 #include "client/mesh_bytes.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
@@ -21,6 +22,7 @@ namespace ccslice::cli {
 struct MeshOptions {
   std::string mesh;
   std::vector<std::string> grades = {};
+  SharpOptions sharp = {};
   bool allow_folds = false;
 };
 
@@ -33,10 +35,10 @@ struct LoadedMesh {
   std::shared_ptr<const client::MeshBytes> bytes;
 };
 
-/// Reads, checks and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
+/// Reads, checks, grades and sharpens a file. Throws Error (1xx, 4xx) with the file's name in front.
 LoadedMesh load_mesh(const MeshOptions& options);
 
-/// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be graded.
+/// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be changed.
 bool names_mesh_id(const MeshOptions& options);
 
 /// The id of the mesh, on the server by the time this returns: files are loaded and uploaded where they are missing.

@@ -9,13 +9,17 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/boundary_distance.h"
+#include "core/mesh/channels.h"
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/text_scanner.h"
 
 namespace ccslice {
 namespace {
 
 constexpr std::string_view kHowTo =
-    "; write NAME=FIELD[:OPTION]..., for example stiffness=z, hardness=x:20..95, dye=radial:z or "
-    "dye=radial:1..0:@0,0,12.5";
+    "; write NAME=FIELD[:OPTION]..., for example stiffness=z, hardness=x:20..95, dye=radial:z, "
+    "dye=radial:1..0:@0,0,12.5, skin=distance:90..30:2.5 or load=file:load.txt";
 
 [[noreturn]] void refuse(std::string_view grade, const std::string& why) {
   throw Error(ErrorCode::kParameterInvalid, "grade '" + std::string(grade) + "': " + why + std::string(kHowTo),
@@ -45,12 +49,13 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   return parts;
 }
 
-bool is_radial(GradeField field) { return field >= GradeField::kRadialX; }
+bool is_radial(GradeField field) { return field >= GradeField::kRadialX && field <= GradeField::kRadialPoint; }
 
 GradeField parse_field(std::string_view grade, std::string_view text) {
   if (const auto axis = axis_of(text)) return static_cast<GradeField>(*axis);
   if (text == "radial") return GradeField::kRadialPoint;
-  refuse(grade, "the field is x, y, z or radial, not '" + std::string(text) + "'");
+  if (text == "distance") return GradeField::kDistance;
+  refuse(grade, "the field is x, y, z, radial, distance or file, not '" + std::string(text) + "'");
 }
 
 Vec3 parse_centre(std::string_view grade, std::string_view text) {
@@ -75,10 +80,17 @@ void parse_range(std::string_view grade, std::string_view text, Grade& out) {
 
 void parse_option(std::string_view grade, std::string_view option, Grade& out) {
   if (option.find("..") != std::string_view::npos) return parse_range(grade, option, out);
+  if (const auto depth = number_of(option); depth && out.field == GradeField::kDistance) {
+    if (!(*depth > 0)) refuse(grade, "the depth is more than 0 mm, not '" + std::string(option) + "'");
+    out.depth_mm = *depth;
+    return;
+  }
   const bool centre = !option.empty() && option.front() == '@';
   const std::optional<int> axis = axis_of(option);
   if (!centre && !axis) {
-    refuse(grade, "'" + std::string(option) + "' is neither values (0..1), an axis (x, y, z) nor a centre (@X,Y,Z)");
+    refuse(grade, "'" + std::string(option) +
+                      "' is neither values (0..1), nor an axis (x, y, z) or a centre (@X,Y,Z) of a radial grade, nor "
+                      "the depth of a grade by distance");
   }
   if (!is_radial(out.field)) refuse(grade, "'" + std::string(option) + "' is for radial grades only");
   if (centre) {
@@ -97,6 +109,7 @@ double measure(GradeField field, const Vec3& position, const Vec3& centre) {
 }
 
 std::vector<double> measure_all(const Grade& grade, const ControlMesh& mesh) {
+  if (grade.field == GradeField::kDistance) return distances_to_boundary(mesh);
   Box3 box;
   for (const Vec3& position : mesh.positions) box.extend(position);
   const Vec3 centre = grade.centre_mm.value_or(box.center());
@@ -106,15 +119,60 @@ std::vector<double> measure_all(const Grade& grade, const ControlMesh& mesh) {
   return measures;
 }
 
+std::vector<float> values_by_measure(const Grade& grade, const ControlMesh& mesh) {
+  const std::vector<double> measures = measure_all(grade, mesh);
+  const auto [least, greatest] = std::minmax_element(measures.begin(), measures.end());
+  const double start = grade.field == GradeField::kDistance ? 0 : *least;
+  const double span = grade.depth_mm.value_or(*greatest - start);
+  std::vector<float> values;
+  values.reserve(measures.size());
+  for (const double value : measures) {
+    const double fraction = span > 0 ? std::min((value - start) / span, 1.0) : 0;
+    values.push_back(static_cast<float>(std::lerp(grade.first, grade.last, fraction)));
+  }
+  return values;
+}
+
+std::vector<float> parse_values(std::string_view text, std::size_t count) {
+  std::vector<float> values;
+  TextScanner scanner(text);
+  for (std::size_t vertex = 0; vertex < count; ++vertex) {
+    values.push_back(
+        scanner.real_float("the value of vertex " + std::to_string(vertex) + " of " + std::to_string(count)));
+  }
+  if (!scanner.at_end()) {
+    scanner.fail("no more than " + std::to_string(count) + " values, one for each vertex", scanner.peek());
+  }
+  return values;
+}
+
+std::vector<float> values_from_file(const std::string& path, std::size_t count) {
+  constexpr std::uint64_t kMaxBytesPerValue = 1024;  // Comments and all.
+  const std::string text = read_file_bytes(path, kMaxBytesPerValue * (count + 1));
+  try {
+    return parse_values(text, count);
+  } catch (const Error& error) {
+    throw Error(error.code(), path + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 Grade parse_grade(std::string_view text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string_view::npos) refuse(text, "there is no '='");
   if (equals == 0) refuse(text, "the channel has no name");
-  const std::vector<std::string_view> parts = split(text.substr(equals + 1), ':');
+  constexpr std::string_view kFile = "file:";
+  const std::string_view how = text.substr(equals + 1);
   Grade grade;
   grade.channel = std::string(text.substr(0, equals));
+  if (how.starts_with(kFile)) {
+    grade.field = GradeField::kFile;
+    grade.path = std::string(how.substr(kFile.size()));
+    if (grade.path.empty()) refuse(text, "the file has no name");
+    return grade;
+  }
+  const std::vector<std::string_view> parts = split(how, ':');
   grade.field = parse_field(text, parts.front());
   for (std::size_t i = 1; i < parts.size(); ++i) parse_option(text, parts[i], grade);
   return grade;
@@ -124,20 +182,10 @@ void apply_grade(const Grade& grade, ControlMesh& mesh) {
   if (std::find(mesh.channel_names.begin(), mesh.channel_names.end(), grade.channel) != mesh.channel_names.end()) {
     throw Error(ErrorCode::kMeshBadChannel, "the mesh has a channel '" + grade.channel + "' already", "channel_names");
   }
-  const std::vector<double> measures = measure_all(grade, mesh);
-  const auto [least, greatest] = std::minmax_element(measures.begin(), measures.end());
-  const double span = *greatest - *least;
-  const std::size_t old_channels = mesh.channel_count();
-  std::vector<float> values;
-  values.reserve(mesh.vertex_count() * (old_channels + 1));
-  for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
-    const auto row = mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * old_channels);
-    values.insert(values.end(), row, row + static_cast<std::ptrdiff_t>(old_channels));
-    const double fraction = span > 0 ? (measures[vertex] - *least) / span : 0;
-    values.push_back(static_cast<float>(std::lerp(grade.first, grade.last, fraction)));
-  }
-  mesh.channel_names.push_back(grade.channel);
-  mesh.channel_values = std::move(values);
+  const bool from_file = grade.field == GradeField::kFile;
+  const NamedChannel channel{
+      grade.channel, from_file ? values_from_file(grade.path, mesh.vertex_count()) : values_by_measure(grade, mesh)};
+  append_channels({&channel, 1}, mesh);
 }
 
 }  // namespace ccslice

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/read_medit.h"
+#include "core/mesh/read_ovm.h"
 #include "core/mesh/read_vtk.h"
 #include "core/mesh/text_scanner.h"
 
@@ -21,8 +22,10 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
   TextScanner scanner(bytes);
-  constexpr std::string_view kMeditMagic = "MeshVersionFormatted";
-  return equals_ignoring_case(scanner.peek(), kMeditMagic) ? MeshFileKind::kMedit : MeshFileKind::kUnknown;
+  const std::string_view word = scanner.peek();
+  if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
+  const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");
+  return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
 }
 
 std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
@@ -48,11 +51,12 @@ MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits) {
   switch (mesh_file_kind(bytes)) {
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
+    case MeshFileKind::kOvm: return read_ovm(bytes, limits);
     case MeshFileKind::kUnknown: break;
   }
   throw Error(ErrorCode::kFileUnsupported,
-              "neither a MEDIT mesh (first word 'MeshVersionFormatted') nor a legacy VTK file (first line "
-              "'# vtk DataFile Version ...')");
+              "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line "
+              "'# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM ASCII')");
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

@@ -9,22 +9,23 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/mesh/text_scanner.h"
+#include "core/mesh/channels.h"
 #include "core/mesh/vtk_cells.h"
 #include "core/mesh/vtk_point_data.h"
+#include "core/mesh/vtk_scanner.h"
 
 namespace ccslice {
 namespace {
 
 class VtkReader {
  public:
-  VtkReader(std::string_view text, const MeshLimits& limits) : scanner_(text), limits_(limits) {}
+  VtkReader(std::string_view text, const MeshLimits& limits) : values_(text), limits_(limits) {}
 
   MeshFile read() {
     read_header();
     while (!scanner_.at_end()) read_section();
     finish_cells();
-    finish_channels();
+    append_channels(channels_, file_.mesh);
     return std::move(file_);
   }
 
@@ -37,11 +38,12 @@ class VtkReader {
     }
     offsets_style_ = first.size() > kMagic.size() && first[kMagic.size()] >= '5';
     scanner_.rest_of_line();  // The title.
-    const std::string_view coding = scanner_.next("'ASCII'");
+    const std::string_view coding = scanner_.next("'ASCII' or 'BINARY'");
     if (equals_ignoring_case(coding, "BINARY")) {
-      scanner_.fail_with(ErrorCode::kFileUnsupported, "binary VTK files are not read; save the file as ASCII");
+      values_.set_binary();
+    } else if (!equals_ignoring_case(coding, "ASCII")) {
+      scanner_.fail("'ASCII' or 'BINARY'", coding);
     }
-    if (!equals_ignoring_case(coding, "ASCII")) scanner_.fail("'ASCII'", coding);
     expect("DATASET");
     const std::string_view dataset = scanner_.next("'UNSTRUCTURED_GRID'");
     if (!equals_ignoring_case(dataset, "UNSTRUCTURED_GRID")) {
@@ -63,7 +65,7 @@ class VtkReader {
     } else if (equals_ignoring_case(keyword, "CELL_DATA")) {
       read_attributes(false);
     } else if (equals_ignoring_case(keyword, "FIELD")) {
-      skip_field(scanner_);
+      skip_field(values_);
     } else if (equals_ignoring_case(keyword, "METADATA")) {
       scanner_.skip_paragraph();
     } else {
@@ -74,11 +76,11 @@ class VtkReader {
   void read_points() {
     if (!file_.mesh.positions.empty()) scanner_.fail("only one POINTS section", "POINTS");
     const std::uint64_t count = scanner_.count_up_to("the number of points", limits_.max_vertices);
-    scanner_.next("a data type");
+    values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = scanner_.real("a coordinate");
-      const double y = scanner_.real("a coordinate");
-      const double z = scanner_.real("a coordinate");
+      const double x = values_.real("a coordinate");
+      const double y = values_.real("a coordinate");
+      const double z = values_.real("a coordinate");
       file_.mesh.positions.emplace_back(x, y, z);
     }
   }
@@ -88,7 +90,7 @@ class VtkReader {
     const std::uint64_t first = scanner_.count_up_to("the number of cells", limits_.max_cells + 1);
     const std::uint64_t second = scanner_.count("the size of the cell list");
     cells_.offsets.push_back(0);
-    if (offsets_style_ || equals_ignoring_case(scanner_.peek(), "OFFSETS")) {
+    if (offsets_style_ || (!values_.binary() && equals_ignoring_case(scanner_.peek(), "OFFSETS"))) {
       read_offsets_and_connectivity(first, second);
     } else {
       read_counted_cells(first, second);
@@ -97,9 +99,10 @@ class VtkReader {
 
   /// Before 5.0: each cell as its number of points, then the points.
   void read_counted_cells(std::uint64_t cell_count, std::uint64_t size) {
+    values_.open_array("int");
     std::uint64_t used = 0;
     for (std::uint64_t cell = 0; cell < cell_count; ++cell) {
-      const std::uint64_t corners = scanner_.count("the number of points of a cell");
+      const std::uint64_t corners = values_.count("the number of points of a cell");
       used += corners + 1;
       if (corners >= size || used > size) {
         scanner_.fail_with(ErrorCode::kFileSyntax, "the cells are longer than the " + std::to_string(size) +
@@ -113,9 +116,9 @@ class VtkReader {
   /// From 5.0 on: n + 1 offsets, then all points in one list.
   void read_offsets_and_connectivity(std::uint64_t offset_count, std::uint64_t point_count) {
     expect("OFFSETS");
-    scanner_.next("a data type");
+    values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < offset_count; ++i) {
-      const std::uint64_t offset = scanner_.count("an offset");
+      const std::uint64_t offset = values_.count("an offset");
       const bool fits = i == 0 ? offset == 0 : offset >= cells_.offsets.back() && offset <= point_count;
       if (!fits) scanner_.fail("offsets that start at 0 and never fall", std::to_string(offset));
       if (i > 0) cells_.offsets.push_back(offset);
@@ -124,12 +127,12 @@ class VtkReader {
       scanner_.fail("a last offset of " + std::to_string(point_count), std::to_string(cells_.offsets.back()));
     }
     expect("CONNECTIVITY");
-    scanner_.next("a data type");
+    values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < point_count; ++i) cells_.connectivity.push_back(read_point_id());
   }
 
   std::uint32_t read_point_id() {
-    const std::uint64_t id = scanner_.count("a point id");
+    const std::uint64_t id = values_.count("a point id");
     if (id >= std::numeric_limits<std::uint32_t>::max()) {
       scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + " is out of range");
     }
@@ -139,8 +142,9 @@ class VtkReader {
   void read_types() {
     if (!cells_.types.empty()) scanner_.fail("only one CELL_TYPES section", "CELL_TYPES");
     const std::uint64_t count = scanner_.count_up_to("the number of cell types", limits_.max_cells);
+    values_.open_array("int");
     for (std::uint64_t i = 0; i < count; ++i) {
-      const std::uint64_t type = scanner_.count("a cell type");
+      const std::uint64_t type = values_.count("a cell type");
       constexpr std::uint64_t kLargestType = 255;
       if (type > kLargestType) scanner_.fail("a VTK cell type", std::to_string(type));
       cells_.types.push_back(static_cast<std::uint16_t>(type));
@@ -149,7 +153,7 @@ class VtkReader {
 
   void read_attributes(bool of_points) {
     const std::uint64_t count = scanner_.count("the number of values");
-    VtkAttributes found = read_vtk_attributes(scanner_, count, of_points ? limits_.max_channels : 0);
+    VtkAttributes found = read_vtk_attributes(values_, count, of_points ? limits_.max_channels : 0);
     for (const std::string& name : found.left_out) {
       file_.warnings.push_back((of_points ? "point data '" : "cell data '") + name + "' left out");
     }
@@ -172,33 +176,17 @@ class VtkReader {
     check_cell_vertices(file_.mesh);
   }
 
-  void finish_channels() {
-    ControlMesh& mesh = file_.mesh;
-    for (const VtkChannel& channel : channels_) {
-      if (channel.values.size() != mesh.vertex_count()) {
-        throw Error(ErrorCode::kFileSyntax, "point data '" + channel.name + "' has " +
-                                                std::to_string(channel.values.size()) + " values for " +
-                                                std::to_string(mesh.vertex_count()) + " points");
-      }
-      mesh.channel_names.push_back(channel.name);
-    }
-    mesh.channel_values.reserve(mesh.vertex_count() * channels_.size());
-    for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
-      for (const VtkChannel& channel : channels_) mesh.channel_values.push_back(channel.values[vertex]);
-    }
-  }
-
   void expect(std::string_view keyword) {
-    const std::string quoted = "'" + std::string(keyword) + "'";
-    const std::string_view token = scanner_.next(quoted);
-    if (!equals_ignoring_case(token, keyword)) scanner_.fail(quoted, token);
+    const std::string_view token = scanner_.next(quoted(keyword));
+    if (!equals_ignoring_case(token, keyword)) scanner_.fail(quoted(keyword), token);
   }
 
-  TextScanner scanner_;
+  VtkScanner values_;
+  TextScanner& scanner_ = values_.text();
   const MeshLimits& limits_;
   bool offsets_style_ = false;
   VtkCells cells_;
-  std::vector<VtkChannel> channels_;
+  std::vector<NamedChannel> channels_;
   MeshFile file_;
 };
 

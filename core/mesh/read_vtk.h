@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Legacy VTK files, ASCII, DATASET UNSTRUCTURED_GRID, versions 1.0 to 5.1 (from 5.0 on cells come as OFFSETS and
-// CONNECTIVITY). Cell types read: hexahedron 12, voxel 11 (its corners reordered), tetrahedron 10, wedge 13. Points,
-// lines and faces (types 0 to 9) are left out and reported; pyramids (14) and all other cells are refused by name and
-// cell id.
+// Legacy VTK files, ASCII and binary, DATASET UNSTRUCTURED_GRID, versions 1.0 to 5.1 (from 5.0 on cells come as OFFSETS
+// and CONNECTIVITY). Cell types read: hexahedron 12, voxel 11 (its corners reordered), tetrahedron 10, wedge 13.
+// Points, lines and faces (types 0 to 9) are left out and reported; pyramids (14) and all other cells are refused by
+// name and cell id.
 //
-// POINT_DATA: SCALARS and FIELD arrays become material channels, one for each component ("name", or "name.0", "name.1",
-// ... where there are several). Vectors, normals, tensors, texture coordinates and CELL_DATA are left out and reported.
+// POINT_DATA: SCALARS, VECTORS and FIELD arrays become material channels, one for each component ("name", or "name.0",
+// "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids, strings and CELL_DATA
+// are left out and reported.
 
 #pragma once
 
@@ -18,7 +19,7 @@
 namespace ccslice {
 
 /// Throws Error{kFileSyntax, kFileUnsupported, kMeshNonFinite, kMeshTooLarge, kMeshUnsupportedCell, kMeshBadChannel,
-/// kMeshIndexOutOfRange}; messages name the line and the token, or the cells.
+/// kMeshIndexOutOfRange}; messages name the line (in binary files the byte) and the token, or the cells.
 MeshFile read_vtk(std::string_view text, const MeshLimits& limits = {});
 
 }  // namespace ccslice

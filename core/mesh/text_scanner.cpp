@@ -25,6 +25,8 @@ bool equals_ignoring_case(std::string_view a, std::string_view b) {
          std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) { return lower(x) == lower(y); });
 }
 
+std::string quoted(std::string_view word) { return "'" + std::string(word) + "'"; }
+
 std::string printable(std::string_view token) {
   constexpr std::size_t kLongest = 40;
   std::string shown(token.substr(0, kLongest));
@@ -56,6 +58,7 @@ std::string_view TextScanner::peek() {
   std::size_t end = at_;
   while (end < text_.size() && !is_blank(text_[end])) ++end;
   token_line_ = line_;
+  token_at_ = at_;
   return text_.substr(at_, end - at_);
 }
 
@@ -70,6 +73,7 @@ std::string_view TextScanner::rest_of_line() {
   const std::size_t end = std::min(text_.find('\n', at_), text_.size());
   std::string_view rest = text_.substr(at_, end - at_);
   token_line_ = line_;
+  token_at_ = at_;
   at_ = end;
   if (at_ < text_.size()) {
     ++at_;
@@ -77,6 +81,22 @@ std::string_view TextScanner::rest_of_line() {
   }
   while (!rest.empty() && is_blank(rest.back())) rest.remove_suffix(1);
   return rest;
+}
+
+void TextScanner::end_line() {
+  const std::string_view rest = rest_of_line();
+  if (!std::all_of(rest.begin(), rest.end(), is_blank)) fail("the end of the line", rest);
+}
+
+std::string_view TextScanner::bytes(std::uint64_t size, std::string_view expected) {
+  token_line_ = line_;
+  token_at_ = at_;
+  if (size > text_.size() - at_) {
+    fail_with(ErrorCode::kFileSyntax, "expected " + std::string(expected) + ", found the end of the file");
+  }
+  const std::string_view block = text_.substr(at_, size);
+  at_ += size;
+  return block;
 }
 
 void TextScanner::skip_paragraph() {
@@ -95,6 +115,12 @@ double TextScanner::real(std::string_view expected) {
   if (!std::isfinite(value)) {
     fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token) + "' is not a finite number");
   }
+  return value;
+}
+
+float TextScanner::real_float(std::string_view expected) {
+  const auto value = static_cast<float>(real(expected));
+  if (!std::isfinite(value)) fail_with(ErrorCode::kMeshNonFinite, "the value is too large for a float");
   return value;
 }
 
@@ -127,7 +153,8 @@ void TextScanner::fail(std::string_view expected, std::string_view found) const 
 }
 
 void TextScanner::fail_with(ErrorCode code, const std::string& message) const {
-  throw Error(code, "line " + std::to_string(token_line_) + ": " + message);
+  const std::string place = names_bytes_ ? "byte " + std::to_string(token_at_) : "line " + std::to_string(token_line_);
+  throw Error(code, place + ": " + message);
 }
 
 }  // namespace ccslice

@@ -3,7 +3,8 @@
 //
 // Tokens separated by white space, with line numbers: what the mesh file readers share. Files are hostile until proved
 // otherwise, so a scanner never trusts a count: numbers are handed out one by one as their tokens arrive, and every
-// failure names the line, what was expected there and the token found instead.
+// failure names the line, what was expected there and the token found instead. Where blocks of bytes stand between the
+// lines of text, failures name the byte offset (from 0) instead of the line.
 
 #pragma once
 
@@ -31,11 +32,19 @@ class TextScanner {
   std::string_view next(std::string_view expected);
   /// Takes what is left of the current line, its end included. Comments are not recognized here.
   std::string_view rest_of_line();
+  /// Takes the end of the current line, which must be empty up to there.
+  void end_line();
+  /// Takes the next `size` bytes as they are.
+  std::string_view bytes(std::uint64_t size, std::string_view expected);
+  /// From now on failures name byte offsets.
+  void name_byte_offsets() noexcept { names_bytes_ = true; }
   /// Takes the rest of the current line, then lines up to the next empty one (or the end of the file).
   void skip_paragraph();
 
   /// A finite real. Throws kFileSyntax, or kMeshNonFinite for nan and inf.
   double real(std::string_view expected);
+  /// A finite real that fits a float: kMeshNonFinite otherwise.
+  float real_float(std::string_view expected);
   /// An integer in [0, 2^53].
   std::uint64_t count(std::string_view expected);
   /// A count that must not be larger than `max`: kMeshTooLarge otherwise.
@@ -43,9 +52,9 @@ class TextScanner {
   /// Passes over `tokens` tokens; each must be there.
   void skip(std::uint64_t tokens, std::string_view expected);
 
-  /// "line 12: expected a coordinate, found 'foo'".
+  /// "line 12: expected a coordinate, found 'foo'", or "byte 512: ...".
   [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
-  /// "line 12: <message>".
+  /// "line 12: <message>", or "byte 512: <message>".
   [[noreturn]] void fail_with(ErrorCode code, const std::string& message) const;
 
  private:
@@ -55,10 +64,15 @@ class TextScanner {
   std::size_t at_ = 0;
   std::size_t line_ = 1;
   std::size_t token_line_ = 1;
+  std::size_t token_at_ = 0;
+  bool names_bytes_ = false;
 };
 
 /// ASCII only, for keywords.
 bool equals_ignoring_case(std::string_view a, std::string_view b);
+
+/// "'Faces'", for "expected 'Faces'".
+std::string quoted(std::string_view word);
 
 /// A token fit for a message: cut to 40 bytes, unprintable bytes replaced by '?'.
 std::string printable(std::string_view token);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <iterator>
 #include <string_view>
 #include <utility>
@@ -22,8 +21,8 @@ struct FixedAttribute {
   std::string_view keyword;
   std::uint64_t components;
 };
-constexpr FixedAttribute kFixed[] = {{"VECTORS", 3},  {"NORMALS", 3},    {"TENSORS", 9},
-                                     {"TENSORS6", 6}, {"GLOBAL_IDS", 1}, {"PEDIGREE_IDS", 1}};
+constexpr FixedAttribute kFixed[] = {
+    {"NORMALS", 3}, {"TENSORS", 9}, {"TENSORS6", 6}, {"GLOBAL_IDS", 1}, {"PEDIGREE_IDS", 1}};
 
 /// VTK writes array names with bytes other than letters and digits as %XX.
 std::string decoded(std::string_view name) {
@@ -40,8 +39,8 @@ std::string decoded(std::string_view name) {
 
 class AttributeReader {
  public:
-  AttributeReader(TextScanner& scanner, std::uint64_t count, std::size_t max_channels)
-      : scanner_(scanner), count_(count), max_channels_(max_channels) {}
+  AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels)
+      : values_(values), scanner_(values.text()), count_(count), max_channels_(max_channels) {}
 
   VtkAttributes read() {
     while (!scanner_.at_end() && read_attribute()) {
@@ -61,18 +60,20 @@ class AttributeReader {
     const std::string_view keyword = scanner_.peek();
     if (const FixedAttribute* fixed = find_fixed(keyword)) {
       scanner_.skip(1, "a keyword");
-      leave_out(fixed->components, 1);
+      leave_out(fixed->components);
     } else if (equals_ignoring_case(keyword, "SCALARS")) {
       read_scalars();
+    } else if (equals_ignoring_case(keyword, "VECTORS")) {
+      read_vectors();
     } else if (equals_ignoring_case(keyword, "FIELD")) {
       scanner_.skip(1, "a keyword");
       read_field();
     } else if (equals_ignoring_case(keyword, "LOOKUP_TABLE")) {
       skip_lookup_table();
     } else if (equals_ignoring_case(keyword, "COLOR_SCALARS")) {
-      skip_sized_attribute("the number of colour components", 0);
+      skip_colours();
     } else if (equals_ignoring_case(keyword, "TEXTURE_COORDINATES")) {
-      skip_sized_attribute("the number of texture components", 1);
+      skip_texture_coordinates();
     } else if (equals_ignoring_case(keyword, "METADATA")) {
       scanner_.skip_paragraph();
     } else {
@@ -88,18 +89,27 @@ class AttributeReader {
     return found == std::end(kFixed) ? nullptr : found;
   }
 
-  void leave_out(std::uint64_t components, std::uint64_t type_tokens) {
+  /// An array whose keyword has been taken: name, data type, values.
+  void leave_out(std::uint64_t components) {
     found_.left_out.push_back(decoded(scanner_.next("an array name")));
-    scanner_.skip(type_tokens, "a data type");
-    for (std::uint64_t i = 0; i < count_; ++i) scanner_.skip(components, "a value of the array");
+    values_.open_array(scanner_.next("a data type"));
+    values_.skip(count_ * components, "a value of the array");
   }
 
-  void skip_sized_attribute(std::string_view what, std::uint64_t type_tokens) {
+  void skip_colours() {
     scanner_.skip(1, "a keyword");
     found_.left_out.push_back(decoded(scanner_.next("an array name")));
-    const std::uint64_t components = component_count(what);
-    scanner_.skip(type_tokens, "a data type");
-    for (std::uint64_t i = 0; i < count_; ++i) scanner_.skip(components, "a value of the array");
+    const std::uint64_t components = component_count("the number of colour components");
+    values_.open_array("unsigned_char");
+    values_.skip(count_ * components, "a value of the array");
+  }
+
+  void skip_texture_coordinates() {
+    scanner_.skip(1, "a keyword");
+    found_.left_out.push_back(decoded(scanner_.next("an array name")));
+    const std::uint64_t components = component_count("the number of texture components");
+    values_.open_array(scanner_.next("a data type"));
+    values_.skip(count_ * components, "a value of the array");
   }
 
   /// At least one: a claim of many tuples of nothing would keep us busy without a token behind it.
@@ -112,22 +122,37 @@ class AttributeReader {
   void skip_lookup_table() {
     scanner_.skip(2, "a table name");
     const std::uint64_t entries = scanner_.count("the size of the lookup table");
-    for (std::uint64_t i = 0; i < entries; ++i) scanner_.skip(4, "a colour");
+    constexpr std::uint64_t kColourComponents = 4;
+    values_.open_array("unsigned_char");
+    values_.skip(entries * kColourComponents, "a colour");
   }
 
-  /// SCALARS name type [components], then LOOKUP_TABLE name (which old files leave out).
+  /// SCALARS name type [components], then LOOKUP_TABLE name (which old ASCII files leave out).
   void read_scalars() {
     scanner_.skip(1, "a keyword");
     const std::string name = decoded(scanner_.next("an array name"));
-    scanner_.next("a data type");
+    const std::string type(scanner_.next("a data type"));
     const std::string_view components_text = scanner_.rest_of_line();
     std::uint64_t components = 1;
     if (!components_text.empty()) {
       TextScanner line(components_text);
       if (!line.at_end()) components = parse_components(line);
     }
-    if (equals_ignoring_case(scanner_.peek(), "LOOKUP_TABLE")) scanner_.skip(2, "a table name");
+    if (equals_ignoring_case(scanner_.peek(), "LOOKUP_TABLE")) {
+      scanner_.skip(2, "a table name");
+    } else if (values_.binary()) {
+      scanner_.fail("'LOOKUP_TABLE'", scanner_.peek());
+    }
+    values_.open_array(type);
     read_values(name, components, count_);
+  }
+
+  void read_vectors() {
+    scanner_.skip(1, "a keyword");
+    const std::string name = decoded(scanner_.next("an array name"));
+    values_.open_array(scanner_.next("a data type"));
+    constexpr std::uint64_t kDimensions = 3;
+    read_values(name, kDimensions, count_);
   }
 
   std::uint64_t parse_components(TextScanner& line) {
@@ -148,50 +173,42 @@ class AttributeReader {
     const std::uint64_t components = component_count("the number of components");
     const std::uint64_t tuples = scanner_.count("the number of tuples");
     const std::string_view type = scanner_.next("a data type");
-    if (equals_ignoring_case(type, "string")) {
-      skip_strings(name, components, tuples);
-    } else {
-      read_values(name, components, tuples);
+    if (equals_ignoring_case(type, "string") || equals_ignoring_case(type, "utf8_string")) {
+      return skip_strings(name, components, tuples);
     }
+    values_.open_array(type);
+    read_values(name, components, tuples);
   }
 
-  /// Strings stand one to a line, spaces and all.
+  /// In ASCII files strings stand one to a line, spaces and all.
   void skip_strings(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
+    found_.left_out.push_back(name);
+    if (values_.binary()) return values_.skip_binary_strings(tuples * components);
     scanner_.rest_of_line();
     for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) {
       if (scanner_.at_end()) scanner_.fail("a string", {});
       for (std::uint64_t i = 0; i < components; ++i) scanner_.rest_of_line();
     }
-    found_.left_out.push_back(name);
   }
 
   void read_values(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
-    const bool wanted = max_channels_ > 0;
-    if (wanted && found_.channels.size() + components > max_channels_) {
+    if (max_channels_ == 0) {
+      values_.skip(tuples * components, "a value");
+      found_.left_out.push_back(name);
+      return;
+    }
+    if (found_.channels.size() + components > max_channels_) {
       scanner_.fail_with(ErrorCode::kMeshTooLarge, "point data '" + printable(name) + "' makes more than " +
                                                        std::to_string(max_channels_) + " channels");
     }
-    std::vector<VtkChannel> channels(wanted ? components : 0);
-    for (std::size_t i = 0; i < channels.size(); ++i) {
-      channels[i].name = components == 1 ? name : name + "." + std::to_string(i);
+    std::vector<NamedChannel> channels = open_channels(name, components);
+    for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) {
+      for (NamedChannel& channel : channels) channel.values.push_back(values_.real_float("a value"));
     }
-    for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) read_tuple(channels, components);
-    if (!wanted) found_.left_out.push_back(name);
     std::move(channels.begin(), channels.end(), std::back_inserter(found_.channels));
   }
 
-  void read_tuple(std::vector<VtkChannel>& channels, std::uint64_t components) {
-    for (std::uint64_t i = 0; i < components; ++i) {
-      if (channels.empty()) {
-        scanner_.skip(1, "a value");
-        continue;
-      }
-      const auto value = static_cast<float>(scanner_.real("a value"));
-      if (!std::isfinite(value)) scanner_.fail_with(ErrorCode::kMeshNonFinite, "the value is too large for a float");
-      channels[i].values.push_back(value);
-    }
-  }
-
+  VtkScanner& values_;
   TextScanner& scanner_;
   const std::uint64_t count_;
   const std::size_t max_channels_;
@@ -200,10 +217,10 @@ class AttributeReader {
 
 }  // namespace
 
-VtkAttributes read_vtk_attributes(TextScanner& scanner, std::uint64_t count, std::size_t max_channels) {
+VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels) {
   return AttributeReader(scanner, count, max_channels).read();
 }
 
-void skip_field(TextScanner& scanner) { AttributeReader(scanner, 0, 0).read_field(); }
+void skip_field(VtkScanner& scanner) { AttributeReader(scanner, 0, 0).read_field(); }
 
 }  // namespace ccslice

@@ -10,25 +10,21 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh/text_scanner.h"
+#include "core/mesh/channels.h"
+#include "core/mesh/vtk_scanner.h"
 
 namespace ccslice {
 
-struct VtkChannel {
-  std::string name;
-  std::vector<float> values;
-};
-
 struct VtkAttributes {
-  std::vector<VtkChannel> channels;
+  std::vector<NamedChannel> channels;
   std::vector<std::string> left_out;  // Names of arrays that make no channels.
 };
 
 /// Reads attributes of `count` tuples each, up to the next section of the file. With `max_channels` 0 all are left out.
 /// Throws Error{kFileSyntax, kMeshNonFinite, kMeshTooLarge}.
-VtkAttributes read_vtk_attributes(TextScanner& scanner, std::uint64_t count, std::size_t max_channels);
+VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels);
 
 /// Passes over a FIELD whose keyword has been taken.
-void skip_field(TextScanner& scanner);
+void skip_field(VtkScanner& scanner);
 
 }  // namespace ccslice

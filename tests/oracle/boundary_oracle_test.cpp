@@ -140,8 +140,8 @@ TEST_P(RealBoundary, LimitAgreesWithOpenSubdiv) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealBoundary,
-                         testing::Values("fertility_cmu.vtk", "lower_arm.vtk", "mixed_small.vtk", "mountwithhole.vtk",
-                                         "rod.vtk"),
+                         testing::Values("cylinder.ovm", "fertility_cmu.vtk", "lower_arm.vtk", "mixed_small.vtk",
+                                         "mountwithhole.vtk", "rod.vtk"),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

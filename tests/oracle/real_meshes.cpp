@@ -12,15 +12,16 @@ namespace ccslice::oracle {
 
 const std::vector<std::string>& real_mesh_names() {
   static const std::vector<std::string> names = {
-      "bone_octree.vtk", "ellipsoid.mesh",  "fertility_cmu.vtk", "joint_limit_folds.vtk",
-      "lower_arm.vtk",   "mixed_small.vtk", "mountwithhole.vtk", "rockerarm_cinolib.mesh",
-      "rod.vtk",         "screw2.mesh"};
+      "bone_octree.vtk",        "cylinder.ovm",  "ellipsoid.mesh",  "fertility_cmu.vtk",
+      "joint_limit_folds.vtk",  "lower_arm.vtk", "mixed_small.vtk", "mountwithhole.vtk",
+      "rockerarm_cinolib.mesh", "rod.vtk",       "screw2.mesh"};
   return names;
 }
 
 const std::vector<std::string>& real_meshes_with_convex_edges() {
-  static const std::vector<std::string> names = {"joint_limit_folds.vtk", "lower_arm.vtk",          "mixed_small.vtk",
-                                                 "mountwithhole.vtk",     "rockerarm_cinolib.mesh", "rod.vtk"};
+  static const std::vector<std::string> names = {"cylinder.ovm",    "joint_limit_folds.vtk", "lower_arm.vtk",
+                                                 "mixed_small.vtk", "mountwithhole.vtk",     "rockerarm_cinolib.mesh",
+                                                 "rod.vtk"};
   return names;
 }
 

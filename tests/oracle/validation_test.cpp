@@ -51,6 +51,29 @@ TEST(Valid, TinyMeshesAreAcceptedAsTheyAreAndMirrored) {
   }
 }
 
+TEST(Valid, CellsOfEveryKindMayComeInTheMirroredOrder) {
+  const auto mirrored_order = [](const ControlMesh& mesh, auto which) {
+    std::vector<std::uint32_t> vertices = mesh.cell_vertices;
+    auto corners = vertices.begin();
+    for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
+      const CellKind kind = mesh.cell_kinds[cell];
+      const int count = corner_count(kind), half = count / 2;
+      if (which(cell) && kind == CellKind::kTet) std::iter_swap(corners + 1, corners + 2);
+      if (which(cell) && kind != CellKind::kTet) std::swap_ranges(corners, corners + half, corners + half);
+      corners += count;
+    }
+    return vertices;
+  };
+  for (const TinyMesh& tiny : tiny_meshes()) {
+    for (const std::size_t every : {1, 2, 3}) {
+      ControlMesh mesh = tiny.mesh;
+      mesh.cell_vertices = mirrored_order(tiny.mesh, [&](std::size_t cell) { return cell % every == 0; });
+      EXPECT_NO_THROW(validate(mesh)) << tiny.name << ", every " << every;
+      EXPECT_EQ(mesh.cell_vertices, tiny.mesh.cell_vertices) << tiny.name << ", every " << every;
+    }
+  }
+}
+
 TEST(Valid, RealMeshesThatMustBeRefusedAre) {
   // mixed_elements holds pyramids: the reader refuses already.
   const auto sphinx = read_real_mesh_ungraded("sphinx_inverted.mesh");

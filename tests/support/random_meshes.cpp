@@ -104,6 +104,23 @@ ControlMesh terrain(Random& random) {
   return mesh;
 }
 
+/// Turns the corner order of about a third of the cells, of whatever kind, into the mirrored one.
+void mirror_some(ControlMesh& mesh, Random random) {
+  auto corners = mesh.cell_vertices.begin();
+  for (const CellKind kind : mesh.cell_kinds) {
+    const int count = corner_count(kind);
+    if (random() % 3 == 0) {
+      const int half = count / 2;
+      if (kind == CellKind::kTet) {
+        std::iter_swap(corners, corners + 1);
+      } else {
+        std::swap_ranges(corners, corners + half, corners + half);
+      }
+    }
+    corners += count;
+  }
+}
+
 ControlMesh shape(RandomKind kind, Random& random) {
   switch (kind) {
     case RandomKind::kPolycube: return polycube(random);
@@ -130,6 +147,7 @@ ControlMesh random_mesh(RandomKind kind, std::uint32_t seed) {
   }
   jitter(mesh, kJitterMm, seed);
   add_random_channels(mesh, 2, seed);
+  mirror_some(mesh, Random(seed));
   return mesh;
 }
 

@@ -18,8 +18,8 @@ enum class RandomKind {
   kTerrain,   // Columns of hexes and wedges, one or two high.
 };
 
-/// Jittered, with two random channels; some boundary edges sharp and some vertices tagged, at random. Not always valid:
-/// pieces may touch at a vertex or an edge only.
+/// Jittered, with two random channels; some boundary edges sharp, some vertices tagged, and the corners of some cells
+/// in mirrored order, at random. Not always valid: pieces may touch at a vertex or an edge only.
 ControlMesh random_mesh(RandomKind kind, std::uint32_t seed);
 
 }  // namespace ccslice::oracle

@@ -26,6 +26,8 @@ MeshFile read_shared(const std::string& name) {
 TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("# vtk DataFile Version 2.0\n"), MeshFileKind::kVtk);
   EXPECT_EQ(mesh_file_kind("\n# comment\nMeshVersionFormatted 1"), MeshFileKind::kMedit);
+  EXPECT_EQ(mesh_file_kind("OVM ASCII\n"), MeshFileKind::kOvm);
+  EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);
   expect_error([] { read_mesh("solid cube"); }, ErrorCode::kFileUnsupported, "MEDIT");
@@ -59,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(MeshFile, RealMeshes,
                                          RealMesh{"ellipsoid.mesh", 6816, 7293},
                                          RealMesh{"bone_octree.vtk", 8619, 10356},
                                          RealMesh{"rockerarm_cinolib.mesh", 10600, 12751},
-                                         RealMesh{"mixed_small.vtk", 15, 37}),
+                                         RealMesh{"mixed_small.vtk", 15, 37}, RealMesh{"cylinder.ovm", 288, 399}),
                          [](const auto& info) {
                            const std::string name = info.param.name;
                            return name.substr(0, name.find('.'));

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <initializer_list>
 #include <string>
 
 #include "tests/core/mesh/expect_error.h"
@@ -62,12 +64,11 @@ TEST(ReadVtk, PointScalarsAndFieldsBecomeChannels) {
                                  "VECTORS v float\n0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n"
                                  "FIELD FieldData 2\nmix 2 8 double\n0 10 1 11 2 12 3 13 4 14 5 15 6 16 7 17\n"
                                  "names 1 8 string\na b\nc\nd\ne\nf\ng\nh\ni\n");
-  EXPECT_THAT(file.mesh.channel_names, ElementsAre("hard ness", "mix.0", "mix.1"));
-  ASSERT_EQ(file.mesh.channel_values.size(), 24u);
-  EXPECT_THAT(std::vector<float>(file.mesh.channel_values.begin() + 3, file.mesh.channel_values.begin() + 6),
-              ElementsAre(1.f, 1.f, 11.f));
-  EXPECT_THAT(file.warnings,
-              ElementsAre("cell data 'id' left out", "point data 'v' left out", "point data 'names' left out"));
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("hard ness", "v.0", "v.1", "v.2", "mix.0", "mix.1"));
+  ASSERT_EQ(file.mesh.channel_values.size(), 48u);
+  EXPECT_THAT(std::vector<float>(file.mesh.channel_values.begin() + 6, file.mesh.channel_values.begin() + 12),
+              ElementsAre(1.f, 0.f, 0.f, 0.f, 1.f, 11.f));
+  EXPECT_THAT(file.warnings, ElementsAre("cell data 'id' left out", "point data 'names' left out"));
 }
 
 TEST(ReadVtk, LeavesOutFlatCellsAndSaysSo) {
@@ -85,8 +86,8 @@ TEST(ReadVtk, RefusesPyramidsByCell) {
 }
 
 TEST(ReadVtk, RefusesOtherKindsOfFiles) {
-  expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\n"); },
-               ErrorCode::kFileUnsupported, "ASCII");
+  expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nBASE64\nDATASET UNSTRUCTURED_GRID\n"); },
+               ErrorCode::kFileSyntax, "expected 'ASCII' or 'BINARY', found 'BASE64'");
   expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"); },
                ErrorCode::kFileUnsupported, "POLYDATA");
   expect_error([] { read_vtk("<?xml version=\"1.0\"?>"); }, ErrorCode::kFileSyntax, "vtk DataFile");
@@ -139,10 +140,84 @@ TEST(ReadVtk, NeverAllocatesOrLoopsOverWhatAFileMerelyClaims) {
   expect_error([&] { read_vtk(kHead + "FIELD f 1\na 1 " + huge + " string\nx\n"); }, ErrorCode::kFileSyntax, "string");
 }
 
+/// The numbers as a binary file has them.
+template <typename Integer>
+std::string big_endian(std::initializer_list<Integer> numbers) {
+  std::string bytes;
+  for (const Integer number : numbers) {
+    const auto bits = static_cast<std::uint64_t>(number);
+    for (int shift = 8 * (static_cast<int>(sizeof(Integer)) - 1); shift >= 0; shift -= 8) {
+      bytes += static_cast<char>(bits >> shift & 0xff);
+    }
+  }
+  return bytes + "\n";
+}
+
+const std::string kBinaryHead = "# vtk DataFile Version 4.2\nt\nBINARY\nDATASET UNSTRUCTURED_GRID\n";
+const std::string kBinaryPoints =
+    "POINTS 4 short\n" + big_endian<std::int16_t>({0, 0, 0, 1, 0, 0, 0, 1, 0, -1, -2, 0x0a20});
+const std::string kBinaryTet =
+    "CELLS 1 5\n" + big_endian<std::int32_t>({4, 0, 1, 2, 3}) + "CELL_TYPES 1\n" + big_endian<std::int32_t>({10});
+
+TEST(ReadVtk, ReadsBinaryIntegersOfAllSizes) {
+  const MeshFile file = read_vtk(kBinaryHead + kBinaryPoints + kBinaryTet + "POINT_DATA 4\nFIELD f 4\nbyte 1 4 char\n" +
+                                 big_endian<std::int8_t>({-1, 32, 10, 13}) + "word 1 4 unsigned_short\n" +
+                                 big_endian<std::uint16_t>({0, 1, 2, 65535}) + "wide 1 4 vtktypeint64\n" +
+                                 big_endian<std::int64_t>({0, -1, 1ll << 40, 7}) + "flag 1 4 bit\n\xa0\n");
+  EXPECT_EQ(file.mesh.positions[3], Vec3(-1, -2, 2592));
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("byte", "word", "wide", "flag"));
+  EXPECT_THAT(file.mesh.channel_values,
+              ElementsAre(-1, 0, 0, 1, 32, 1, -1, 0, 10, 2, 1099511627776.f, 1, 13, 65535, 7, 0));
+}
+
+TEST(ReadVtk, NamesTheByteInBinaryFiles) {
+  const std::string before = kBinaryHead + kBinaryPoints;
+  const auto byte = [](const std::string& text) { return "byte " + std::to_string(text.size()) + ": "; };
+  expect_error(
+      [&] {
+        read_vtk(before + "CELLS 1 5\n" + big_endian<std::int32_t>({4, 0, -1, 2, 3}));
+      },
+      ErrorCode::kFileSyntax, byte(before + "CELLS 1 5\n" + std::string(8, ' ')) + "expected a point id, found '-1'");
+  expect_error([&] { read_vtk(before + "SPLINES"); }, ErrorCode::kFileSyntax, byte(before));
+  expect_error([&] { read_vtk(kBinaryHead + "POINTS 4 quad\n"); }, ErrorCode::kFileUnsupported, "'quad' is not known");
+  expect_error([&] { read_vtk(kBinaryHead + "POINTS 4 short 7\n"); }, ErrorCode::kFileSyntax, "the end of the line");
+  expect_error(
+      [&] {
+        read_vtk(kBinaryHead + "POINTS 1 float\n" + big_endian<std::int32_t>({0, 0, 0x7fc00000}));
+      },
+      ErrorCode::kMeshNonFinite, "not a finite number");
+  const std::string whole = before + kBinaryTet;
+  expect_error(
+      [&] {
+        read_vtk(whole + "POINT_DATA 4\nSCALARS a float 1\n" + big_endian<std::int32_t>({0, 0, 0, 0}));
+      },
+      ErrorCode::kFileSyntax, "LOOKUP_TABLE");
+}
+
+TEST(ReadVtk, NeverAllocatesOrLoopsOverWhatABinaryFileMerelyClaims) {
+  const std::string before = kBinaryHead + kBinaryPoints, huge = "9007199254740992";
+  expect_error([&] { read_vtk(kBinaryHead + "POINTS 16000000 double\n"); }, ErrorCode::kFileSyntax, "end of the file");
+  expect_error(
+      [&] {
+        read_vtk(before + "CELLS 2 " + huge + "\n" + big_endian<std::int32_t>({0x7fffffff, 0}));
+      },
+      ErrorCode::kFileSyntax, "end of the file");
+  expect_error([&] { read_vtk(before + "FIELD f 1\na 1024 " + huge + " double\n"); }, ErrorCode::kFileSyntax,
+               "end of the file");
+  expect_error([&] { read_vtk(before + "FIELD f 1\na 1 " + huge + " string\n\x01\xff\xff\xff\xff"); },
+               ErrorCode::kFileSyntax, "a string");
+  expect_error([&] { read_vtk(before + "POINT_DATA " + huge + "\nLOOKUP_TABLE t " + huge + "\n"); },
+               ErrorCode::kFileSyntax, "a colour");
+}
+
 TEST(ReadVtk, EveryTruncationFailsCleanly) {
   const std::string text = kHead + kPoints + kHex;
   for (std::size_t length = 0; length + 2 < text.size(); ++length) {
     EXPECT_THROW(read_vtk(text.substr(0, length)), Error) << length;
+  }
+  const std::string binary = kBinaryHead + kBinaryPoints + kBinaryTet;
+  for (std::size_t length = 0; length + 2 < binary.size(); ++length) {
+    EXPECT_THROW(read_vtk(binary.substr(0, length)), Error) << length;
   }
 }
 

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Files of the contract's own control mesh: .ccmesh, which are a serialized ccslice.v1.ControlMesh, and .json, the same
+// in protobuf's JSON mapping.
+
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "ccslice/v1/mesh.pb.h"
+
+namespace ccslice::cli {
+
+/// Whether the bytes look like JSON: a '{' comes first.
+bool is_json(std::string_view bytes);
+
+/// Reads either. Throws Error{kFileUnsupported} for bytes that are neither, and {kFileSyntax}, with an excerpt
+/// of the place, for JSON that isn't that of a control mesh.
+v1::ControlMesh parse_ccmesh(const std::string& bytes);
+
+/// On one line, without spaces.
+std::string to_json(const v1::ControlMesh& mesh);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/sharpening.h"
+
+#include <utility>
+
+#include "client/cli/console.h"
+#include "client/cli/text_values.h"
+#include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/sharpen.h"
+
+namespace ccslice::cli {
+namespace {
+
+SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, std::vector<std::string>& notes) {
+  if (!(*options.angle_deg > 0) || *options.angle_deg > 180) {
+    throw UsageError("--sharp-angle takes degrees, more than 0 and at most 180; 40 suits machined parts");
+  }
+  SharpEdges found = find_sharp_edges(checked, *options.angle_deg);
+  std::string note = "--sharp-angle tags " + show_count(found.convex.size()) + " convex edges";
+  if (options.reentrant) {
+    note += " and " + show_count(found.reentrant.size()) + " reentrant ones";
+    found.convex.insert(found.convex.end(), found.reentrant.begin(), found.reentrant.end());
+  } else if (!found.reentrant.empty()) {
+    note += "; " + show_count(found.reentrant.size()) + " reentrant ones stay smooth (--sharp-reentrant)";
+  }
+  notes.push_back(note);
+  if (options.reentrant && !found.reentrant.empty()) {
+    notes.push_back("cells at sharp reentrant edges often fold in the limit; `ccslice upload` says where");
+  }
+  return {std::move(found.convex), {}};
+}
+
+SharpFeatures from_file(const std::string& path) {
+  constexpr std::uint64_t kMaxFileBytes = 1ull << 30;
+  const std::string text = read_file_bytes(path, kMaxFileBytes);
+  try {
+    return read_sharp_features(text);
+  } catch (const Error& error) {
+    throw Error(error.code(), path + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+void add_sharp_options(CLI::App& command, SharpOptions& options) {
+  CLI::Option* angle = command
+                           .add_option("--sharp-angle", options.angle_deg,
+                                       "Keep convex edges sharp where the surface of the control mesh turns by at "
+                                       "least so many degrees (a box's edges: 90)")
+                           ->group("Mesh");
+  command
+      .add_flag("--sharp-reentrant", options.reentrant,
+                "With --sharp-angle: reentrant edges too. Cells there often fold")
+      ->needs(angle)
+      ->group("Mesh");
+  command
+      .add_option("--sharp-file", options.file,
+                  "Keep the edges and corners of this list sharp: two vertex ids a line for an edge, one for a corner, "
+                  "from 0")
+      ->group("Mesh");
+}
+
+void sharpen(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
+             std::vector<std::string>& notes) {
+  if (options.angle_deg) add_sharp_features(by_angle(options, checked, notes), mesh);
+  if (!options.file.empty()) add_sharp_features(from_file(options.file), mesh);
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/channels.h"
+
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+std::vector<NamedChannel> open_channels(const std::string& name, std::size_t components) {
+  std::vector<NamedChannel> channels(components);
+  for (std::size_t i = 0; i < components; ++i) {
+    channels[i].name = components == 1 ? name : name + "." + std::to_string(i);
+  }
+  return channels;
+}
+
+void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh) {
+  for (const NamedChannel& channel : channels) {
+    if (channel.values.size() == mesh.vertex_count()) continue;
+    throw Error(ErrorCode::kFileSyntax, "'" + channel.name + "' has " + std::to_string(channel.values.size()) +
+                                            " values for " + std::to_string(mesh.vertex_count()) + " points");
+  }
+  if (channels.empty()) return;
+  const std::size_t old_count = mesh.channel_count();
+  std::vector<float> values;
+  values.reserve(mesh.vertex_count() * (old_count + channels.size()));
+  for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
+    const auto row = mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * old_count);
+    values.insert(values.end(), row, row + static_cast<std::ptrdiff_t>(old_count));
+    for (const NamedChannel& channel : channels) values.push_back(channel.values[vertex]);
+  }
+  for (const NamedChannel& channel : channels) mesh.channel_names.push_back(channel.name);
+  mesh.channel_values = std::move(values);
+}
+
+}  // namespace ccslice

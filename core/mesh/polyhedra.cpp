@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/polyhedra.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/mesh/cell_kind.h"
+
+namespace ccslice {
+namespace {
+
+[[noreturn]] void refuse(std::span<const FaceRing> rings, std::size_t cell) {
+  const auto sides = [&](std::size_t size) {
+    return std::count_if(rings.begin(), rings.end(), [&](const FaceRing& ring) { return ring.size() == size; });
+  };
+  const bool pyramid = rings.size() == 5 && sides(3) == 4 && sides(4) == 1;
+  const std::string what = pyramid ? "a pyramid, which never refines to hexahedra: split it into tetrahedra"
+                                   : "a polyhedron of " + std::to_string(rings.size()) + " faces (" +
+                                         std::to_string(sides(3)) + " triangles, " + std::to_string(sides(4)) +
+                                         " quadrilaterals) that don't close to a hexahedron, a tetrahedron or a wedge";
+  throw Error(ErrorCode::kMeshUnsupportedCell, "cell " + std::to_string(cell) + " (from 0) is " + what, "cells",
+              {static_cast<std::int64_t>(cell)});
+}
+
+std::optional<CellKind> kind_of(std::span<const FaceRing> rings) {
+  const auto triangles = std::count_if(rings.begin(), rings.end(), [](const FaceRing& r) { return r.size() == 3; });
+  const auto quads = std::count_if(rings.begin(), rings.end(), [](const FaceRing& r) { return r.size() == 4; });
+  if (static_cast<std::size_t>(triangles + quads) != rings.size()) return std::nullopt;
+  if (triangles == 0 && quads == 6) return CellKind::kHex;
+  if (triangles == 4 && quads == 0) return CellKind::kTet;
+  if (triangles == 2 && quads == 3) return CellKind::kWedge;
+  return std::nullopt;
+}
+
+bool contains(std::span<const std::uint32_t> items, std::uint32_t item) {
+  return std::find(items.begin(), items.end(), item) != items.end();
+}
+
+/// The vertex outside the base that a face joins to `corner`.
+std::optional<std::uint32_t> neighbour_above(std::span<const FaceRing> rings, const FaceRing& base,
+                                             std::uint32_t corner) {
+  for (const FaceRing& ring : rings) {
+    const auto at = std::find(ring.begin(), ring.end(), corner);
+    if (at == ring.end()) continue;
+    const std::uint32_t next = at + 1 == ring.end() ? ring.front() : *(at + 1);
+    if (!contains(base, next)) return next;
+  }
+  return std::nullopt;
+}
+
+/// From its least vertex towards the lesser neighbour: the same for any start and direction.
+FaceRing canonical(FaceRing ring) {
+  std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end()), ring.end());
+  if (ring.back() < ring[1]) std::reverse(ring.begin() + 1, ring.end());
+  return ring;
+}
+
+/// Whether the faces of the cell with these corners are the given ones.
+bool has_faces(const CornersOfPolyhedron& cell, std::span<const FaceRing> rings) {
+  std::vector<FaceRing> given, built;
+  for (const FaceRing& ring : rings) given.push_back(canonical(ring));
+  for (const LocalFace& face : cell_topology(cell.kind).faces) {
+    FaceRing ring;
+    for (int i = 0; i < face.size; ++i) {
+      const std::uint8_t corner = face.corners[static_cast<std::size_t>(i)];
+      ring.push_back(cell.corners[cell.kind == CellKind::kHex ? vtk_to_bits(corner) : corner]);
+    }
+    built.push_back(canonical(ring));
+  }
+  return std::is_permutation(given.begin(), given.end(), built.begin(), built.end());
+}
+
+}  // namespace
+
+CornersOfPolyhedron corners_of_polyhedron(std::span<const FaceRing> rings, std::size_t cell) {
+  const std::optional<CellKind> kind = kind_of(rings);
+  if (!kind) refuse(rings, cell);
+  const auto base = std::find_if(rings.begin(), rings.end(), [&](const FaceRing& ring) {
+    return ring.size() == (kind == CellKind::kHex ? 4u : 3u);
+  });
+  CornersOfPolyhedron result{*kind, FaceRing(base->rbegin(), base->rend())};
+  const std::size_t above = static_cast<std::size_t>(corner_count(*kind)) - base->size();
+  for (std::size_t i = 0; i < above; ++i) {
+    const auto corner = neighbour_above(rings, *base, result.corners[i]);
+    if (!corner) refuse(rings, cell);
+    result.corners.push_back(*corner);
+  }
+  if (!has_faces(result, rings)) refuse(rings, cell);
+  return result;
+}
+
+}  // namespace ccslice

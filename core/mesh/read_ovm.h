@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// OpenVolumeMesh .ovm, ASCII: Vertices, Edges, Faces and Polyhedra, each a keyword, a count and as many entries. Ids
+// count from 0. An edge is two vertices, a face its half-edges (2 e runs along edge e, 2 e + 1 against it), a cell its
+// half-faces (2 f is face f, 2 f + 1 the same one seen from the other side) [openvolumemesh.org, Text-based File
+// Format].
+//
+// Properties follow: a line `VProp float "name"`, then a line for each vertex. Those of vertices of the types int,
+// uint, short, ushort, long, ulong, bool, float and double become material channels; so do vectors of them (vec2f ...
+// vec4d), one channel for each component ("name.0", "name.1", ...). All others are left out and reported. Refused:
+// polyhedra that are neither hexahedra nor tetrahedra nor wedges, and the binary kind .ovmb.
+
+#pragma once
+
+#include <string_view>
+
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice {
+
+/// Throws Error{kFileSyntax, kFileUnsupported, kMeshNonFinite, kMeshTooLarge, kMeshUnsupportedCell,
+/// kMeshIndexOutOfRange, kMeshEmpty}; messages name the line and the token, or the cell.
+MeshFile read_ovm(std::string_view text, const MeshLimits& limits = {});
+
+}  // namespace ccslice

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/vtk_scanner.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+namespace {
+
+std::uint64_t big_endian(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (const char byte : bytes) value = value << 8 | static_cast<std::uint8_t>(byte);
+  return value;
+}
+
+/// The two's complement number in the low bytes.
+std::int64_t sign_extended(std::uint64_t bits, unsigned size_bytes) {
+  const unsigned unused = 64 - 8 * size_bytes;
+  return static_cast<std::int64_t>(bits << unused) >> unused;
+}
+
+}  // namespace
+
+constexpr VtkScanner::Type VtkScanner::kTypes[] = {
+    {"float", Kind::kFloat, 4},
+    {"double", Kind::kFloat, 8},
+    {"int", Kind::kSigned, 4},
+    {"unsigned_int", Kind::kUnsigned, 4},
+    {"short", Kind::kSigned, 2},
+    {"unsigned_short", Kind::kUnsigned, 2},
+    {"char", Kind::kSigned, 1},
+    {"signed_char", Kind::kSigned, 1},
+    {"unsigned_char", Kind::kUnsigned, 1},
+    {"long", Kind::kSigned, 8},
+    {"unsigned_long", Kind::kUnsigned, 8},
+    {"vtkIdType", Kind::kSigned, 4},
+    {"vtktypeint64", Kind::kSigned, 8},
+    {"vtktypeuint64", Kind::kUnsigned, 8},
+    {"vtktypeint32", Kind::kSigned, 4},
+    {"vtktypeuint32", Kind::kUnsigned, 4},
+    {"vtktypeint16", Kind::kSigned, 2},
+    {"vtktypeuint16", Kind::kUnsigned, 2},
+    {"vtktypeint8", Kind::kSigned, 1},
+    {"vtktypeuint8", Kind::kUnsigned, 1},
+    {"bit", Kind::kBit, 1},
+};
+
+void VtkScanner::set_binary() noexcept {
+  binary_ = true;
+  text_.name_byte_offsets();
+}
+
+void VtkScanner::open_array(std::string_view type) {
+  if (!binary_) return;
+  const Type* known = std::find_if(std::begin(kTypes), std::end(kTypes),
+                                   [&](const Type& known) { return equals_ignoring_case(type, known.name); });
+  if (known == std::end(kTypes)) {
+    text_.fail_with(ErrorCode::kFileUnsupported, "data type " + quoted(printable(type)) + " is not known");
+  }
+  type_ = *known;
+  bits_left_ = 0;
+  text_.end_line();
+}
+
+std::uint64_t VtkScanner::next_packed_bit(std::string_view expected) {
+  if (bits_left_ == 0) {
+    bits_ = static_cast<std::uint8_t>(text_.bytes(1, expected).front());
+    bits_left_ = 8;
+  }
+  const std::uint64_t bit = bits_ >> 7;
+  bits_ = static_cast<std::uint8_t>(bits_ << 1);
+  --bits_left_;
+  return bit;
+}
+
+std::uint64_t VtkScanner::next_bits(std::string_view expected) {
+  if (type_.kind == Kind::kBit) return next_packed_bit(expected);
+  return big_endian(text_.bytes(type_.size_bytes, expected));
+}
+
+double VtkScanner::next_value(std::string_view expected) {
+  const std::uint64_t bits = next_bits(expected);
+  switch (type_.kind) {
+    case Kind::kFloat:
+      return type_.size_bytes == 8 ? std::bit_cast<double>(bits)
+                                   : double{std::bit_cast<float>(static_cast<std::uint32_t>(bits))};
+    case Kind::kSigned: return static_cast<double>(sign_extended(bits, type_.size_bytes));
+    default: return static_cast<double>(bits);
+  }
+}
+
+double VtkScanner::real(std::string_view expected) {
+  if (!binary_) return text_.real(expected);
+  const double value = next_value(expected);
+  if (!std::isfinite(value)) {
+    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not a finite number");
+  }
+  return value;
+}
+
+float VtkScanner::real_float(std::string_view expected) {
+  if (!binary_) return text_.real_float(expected);
+  const auto value = static_cast<float>(next_value(expected));
+  if (!std::isfinite(value)) {
+    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not finite, or too large for a float");
+  }
+  return value;
+}
+
+std::uint64_t VtkScanner::count(std::string_view expected) {
+  if (!binary_) return text_.count(expected);
+  if (type_.kind == Kind::kFloat) text_.fail("integers", type_.name);
+  const std::uint64_t bits = next_bits(expected);
+  const bool negative = type_.kind == Kind::kSigned && sign_extended(bits, type_.size_bytes) < 0;
+  if (negative || bits > (std::uint64_t{1} << 53)) {
+    text_.fail(expected, negative ? std::to_string(sign_extended(bits, type_.size_bytes)) : std::to_string(bits));
+  }
+  return bits;
+}
+
+void VtkScanner::skip(std::uint64_t values, std::string_view expected) {
+  if (!binary_) return text_.skip(values, expected);
+  if (type_.kind == Kind::kBit) values = values / 8 + (values % 8 != 0);
+  for (int i = 0; i < type_.size_bytes; ++i) text_.bytes(values, expected);
+}
+
+void VtkScanner::skip_binary_strings(std::uint64_t values) {
+  text_.end_line();
+  for (std::uint64_t i = 0; i < values; ++i) {
+    // The two highest bits of a length say how many bytes it takes: 11 one, 10 two, 01 four, 00 eight.
+    const auto first = static_cast<std::uint8_t>(text_.bytes(1, "a string").front());
+    const std::uint64_t more_bytes = (std::uint64_t{1} << (3 - (first >> 6))) - 1;
+    const std::uint64_t high = first & 0x3f;
+    const std::uint64_t length = high << (8 * more_bytes) | big_endian(text_.bytes(more_bytes, "a string"));
+    text_.bytes(length, "a string");
+  }
+}
+
+}  // namespace ccslice

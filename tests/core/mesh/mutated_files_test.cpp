@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Damaged files of every kind that the core reads: each gives a mesh or an Error, and no count in it makes a reader
+// take more memory than the file's own bytes account for.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/sharpen.h"
+#include "core/mesh/validate.h"
+#include "tests/support/allocation_count.h"
+#include "tests/support/mutate.h"
+
+namespace ccslice {
+namespace {
+
+constexpr int kMutations = 1000;
+constexpr std::uint32_t kSeed = 20190528;
+constexpr std::size_t kMaxBytesPerByte = 400, kMaxFixedBytes = 1 << 20;
+
+void expect_consistent(const ControlMesh& mesh) {
+  std::size_t corners = 0;
+  for (const CellKind kind : mesh.cell_kinds) corners += static_cast<std::size_t>(corner_count(kind));
+  EXPECT_EQ(mesh.cell_vertices.size(), corners);
+  EXPECT_EQ(mesh.channel_values.size(), mesh.channel_count() * mesh.vertex_count());
+  EXPECT_TRUE(std::all_of(mesh.cell_vertices.begin(), mesh.cell_vertices.end(),
+                          [&](std::uint32_t vertex) { return vertex < mesh.vertex_count(); }));
+}
+
+class MutatedFiles : public testing::TestWithParam<const char*> {};
+
+TEST_P(MutatedFiles, GiveAMeshOrAnError) {
+  constexpr std::uint64_t kMaxFileBytes = 1 << 20;
+  const std::string original =
+      read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/" + std::string(GetParam()), kMaxFileBytes);
+  std::mt19937 random(kSeed);
+  int meshes = 0;
+  for (int mutation = 0; mutation < kMutations; ++mutation) {
+    const std::string bytes = oracle::mutated(original, random);
+    const std::size_t before = oracle::allocated_bytes();
+    try {
+      ControlMesh mesh = read_mesh(bytes).mesh;
+      expect_consistent(mesh);
+      ++meshes;
+      validate(mesh);
+    } catch (const Error& error) {
+      EXPECT_NE(error.code(), ErrorCode::kInternal) << error.what();
+    }
+    EXPECT_LT(oracle::allocated_bytes() - before, kMaxFixedBytes + kMaxBytesPerByte * bytes.size())
+        << "mutation " << mutation;
+  }
+  EXPECT_GT(meshes, kMutations / 50) << "hardly any damage was harmless: does the file read at all?";
+  EXPECT_LT(meshes, kMutations);
+}
+
+INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles,
+                         testing::Values("meshio.mesh", "house.ovm", "vtk_ascii_4_2.vtk", "vtk_ascii_5_1.vtk",
+                                         "vtk_binary_4_2.vtk", "vtk_binary_5_1.vtk", "meshio_binary_5_1.vtk"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), '.', '_');
+                           return name;
+                         });
+
+TEST(MutatedSharpFeatures, GiveAListOrAnError) {
+  const std::string original = "# edges\n0 1\n1 2\n7\n12 13 # a comment\n\n4\n";
+  std::mt19937 random(kSeed);
+  int lists = 0;
+  for (int mutation = 0; mutation < kMutations; ++mutation) {
+    try {
+      read_sharp_features(oracle::mutated(original, random));
+      ++lists;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kFileSyntax) << error.what();
+    }
+  }
+  EXPECT_GT(lists, 0);
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The contract's control meshes, serialized or as JSON, from arbitrary bytes: a mesh or an Error, nothing else.
+
+#include <cstdint>
+#include <string>
+
+#include "client/cli/ccmesh.h"
+#include "client/cli/mesh_convert.h"
+#include "core/base/error.h"
+#include "core/mesh/validate.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  try {
+    ccslice::ControlMesh mesh = ccslice::cli::from_proto(ccslice::cli::parse_ccmesh(bytes));
+    ccslice::validate(mesh);
+  } catch (const ccslice::Error&) {
+  }
+  return 0;
+}
