@@ -67,8 +67,15 @@ void append_box_sharp_edges(const BoxShape& shape, const Lattice& lattice, Contr
   }
 }
 
-constexpr std::array<SampleModel, 2> kModels = {
+constexpr std::array<SampleModel, 6> kModels = {
     {{"box", "a 24 x 16 x 8 mm box with sharp edges, 48 cells, channel 'gradient' along x", [] { return make_box(); }},
+     {"bracket", "a topology-optimized plate of 144 mm, 163 cells, channel 'stiffness' from the middle outwards",
+      make_bracket},
+     {"coyote", "a coyote standing, on its side, of 84 mm, 48 cells, channel 'stiffness' from its back to its paws",
+      make_coyote},
+     {"engine", "a block of 46 mm with six bores, 301 cells, channel 'hardness' highest in the bores' liners",
+      make_engine},
+     {"grid", "a lattice of 56 mm, 1,000 cells, channel 'stiffness' along x and higher within the nodes", make_grid},
      {"ring", "a ring of 83.5 mm, 512 regular cells, channel 'hardness' from its inner to its outer radius",
       [] { return make_ring(); }}}};
 

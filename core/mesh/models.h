@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Sample solids made from formulas.
+// Sample solids made by code: the models of [Luu19, Fig. 7 and Table 2] anew, and a box.
 //
 // RING is a ring of the size class of the ring in [Luu19, Table 2]: 32 cells round, 4 across, 4 high. Its four circular
 // edges are sharp, which makes every cell regular, so its limit is known in closed form. Round the ring it is the
@@ -40,6 +40,14 @@ struct BoxShape {
 
 /// With one corner at the origin. One channel, "gradient": 0 at x = 0, 1 at the other end. REQUIRES: counts >= 1.
 ControlMesh make_box(const BoxShape& shape = {});
+
+/// After the other samples of [Luu19, Fig. 7]: the same cell counts and sizes, all edges smooth. Without folds.
+/// COYOTE: 48 cells, channel "stiffness" from its back to its paws. ENGINE: 301, "hardness", 1 in the liners.
+/// BRACKET: 163, "stiffness" from the middle outwards. GRID: 1,000, "stiffness" along x, more in the nodes' cores.
+ControlMesh make_coyote();
+ControlMesh make_engine();
+ControlMesh make_bracket();
+ControlMesh make_grid();
 
 struct SampleModel {
   std::string_view name;

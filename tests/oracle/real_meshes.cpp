@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/mesh/mesh_file.h"
+#include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::oracle {
@@ -25,7 +26,13 @@ const std::vector<std::string>& real_meshes_with_convex_edges() {
   return names;
 }
 
+const std::vector<std::string>& irregular_sample_names() {
+  static const std::vector<std::string> names = {"bracket", "coyote", "engine", "grid"};
+  return names;
+}
+
 std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name) {
+  if (const SampleModel* sample = find_sample_model(name)) return sample->make();
   const auto path = std::filesystem::path(CCSLICE_SHARED_MESHES_DIR) / name;
   if (!std::filesystem::exists(path)) return std::nullopt;
   return read_mesh(read_file_bytes(path.string(), std::uint64_t{1} << 30)).mesh;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Real meshes that aren't part of the repository (CCSLICE_SHARED_MESHES_DIR). Tests skip where they are absent.
+// The samples that the core makes stand beside them and are always there.
 
 #pragma once
 
@@ -17,6 +18,9 @@ namespace ccslice::oracle {
 const std::vector<std::string>& real_mesh_names();
 /// Those of them that have edges with one hex.
 const std::vector<std::string>& real_meshes_with_convex_edges();
+
+/// The samples of core/mesh/models.h with irregular cells. The functions below take their names too.
+const std::vector<std::string>& irregular_sample_names();
 
 /// Graded by coordinates (channels x, y, z) and by the distance from the middle ("radius"), unless the file brings
 /// channels of its own. Nothing if the file isn't there.

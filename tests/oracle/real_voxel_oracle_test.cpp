@@ -94,6 +94,9 @@ TEST_P(SharpRealVoxels, TakeTheirMaterialFromTheirOwnPlace) {
   EXPECT_EQ(residuals.beyond, 0u) << "worst " << residuals.worst_mm << " mm, unresolved " << residuals.unresolved;
 }
 
+INSTANTIATE_TEST_SUITE_P(Samples, RealVoxels, testing::ValuesIn(irregular_sample_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
@@ -117,6 +120,9 @@ TEST_P(RealMaterials, AgreeWithAlgorithm1) {
   RecordProperty("not_found_by_algorithm_1", static_cast<int>(result.not_found));
   RecordProperty("worst", std::to_string(result.worst));
 }
+
+INSTANTIATE_TEST_SUITE_P(Samples, RealMaterials, testing::Values("bracket", "coyote", "engine"),
+                         [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials,
                          testing::Values("rod.vtk", "fertility_cmu.vtk", "mountwithhole.vtk", "mixed_small.vtk"),
