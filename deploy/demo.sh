@@ -7,11 +7,12 @@
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=deploy/local_server.sh
+source deploy/local_server.sh
 
 readonly out=out/demo
 readonly layers=284..291
 readonly job=("$out/ring.ccmesh" --pitch "0.0423,0.0846,0.03" --channel hardness)
-server_pid=
 
 step() {
   printf '\n== %s\n' "$*"
@@ -31,34 +32,9 @@ quietly() {
   }
 }
 
-stop_server() {
-  if [[ -n $server_pid ]]; then
-    kill "$server_pid" 2>/dev/null || true
-    wait "$server_pid" 2>/dev/null || true
-    server_pid=
-  fi
-}
 trap stop_server EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
-
-# Sets CCSLICE_SERVER, which the command line reads.
-start_server() {
-  build/release/server/ccsliced --listen 127.0.0.1:0 >"$out/server.log" 2>&1 &
-  server_pid=$!
-  local tries
-  for ((tries = 0; tries < 200; ++tries)); do
-    CCSLICE_SERVER=$(sed -n 's/.* serves on \([^ ]*\): .*/\1/p' "$out/server.log")
-    [[ -z $CCSLICE_SERVER ]] || break
-    kill -0 "$server_pid" 2>/dev/null || break
-    sleep 0.1
-  done
-  if [[ -z $CCSLICE_SERVER ]]; then
-    cat "$out/server.log" >&2
-    fail "the server didn't start"
-  fi
-  export CCSLICE_SERVER
-}
 
 ccslice() {
   echo "\$ ccslice $*"
@@ -77,7 +53,7 @@ quietly cmake --build build/release --parallel "$(nproc)" --target ccsliced ccsl
 echo "build/release/server/ccsliced, build/release/client/ccslice"
 
 step "Server"
-start_server
+start_server "$out/server.log"
 echo "ccsliced serves on $CCSLICE_SERVER, its log is $out/server.log"
 
 step "The ring: a control mesh graded from its inner to its outer radius"

@@ -11,6 +11,7 @@
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/part_box.h"
 #include "client/cli/placement.h"
 
 namespace ccslice::cli {
@@ -25,19 +26,6 @@ struct ShowOptions {
 };
 
 constexpr std::string_view kShades = ".:-=+*#%@";
-
-/// The placed part's bounding box.
-v1::Box3 part_box(Session& session, const std::string& id, const v1::Placement& placement) {
-  v1::PlanSlicesRequest request;
-  request.set_mesh_id(id);
-  *request.mutable_placement() = placement;
-  // Any grid does: only the box is wanted. One voxel of the largest pitch is always within the limits.
-  const double pitch = session.server_info().slice_limits().max_pitch_mm();
-  request.mutable_grid()->mutable_pitch()->set_x_mm(pitch);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(pitch);
-  return session.client().plan(request, session.call()).grid().part_box();
-}
 
 /// One layer across the box at a fraction of its height, a voxel a character; characters are twice as high as wide.
 v1::GridSpec picture_grid(const v1::Box3& box, const ShowOptions& options) {

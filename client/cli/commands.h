@@ -26,5 +26,6 @@ Command add_plan(CLI::App& parent, CommonOptions& common);
 Command add_slice(CLI::App& parent, CommonOptions& common);
 Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
+Command add_picture(CLI::App& parent, CommonOptions& common);
 
 }  // namespace ccslice::cli

@@ -102,7 +102,7 @@ TEST_F(CommandLine, HelpTeaches) {
   const ProcessResult help = run_alone({"--help"});
   EXPECT_EQ(help.exit_code, cli::kExitOk);
   EXPECT_THAT(help.out, HasSubstr("Exit codes"));
-  for (const char* command : {"slice", "plan", "show", "probe", "info", "upload", "models", "convert"}) {
+  for (const char* command : {"slice", "plan", "show", "picture", "probe", "info", "upload", "models", "convert"}) {
     const ProcessResult result = run_alone({command, "--help"});
     EXPECT_EQ(result.exit_code, cli::kExitOk);
     EXPECT_THAT(result.out, HasSubstr("Example")) << command;
@@ -116,7 +116,9 @@ TEST_F(CommandLine, WritesSamplesThatTheServerTakes) {
   ASSERT_EQ(plan.exit_code, cli::kExitOk) << plan.err;
   EXPECT_EQ(json_at(plan.out, "grid.columns").number_value(), 1975);
   EXPECT_EQ(json_at(plan.out, "layer_count").number_value(), 576);
-  EXPECT_THAT(run_alone({"models", "--json"}).out, HasSubstr("\"ring\""));
+  for (const char* name : {"bracket", "coyote", "engine", "grid", "ring"}) {
+    EXPECT_THAT(run_alone({"models", "--json"}).out, HasSubstr("\"" + std::string(name) + "\""));
+  }
 }
 
 TEST_F(CommandLine, UploadsAndDescribes) {
@@ -189,6 +191,19 @@ TEST_F(CommandLine, ShowsALayer) {
   EXPECT_THAT(result.out, HasSubstr("....."));
   EXPECT_THAT(result.out, HasSubstr("@@@@@\n"));
   EXPECT_THAT(result.out, HasSubstr("z = 4 mm"));
+}
+
+TEST_F(CommandLine, DrawsAPictureOfACutPart) {
+  const std::vector<std::string> command = {"picture",  box_,       "--channel", "gradient",      "--cut",
+                                            "x=0.5",    "--voxels", "24",        "--width",       "100",
+                                            "--rotate", "x=90",     "-o",        path("box.png"), "--json"};
+  const ProcessResult result = run(command);
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_EQ(json_at(result.out, "width").number_value(), 100);
+  EXPECT_THAT(read_whole(path("box.png")), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(run(command).exit_code, cli::kExitOutput) << "the file is there";
+  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", "half"}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--view", "30"}).exit_code, cli::kExitUsage);
 }
 
 TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {

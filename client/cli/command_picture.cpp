@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/cli/console.h"
+#include "client/cli/cut_view.h"
+#include "client/cli/json.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/output_file.h"
+#include "client/cli/part_box.h"
+#include "client/cli/placement.h"
+#include "client/cli/png_file.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct PictureOptions {
+  MeshOptions mesh;
+  PlacementOptions placement;
+  std::string channel, view, output;
+  std::vector<std::string> cuts;
+  std::uint32_t width = 640, voxels = 240;
+  bool force = false;
+};
+
+CutView parse_view(const PictureOptions& options) {
+  CutView view;
+  view.width = static_cast<int>(options.width);
+  if (!options.view.empty()) {
+    const std::vector<double> angles = parse_numbers("--view", options.view, 2, 2);
+    view.azimuth_deg = angles[0];
+    view.elevation_deg = angles[1];
+  }
+  for (const std::string& cut : options.cuts) {
+    const std::size_t axis = std::string_view("xyz").find(cut.substr(0, 1));
+    if (cut.size() < 3 || cut[1] != '=' || axis == std::string_view::npos) {
+      throw UsageError("--cut: '" + cut + "' should be an axis and a fraction of the part's extent, such as x=0.5");
+    }
+    view.cut[axis] = parse_number("--cut", std::string_view(cut).substr(2));
+  }
+  return view;
+}
+
+/// Cubic voxels, as many as wanted along the longest side of the box.
+v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
+                                    const PictureOptions& options) {
+  const double longest = std::max(
+      {box.max_mm().x() - box.min_mm().x(), box.max_mm().y() - box.min_mm().y(), box.max_mm().z() - box.min_mm().z()});
+  v1::SliceRangeRequest request;
+  request.set_mesh_id(id);
+  *request.mutable_placement() = placement;
+  v1::VoxelPitch& pitch = *request.mutable_grid()->mutable_pitch();
+  pitch.set_x_mm(longest / options.voxels);
+  pitch.set_y_mm(longest / options.voxels);
+  pitch.set_z_mm(longest / options.voxels);
+  request.add_planes()->mutable_occupancy();
+  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
+  if (!options.channel.empty()) {
+    request.add_planes()->mutable_channel()->set_name(options.channel);
+    request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  }
+  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  return request;
+}
+
+void append_layer(const v1::GridExtent& extent, const client::Layer& layer, VoxelBlock& block) {
+  block.size = {static_cast<int>(extent.columns()), static_cast<int>(extent.rows()), static_cast<int>(extent.layers())};
+  const std::size_t columns = extent.columns(), stride = (columns + 7) / 8;
+  const std::string& inside = layer.planes[0].samples;
+  for (std::size_t row = 0; row < extent.rows(); ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const auto bits = static_cast<unsigned char>(inside[row * stride + column / 8]);
+      block.inside.push_back(bits >> (7 - column % 8) & 1);
+    }
+  }
+  if (layer.planes.size() > 1) {
+    const std::string& values = layer.planes[1].samples;
+    block.value.insert(block.value.end(), values.begin(), values.end());
+  } else {
+    block.value.resize(block.inside.size());
+  }
+}
+
+VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request) {
+  VoxelBlock block;
+  std::unique_ptr<Progress> progress;
+  session.client().slice(
+      request,
+      [&](const v1::SliceHeader& header, const client::Layer& layer) {
+        const v1::GridExtent& extent = header.grid().extent();
+        if (!progress) progress = std::make_unique<Progress>("slicing", "layers", extent.layers(), session.quiet());
+        append_layer(extent, layer, block);
+        progress->update(layer.index + 1);
+      },
+      session.call());
+  return block;
+}
+
+void run_picture(Session& session, const PictureOptions& options) {
+  const CutView view = parse_view(options);
+  const v1::Placement placement = parse_placement(options.placement);
+  refuse_to_overwrite(options.output, options.force);
+  const std::string id = ensure_on_server(session, options.mesh);
+  const v1::Box3 box = part_box(session, id, placement);
+  const Picture picture = draw_cut_view(slice_block(session, block_request(id, placement, box, options)), view);
+  const std::string png = to_png(picture);
+  write_file(options.output, png);
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("file", options.output).member("width", static_cast<std::uint64_t>(picture.width));
+    json.member("height", static_cast<std::uint64_t>(picture.height)).member("size_bytes", png.size());
+    return print_line(json.end_object().text());
+  }
+  print_line(options.output + ": " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + ", " +
+             show_bytes(png.size()));
+}
+
+}  // namespace
+
+Command add_picture(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<PictureOptions>();
+  CLI::App* app = parent.add_subcommand("picture", "Write a picture of a part, whole or cut open, as a PNG file");
+  add_mesh_options(*app, options->mesh);
+  app->add_option("--channel", options->channel, "Colour by this material channel");
+  app->add_option("--cut", options->cuts,
+                  "AXIS=FRACTION: cut away what lies on the viewer's side of a plane across x, y or z at a fraction of "
+                  "the part's extent; may be repeated: then what lies on that side of all")
+      ->allow_extra_args(false);
+  app->add_option("--view", options->view,
+                  "AZIMUTH,ELEVATION: where the viewer stands, degrees from +x towards +y and above the horizon "
+                  "(default: -60,30)");
+  constexpr std::uint32_t kNarrowest = 16, kWidest = 4000, kCoarsest = 8, kFinest = 600;
+  app->add_option("--width", options->width, "Of the picture; the height follows")
+      ->check(CLI::Range(kNarrowest, kWidest))
+      ->capture_default_str();
+  app->add_option("--voxels", options->voxels, "Along the part's longest side: how fine the picture is")
+      ->check(CLI::Range(kCoarsest, kFinest))
+      ->capture_default_str();
+  app->add_option("-o,--output", options->output, "File to write")->required();
+  app->add_flag("--force", options->force, "Replace the file if it is there");
+  add_placement_options(*app, options->placement);
+  add_server_options(*app, common);
+  app->footer("Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png");
+  return {app, [options](Session& session) { run_picture(session, *options); }};
+}
+
+}  // namespace ccslice::cli
