@@ -15,9 +15,9 @@ namespace ccslice::client {
 
 struct Plane {
   v1::PlaneSpec spec;   // With defaults filled in, as the server reported it.
-  std::string encoded;  // As it travelled: a PNG file, a zstd frame, or the samples themselves.
-  std::string samples;  // Decoded, size and CRC-32 checked: rows of samples as in PLANE_ENCODING_RAW. Empty for PNG,
-                        // which is passed through.
+  std::string encoded;  // As it travelled: a picture file, a zstd frame, or the samples themselves.
+  std::string samples;  // Decoded, size and CRC-32 checked: rows of samples as in PLANE_ENCODING_RAW. Empty for
+                        // pictures, which are passed through.
   v1::PlaneResult result;
 };
 

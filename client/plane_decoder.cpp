@@ -51,10 +51,15 @@ void check_png(const std::string& bytes) {
   if (!whole) corrupt("a PNG plane is not a whole PNG file");
 }
 
+void check_start(const std::string& bytes, std::string_view signature, const char* format) {
+  if (!bytes.starts_with(signature)) corrupt("a plane is no " + std::string(format) + " file");
+}
+
 }  // namespace
 
 std::uint64_t sample_bytes(const v1::PlaneSpec& spec, const v1::GridExtent& extent) {
-  const std::uint64_t columns = extent.columns();
+  const std::uint64_t columns =
+      extent.columns() * std::uint64_t(spec.has_channels() ? spec.channels().names_size() : 1);
   const std::uint64_t rows = extent.rows();
   switch (spec.sample_type()) {
     case v1::SAMPLE_TYPE_BIT: return (columns + 7) / 8 * rows;
@@ -73,6 +78,8 @@ void decode_plane(const v1::GridExtent& extent, Plane& plane) {
   }
   switch (plane.spec.encoding()) {
     case v1::PLANE_ENCODING_PNG: return check_png(plane.encoded);
+    case v1::PLANE_ENCODING_TIFF: return check_start(plane.encoded, std::string_view("II*\0", 4), "TIFF");
+    case v1::PLANE_ENCODING_EXR: return check_start(plane.encoded, "\x76\x2f\x31\x01", "OpenEXR");
     case v1::PLANE_ENCODING_RAW: plane.samples = plane.encoded; break;
     case v1::PLANE_ENCODING_RAW_ZSTD: plane.samples = inflate_frame(plane.encoded, expected_bytes); break;
     default: corrupt("the server reports a plane without a known encoding");

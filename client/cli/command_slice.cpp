@@ -122,7 +122,7 @@ client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& r
   } catch (const std::exception&) {
     if (done > 0 && !session.quiet()) {
       print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " + output +
-                 "; there is no slices.json, since the job isn't complete");
+                 "; there is no manifest.json, since the job isn't complete");
     }
     throw;
   }
@@ -168,7 +168,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<SliceOptions>();
   CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
   add_job_options(*app, options->job);
-  app->add_option("-o,--output", options->output, "Folder for the layers; slices.json in it is written last")
+  app->add_option("-o,--output", options->output, "Folder for the layers; manifest.json in it is written last")
       ->required();
   app->add_option("--layers", options->layers,
                   "FIRST..LAST, both included, or one layer, counted from 0 (default: all)");

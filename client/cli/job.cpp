@@ -17,11 +17,22 @@ std::optional<v1::SampleType> sample_type_of(const std::string& text) {
   return std::nullopt;
 }
 
-v1::PlaneEncoding encoding_of(const std::string& name, v1::SampleType type) {
+v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plane) {
   if (name == "raw") return v1::PLANE_ENCODING_RAW;
   if (name == "zstd") return v1::PLANE_ENCODING_RAW_ZSTD;
-  const bool floats = type == v1::SAMPLE_TYPE_FLOAT32;
-  if (name == "png" && floats) throw UsageError("PNG has no floating point samples; take u8, u16, or --encoding zstd");
+  const bool floats = plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32;
+  if (name == "png" && floats) {
+    throw UsageError("PNG has no floating point samples; take u8, u16, or --encoding tiff, exr or zstd");
+  }
+  if (name == "tiff") {
+    if (plane.has_channels()) throw UsageError("TIFF has no names for all channels; take --encoding exr or zstd");
+    return v1::PLANE_ENCODING_TIFF;
+  }
+  if (name == "exr") {
+    if (!floats) throw UsageError("EXR has floating point samples only; take f32, or --encoding png, tiff or auto");
+    return v1::PLANE_ENCODING_EXR;
+  }
+  if (plane.has_channels()) return v1::PLANE_ENCODING_EXR;
   return floats ? v1::PLANE_ENCODING_RAW_ZSTD : v1::PLANE_ENCODING_PNG;
 }
 
@@ -105,8 +116,14 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
           "given. May be repeated")
       ->allow_extra_args(false)
       ->group("Pictures");
-  command.add_option("--encoding", options.encoding, "png, zstd or raw; auto is png, and zstd for f32")
-      ->check(CLI::IsMember({"auto", "png", "zstd", "raw"}))
+  command
+      .add_flag("--all-channels", options.all_channels,
+                "One picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
+      ->group("Pictures");
+  command
+      .add_option("--encoding", options.encoding,
+                  "png, tiff, exr (floats only), zstd or raw; auto is png, zstd for f32, and exr for --all-channels")
+      ->check(CLI::IsMember({"auto", "png", "tiff", "exr", "zstd", "raw"}))
       ->capture_default_str()
       ->group("Pictures");
   command
@@ -134,12 +151,17 @@ v1::GridSpec parse_grid(const GridOptions& options) {
 
 std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only) {
   std::vector<v1::PlaneSpec> planes;
-  if (options.occupancy || (options.channels.empty() && !contours_only)) {
+  const bool named = !options.channels.empty() || options.all_channels;
+  if (options.occupancy || (!named && !contours_only)) {
     planes.emplace_back().mutable_occupancy();
     planes.back().set_sample_type(v1::SAMPLE_TYPE_BIT);
   }
   for (const std::string& channel : options.channels) planes.push_back(parse_channel(channel));
-  for (v1::PlaneSpec& plane : planes) plane.set_encoding(encoding_of(options.encoding, plane.sample_type()));
+  if (options.all_channels) {
+    planes.emplace_back().mutable_channels();
+    planes.back().set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  }
+  for (v1::PlaneSpec& plane : planes) plane.set_encoding(encoding_of(options.encoding, plane));
   return planes;
 }
 

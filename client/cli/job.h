@@ -26,6 +26,7 @@ struct GridOptions {
 struct PlaneOptions {
   bool occupancy = false;
   std::vector<std::string> channels;  // NAME[:u8|u16|f32[:MIN..MAX]].
+  bool all_channels = false;          // One picture of all of them.
   std::string encoding = "auto";
   std::optional<double> tolerance_mm = std::nullopt;
 };
@@ -36,7 +37,8 @@ void add_plane_options(CLI::App& command, PlaneOptions& options);
 // All throw UsageError.
 
 v1::GridSpec parse_grid(const GridOptions& options);
-/// Occupancy first, then the channels in order; occupancy if nothing is named and `contours_only` isn't set.
+/// Occupancy first, then the channels in order, then all of them in one; occupancy if nothing is named and
+/// `contours_only` isn't set.
 std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only);
 
 }  // namespace ccslice::cli

@@ -17,13 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kManifest = "slices.json";
+constexpr const char* kManifest = "manifest.json";
 constexpr std::string_view kLayerPrefix = "layer_";
 constexpr std::size_t kFewestDigits = 4;
 
 const char* extension_of(v1::PlaneEncoding encoding) {
   switch (encoding) {
     case v1::PLANE_ENCODING_PNG: return ".png";
+    case v1::PLANE_ENCODING_TIFF: return ".tif";
+    case v1::PLANE_ENCODING_EXR: return ".exr";
     case v1::PLANE_ENCODING_RAW: return ".bin";
     default: return ".zst";
   }
@@ -31,6 +33,7 @@ const char* extension_of(v1::PlaneEncoding encoding) {
 
 /// A channel's name as part of a file name: letters, digits, '-' and '.' stay, all else becomes '_'.
 std::string file_name_of(const v1::PlaneSpec& plane) {
+  if (plane.has_channels()) return "channels";
   if (!plane.has_channel()) return "occupancy";
   std::string name = plane.channel().name().substr(0, 64);
   for (char& c : name) {
@@ -57,7 +60,7 @@ std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes) {
 bool is_ours(const fs::path& path) {
   const std::string name = path.filename().string();
   if (name == kManifest) return true;
-  static const std::set<std::string> kExtensions = {".png", ".zst", ".bin", ".json", ".csv"};
+  static const std::set<std::string> kExtensions = {".png", ".tif", ".exr", ".zst", ".bin", ".json", ".csv"};
   const std::size_t digits_end = name.find_first_not_of("0123456789", kLayerPrefix.size());
   return name.starts_with(kLayerPrefix) && digits_end != std::string::npos && digits_end > kLayerPrefix.size() &&
          name[digits_end] == '_' && kExtensions.contains(path.extension().string());
@@ -165,13 +168,18 @@ void LayerFolder::add_to_manifest(const client::Layer& layer) {
       .member("z_mm", layer.z_mm)
       .member("voxel_count", layer.end.voxel_count())
       .member("empty", layer.end.empty())
+      .member("voxels_coherent", statistics.voxels_coherent())
+      .member("voxels_full", statistics.voxels_full())
       .member("voxels_unresolved", statistics.voxels_unresolved())
       .member("max_residual_mm", statistics.max_residual_mm())
+      .member("contour_loops", statistics.contour_loops())
+      .member("contour_points", statistics.contour_points())
       .key("planes")
       .begin_array();
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     layers_.begin_object()
         .member("file", prefix + suffixes_[i])
+        .member("file_bytes", layer.planes[i].encoded.size())
         .member("raw_bytes", layer.planes[i].result.raw_bytes())
         .member("crc32", layer.planes[i].result.crc32())
         .end_object();

@@ -34,8 +34,14 @@ void add_vector(const v1::Vector3& vector, JsonWriter& json) {
 }
 
 void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
-  json.begin_object().member("content", plane.has_channel() ? "channel" : "occupancy");
+  json.begin_object();
+  json.member("content", plane.has_channels() ? "channels" : plane.has_channel() ? "channel" : "occupancy");
   if (plane.has_channel()) json.member("channel", plane.channel().name());
+  if (plane.has_channels()) {
+    json.key("channels").begin_array();
+    for (const std::string& name : plane.channels().names()) json.value(name);
+    json.end_array();
+  }
   json.member("sample_type", name_of(plane.sample_type())).member("encoding", encoding_name(plane.encoding()));
   if (plane.has_value_range()) {
     json.key("value_range").begin_array().value(plane.value_range().min()).value(plane.value_range().max()).end_array();
@@ -70,6 +76,8 @@ const char* encoding_name(v1::PlaneEncoding encoding) {
     case v1::PLANE_ENCODING_RAW: return "raw";
     case v1::PLANE_ENCODING_RAW_ZSTD: return "zstd";
     case v1::PLANE_ENCODING_PNG: return "png";
+    case v1::PLANE_ENCODING_TIFF: return "tiff";
+    case v1::PLANE_ENCODING_EXR: return "exr";
     default: return "unknown";
   }
 }

@@ -14,7 +14,7 @@
 
 namespace ccslice::cli {
 
-/// slices.json. `layers`: a JSON array.
+/// manifest.json. `layers`: a JSON array.
 std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers);
 
 /// An object.

@@ -56,6 +56,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kTooManyTriangles: return "TOO_MANY_TRIANGLES";
     case ErrorCode::kLimitCellUnknown: return "LIMIT_CELL_UNKNOWN";
     case ErrorCode::kPointNonFinite: return "POINT_NON_FINITE";
+    case ErrorCode::kChannelRepeated: return "CHANNEL_REPEATED";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

@@ -69,6 +69,7 @@ enum class ErrorCode : int {
   kTooManyTriangles = 225,       // More triangles than the limits allow at this tolerance.
   kLimitCellUnknown = 226,       // A limit cell that the solid doesn't have.
   kPointNonFinite = 227,         // NaN or infinite point.
+  kChannelRepeated = 228,        // A plane that names a channel twice.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

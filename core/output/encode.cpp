@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/output/png.h"
+#include "core/output/image_file.h"
 
 namespace ccslice {
 namespace {
@@ -45,25 +45,8 @@ std::vector<std::uint8_t> copy_by_pieces(std::span<const std::uint8_t> bytes, co
   return copy;
 }
 
-// One byte a voxel, 0 or 255.
-std::vector<std::uint8_t> grey_of_bits(const SampleImage& image, const CancellationToken& cancel) {
-  const std::size_t row_bytes = (std::size_t{image.width} + 7) / 8;
-  std::vector<std::uint8_t> grey(std::size_t{image.width} * image.height);
-  auto out = grey.begin();
-  for (std::size_t y = 0; y < image.height; ++y) {
-    cancel.throw_if_cancelled();
-    const auto row = image.samples.subspan(y * row_bytes, row_bytes);
-    for (std::size_t x = 0; x < image.width; ++x) *out++ = row[x / 8] >> (7 - x % 8) & 1 ? 255 : 0;
-  }
-  return grey;
-}
-
-std::vector<std::uint8_t> encode_png(const SampleImage& image, const CancellationToken& cancel) {
-  if (image.type == SampleType::kBit)
-    return encode_grey_png(image.width, image.height, 1, grey_of_bits(image, cancel), cancel);
-  const int bytes_per_sample = image.type == SampleType::kUint8 ? 1 : 2;
-  return encode_grey_png(image.width, image.height, bytes_per_sample, image.samples, cancel);
-}
+constexpr std::string_view kNoPicturesBuilt =
+    "picture files aren't built in (CCSLICE_WITH_OPENIMAGEIO=OFF); ask for raw zstd, or use a build with OpenImageIO";
 
 }  // namespace
 
@@ -109,37 +92,44 @@ PlaneEncoder::~PlaneEncoder() = default;
 PlaneEncoder::PlaneEncoder(PlaneEncoder&&) noexcept = default;
 PlaneEncoder& PlaneEncoder::operator=(PlaneEncoder&&) noexcept = default;
 
-std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height) {
+std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height, std::uint32_t channels) {
+  const std::uint64_t samples = std::uint64_t{width} * height * channels;
   switch (type) {
-    case SampleType::kBit: return (std::uint64_t{width} + 7) / 8 * height;
-    case SampleType::kUint8: return std::uint64_t{width} * height;
-    case SampleType::kUint16: return std::uint64_t{width} * height * 2;
-    case SampleType::kFloat32: return std::uint64_t{width} * height * 4;
+    case SampleType::kBit: return (std::uint64_t{width} + 7) / 8 * height * channels;
+    case SampleType::kUint8: return samples;
+    case SampleType::kUint16: return 2 * samples;
+    case SampleType::kFloat32: return 4 * samples;
   }
   throw Error(ErrorCode::kInternal, "unknown sample type " + std::to_string(static_cast<int>(type)));
 }
 
-std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding) {
+std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding, std::uint32_t channels) {
   switch (encoding) {
     case Encoding::kRaw:
     case Encoding::kRawZstd: return std::nullopt;
     case Encoding::kPng:
-      if (type == SampleType::kFloat32) return "PNG holds no floats; ask for raw zstd, or for 16 bit samples";
-      if (!png_available()) {
-        return "PNG isn't built in (CCSLICE_WITH_OPENIMAGEIO=OFF); ask for raw zstd, or use a build with OpenImageIO";
-      }
-      return std::nullopt;
+      if (type == SampleType::kFloat32) return "PNG holds no floats; ask for raw zstd, TIFF or EXR, or for UINT16";
+      break;
+    case Encoding::kTiff:
+      if (channels > 1) return "TIFF has no names for several channels; ask for EXR or raw zstd";
+      break;
+    case Encoding::kExr:
+      if (type != SampleType::kFloat32) return "EXR holds floats only; ask for FLOAT32, or for PNG or TIFF";
+      break;
+    default: return "unknown encoding; ask for raw, raw zstd, PNG, TIFF or EXR";
   }
-  return "unknown encoding; ask for raw, raw zstd or PNG";
+  if (!image_files_available()) return kNoPicturesBuilt;
+  return std::nullopt;
 }
 
 std::uint32_t crc32_of(std::span<const std::uint8_t> bytes) { return crc32_by_pieces(bytes, {}); }
 
 EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel) {
-  if (const auto obstacle = encoding_obstacle(image.type, encoding)) {
+  if (const auto obstacle = encoding_obstacle(image.type, encoding, channel_count(image))) {
     throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
   }
-  if (image.samples.size() != sample_bytes(image.type, image.width, image.height) || image.samples.empty()) {
+  const std::uint64_t fitting = sample_bytes(image.type, image.width, image.height, channel_count(image));
+  if (image.samples.size() != fitting || image.samples.empty()) {
     throw Error(ErrorCode::kInternal, "a plane's samples don't fit its size");
   }
   EncodedPlane plane;
@@ -148,7 +138,9 @@ EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, c
   switch (encoding) {
     case Encoding::kRaw: plane.bytes = copy_by_pieces(image.samples, cancel); break;
     case Encoding::kRawZstd: plane.bytes = state_->compress(image.samples, cancel); break;
-    case Encoding::kPng: plane.bytes = encode_png(image, cancel); break;
+    case Encoding::kPng:
+    case Encoding::kTiff:
+    case Encoding::kExr: plane.bytes = encode_image_file(encoding, image, cancel); break;
   }
   return plane;
 }

@@ -6,8 +6,7 @@
 //
 //   kRaw      the samples themselves;
 //   kRawZstd  one zstd frame, level 1, with its content size: a reader can allocate before it decodes;
-//   kPng      grey, deflate level 1 without row filters (adaptive filters cost more than the deflate). Through
-//             OpenImageIO, and only in builds that have it (CCSLICE_WITH_OPENIMAGEIO).
+//   kPng, kTiff, kExr  picture files (image_file.h), only in builds that have them (CCSLICE_WITH_OPENIMAGEIO).
 
 #pragma once
 
@@ -22,19 +21,11 @@
 
 namespace ccslice {
 
-/// The samples of a plane, rows from 0 up, as SampleType lays them out. Not owned.
-struct SampleImage {
-  SampleType type = SampleType::kBit;
-  std::uint32_t width = 0;
-  std::uint32_t height = 0;
-  std::span<const std::uint8_t> samples;
-};
-
 /// Size of a plane's samples.
-std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height);
+std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height, std::uint32_t channels = 1);
 
 /// Why samples of this type can't be encoded so, and what to ask for instead; nothing if they can.
-std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding);
+std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding, std::uint32_t channels = 1);
 
 /// CRC-32 (IEEE 802.3, as in PNG and zlib).
 std::uint32_t crc32_of(std::span<const std::uint8_t> bytes);
@@ -47,7 +38,7 @@ class PlaneEncoder {
   PlaneEncoder(PlaneEncoder&&) noexcept;
   PlaneEncoder& operator=(PlaneEncoder&&) noexcept;
 
-  /// REQUIRES: image.samples.size() == sample_bytes(image's type, width, height), and that not 0.
+  /// REQUIRES: image.samples.size() == sample_bytes(of image's type, size and channels), and that not 0.
   /// Throws Error{kEncodingUnsupported, kCancelled, kInternal}. Polls `cancel` every megabyte or so.
   EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel = {});
 

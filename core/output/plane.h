@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PLANE is one picture of a layer: the occupancy, or one material channel. Its samples are what the checksum covers
-// and what a client gets after decoding, whatever the encoding.
+// A PLANE is one picture of a layer: the occupancy, or one or several material channels. Its samples are what the
+// checksum covers and what a client gets after decoding, whatever the encoding.
 
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace ccslice {
 enum class PlaneContent : std::uint8_t {
   kOccupancy,  // 1 bit a voxel.
   kChannel,    // One material channel, contone; outside voxels are 0.
+  kChannels,   // Several, kFloat32: the values of a voxel follow each other.
 };
 
 enum class SampleType : std::uint8_t {
@@ -29,6 +31,8 @@ enum class Encoding : std::uint8_t {
   kRaw,      // Rows of samples, row 0 first, no padding but that of kBit.
   kRawZstd,  // The same bytes as one zstd frame.
   kPng,      // 8 or 16 bit grey; kBit becomes 8 bit, 0 or 255. Not for kFloat32.
+  kTiff,     // 1, 8, 16 bit or float grey. Not for kChannels.
+  kExr,      // OpenEXR with named channels. kFloat32 only.
 };
 
 struct ValueRange {
@@ -37,12 +41,32 @@ struct ValueRange {
 
 struct PlaneSpec {
   PlaneContent content = PlaneContent::kOccupancy;
-  std::uint32_t channel = 0;  // kChannel: index into the solid's channels.
+  std::uint32_t channel = 0;            // kChannel: index into the solid's channels.
+  std::vector<std::uint32_t> channels;  // kChannels: likewise, at least one, all different.
   SampleType sample_type = SampleType::kBit;
   Encoding encoding = Encoding::kRawZstd;
   std::optional<ValueRange> range;  // kChannel as integers: what 0 and the largest integer stand for. Default: the
                                     // channel's range in the control mesh (a constant channel maps to 0).
 };
+
+/// The samples of a plane, rows from 0 up, as SampleType lays them out. Not owned.
+struct SampleImage {
+  SampleType type = SampleType::kBit;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::span<const std::uint8_t> samples;
+  std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
+};
+
+/// Samples of a voxel.
+inline std::uint32_t channel_count(const SampleImage& image) {
+  return image.channel_names.empty() ? 1 : static_cast<std::uint32_t>(image.channel_names.size());
+}
+
+/// Likewise of a plane.
+inline std::uint32_t channel_count(const PlaneSpec& plane) {
+  return plane.content == PlaneContent::kChannels ? static_cast<std::uint32_t>(plane.channels.size()) : 1;
+}
 
 struct EncodedPlane {
   std::vector<std::uint8_t> bytes;

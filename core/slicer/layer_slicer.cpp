@@ -4,6 +4,7 @@
 #include "core/slicer/layer_slicer.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "core/contour/contour_index.h"
@@ -25,6 +26,36 @@ LayerLattice lattice_of(const Grid& grid) {
           grid.pitch.y_mm,    grid.extent.columns, grid.extent.rows};
 }
 
+// The planes of one channel each that a plane is made of; none for the occupancy.
+std::vector<PlaneSpec> contone_planes(const PlaneSpec& plane) {
+  if (plane.content == PlaneContent::kOccupancy) return {};
+  if (plane.content == PlaneContent::kChannel) return {plane};
+  std::vector<PlaneSpec> singles(plane.channels.size(), plane);
+  for (std::size_t i = 0; i < singles.size(); ++i) {
+    singles[i].content = PlaneContent::kChannel;
+    singles[i].channel = plane.channels[i];
+  }
+  return singles;
+}
+
+// Planes of floats side by side, voxel by voxel. REQUIRES: planes of the same size, kFloat32.
+void interleave(std::span<const ContonePlane> planes, std::vector<std::uint8_t>& samples,
+                const CancellationToken& cancel) {
+  constexpr std::size_t kSample = sizeof(float), kRun = 1 << 16;
+  const std::size_t voxels = planes.front().image().samples.size() / kSample, step = kSample * planes.size();
+  samples.resize(step * voxels);
+  for (std::size_t begin = 0; begin < voxels; begin += kRun) {
+    cancel.throw_if_cancelled();
+    const std::size_t end = std::min(voxels, begin + kRun);
+    for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+      const std::uint8_t* in = planes[plane].image().samples.data();
+      std::uint8_t* out = samples.data() + kSample * plane;
+      for (std::size_t voxel = begin; voxel < end; ++voxel)
+        std::memcpy(out + step * voxel, in + kSample * voxel, kSample);
+    }
+  }
+}
+
 }  // namespace
 
 // What all workers on a job read.
@@ -41,7 +72,8 @@ struct LayerSlicer::State {
   ContourTracer tracer;
   PlaneEncoder encoder;
   // Of jobs that want a channel:
-  std::vector<ContonePlane> contone;
+  std::vector<ContonePlane> contone;  // One a channel of each plane, in the order of the planes.
+  std::vector<std::uint8_t> interleaved;
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;
 
@@ -52,7 +84,7 @@ struct LayerSlicer::State {
         tracer(*shared->solid, shared->contour_index) {
     const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
     for (const PlaneSpec& plane : job.planes) {
-      if (plane.content == PlaneContent::kChannel) contone.emplace_back(plane, channels[plane.channel]);
+      for (const PlaneSpec& single : contone_planes(plane)) contone.emplace_back(single, channels[single.channel]);
     }
     if (contone.empty()) return;
     field = make_material_field(shared->solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
@@ -76,18 +108,38 @@ struct LayerSlicer::State {
   }
 
   void encode(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
-    auto next_contone = contone.begin();
+    std::span<const ContonePlane> left = contone;
     BitImage bits;
     for (const PlaneSpec& plane : job.planes) {
       SampleImage image;
-      if (plane.content == PlaneContent::kChannel) {
-        image = (next_contone++)->image();
-      } else {
+      std::vector<std::string> names;
+      if (plane.content == PlaneContent::kOccupancy) {
         if (bits.bits.empty()) bits = to_bit_image(spans, lattice.width, lattice.height);
         image = {SampleType::kBit, bits.width, bits.height, bits.bits};
+      } else {
+        names = channel_names(plane);
+        image = contone_image(left.first(names.size()), cancel);
+        image.channel_names = names;
+        left = left.subspan(names.size());
       }
       layer.planes.push_back(encoder.encode(image, plane.encoding, cancel));
     }
+  }
+
+  std::vector<std::string> channel_names(const PlaneSpec& plane) const {
+    std::vector<std::string> names;
+    for (const PlaneSpec& single : contone_planes(plane)) {
+      names.push_back(shared->solid->summary().channels[single.channel].name);
+    }
+    return names;
+  }
+
+  SampleImage contone_image(std::span<const ContonePlane> planes, const CancellationToken& cancel) {
+    SampleImage image = planes.front().image();
+    if (planes.size() == 1) return image;
+    interleave(planes, interleaved, cancel);
+    image.samples = interleaved;
+    return image;
   }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -32,9 +33,13 @@ class PlaneCheck {
 
   void run(const SolidSummary& summary) const {
     check_values();
-    plane_.content == PlaneContent::kOccupancy ? check_occupancy() : check_channel(summary);
+    switch (plane_.content) {
+      case PlaneContent::kOccupancy: check_occupancy(); break;
+      case PlaneContent::kChannel: check_channel(summary); break;
+      case PlaneContent::kChannels: check_channels(summary); break;
+    }
     if (plane_.range) check_range(*plane_.range);
-    const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding);
+    const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding, channel_count(plane_));
     if (obstacle) refuse(ErrorCode::kEncodingUnsupported, ".encoding", std::string(*obstacle));
   }
 
@@ -47,14 +52,16 @@ class PlaneCheck {
     const auto require = [this](bool known, const char* field, const char* choice) {
       if (!known) refuse(ErrorCode::kEnumValueUnknown, field, std::string("unknown; ask for ") + choice);
     };
-    require(plane_.content == PlaneContent::kOccupancy || plane_.content == PlaneContent::kChannel, ".content",
-            "the occupancy or a channel");
+    require(plane_.content == PlaneContent::kOccupancy || plane_.content == PlaneContent::kChannel ||
+                plane_.content == PlaneContent::kChannels,
+            ".content", "the occupancy, a channel or several");
     require(
         plane_.sample_type == SampleType::kBit || has_integer_samples() || plane_.sample_type == SampleType::kFloat32,
         ".sample_type", "BIT, UINT8, UINT16 or FLOAT32");
-    require(
-        plane_.encoding == Encoding::kRaw || plane_.encoding == Encoding::kRawZstd || plane_.encoding == Encoding::kPng,
-        ".encoding", "RAW, RAW_ZSTD or PNG");
+    require(plane_.encoding == Encoding::kRaw || plane_.encoding == Encoding::kRawZstd ||
+                plane_.encoding == Encoding::kPng || plane_.encoding == Encoding::kTiff ||
+                plane_.encoding == Encoding::kExr,
+            ".encoding", "RAW, RAW_ZSTD, PNG, TIFF or EXR");
   }
 
   bool has_integer_samples() const {
@@ -74,6 +81,25 @@ class PlaneCheck {
     if (plane_.sample_type == SampleType::kBit) {
       refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
              "a channel needs more than 1 bit a voxel; ask for UINT8, UINT16 or FLOAT32");
+    }
+  }
+
+  void check_channels(const SolidSummary& summary) const {
+    if (plane_.channels.empty()) {
+      refuse(ErrorCode::kContentInvalid, ".channels", "none; name one or more, " + channel_list(summary));
+    }
+    for (auto channel = plane_.channels.begin(); channel != plane_.channels.end(); ++channel) {
+      if (*channel >= summary.channels.size()) {
+        refuse(ErrorCode::kChannelUnknown, ".channels",
+               std::to_string(*channel) + " doesn't exist; " + channel_list(summary));
+      }
+      if (std::find(plane_.channels.begin(), channel, *channel) != channel) {
+        refuse(ErrorCode::kChannelRepeated, ".channels", std::to_string(*channel) + " is named twice; name it once");
+      }
+    }
+    if (plane_.sample_type != SampleType::kFloat32) {
+      refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
+             "several channels in one plane are floats; ask for FLOAT32, or for a plane each");
     }
   }
 
@@ -111,7 +137,7 @@ void validate_tolerance(double tolerance_mm, const SliceLimits& limits) {
 void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
   std::uint64_t bytes = 0;
   for (const PlaneSpec& plane : job.planes) {
-    bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows);
+    bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
   }
   if (bytes <= limits.max_layer_bytes) return;
   throw Error(ErrorCode::kLayerBytesTooLarge,

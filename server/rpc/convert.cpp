@@ -14,7 +14,8 @@ namespace {
 SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::string& field) {
   switch (type) {
     case v1::SAMPLE_TYPE_UNSPECIFIED:
-      return content == PlaneContent::kOccupancy ? SampleType::kBit : SampleType::kUint8;
+      if (content == PlaneContent::kOccupancy) return SampleType::kBit;
+      return content == PlaneContent::kChannels ? SampleType::kFloat32 : SampleType::kUint8;
     case v1::SAMPLE_TYPE_BIT: return SampleType::kBit;
     case v1::SAMPLE_TYPE_UINT8: return SampleType::kUint8;
     case v1::SAMPLE_TYPE_UINT16: return SampleType::kUint16;
@@ -33,11 +34,13 @@ Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
     case v1::PLANE_ENCODING_RAW_ZSTD: return Encoding::kRawZstd;
     case v1::PLANE_ENCODING_RAW: return Encoding::kRaw;
     case v1::PLANE_ENCODING_PNG: return Encoding::kPng;
+    case v1::PLANE_ENCODING_TIFF: return Encoding::kTiff;
+    case v1::PLANE_ENCODING_EXR: return Encoding::kExr;
     default: break;
   }
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(encoding)) +
-                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD or PNG",
+                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD, PNG, TIFF or EXR",
               field);
 }
 
@@ -53,6 +56,17 @@ std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, con
               field);
 }
 
+std::vector<std::uint32_t> to_channels(const v1::ChannelsContent& message, const SolidSummary& solid,
+                                       const std::string& field) {
+  std::vector<std::uint32_t> channels;
+  for (int i = 0; i < message.names_size(); ++i) {
+    channels.push_back(to_channel(message.names(i), solid, field + "[" + std::to_string(i) + "]"));
+  }
+  if (!channels.empty()) return channels;
+  for (std::uint32_t channel = 0; channel < solid.channels.size(); ++channel) channels.push_back(channel);
+  return channels;
+}
+
 PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, const std::string& path) {
   PlaneSpec plane;
   switch (message.content_case()) {
@@ -61,9 +75,13 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
       plane.content = PlaneContent::kChannel;
       plane.channel = to_channel(message.channel().name(), solid, path + ".channel.name");
       break;
+    case v1::PlaneSpec::kChannels:
+      plane.content = PlaneContent::kChannels;
+      plane.channels = to_channels(message.channels(), solid, path + ".channels.names");
+      break;
     default:
       throw Error(ErrorCode::kContentInvalid,
-                  path + ": has no content that this server knows; ask for occupancy or channel", path);
+                  path + ": has no content that this server knows; ask for occupancy, channel or channels", path);
   }
   plane.sample_type = to_sample_type(message.sample_type(), plane.content, path + ".sample_type");
   plane.encoding = to_encoding(message.encoding(), path + ".encoding");
@@ -88,6 +106,8 @@ v1::PlaneEncoding to_message(Encoding encoding) {
     case Encoding::kRaw: return v1::PLANE_ENCODING_RAW;
     case Encoding::kRawZstd: return v1::PLANE_ENCODING_RAW_ZSTD;
     case Encoding::kPng: return v1::PLANE_ENCODING_PNG;
+    case Encoding::kTiff: return v1::PLANE_ENCODING_TIFF;
+    case Encoding::kExr: return v1::PLANE_ENCODING_EXR;
   }
   return v1::PLANE_ENCODING_UNSPECIFIED;
 }
@@ -166,6 +186,12 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid) {
   message.set_encoding(to_message(value.encoding));
   if (value.content == PlaneContent::kOccupancy) {
     message.mutable_occupancy();
+    return message;
+  }
+  if (value.content == PlaneContent::kChannels) {
+    for (const std::uint32_t channel : value.channels) {
+      message.mutable_channels()->add_names(solid.channels[channel].name);
+    }
     return message;
   }
   const ChannelRange& channel = solid.channels[value.channel];

@@ -30,7 +30,7 @@ double typical_compression(const PlaneSpec& plane) {
 }
 
 std::uint64_t plane_bytes(const SliceJob& job, const PlaneSpec& plane) {
-  return sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows);
+  return sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
 }
 
 Box3 grid_box(const Grid& grid) {

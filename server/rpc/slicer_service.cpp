@@ -78,6 +78,8 @@ void write_formats(v1::GetServerInfoResponse& info) {
   info.add_encodings(v1::PLANE_ENCODING_RAW);
   info.add_encodings(v1::PLANE_ENCODING_RAW_ZSTD);
   if (!encoding_obstacle(SampleType::kUint8, Encoding::kPng)) info.add_encodings(v1::PLANE_ENCODING_PNG);
+  if (!encoding_obstacle(SampleType::kUint8, Encoding::kTiff)) info.add_encodings(v1::PLANE_ENCODING_TIFF);
+  if (!encoding_obstacle(SampleType::kFloat32, Encoding::kExr)) info.add_encodings(v1::PLANE_ENCODING_EXR);
 }
 
 void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {

@@ -214,7 +214,7 @@ TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   for (const auto& entry : fs::directory_iterator(folder.path() / "out")) names.push_back(entry.path().filename());
   EXPECT_THAT(names, testing::UnorderedElementsAre("layer_000042_occupancy.png", "layer_000042_a_b.zst",
                                                    "layer_000042_a_b_2.png", "layer_000042_.._evil.png",
-                                                   "layer_000042_contours.csv", "slices.json"));
+                                                   "layer_000042_contours.csv", "manifest.json"));
   EXPECT_EQ(read_whole(folder.path() / "out" / "layer_000042_contours.csv"), "loop,x_mm,y_mm\n0,0,0\n0,1.5,0\n0,0,1\n");
 }
 

@@ -25,6 +25,7 @@
 #include "server/rpc/logging.h"
 #include "server/rpc/server.h"
 #include "tests/client/fake_slicer.h"
+#include "tests/client/local_server.h"
 #include "tests/client/process.h"
 
 namespace ccslice::client {
@@ -54,25 +55,11 @@ Value json_at(const std::string& text, const std::string& path) {
   return value;
 }
 
-server::ServerOptions test_options() {
-  server::ServerOptions options;
-  options.listen_address = "127.0.0.1:0";
-  options.threads = 2;
-  options.cache_bytes = 1ull << 30;
-  options.stream_window_bytes = 64 << 20;
-  options.stream_budget_bytes = 256 << 20;
-  options.preparation_budget_bytes = 1ull << 30;
-  options.max_mesh_bytes = 256 << 20;
-  options.upload_budget_bytes = 512 << 20;
-  options.max_message_bytes = 4 << 20;
-  return options;
-}
-
 class CommandLine : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     server::set_up_logging(server::LogLevel::kWarning, server::LogFormat::kText);
-    server_ = std::make_unique<server::Server>(test_options());
+    server_ = std::make_unique<server::Server>(local_server_options());
   }
   static void TearDownTestSuite() { server_.reset(); }
 
@@ -145,7 +132,7 @@ TEST_F(CommandLine, SlicesIntoAFolder) {
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_EQ(json_at(result.out, "voxel_count").number_value(), 4 * 48 * 32);
   EXPECT_EQ(files_in("out"), 4u * 4 + 1);
-  const std::string manifest = read_whole(path("out/slices.json"));
+  const std::string manifest = read_whole(path("out/manifest.json"));
   EXPECT_EQ(json_at(manifest, "grid.columns").number_value(), 48);
   EXPECT_EQ(json_at(manifest, "layers").list_value().values_size(), 4);
   EXPECT_EQ(json_at(read_whole(path("out/layer_0004_contours.json")), "layer").number_value(), 4);
@@ -159,6 +146,22 @@ TEST_F(CommandLine, WritesPicturesAndRawSamples) {
                 .exit_code,
             cli::kExitOk);
   EXPECT_EQ(fs::file_size(path("raw/layer_0000_gradient.bin")), 2u * 24 * 16);
+}
+
+TEST_F(CommandLine, WritesTiffAndOneExrOfAllChannels) {
+  const ProcessResult tiff = run({"slice", box_, "--pitch", "1", "--layers", "0", "--encoding", "tiff", "--occupancy",
+                                  "--channel", "gradient:f32", "-o", path("tiff")});
+  ASSERT_EQ(tiff.exit_code, cli::kExitOk) << tiff.err;
+  EXPECT_TRUE(fs::exists(path("tiff/layer_0000_occupancy.tif")));
+  EXPECT_TRUE(fs::exists(path("tiff/layer_0000_gradient.tif")));
+  const ProcessResult exr = run({"slice", box_, "--grade", "height=z", "--pitch", "1", "--layers", "0", "--occupancy",
+                                 "--all-channels", "-o", path("exr")});
+  ASSERT_EQ(exr.exit_code, cli::kExitOk) << exr.err;
+  EXPECT_TRUE(fs::exists(path("exr/layer_0000_occupancy.png")));
+  const std::string picture = read_whole(path("exr/layer_0000_channels.exr"));
+  EXPECT_THAT(picture, HasSubstr("gradient"));
+  EXPECT_THAT(picture, HasSubstr("height"));
+  EXPECT_THAT(read_whole(path("exr/manifest.json")), HasSubstr(R"("channels":["gradient","height"])"));
 }
 
 TEST_F(CommandLine, RefusesToOverwriteUnlessForced) {
@@ -227,6 +230,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"plan", box_, "--pitch", "1", "--grade", "oops"},
       {"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--grade", "a=x"},
       {"models", "teapot"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "exr"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--all-channels", "--encoding", "tiff"},
   };
   for (std::vector<std::string> arguments : wrong) {
     const bool command = !arguments.empty();
@@ -304,7 +309,7 @@ TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
   EXPECT_THAT(result.err, HasSubstr("3 of 20 layers"));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
   EXPECT_EQ(files_in("out"), 3u) << "three whole layers and nothing else";
-  EXPECT_FALSE(fs::exists(path("out/slices.json")));
+  EXPECT_FALSE(fs::exists(path("out/manifest.json")));
 }
 
 TEST_F(CommandLine, MixedEnginesAreAMismatch) {

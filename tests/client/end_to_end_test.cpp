@@ -26,6 +26,7 @@
 #include "server/rpc/logging.h"
 #include "server/rpc/server.h"
 #include "tests/client/cutting_proxy.h"
+#include "tests/client/local_server.h"
 
 namespace ccslice::client {
 namespace {
@@ -34,20 +35,6 @@ namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
 constexpr RetryPolicy kQuick{.max_attempts = 8, .first_pause = milliseconds(20), .longest_pause = milliseconds(200)};
-
-server::ServerOptions test_options(const std::string& address) {
-  server::ServerOptions options;
-  options.listen_address = address;
-  options.threads = 2;
-  options.cache_bytes = 1ull << 30;
-  options.stream_window_bytes = 64 << 20;
-  options.stream_budget_bytes = 256 << 20;
-  options.preparation_budget_bytes = 1ull << 30;
-  options.max_mesh_bytes = 256 << 20;
-  options.upload_budget_bytes = 512 << 20;
-  options.max_message_bytes = 4 << 20;
-  return options;
-}
 
 v1::SliceRangeRequest job(const std::string& mesh_id, double x_mm, double y_mm, double z_mm) {
   v1::SliceRangeRequest request;
@@ -87,7 +74,7 @@ class EndToEnd : public testing::Test {
     start("127.0.0.1:0");
   }
 
-  void start(const std::string& address) { server_ = std::make_unique<server::Server>(test_options(address)); }
+  void start(const std::string& address) { server_ = std::make_unique<server::Server>(local_server_options(address)); }
   int port() const { return std::stoi(server_->address().substr(server_->address().rfind(':') + 1)); }
 
   std::string upload(Client& client, const ControlMesh& mesh) {

@@ -79,7 +79,7 @@ def slice_with_ours(ccslice, address, folder, channel, got):
         [ccslice, "slice", got["mesh_id"], "--server", address, "--pitch", str(got["pitch_mm"]), "--occupancy", "--channel",
          channel, "--encoding", "raw", "--layers", f"{layers[0]}..{layers[-1]}", "-o", folder / "ours", "--quiet"],
         check=True, stdout=sys.stderr)
-    manifest = json.loads((folder / "ours/slices.json").read_text())
+    manifest = json.loads((folder / "ours/manifest.json").read_text())
     assert manifest["grid"]["layers"] == got["layer_count"]
     checksums = {}
     for layer in manifest["layers"]:

@@ -62,6 +62,20 @@ TEST(SliceRange, DeliversABoxAsItIs) {
   EXPECT_EQ(sliced.summary.voxel_count(), 8000u);
 }
 
+TEST(SliceRange, SendsAllChannelsAsOneExr) {
+  TestServer server;
+  v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 1);
+  request.mutable_planes(0)->mutable_channels();
+  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_EXR);
+  const Sliced sliced = server.slice(request);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.planes(0).sample_type(), v1::SAMPLE_TYPE_FLOAT32);
+  ASSERT_EQ(sliced.header.planes(0).channels().names_size(), 1);
+  EXPECT_EQ(sliced.header.planes(0).channels().names(0), "x");
+  EXPECT_TRUE(sliced.planes.at(0)[0].starts_with("\x76\x2f\x31\x01"));
+  EXPECT_EQ(sliced.ends.at(0).planes(0).raw_bytes(), 4u * 20 * 20);
+}
+
 TEST(SliceRange, SendsEmptyLayersToo) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(1, 10)), 0.5, 0, 6);

@@ -13,13 +13,16 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/output/png.h"
+#include "core/output/image_file.h"
 #include "tests/core/output/tiny_png.h"
 
 namespace ccslice {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
+
+constexpr Encoding kAllEncodings[] = {Encoding::kRaw, Encoding::kRawZstd, Encoding::kPng, Encoding::kTiff,
+                                      Encoding::kExr};
 
 struct Picture {
   SampleType type;
@@ -140,7 +143,7 @@ TEST_P(EncodeRoundTrip, AnEncodersPastDoesNotShow) {
   PlaneEncoder used;
   const Bytes other = samples_of({SampleType::kFloat32, 300, 200}, 5);
   used.encode({SampleType::kFloat32, 300, 200, other}, Encoding::kRawZstd);
-  for (const Encoding encoding : {Encoding::kRaw, Encoding::kRawZstd, Encoding::kPng}) {
+  for (const Encoding encoding : kAllEncodings) {
     if (encoding_obstacle(picture.type, encoding)) continue;
     EXPECT_EQ(used.encode(image, encoding).bytes, PlaneEncoder().encode(image, encoding).bytes);
   }
@@ -161,14 +164,14 @@ INSTANTIATE_TEST_SUITE_P(Pictures, EncodeRoundTrip,
                          name_of);
 
 TEST(Encode, WritesBitsAsBlackAndWhite) {
-  if (!png_available()) GTEST_SKIP() << "no PNG in this build";
+  if (!image_files_available()) GTEST_SKIP() << "no PNG in this build";
   const Bytes bits = {0b10100000, 0b01000000};  // Two rows of three.
   const EncodedPlane plane = PlaneEncoder().encode({SampleType::kBit, 3, 2, bits}, Encoding::kPng);
   EXPECT_THAT(read_tiny_png(plane.bytes).samples, testing::ElementsAre(255, 0, 255, 0, 255, 0));
 }
 
 TEST(Encode, PutsNothingButThePictureIntoAPng) {
-  if (!png_available()) GTEST_SKIP() << "no PNG in this build";
+  if (!image_files_available()) GTEST_SKIP() << "no PNG in this build";
   const Bytes samples(64, 9);
   const TinyPng png = read_tiny_png(PlaneEncoder().encode({SampleType::kUint8, 8, 8, samples}, Encoding::kPng).bytes);
   // No time, no software name: equal layers are equal files.
@@ -176,13 +179,17 @@ TEST(Encode, PutsNothingButThePictureIntoAPng) {
     EXPECT_THAT(chunk, testing::Not(testing::AnyOf("tIME", "tEXt", "iTXt", "zTXt")));
 }
 
-TEST(Encode, RefusesWhatPngCannotHold) {
+TEST(Encode, RefusesWhatPicturesCannotHold) {
   EXPECT_EQ(code_of(SampleType::kFloat32, Encoding::kPng), ErrorCode::kEncodingUnsupported);
+  for (const SampleType type : {SampleType::kBit, SampleType::kUint8, SampleType::kUint16}) {
+    EXPECT_EQ(code_of(type, Encoding::kExr), ErrorCode::kEncodingUnsupported);
+  }
+  EXPECT_THAT(std::string(*encoding_obstacle(SampleType::kFloat32, Encoding::kTiff, 2)), testing::HasSubstr("EXR"));
   EXPECT_EQ(code_of(SampleType::kUint8, static_cast<Encoding>(77)), ErrorCode::kEncodingUnsupported);
 }
 
 TEST(Encode, SaysWhatToDoWithoutOpenImageIo) {
-  if (png_available()) GTEST_SKIP() << "this build has PNG";
+  if (image_files_available()) GTEST_SKIP() << "this build has PNG";
   EXPECT_EQ(code_of(SampleType::kUint8, Encoding::kPng), ErrorCode::kEncodingUnsupported);
   EXPECT_THAT(std::string(*encoding_obstacle(SampleType::kUint8, Encoding::kPng)), testing::HasSubstr("OpenImageIO"));
 }
@@ -197,7 +204,7 @@ TEST(Encode, StopsWhenCancelled) {
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
   const Bytes samples(16);
-  for (const Encoding encoding : {Encoding::kRaw, Encoding::kRawZstd, Encoding::kPng}) {
+  for (const Encoding encoding : kAllEncodings) {
     if (encoding_obstacle(SampleType::kUint8, encoding)) continue;
     try {
       PlaneEncoder().encode({SampleType::kUint8, 4, 4, samples}, encoding, cancel);

@@ -191,6 +191,23 @@ TEST(SliceBox, OccupancyAloneInvertsNothing) {
   EXPECT_EQ(stats.voxels_coherent + stats.voxels_full + stats.voxels_unresolved, 0u);
 }
 
+TEST(SliceBox, SeveralChannelsTravelInOnePlane) {
+  const Solid solid = box_of_coordinates();
+  SliceJob job = job_of(solid, {0.5, 0.5, 1});
+  job.planes = {channel(0, SampleType::kFloat32), channel(0, SampleType::kFloat32), occupancy(),
+                channel(2, SampleType::kFloat32)};
+  job.planes[1].content = PlaneContent::kChannels;
+  job.planes[1].channels = {2, 0};
+  validate_job(*solid, job);
+  const Layer layer = LayerSlicer(solid, job).slice(3, {});
+  const std::size_t voxels = std::size_t{job.grid.extent.columns} * job.grid.extent.rows;
+  ASSERT_EQ(layer.planes[1].raw_bytes, 8 * voxels);
+  for (std::size_t voxel = 0; voxel < voxels; ++voxel) {
+    ASSERT_EQ(std::memcmp(&layer.planes[1].bytes[8 * voxel], &layer.planes[3].bytes[4 * voxel], 4), 0);
+    ASSERT_EQ(std::memcmp(&layer.planes[1].bytes[8 * voxel + 4], &layer.planes[0].bytes[4 * voxel], 4), 0);
+  }
+}
+
 TEST(SliceBox, EncodingsCarryTheSameSamples) {
   const Solid solid = box_of_coordinates();
   SliceJob job = job_of(solid, {0.5, 0.5, 1});

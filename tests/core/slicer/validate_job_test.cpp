@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/output/png.h"
+#include "core/output/image_file.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 
@@ -63,6 +63,11 @@ TEST_P(ValidateJob, NamesTheFieldAndTheRemedy) {
   }
 }
 
+void set_channels(PlaneSpec& plane, std::vector<std::uint32_t> channels) {
+  plane.content = PlaneContent::kChannels;
+  plane.channels = std::move(channels);
+}
+
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
@@ -90,8 +95,33 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kEnumValueUnknown, "planes[1].sample_type", "unknown; ask for BIT, UINT8"},
         Spoiled{"FloatsAsPng", [](SliceJob& job) { job.planes[2].encoding = Encoding::kPng; },
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "PNG holds no floats"},
+        Spoiled{"BytesAsExr", [](SliceJob& job) { job.planes[1].encoding = Encoding::kExr; },
+                ErrorCode::kEncodingUnsupported, "planes[1].encoding", "EXR holds floats only"},
+        Spoiled{"NoChannels", [](SliceJob& job) { job.planes[2].content = PlaneContent::kChannels; },
+                ErrorCode::kContentInvalid, "planes[2].channels", "none"},
+        Spoiled{"UnknownChannelOfSeveral",
+                [](SliceJob& job) {
+                  set_channels(job.planes[2], {0, 2});
+                },
+                ErrorCode::kChannelUnknown, "planes[2].channels", "2 doesn't exist"},
+        Spoiled{"ChannelNamedTwice",
+                [](SliceJob& job) {
+                  set_channels(job.planes[2], {1, 0, 1});
+                },
+                ErrorCode::kChannelRepeated, "planes[2].channels", "1 is named twice"},
+        Spoiled{"ChannelsAsBytes",
+                [](SliceJob& job) {
+                  set_channels(job.planes[1], {1, 0});
+                },
+                ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for FLOAT32"},
+        Spoiled{"ChannelsAsTiff",
+                [](SliceJob& job) {
+                  set_channels(job.planes[2], {1, 0});
+                  job.planes[2].encoding = Encoding::kTiff;
+                },
+                ErrorCode::kEncodingUnsupported, "planes[2].encoding", "ask for EXR"},
         Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
-                ErrorCode::kEnumValueUnknown, "planes[0].encoding", "ask for RAW, RAW_ZSTD or PNG"},
+                ErrorCode::kEnumValueUnknown, "planes[0].encoding", "ask for RAW, RAW_ZSTD, PNG, TIFF or EXR"},
         Spoiled{"EmptyRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {2, 2};
@@ -167,7 +197,7 @@ TEST(ValidateJobOfGoodJobs, SaysThatASolidHasNoChannels) {
 TEST(ValidateJobOfGoodJobs, TakesPngIfItIsBuiltIn) {
   SliceJob job = good_job();
   job.planes[0].encoding = Encoding::kPng;
-  if (png_available()) {
+  if (image_files_available()) {
     EXPECT_NO_THROW(validate_job(two_channels(), job));
   } else {
     EXPECT_THROW(validate_job(two_channels(), job), Error);

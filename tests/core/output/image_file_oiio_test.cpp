@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numeric>
+#include <thread>
+
+#include "core/output/encode.h"
+#include "core/output/image_file.h"
+
+namespace ccslice {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct Decoded {
+  OIIO::ImageSpec spec;
+  Bytes samples;  // Of spec's format and channels.
+};
+
+Decoded read_with_openimageio(const Bytes& file, const char* name) {
+  OIIO::Filesystem::IOMemReader source(file.data(), file.size());
+  const auto input = OIIO::ImageInput::open(name, nullptr, &source);
+  if (!input) {
+    ADD_FAILURE() << OIIO::geterror();
+    return {};
+  }
+  Decoded decoded{input->spec(), {}};
+  decoded.samples.resize(decoded.spec.image_bytes());
+  EXPECT_TRUE(input->read_image(0, 0, 0, decoded.spec.nchannels, decoded.spec.format, decoded.samples.data()));
+  return decoded;
+}
+
+const char* file_name(Encoding format) {
+  return format == Encoding::kPng ? "a.png" : format == Encoding::kTiff ? "a.tif" : "a.exr";
+}
+
+template <class Sample>
+Bytes counting_samples(std::size_t count, Sample first) {
+  std::vector<Sample> samples(count);
+  std::iota(samples.begin(), samples.end(), first);
+  Bytes bytes(count * sizeof(Sample));
+  std::memcpy(bytes.data(), samples.data(), bytes.size());
+  return bytes;
+}
+
+struct Kind {
+  Encoding format;
+  SampleType type;
+  OIIO::TypeDesc read_as;
+};
+
+const Kind kKinds[] = {{Encoding::kPng, SampleType::kUint8, OIIO::TypeDesc::UINT8},
+                       {Encoding::kPng, SampleType::kUint16, OIIO::TypeDesc::UINT16},
+                       {Encoding::kTiff, SampleType::kUint8, OIIO::TypeDesc::UINT8},
+                       {Encoding::kTiff, SampleType::kUint16, OIIO::TypeDesc::UINT16},
+                       {Encoding::kTiff, SampleType::kFloat32, OIIO::TypeDesc::FLOAT},
+                       {Encoding::kExr, SampleType::kFloat32, OIIO::TypeDesc::FLOAT}};
+
+Bytes samples_of(SampleType type, std::size_t count) {
+  switch (type) {
+    case SampleType::kUint8: return counting_samples<std::uint8_t>(count, 0);
+    case SampleType::kUint16: return counting_samples<std::uint16_t>(count, 65000);
+    default: return counting_samples<float>(count, -0.25f);
+  }
+}
+
+TEST(ImageFile, ReadsBackEveryKindOfSampleAtEverySize) {
+  struct Size {
+    std::uint32_t width, height;
+  };
+  for (const Size size : {Size{1, 1}, Size{321, 45}, Size{7, 200}, Size{65'536, 5}, Size{1975, 987}}) {
+    for (const Kind& kind : kKinds) {
+      const Bytes samples = samples_of(kind.type, std::size_t{size.width} * size.height);
+      const Bytes file = encode_image_file(kind.format, {kind.type, size.width, size.height, samples}, {});
+      const Decoded decoded = read_with_openimageio(file, file_name(kind.format));
+      EXPECT_EQ(decoded.spec.width, static_cast<int>(size.width));
+      EXPECT_EQ(decoded.spec.nchannels, 1);
+      EXPECT_EQ(decoded.spec.format, kind.read_as);
+      EXPECT_EQ(decoded.samples, samples) << file_name(kind.format) << " " << size.width << "x" << size.height;
+    }
+  }
+}
+
+TEST(ImageFile, OccupancyIsOneBitInATiff) {
+  for (const std::uint32_t width : {1u, 8u, 61u, 1975u}) {
+    const std::uint32_t height = 75;
+    const std::size_t row_bytes = (width + 7) / 8;
+    Bytes bits(row_bytes * height), grey;
+    for (std::uint32_t y = 0; y < height; ++y) {
+      for (std::uint32_t x = 0; x < width; ++x) {
+        const bool inside = (x * 7 + y) / 5 % 3 == 1;
+        grey.push_back(inside ? 255 : 0);
+        if (inside) bits[row_bytes * y + x / 8] |= static_cast<std::uint8_t>(0x80 >> x % 8);
+      }
+    }
+    const Bytes file = encode_image_file(Encoding::kTiff, {SampleType::kBit, width, height, bits}, {});
+    const Decoded decoded = read_with_openimageio(file, "a.tif");
+    EXPECT_EQ(decoded.spec.get_int_attribute("oiio:BitsPerSample"), 1);
+    EXPECT_EQ(decoded.samples, grey) << width;
+  }
+}
+
+TEST(ImageFile, AnExrKeepsEachChannelUnderItsName) {
+  const std::vector<std::string> names = {"stiffness", "A", "Z", "colour.red", "a b"};
+  const Bytes samples = samples_of(SampleType::kFloat32, 33 * 70 * names.size());
+  const Bytes file = encode_image_file(Encoding::kExr, {SampleType::kFloat32, 33, 70, samples, names}, {});
+  const Decoded decoded = read_with_openimageio(file, "a.exr");
+  ASSERT_EQ(decoded.spec.nchannels, static_cast<int>(names.size()));
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    const int there = decoded.spec.channelindex(names[c]);
+    ASSERT_GE(there, 0) << names[c];
+    for (std::size_t voxel = 0; voxel < 33 * 70; ++voxel) {
+      const std::size_t from = 4 * (names.size() * voxel + c);
+      const std::size_t to = 4 * (names.size() * voxel + static_cast<std::size_t>(there));
+      ASSERT_EQ(std::memcmp(&samples[from], &decoded.samples[to], 4), 0) << names[c] << " at " << voxel;
+    }
+  }
+}
+
+TEST(ImageFile, HoldsNoDate) {
+  for (const Kind& kind : kKinds) {
+    const Bytes samples = samples_of(kind.type, 64 * 64);
+    const Bytes file = encode_image_file(kind.format, {kind.type, 64, 64, samples}, {});
+    const OIIO::ImageSpec spec = read_with_openimageio(file, file_name(kind.format)).spec;
+    EXPECT_EQ(spec.get_string_attribute("DateTime"), "");
+    EXPECT_EQ(spec.get_string_attribute("Software"), "");
+    EXPECT_EQ(spec.get_string_attribute("HostComputer"), "");
+  }
+}
+
+TEST(ImageFile, IsTheSameOnAnyThread) {
+  for (const Kind& kind : kKinds) {
+    const Bytes samples = samples_of(kind.type, 640 * 480);
+    const SampleImage image{kind.type, 640, 480, samples};
+    const Bytes here = encode_image_file(kind.format, image, {});
+    std::vector<Bytes> there(4);
+    std::vector<std::jthread> threads;
+    for (Bytes& file : there) threads.emplace_back([&] { file = encode_image_file(kind.format, image, {}); });
+    threads.clear();
+    for (const Bytes& file : there) EXPECT_EQ(file, here);
+  }
+}
+
+}  // namespace
+}  // namespace ccslice
