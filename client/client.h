@@ -38,6 +38,7 @@
 #include "client/client_error.h"
 #include "client/layer.h"
 #include "client/mesh_bytes.h"
+#include "client/surface.h"
 
 namespace ccslice::client {
 
@@ -117,6 +118,9 @@ class Client {
   /// Points in any number, x, y, z of each; answers per batch, in order.
   std::vector<v1::ProbePointsResponse> probe(const std::string& mesh_id, const v1::Placement& placement,
                                              const std::vector<double>& points_mm, const CallOptions& call = {});
+
+  /// The whole limit surface; from the start again where a stream breaks.
+  Surface tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call = {});
 
   v1::SlicerService::Stub& stub() { return *stub_; }
 

@@ -27,5 +27,6 @@ Command add_slice(CLI::App& parent, CommonOptions& common);
 Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);
+Command add_export(CLI::App& parent, CommonOptions& common);
 
 }  // namespace ccslice::cli

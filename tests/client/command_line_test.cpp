@@ -89,7 +89,8 @@ TEST_F(CommandLine, HelpTeaches) {
   const ProcessResult help = run_alone({"--help"});
   EXPECT_EQ(help.exit_code, cli::kExitOk);
   EXPECT_THAT(help.out, HasSubstr("Exit codes"));
-  for (const char* command : {"slice", "plan", "show", "picture", "probe", "info", "upload", "models", "convert"}) {
+  for (const char* command :
+       {"slice", "plan", "show", "picture", "probe", "info", "upload", "export", "models", "convert"}) {
     const ProcessResult result = run_alone({command, "--help"});
     EXPECT_EQ(result.exit_code, cli::kExitOk);
     EXPECT_THAT(result.out, HasSubstr("Example")) << command;
@@ -230,6 +231,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"plan", box_, "--pitch", "1", "--grade", "oops"},
       {"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--grade", "a=x"},
       {"models", "teapot"},
+      {"export", box_, "-o", path("o.obj")},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "exr"},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--all-channels", "--encoding", "tiff"},
   };
