@@ -13,10 +13,12 @@ SliceJob float_job(const Subject& subject, const VoxelPitch& pitch) {
   GridRequest request;
   request.pitch = pitch;
   job.grid = plan_grid(subject.solid(), job.placement, request);
-  job.planes.push_back({PlaneContent::kOccupancy, 0, SampleType::kBit, Encoding::kRaw, {}});
-  for (std::uint32_t c = 0; c < subject.solid().channel_count(); ++c) {
-    job.planes.push_back({PlaneContent::kChannel, c, SampleType::kFloat32, Encoding::kRaw, {}});
-  }
+  PlaneSpec plane;
+  plane.encoding = Encoding::kRaw;
+  job.planes.push_back(plane);
+  plane.content = PlaneContent::kChannel;
+  plane.sample_type = SampleType::kFloat32;
+  for (plane.channel = 0; plane.channel < subject.solid().channel_count(); ++plane.channel) job.planes.push_back(plane);
   job.contours = true;
   return job;
 }
