@@ -72,10 +72,10 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kFooter);
   CommonOptions options;
-  const std::vector<Command> commands = {
-      add_slice(app, options),  add_plan(app, options),    add_show(app, options),   add_picture(app, options),
-      add_probe(app, options),  add_info(app, options),    add_upload(app, options), add_export(app, options),
-      add_models(app, options), add_convert(app, options)};
+  const std::vector<Command> commands = {add_slice(app, options),   add_plan(app, options),   add_show(app, options),
+                                         add_picture(app, options), add_probe(app, options),  add_info(app, options),
+                                         add_upload(app, options),  add_export(app, options), add_models(app, options),
+                                         add_convert(app, options)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
