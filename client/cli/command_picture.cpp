@@ -71,6 +71,14 @@ v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& 
   return request;
 }
 
+void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
+  v1::PlanSlicesRequest plan;
+  plan.set_mesh_id(request.mesh_id());
+  *plan.mutable_placement() = request.placement();
+  *plan.mutable_grid() = request.grid();
+  request.set_layer_count(session.client().plan(plan, session.call()).layer_count());
+}
+
 void append_layer(const v1::GridExtent& extent, const client::Layer& layer, VoxelBlock& block) {
   block.size = {static_cast<int>(extent.columns()), static_cast<int>(extent.rows()), static_cast<int>(extent.layers())};
   const std::size_t columns = extent.columns(), stride = (columns + 7) / 8;
@@ -110,7 +118,9 @@ void run_picture(Session& session, const PictureOptions& options) {
   refuse_to_overwrite(options.output, options.force);
   const std::string id = ensure_on_server(session, options.mesh);
   const v1::Box3 box = part_box(session, id, placement);
-  const Picture picture = draw_cut_view(slice_block(session, block_request(id, placement, box, options)), view);
+  v1::SliceRangeRequest request = block_request(id, placement, box, options);
+  ask_for_all_layers(session, request);
+  const Picture picture = draw_cut_view(slice_block(session, request), view);
   const std::string png = to_png(picture);
   write_file(options.output, png);
   if (session.options().json) {

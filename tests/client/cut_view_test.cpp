@@ -69,7 +69,7 @@ TEST(CutView, CutsAwayTheViewersSide) {
 }
 
 TEST(CutView, OfTwoCutsTakesACornerAway) {
-  CutView view{.azimuth_deg = 0, .elevation_deg = 0, .cut = {0.0, 0.5, std::nullopt}, .width = 80};
+  CutView view{.azimuth_deg = 0, .elevation_deg = 0, .cut = {-0.05, 0.5, std::nullopt}, .width = 80};
   view.azimuth_deg = 1;  // On the +y side of the second plane.
   const Picture picture = draw_cut_view(cube(), view);
   EXPECT_EQ(colour_at(picture, 0.75, 0.5), kWhite) << "y > 0.5 is gone, all the way back";

@@ -173,7 +173,7 @@ TEST(ServerProcess, LetsNobodyForgeALineOfItsLog) {
   EXPECT_FALSE(server.stub().PlanSlices(&context, request, &response).ok());
   server.send_signal(SIGTERM);
   const std::string log = server.wait().err;
-  EXPECT_THAT(log, HasSubstr("x\\x0a2026-11-21 00:00:00.000 info: forged\\x1b[2Jyyy"));
+  EXPECT_THAT(log, HasSubstr("\"x?2026-11-21 00:00:00.000 info: forged?[2Jyyy"));
   std::istringstream lines(log);
   for (std::string line; std::getline(lines, line);) {
     EXPECT_LT(line.size(), 3000u);

@@ -61,7 +61,13 @@ class ErrorSize : public ::testing::Test {
     return stream->Finish();
   }
 
-  TestServer server_;
+  static ServerOptions roomy() {
+    ServerOptions options = test_options();
+    options.preparation_budget_bytes = 16ull << 30;  // The meshes are refused before they take any of it.
+    return options;
+  }
+
+  TestServer server_{roomy()};
 };
 
 TEST_F(ErrorSize, UnknownChannelsWithLongNames) {

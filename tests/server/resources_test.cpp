@@ -62,7 +62,7 @@ TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
   const std::string id = server.upload_good(make_block(2, 10));
   v1::TessellateBoundaryRequest request;
   request.set_mesh_id(id);
-  request.set_chord_tolerance_mm(0.001);
+  request.set_chord_tolerance_mm(0.002);
   // Unread, the first one keeps its triangles.
   grpc::ClientContext first_context;
   const auto stub = server.new_stub();
