@@ -35,7 +35,7 @@ mkdir -p "$out"
 start_server "$scratch/server.log"
 
 picture bracket stiffness --voxels 480 --view=-75,50 --cut z=0.4 --cut x=0.5
-picture coyote stiffness --voxels 280 --rotate y=-90 --rotate z=-90 --view=-70,15 --cut x=0.5
+picture coyote stiffness --voxels 280 --rotate y=-90 --rotate z=-90 --view=-60,20 --cut y=0.5
 picture engine hardness --voxels 240 --view=-60,35 --cut y=0.5
 picture grid stiffness --voxels 240 --view=-60,25 --cut z=0.87 --cut x=0.5
 picture ring hardness --voxels 280 --view=-60,35 --cut x=0.5 --cut y=0.5

@@ -60,24 +60,23 @@ TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
   options.stream_budget_bytes = 4 << 20;
   TestServer server(options);
   const std::string id = server.upload_good(make_block(2, 10));
-  v1::TessellateBoundaryRequest request;
-  request.set_mesh_id(id);
-  request.set_chord_tolerance_mm(0.002);
-  // Unread, the first one keeps its triangles.
+  v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 900);  // Some 100 MB: far more than the transport holds.
+  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  // Unread, the first one keeps its layers.
   grpc::ClientContext first_context;
   const auto stub = server.new_stub();
-  const auto first = stub->TessellateBoundary(&first_context, request);
-  v1::TessellateBoundaryResponse message;
+  const auto first = stub->SliceRange(&first_context, request);
+  v1::SliceRangeResponse message;
   ASSERT_TRUE(first->Read(&message));
   const std::uint64_t held = server.server().state().streams.used_bytes();
   EXPECT_GT(held, 0u);
   EXPECT_LE(held, 4u << 20);
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
-  std::vector<std::unique_ptr<grpc::ClientReader<v1::TessellateBoundaryResponse>>> readers;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>>> readers;
   Failure failure;
   for (int i = 0; i < 64 && failure.reason.empty(); ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());
-    readers.push_back(stub->TessellateBoundary(contexts.back().get(), request));
+    readers.push_back(stub->SliceRange(contexts.back().get(), request));
     if (!readers.back()->Read(&message)) {
       failure = failure_of(readers.back()->Finish());
       readers.pop_back();
