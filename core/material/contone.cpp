@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 namespace ccslice {
 namespace {
@@ -14,6 +15,34 @@ constexpr std::size_t kPieceBytes = 16 << 20;  // Cancellation is polled once a 
 
 std::size_t bytes_per_sample(SampleType type) noexcept {
   return type == SampleType::kUint8 ? 1 : type == SampleType::kUint16 ? 2 : 4;
+}
+
+/// Values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, clamped to [low, high].
+struct CubicRow {
+  double t0, dt;
+  std::array<double, 4> c;
+  double low, high;
+};
+
+/// Integer samples are truncated. In blocks, so that the compiler sees plain loops over locals and vectorizes them.
+template <typename Sample, typename Real>
+void write_cubic(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
+  constexpr std::uint32_t kBlock = 64;
+  const auto t0 = static_cast<Real>(row.t0), dt = static_cast<Real>(row.dt);
+  const auto c0 = static_cast<Real>(row.c[0]), c1 = static_cast<Real>(row.c[1]);
+  const auto c2 = static_cast<Real>(row.c[2]), c3 = static_cast<Real>(row.c[3]);
+  const auto low = static_cast<Real>(row.low), high = static_cast<Real>(row.high);
+  using Wide = std::conditional_t<std::is_integral_v<Sample>, std::int32_t, Sample>;
+  std::array<Sample, kBlock> block;
+  for (std::uint32_t begin = 0; begin < count; begin += kBlock) {
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      const Real t = t0 + dt * static_cast<Real>(static_cast<std::int32_t>(begin + k));
+      const Real value = ((c3 * t + c2) * t + c1) * t + c0;
+      block[k] = static_cast<Sample>(static_cast<Wide>(std::min(std::max(value, low), high)));
+    }
+    std::memcpy(out + std::size_t{begin} * sizeof(Sample), block.data(),
+                std::min(kBlock, count - begin) * sizeof(Sample));
+  }
 }
 
 }  // namespace
@@ -30,7 +59,7 @@ std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t larg
 }
 
 ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
-    : channel_(spec.channel), type_(spec.sample_type), range_(value_range(spec, channel)) {}
+    : channel_(spec.channel), type_(spec.sample_type), range_(value_range(spec, channel)), channel_range_{channel.min, channel.max} {}
 
 void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
   width_ = width;
@@ -55,6 +84,21 @@ void ContonePlane::set(std::size_t index, std::span<const double> channel_values
     const auto sample = static_cast<float>(value);
     std::memcpy(&samples_[4 * index], &sample, sizeof sample);
   }
+}
+
+void ContonePlane::set_cubic(std::size_t index, std::uint32_t count, double t0, double dt,
+                             const std::array<double, 4>& c) noexcept {
+  const ValueRange& channel = channel_range_;
+  if (type_ == SampleType::kFloat32) {
+    return write_cubic<float, double>({t0, dt, c, channel.min, channel.max}, count, &samples_[4 * index]);
+  }
+  const std::uint32_t largest = type_ == SampleType::kUint8 ? 255 : 65535;
+  const double factor = range_.max > range_.min ? largest / (range_.max - range_.min) : 0;
+  CubicRow row{t0, dt, {(c[0] - range_.min) * factor + 0.5, c[1] * factor, c[2] * factor, c[3] * factor}, 0, 0};
+  row.low = quantize(channel.min, range_, largest);
+  row.high = quantize(channel.max, range_, largest) + 0.5;
+  if (type_ == SampleType::kUint8) return write_cubic<std::uint8_t, float>(row, count, &samples_[index]);
+  write_cubic<std::uint16_t, double>(row, count, &samples_[2 * index]);
 }
 
 void ContonePlane::copy(std::size_t from_index, std::size_t to_index) noexcept {

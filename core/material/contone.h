@@ -9,6 +9,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -37,14 +38,19 @@ class ContonePlane {
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// Sets voxel `index` (width * y + x) from the values of all channels.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;
+  /// Sets `count` voxels from `index` on to the values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, clamped
+  /// to the channel's range in the control mesh, which bounds its exact values.
+  void set_cubic(std::size_t index, std::uint32_t count, double t0, double dt, const std::array<double, 4>& c) noexcept;
   void copy(std::size_t from_index, std::size_t to_index) noexcept;
 
+  std::uint32_t channel() const noexcept { return channel_; }
   SampleImage image() const noexcept { return {type_, width_, height_, samples_}; }
 
  private:
   std::uint32_t channel_;
   SampleType type_;
   ValueRange range_;
+  ValueRange channel_range_;
   std::uint32_t width_ = 0;
   std::uint32_t height_ = 0;
   std::vector<std::uint8_t> samples_;

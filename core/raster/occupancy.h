@@ -34,6 +34,10 @@ struct LayerLattice {
   double x0_mm = 0, y0_mm = 0;
   double dx_mm = 1, dy_mm = 1;
   std::uint32_t width = 0, height = 0;
+
+  Vec3 centre(std::uint32_t x, std::uint32_t y, double z_mm) const {
+    return {x0_mm + (x + 0.5) * dx_mm, y0_mm + (y + 0.5) * dy_mm, z_mm};
+  }
 };
 
 /// Voxels [begin, end) of row y.

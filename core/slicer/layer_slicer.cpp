@@ -4,6 +4,7 @@
 #include "core/slicer/layer_slicer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "core/raster/occupancy.h"
 #include "core/slicer/material_field.h"
 #include "core/slicer/material_pass.h"
+#include "core/slicer/material_tiles.h"
 
 namespace ccslice {
 namespace {
@@ -38,6 +40,15 @@ std::vector<PlaneSpec> contone_planes(const PlaneSpec& plane) {
   return singles;
 }
 
+std::vector<PlaneSpec> all_contone_planes(const SliceJob& job) {
+  std::vector<PlaneSpec> all;
+  for (const PlaneSpec& plane : job.planes) {
+    const std::vector<PlaneSpec> singles = contone_planes(plane);
+    all.insert(all.end(), singles.begin(), singles.end());
+  }
+  return all;
+}
+
 // Planes of floats side by side, voxel by voxel. REQUIRES: planes of the same size, kFloat32.
 void interleave(std::span<const ContonePlane> planes, std::vector<std::uint8_t>& samples,
                 const CancellationToken& cancel) {
@@ -56,6 +67,30 @@ void interleave(std::span<const ContonePlane> planes, std::vector<std::uint8_t>&
   }
 }
 
+double default_material_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
+
+/// The strictest tolerance of each channel that some plane shows.
+std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels) {
+  std::vector<ChannelTolerance> result;
+  for (const PlaneSpec& plane : all_contone_planes(job)) {
+    const ChannelRange& channel = channels[plane.channel];
+    double range = channel.max - channel.min;
+    if (plane.range) range = std::min(range, plane.range->max - plane.range->min);
+    const double share = job.material_tolerance.value_or(default_material_tolerance(plane.sample_type));
+    // Of a constant channel: what rounding leaves.
+    const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
+    const double tolerance = std::max(share * range, rounding);
+    const auto known = std::find_if(result.begin(), result.end(),
+                                    [&](const ChannelTolerance& c) { return c.channel == plane.channel; });
+    if (known == result.end()) {
+      result.push_back({plane.channel, tolerance});
+    } else {
+      known->tolerance = std::min(known->tolerance, tolerance);
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 // What all workers on a job read.
@@ -63,6 +98,13 @@ struct LayerSlicer::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
   std::shared_ptr<const ContourIndex> contour_index;
+};
+
+/// The contours of consecutive layers, and what is inside them.
+struct LayerShape {
+  Contours contours;  // Only if the job delivers them.
+  std::vector<Span> spans;
+  LayerStats stats;
 };
 
 struct LayerSlicer::State {
@@ -75,7 +117,10 @@ struct LayerSlicer::State {
   std::vector<ContonePlane> contone;  // One a channel of each plane, in the order of the planes.
   std::vector<std::uint8_t> interleaved;
   std::unique_ptr<MaterialField> field;
-  std::optional<MaterialPass> materials;
+  std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
+  std::optional<MaterialTiles> tiles;     // ... interpolated, slab by slab.
+  std::uint32_t slab_first = 0;
+  std::vector<LayerShape> slab;
 
   explicit State(std::shared_ptr<const Shared> the_shared)
       : shared(std::move(the_shared)),
@@ -83,12 +128,14 @@ struct LayerSlicer::State {
         lattice(lattice_of(job.grid)),
         tracer(*shared->solid, shared->contour_index) {
     const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
-    for (const PlaneSpec& plane : job.planes) {
-      for (const PlaneSpec& single : contone_planes(plane)) contone.emplace_back(single, channels[single.channel]);
-    }
+    for (const PlaneSpec& plane : all_contone_planes(job)) contone.emplace_back(plane, channels[plane.channel]);
     if (contone.empty()) return;
     field = make_material_field(shared->solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
-    materials.emplace(*field);
+    if (job.material_tolerance == 0) {
+      materials.emplace(*field);
+    } else {
+      tiles.emplace(*field, job.grid, channel_tolerances(job, channels));
+    }
   }
 
   Contours trace(double z_mm, const CancellationToken& cancel) {
@@ -101,10 +148,39 @@ struct LayerSlicer::State {
     return tracer.trace(plane, options);
   }
 
+  LayerShape shape(std::uint32_t layer, const CancellationToken& cancel) {
+    LayerShape result;
+    result.contours = trace(job.grid.layer_z_mm(layer), cancel);
+    result.stats.contour_loops = result.contours.loops.size();
+    for (const ContourLoop& loop : result.contours.loops) result.stats.contour_points += loop.points.size();
+    result.stats.contour_leaves_unresolved = result.contours.unresolved_leaves;
+    result.spans = rasterize(result.contours, lattice);
+    for (const Span& span : result.spans) result.stats.voxels_inside += span.end - span.begin;
+    if (!job.contours) result.contours = {};
+    return result;
+  }
+
+  /// Interpolation works on whole slabs, whatever the range that is asked for.
+  const LayerShape& shape_of_slab(std::uint32_t layer, const CancellationToken& cancel) {
+    const std::uint32_t first = layer - layer % kSlabLayers;
+    if (slab.empty() || slab_first != first) {
+      slab.clear();
+      std::vector<LayerShape> shapes;
+      const std::uint32_t end = std::min(first + kSlabLayers, job.grid.extent.layers);
+      for (std::uint32_t k = first; k < end; ++k) shapes.push_back(shape(k, cancel));
+      std::vector<std::span<const Span>> spans;
+      for (const LayerShape& each : shapes) spans.emplace_back(each.spans);
+      tiles->solve(first, spans, cancel);
+      slab = std::move(shapes);
+      slab_first = first;
+    }
+    return slab[layer - first];
+  }
+
   void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
-    if (!materials) return;
     for (ContonePlane& plane : contone) plane.clear(lattice.width, lattice.height, cancel);
-    materials->run(spans, lattice, layer.z_mm, contone, layer.stats, cancel);
+    if (materials) materials->run(spans, lattice, layer.z_mm, contone, layer.stats, cancel);
+    if (tiles) tiles->paint(layer.index, spans, contone, layer.stats, cancel);
   }
 
   void encode(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
@@ -160,16 +236,13 @@ Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& can
   Layer layer;
   layer.index = layer_index;
   layer.z_mm = state_->job.grid.layer_z_mm(layer_index);
-  layer.contours = state_->trace(layer.z_mm, cancel);
-  layer.stats.contour_loops = layer.contours.loops.size();
-  for (const ContourLoop& loop : layer.contours.loops) layer.stats.contour_points += loop.points.size();
-  layer.stats.contour_leaves_unresolved = layer.contours.unresolved_leaves;
-
-  const std::vector<Span> spans = rasterize(layer.contours, state_->lattice);
-  for (const Span& span : spans) layer.stats.voxels_inside += span.end - span.begin;
-  if (!state_->job.contours) layer.contours = {};
-  state_->evaluate_materials(spans, layer, cancel);
-  state_->encode(spans, layer, cancel);
+  LayerShape own;
+  if (!state_->tiles) own = state_->shape(layer_index, cancel);
+  const LayerShape& shape = state_->tiles ? state_->shape_of_slab(layer_index, cancel) : own;
+  layer.stats = shape.stats;
+  layer.contours = shape.contours;
+  state_->evaluate_materials(shape.spans, layer, cancel);
+  state_->encode(shape.spans, layer, cancel);
   return layer;
 }
 

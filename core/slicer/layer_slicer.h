@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,7 @@
 namespace ccslice {
 
 /// Layers worked on together start at multiples of this absolute index.
-inline constexpr std::uint32_t kSlabLayers = 8;
+inline constexpr std::uint32_t kSlabLayers = 16;
 
 struct SliceJob {
   Placement placement = Placement::Identity();
@@ -28,12 +29,15 @@ struct SliceJob {
   std::vector<PlaneSpec> planes;
   bool contours = false;  // Deliver the polylines too.
   double contour_tolerance_mm = 1e-3;
+  std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
+                                             // 1/1024 for 8-bit planes, 1/65536 for others.
 };
 
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
   std::uint64_t voxels_coherent = 0;    // Inverted from a neighbour's parameter.
   std::uint64_t voxels_full = 0;        // Inverted by the whole candidate search.
+  std::uint64_t voxels_interpolated = 0;  // Between inverted ones, within the tolerance.
   std::uint64_t voxels_unresolved = 0;  // Inside the contours, not reached: took the nearest solved parameter.
   double max_residual_mm = 0;           // Over all inverted voxels, unresolved ones excluded, world mm.
   std::uint64_t contour_loops = 0;

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/limit/irregular_lines.h"
+#include "core/limit/solid_data.h"
+
 namespace ccslice {
 namespace {
 
@@ -31,6 +34,25 @@ class InvertedField final : public MaterialField {
   }
 
   void mat(const CellParam& at, std::span<double> out) override { inverter_.evaluator().mat(at, out); }
+
+  bool is_ambiguous(const Box3& world) const override {
+    const Box3 box = world.transformed(mesh_of_world_);
+    const auto any = [](std::uint32_t) { return true; };
+    return solid_->data().fold_boxes.any_meeting(box, any) || solid_->data().overlap_boxes.any_meeting(box, any);
+  }
+
+  void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) override {
+    if (!lines_) lines_ = irregular_lines(*solid_);
+    const Box3 box = world.transformed(mesh_of_world_);
+    const std::size_t first = points.size();
+    for (const IrregularLine& line : *lines_) {
+      if (!solid_->data().cell_boxes.box(line.cell).intersects(box)) continue;
+      append_points(line, spacing_mm / scales_[0], inverter_.evaluator(), points);
+    }
+    const Placement world_of_mesh = mesh_of_world_.inverse(Eigen::Affine);
+    for (std::size_t p = first; p < points.size(); ++p) points[p] = world_of_mesh * points[p];
+  }
+
   std::size_t channel_count() const override { return solid_->channel_count(); }
 
  private:
@@ -59,6 +81,7 @@ class InvertedField final : public MaterialField {
   Vec3 scales_;  // Singular values of the placement, largest first.
   PointInverter inverter_;
   std::optional<PointInverter> far_inverter_;
+  std::optional<std::vector<IrregularLine>> lines_;
 };
 
 }  // namespace

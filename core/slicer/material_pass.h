@@ -7,8 +7,7 @@
 // left neighbour in the span; failing that, the nearest solved one in the row below, at most 16 columns away; failing
 // that, none. So hints, and with them every last bit of the result, follow from the layer's content alone.
 //
-// Where inversion finds nothing the voxel takes the samples of the nearest solved voxel of the layer (ties: lower row,
-// then lower column). If the layer has none, it takes the nearest parameter of the whole solid.
+// Voxels where inversion finds nothing: unresolved_voxels.h.
 
 #pragma once
 
@@ -22,6 +21,7 @@
 #include "core/raster/occupancy.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/material_field.h"
+#include "core/slicer/unresolved_voxels.h"
 
 namespace ccslice {
 
@@ -42,15 +42,12 @@ class MaterialPass {
   void set_samples(const Span& span, std::uint32_t x, const CellParam& at);
   std::optional<CellParam> hint_from_row_below(std::uint32_t x) const;
   void start_row(std::uint32_t y);
-  void fill_unresolved(std::span<const Span> spans);
-  void fill_from_solid();
-  Vec3 centre(std::uint32_t x, std::uint32_t y) const;
 
   MaterialField* field_;
   std::vector<double> values_;
   Row row_, row_below_;                 // Solved parameters by column.
   std::optional<std::uint32_t> row_y_;  // The row that row_ holds.
-  std::vector<Span> unresolved_;        // Runs of voxels without a parameter.
+  UnresolvedVoxels unresolved_;
   // Of the layer at hand.
   LayerLattice lattice_;
   double z_mm_ = 0;

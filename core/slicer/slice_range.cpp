@@ -30,25 +30,31 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   const LayerSlicer prototype(solid, job, options.cancel);
   tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });
+  const auto slabs = slabs_of_range(first, count);
   // Layers in flight live here: the pipeline would leak what it holds when a stage throws.
-  std::vector<Layer> window(2 * static_cast<std::size_t>(arena.max_concurrency()));
-  const auto slot = [&](std::uint32_t offset) -> Layer& { return window[offset % window.size()]; };
-  std::uint32_t next = 0;
-  const auto number_layers = [&](tbb::flow_control& control) {
-    if (next == count) control.stop();
-    return next == count ? next : next++;
+  std::vector<std::vector<Layer>> window(static_cast<std::size_t>(arena.max_concurrency()) + 1);
+  const auto slot = [&](std::size_t slab) -> std::vector<Layer>& { return window[slab % window.size()]; };
+  std::size_t next = 0;
+  const auto number_slabs = [&](tbb::flow_control& control) {
+    if (next == slabs.size()) control.stop();
+    return next == slabs.size() ? next : next++;
   };
-  const auto slice_layer = [&](std::uint32_t offset) {
-    slot(offset) = slicers.local().slice(first + offset, options.cancel);
-    return offset;
+  const auto slice_slab = [&](std::size_t slab) {
+    const auto [first_layer, layers] = slabs[slab];
+    LayerSlicer& slicer = slicers.local();
+    for (std::uint32_t k = 0; k < layers; ++k) slot(slab).push_back(slicer.slice(first_layer + k, options.cancel));
+    return slab;
   };
-  const auto deliver = [&](std::uint32_t offset) { on_layer(std::move(slot(offset))); };
+  const auto deliver = [&](std::size_t slab) {
+    for (Layer& layer : slot(slab)) on_layer(std::move(layer));
+    slot(slab).clear();
+  };
   arena.execute([&] {
     using tbb::filter_mode;
     tbb::parallel_pipeline(window.size(),
-                           tbb::make_filter<void, std::uint32_t>(filter_mode::serial_in_order, number_layers) &
-                               tbb::make_filter<std::uint32_t, std::uint32_t>(filter_mode::parallel, slice_layer) &
-                               tbb::make_filter<std::uint32_t, void>(filter_mode::serial_in_order, deliver));
+                           tbb::make_filter<void, std::size_t>(filter_mode::serial_in_order, number_slabs) &
+                               tbb::make_filter<std::size_t, std::size_t>(filter_mode::parallel, slice_slab) &
+                               tbb::make_filter<std::size_t, void>(filter_mode::serial_in_order, deliver));
   });
 }
 

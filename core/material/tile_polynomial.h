@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cubic polynomials that stand for material channels within a tile of voxels.
+//
+// A channel is a smooth function of the world point inside a tile, so a polynomial of total degree 3 (20 coefficients)
+// is fitted by least squares to exact samples at voxel centres, and judged by its LEAVE-ONE-OUT errors: the error at
+// sample i of the fit to all others, r_i / (1 - h_ii), where r_i is the residual and h_ii the leverage. Every sample so
+// serves as a check point of a fit that hasn't seen it, at the cost of one fit.
+//
+// Coordinates are voxel indices, shifted and scaled to [-1, 1]^3 over the fitted voxels (TileFrame).
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace ccslice {
+
+inline constexpr std::size_t kCubicTerms = 20;
+
+/// Voxel (column, row, layer) -> [-1, 1]^3: (voxel - centre) * scale.
+struct TileFrame {
+  Vec3 centre = Vec3::Zero();
+  Vec3 scale = Vec3::Ones();
+
+  /// Of voxels [low, high], both included.
+  static TileFrame of(const Vec3& low, const Vec3& high);
+  Vec3 operator()(const Vec3& voxel) const { return (voxel - centre).cwiseProduct(scale); }
+};
+
+/// Coefficients of x^i y^j z^k, i + j + k <= 3, ordered by i: ten of x^0, six of x^1, three of x^2, one of x^3.
+using CubicPolynomial = std::array<double, kCubicTerms>;
+
+/// The polynomial along a row: coefficients of 1, x, x^2, x^3.
+std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
+
+/// Fits many channels over the same places. Memory is kept from fit to fit.
+class CubicFitter {
+ public:
+  /// REQUIRES: at least kCubicTerms places, in [-1, 1]^3.
+  void factorize(std::span<const Vec3> places);
+  /// Fits values[i * stride] at the i-th place; returns the largest leave-one-out error.
+  double fit(const double* values, std::size_t stride, CubicPolynomial& polynomial);
+
+ private:
+  using Terms = Eigen::Matrix<double, kCubicTerms, 1>;
+  using Square = Eigen::Matrix<double, kCubicTerms, kCubicTerms>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, kCubicTerms, Eigen::RowMajor>;
+
+  Rows terms_;
+  Square lower_;                   // Of the Cholesky factorization of terms^T terms.
+  std::vector<double> one_minus_;  // 1 - leverage.
+};
+
+}  // namespace ccslice
