@@ -90,7 +90,7 @@ void LayerStream::compute_next(const SlabPtr& slab) {
   ComputeLayer compute;
   try {
     cancel_.throw_if_cancelled();
-    compute = take_compute();
+    compute = take_compute(*slab);
     layer = compute(slab->layers.first + slab->computed, cancel_);
   } catch (...) {
     error = std::current_exception();
@@ -100,11 +100,12 @@ void LayerStream::compute_next(const SlabPtr& slab) {
 
 /// False if the slab has to wait for room, which other layers took meanwhile.
 bool LayerStream::begin_layer(Slab& slab) {
-  std::vector<ComputeLayer> dropped;
+  std::vector<IdleCompute> dropped;
   std::lock_guard lock(mutex_);
   slab.parked = !cancelled_ && !has_room_locked(slab);
   if (slab.parked) {
     --active_;
+    if (slab.compute) idle_computes_.push_back({slab.layers.first, std::exchange(slab.compute, nullptr)});
     trim_computes_locked(dropped);
   } else {
     ++running_;
@@ -112,11 +113,16 @@ bool LayerStream::begin_layer(Slab& slab) {
   return !slab.parked;
 }
 
-LayerStream::ComputeLayer LayerStream::take_compute() {
+/// The slab's own while it is being computed; of idle ones rather that which it had before it was parked.
+LayerStream::ComputeLayer LayerStream::take_compute(Slab& slab) {
   {
     std::lock_guard lock(mutex_);
+    if (slab.compute) return std::exchange(slab.compute, nullptr);
+    const auto own = std::find_if(idle_computes_.begin(), idle_computes_.end(),
+                                  [&](const IdleCompute& idle) { return idle.first_layer == slab.layers.first; });
+    if (own != idle_computes_.end()) std::swap(*own, idle_computes_.back());
     if (!idle_computes_.empty()) {
-      ComputeLayer compute = std::move(idle_computes_.back());
+      ComputeLayer compute = std::move(idle_computes_.back().compute);
       idle_computes_.pop_back();
       return compute;
     }
@@ -129,15 +135,19 @@ void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, 
   bool goes_on = false;
   Notify notify;
   std::vector<SlabPtr> started;
-  std::vector<ComputeLayer> dropped;
+  std::vector<IdleCompute> dropped;
   {
     std::lock_guard lock(mutex_);
     --running_;
     failed_ = failed_ || error;
     slab->error = std::move(error);
     if (layer) add_layer_locked(*slab, std::move(*layer));
-    if (compute) idle_computes_.push_back(std::move(compute));
     goes_on = !slab->done() && !cancelled_ && has_room_locked(*slab);
+    if (goes_on) {
+      slab->compute = std::move(compute);
+    } else if (compute) {
+      idle_computes_.push_back({slab->layers.first, std::move(compute)});
+    }
     slab->parked = !slab->done() && !goes_on;
     if (!goes_on) --active_;
     start_slabs_locked(started);  // Less is being computed now, so there may be room.
@@ -164,7 +174,7 @@ void LayerStream::add_layer_locked(Slab& slab, Layer layer) {
 }
 
 /// Their scratch memory may be large: a stream that has come to a stop keeps one, a cancelled one none.
-void LayerStream::trim_computes_locked(std::vector<ComputeLayer>& dropped) {
+void LayerStream::trim_computes_locked(std::vector<IdleCompute>& dropped) {
   const std::size_t kept = cancelled_ ? 0 : active_ == 0 ? 1 : idle_computes_.size();
   while (idle_computes_.size() > kept) {
     dropped.push_back(std::move(idle_computes_.back()));
@@ -205,7 +215,7 @@ std::exception_ptr LayerStream::error() {
 
 void LayerStream::cancel() {
   std::deque<SlabPtr> dropped;
-  std::vector<ComputeLayer> idle;
+  std::vector<IdleCompute> idle;
   Notify notify;
   {
     std::lock_guard lock(mutex_);

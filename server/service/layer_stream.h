@@ -55,8 +55,8 @@ StreamWindow choose_window(std::uint64_t layer_bytes, std::uint64_t window_bytes
 
 class LayerStream : public std::enable_shared_from_this<LayerStream> {
  public:
-  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers, which aren't those of
-  /// one slab. May throw.
+  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers. It computes the layers of
+  /// one slab one after the other, as long as the window has room for them. May throw.
   using ComputeLayer = std::function<Layer(std::uint32_t layer, const CancellationToken& cancel)>;
   /// Makes such a function, on a worker thread. Called as often as layers are computed at the same time; one
   /// function at most is kept while none is. May throw.
@@ -90,9 +90,14 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     std::deque<Layer> ready;
     std::exception_ptr error;
     bool parked = false;
+    ComputeLayer compute;  // Between two layers that follow one another.
     bool done() const { return computed == layers.count || error; }
   };
   using SlabPtr = std::shared_ptr<Slab>;
+  struct IdleCompute {
+    std::uint32_t first_layer;  // Of the slab that it worked on.
+    ComputeLayer compute;
+  };
 
   LayerStream(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
   void start_slabs();
@@ -101,10 +106,10 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   void compute_next(const SlabPtr& slab);
   bool begin_layer(Slab& slab);
   void post(const std::vector<SlabPtr>& slabs);
-  ComputeLayer take_compute();
+  ComputeLayer take_compute(Slab& slab);
   void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error, ComputeLayer compute);
   void add_layer_locked(Slab& slab, Layer layer);
-  void trim_computes_locked(std::vector<ComputeLayer>& dropped);
+  void trim_computes_locked(std::vector<IdleCompute>& dropped);
   bool worth_pulling_locked() const;
 
   const Executor::Lane lane_;
@@ -125,7 +130,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   std::uint64_t held_bytes_ = 0;   // Layers computed, the one taken last included.
   std::uint64_t taken_bytes_ = 0;  // That one.
   std::uint64_t largest_bytes_ = 0;
-  std::vector<ComputeLayer> idle_computes_;
+  std::vector<IdleCompute> idle_computes_;
 };
 
 }  // namespace ccslice::server
