@@ -79,6 +79,7 @@ struct SliceOutcome {
   std::uint64_t layers = 0;
   std::uint64_t empty_layers = 0;
   std::uint64_t voxel_count = 0;
+  std::uint64_t voxels_interpolated = 0;
   std::uint64_t voxels_unresolved = 0;
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;

@@ -49,6 +49,7 @@ void add_to(SliceOutcome& outcome, const Layer& layer) {
   ++outcome.layers;
   outcome.empty_layers += layer.end.empty();
   outcome.voxel_count += layer.end.voxel_count();
+  outcome.voxels_interpolated += layer.end.statistics().voxels_interpolated();
   outcome.voxels_unresolved += layer.end.statistics().voxels_unresolved();
   outcome.max_residual_mm = std::max(outcome.max_residual_mm, layer.end.statistics().max_residual_mm());
   for (const Plane& plane : layer.planes) outcome.encoded_bytes += plane.encoded.size();

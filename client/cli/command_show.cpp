@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
+#include "client/cli/job.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/part_box.h"
@@ -23,6 +25,7 @@ struct ShowOptions {
   std::string channel;
   double height = 0.5;
   std::uint32_t width = 78;
+  std::optional<double> material_tolerance = std::nullopt;
 };
 
 constexpr std::string_view kShades = ".:-=+*#%@";
@@ -59,6 +62,7 @@ v1::SliceRangeRequest picture_request(const std::string& id, const v1::Placement
     request.add_planes()->mutable_channel()->set_name(options.channel);
     request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
   }
+  if (options.material_tolerance) request.set_material_tolerance(*options.material_tolerance);
   for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
   return request;
 }
@@ -115,6 +119,7 @@ Command add_show(CLI::App& parent, CommonOptions& common) {
       ->capture_default_str();
   constexpr std::uint32_t kWidest = 1000;
   app->add_option("--width", options->width, "Characters")->check(CLI::Range(1u, kWidest))->capture_default_str();
+  add_material_tolerance_option(*app, options->material_tolerance);
   add_placement_options(*app, options->placement);
   add_server_options(*app, common);
   app->footer("Example:\n  ccslice show part.vtk --grade stiffness=x --channel stiffness --rotate x=90 --height 0.3");

@@ -48,6 +48,7 @@ v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
   *request.mutable_grid() = parse_grid(options.grid);
   for (v1::PlaneSpec& plane : parse_planes(options.planes, contours)) *request.add_planes() = std::move(plane);
   if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
+  if (options.planes.material_tolerance) request.set_material_tolerance(*options.planes.material_tolerance);
   return request;
 }
 
@@ -84,6 +85,7 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   *request.mutable_planes() = plan.planes();
   request.set_contours(contours);
   if (plan.has_contour_tolerance_mm()) request.set_contour_tolerance_mm(plan.contour_tolerance_mm());
+  if (plan.has_material_tolerance()) request.set_material_tolerance(plan.material_tolerance());
   request.set_first_layer(range.first);
   request.set_layer_count(range.last - range.first + 1);
   return request;
@@ -96,6 +98,7 @@ void report(const Session& session, const SliceOptions& options, const client::S
     json.begin_object().member("output", options.output).member("mesh_id", outcome.header.mesh_id());
     json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
+    json.member("voxels_interpolated", outcome.voxels_interpolated);
     json.member("voxels_unresolved", outcome.voxels_unresolved).member("max_residual_mm", outcome.max_residual_mm);
     json.member("written_bytes", written_bytes).member("seconds", seconds).member("resumes", outcome.resumes);
     return print_line(json.member("reuploads", outcome.reuploads).end_object().text());

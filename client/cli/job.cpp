@@ -129,6 +129,16 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
   command
       .add_option("--tolerance", options.tolerance_mm, "Largest distance from contour to surface in mm (default 0.001)")
       ->group("Pictures");
+  add_material_tolerance_option(command, options.material_tolerance);
+}
+
+void add_material_tolerance_option(CLI::App& command, std::optional<double>& tolerance) {
+  command
+      .add_option(
+          "--material-tolerance", tolerance,
+          "How far a voxel's value may be from exact inversion, as a share of the picture's value range, 0 to 1; "
+          "0 inverts every voxel (default 1/1024 for u8, 1/65536 for u16 and f32)")
+      ->group("Pictures");
 }
 
 v1::GridSpec parse_grid(const GridOptions& options) {

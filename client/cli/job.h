@@ -29,10 +29,12 @@ struct PlaneOptions {
   bool all_channels = false;          // One picture of all of them.
   std::string encoding = "auto";
   std::optional<double> tolerance_mm = std::nullopt;
+  std::optional<double> material_tolerance = std::nullopt;
 };
 
 void add_grid_options(CLI::App& command, GridOptions& options);
 void add_plane_options(CLI::App& command, PlaneOptions& options);
+void add_material_tolerance_option(CLI::App& command, std::optional<double>& tolerance);
 
 // All throw UsageError.
 

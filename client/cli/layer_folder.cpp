@@ -170,6 +170,7 @@ void LayerFolder::add_to_manifest(const client::Layer& layer) {
       .member("empty", layer.end.empty())
       .member("voxels_coherent", statistics.voxels_coherent())
       .member("voxels_full", statistics.voxels_full())
+      .member("voxels_interpolated", statistics.voxels_interpolated())
       .member("voxels_unresolved", statistics.voxels_unresolved())
       .member("max_residual_mm", statistics.max_residual_mm())
       .member("contour_loops", statistics.contour_loops())

@@ -92,7 +92,9 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   for (const double entry : placement.matrix()) json.value(entry);
   json.end_array().key("planes").begin_array();
   for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
-  json.end_array().member("voxel_count", outcome.voxel_count).member("voxels_unresolved", outcome.voxels_unresolved);
+  json.end_array().member("voxel_count", outcome.voxel_count);
+  json.member("voxels_interpolated", outcome.voxels_interpolated)
+      .member("voxels_unresolved", outcome.voxels_unresolved);
   json.member("max_residual_mm", outcome.max_residual_mm).key("layers").raw(layers).end_object();
   return json.text() + "\n";
 }

@@ -124,7 +124,7 @@ class PlaneCheck {
   std::string path_;
 };
 
-void validate_tolerance(double tolerance_mm, const SliceLimits& limits) {
+void validate_contour_tolerance(double tolerance_mm, const SliceLimits& limits) {
   const double low = limits.min_contour_tolerance_mm;
   const double high = limits.max_contour_tolerance_mm;
   if (tolerance_mm >= low && tolerance_mm <= high) return;
@@ -132,6 +132,15 @@ void validate_tolerance(double tolerance_mm, const SliceLimits& limits) {
               "contour_tolerance_mm: " + number_text(tolerance_mm) + " is outside [" + number_text(low) + ", " +
                   number_text(high) + "]; 0.001 does for any printer",
               "contour_tolerance_mm");
+}
+
+void validate_material_tolerance(double tolerance, const SliceLimits& limits) {
+  if (tolerance >= 0 && tolerance <= limits.max_material_tolerance) return;
+  throw Error(ErrorCode::kToleranceInvalid,
+              "material_tolerance: " + number_text(tolerance) + " is outside [0, " +
+                  number_text(limits.max_material_tolerance) +
+                  "]; leave it out for one that suits the samples, or give 0 to invert every voxel",
+              "material_tolerance");
 }
 
 void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
@@ -157,7 +166,8 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   validate_pitch(job.grid.pitch, limits);
   validate_extent(job.grid.extent, limits);
   validate_place(job.grid, limits);
-  validate_tolerance(job.contour_tolerance_mm, limits);
+  validate_contour_tolerance(job.contour_tolerance_mm, limits);
+  if (job.material_tolerance) validate_material_tolerance(*job.material_tolerance, limits);
   if (job.planes.empty() && !job.contours) {
     throw Error(ErrorCode::kNothingRequested,
                 "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");

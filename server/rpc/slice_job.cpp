@@ -105,6 +105,7 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
   job.planes = to_planes(request.planes(), solid.summary());
   job.contours = request.contours();
   if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
+  if (request.has_material_tolerance()) job.material_tolerance = request.material_tolerance();
   validate_job(solid, job, limits);
   return job;
 }
@@ -118,6 +119,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   *whole.mutable_planes() = request.planes();
   whole.set_contours(request.planes().empty());  // A job of nothing would be refused; a plan of it is fine.
   if (request.has_contour_tolerance_mm()) whole.set_contour_tolerance_mm(request.contour_tolerance_mm());
+  if (request.has_material_tolerance()) whole.set_material_tolerance(request.material_tolerance());
   const SliceJob job = to_job(whole, solid, limits);
 
   v1::PlanSlicesResponse plan;

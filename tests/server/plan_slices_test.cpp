@@ -206,6 +206,12 @@ TEST_F(PlanSlices, RefusesWrongTolerances) {
     EXPECT_EQ(failure().reason, "TOLERANCE_INVALID") << tolerance;
     EXPECT_EQ(failure().field, "contour_tolerance_mm");
   }
+  request_.clear_contour_tolerance_mm();
+  for (const double tolerance : {-1e-9, 1.01, kNan}) {
+    request_.set_material_tolerance(tolerance);
+    EXPECT_EQ(failure().reason, "TOLERANCE_INVALID") << tolerance;
+    EXPECT_EQ(failure().field, "material_tolerance");
+  }
 }
 
 }  // namespace

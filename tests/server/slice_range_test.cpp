@@ -186,6 +186,9 @@ TEST_F(RefusedSlicing, WrongPitchPlacementAndTolerance) {
   request_.mutable_grid()->mutable_pitch()->set_x_mm(1);
   request_.set_contour_tolerance_mm(-1);
   expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "contour_tolerance_mm");
+  request_.clear_contour_tolerance_mm();
+  request_.set_material_tolerance(2);
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "material_tolerance");
   for (int i = 0; i < 12; ++i) request_.mutable_placement()->add_matrix(0);
   expect(grpc::StatusCode::INVALID_ARGUMENT, "PLACEMENT_SINGULAR", "placement.matrix");
 }

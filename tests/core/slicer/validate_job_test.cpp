@@ -158,6 +158,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "contour_tolerance_mm", "nan is outside"},
         Spoiled{"ToleranceLarge", [](SliceJob& job) { job.contour_tolerance_mm = 2; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "2 is outside"},
+        Spoiled{"MaterialToleranceNegative", [](SliceJob& job) { job.material_tolerance = -1e-9; },
+                ErrorCode::kToleranceInvalid, "material_tolerance", "is outside [0, 1]"},
+        Spoiled{"MaterialToleranceNan", [](SliceJob& job) { job.material_tolerance = kNan; },
+                ErrorCode::kToleranceInvalid, "material_tolerance", "nan is outside [0, 1]"},
+        Spoiled{"MaterialToleranceLarge", [](SliceJob& job) { job.material_tolerance = 1.5; },
+                ErrorCode::kToleranceInvalid, "material_tolerance", "give 0 to invert every voxel"},
         Spoiled{"PlacementSingular", [](SliceJob& job) { job.placement.linear().setOnes(); },
                 ErrorCode::kPlacementSingular, "placement.matrix", "singular"},
         Spoiled{"PitchZero", [](SliceJob& job) { job.grid.pitch.z_mm = 0; }, ErrorCode::kPitchInvalid,
@@ -180,6 +186,11 @@ TEST(ValidateJobOfGoodJobs, Passes) {
   contours_only.planes.clear();
   contours_only.contours = true;
   EXPECT_NO_THROW(validate_job(two_channels(), contours_only));
+  for (const double tolerance : {0.0, 1e-12, 1.0}) {
+    SliceJob tolerant = good_job();
+    tolerant.material_tolerance = tolerance;
+    EXPECT_NO_THROW(validate_job(two_channels(), tolerant));
+  }
   SliceJob ranged = good_job();
   ranged.planes[1].range = {0.2, 0.7};
   EXPECT_NO_THROW(validate_job(two_channels(), ranged));
