@@ -15,7 +15,7 @@
 
 namespace ccslice::oracle {
 
-/// Plane 0: the occupancy; then every channel as raw floats.
+/// Plane 0: the occupancy; then every channel as raw floats. Every voxel is inverted.
 SliceJob float_job(const Subject& subject, const VoxelPitch& pitch);
 /// The same with about `columns` voxels along the longest side of the box, and as many layers as it takes.
 SliceJob float_job(const Subject& subject, int columns);

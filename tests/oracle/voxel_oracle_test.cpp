@@ -73,10 +73,11 @@ TEST_P(Voxels, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
 
 TEST_P(Voxels, SameBytesHoweverTheRangeIsSplit) {
   const Subject subject(tiny_meshes()[GetParam()].mesh);
-  const SliceJob job = float_job(subject, 25);
+  SliceJob job = float_job(subject, 25);
+  job.material_tolerance.reset();
   std::vector<std::vector<std::uint8_t>> bytes;
   LayerSlicer upwards(subject.shared_solid(), job);
-  const std::uint32_t layers = std::min(job.grid.extent.layers, 11u);
+  const std::uint32_t layers = std::min(job.grid.extent.layers, kSlabLayers + 3);
   for (std::uint32_t k = 0; k < layers; ++k) {
     for (const EncodedPlane& plane : upwards.slice(k, {}).planes) bytes.push_back(plane.bytes);
   }

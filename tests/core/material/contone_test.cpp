@@ -6,9 +6,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
+#include <span>
+#include <vector>
 
 namespace ccslice {
 namespace {
@@ -107,6 +111,80 @@ TEST(ContonePlane, ForgetsTheLayerBefore) {
   plane.set(0, std::vector<double>{0, 200});
   plane.clear(2, 1);
   EXPECT_THAT(plane.image().samples, ElementsAre(0, 0));
+}
+
+class SetCubic : public testing::TestWithParam<SampleType> {
+ protected:
+  static double sample(const ContonePlane& plane, std::size_t index) {
+    const std::span<const std::uint8_t> bytes = plane.image().samples;
+    if (GetParam() == SampleType::kUint8) return bytes[index];
+    if (GetParam() == SampleType::kUint16) return bytes[2 * index] + 256 * bytes[2 * index + 1];
+    float value;
+    std::memcpy(&value, &bytes[4 * index], sizeof value);
+    return value;
+  }
+
+  /// How far samples of set_cubic() may be from those of set(): one step, or a float's rounding.
+  static double step() { return GetParam() == SampleType::kFloat32 ? 1e-6 : 1; }
+};
+
+// Along rows of all lengths round the block's, both planes show the same, and voxels beside the row stay as they were.
+TEST_P(SetCubic, AgreesWithSettingEachVoxel) {
+  const std::array<double, 4> c = {0.55, 0.3, -0.25, 0.2};
+  constexpr double kFirst = -0.9, kStep = 0.009;
+  for (const bool ranged : {false, true}) {
+    const bool integer = GetParam() != SampleType::kFloat32;
+    const PlaneSpec spec =
+        channel_plane(GetParam(), ranged && integer ? std::optional(ValueRange{0.2, 0.9}) : std::nullopt);
+    for (const std::uint32_t count : {1u, 2u, 63u, 64u, 65u, 128u, 200u}) {
+      ContonePlane row(spec, {"a", -1, 2}), each(spec, {"a", -1, 2});
+      row.clear(210, 1);
+      each.clear(210, 1);
+      row.set_cubic(5, count, kFirst, kStep, c);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const double t = kFirst + kStep * k;
+        each.set(5 + k, std::vector<double>{99, ((c[3] * t + c[2]) * t + c[1]) * t + c[0]});
+      }
+      for (std::size_t x = 0; x < 210; ++x)
+        ASSERT_NEAR(sample(row, x), sample(each, x), step()) << x << " of " << count;
+    }
+  }
+}
+
+TEST_P(SetCubic, ClampsToTheChannelsRange) {
+  ContonePlane plane(channel_plane(GetParam()), {"a", -1, 2});
+  plane.clear(3, 1);
+  plane.set_cubic(0, 3, -1, 1, {0.5, 100, 0, 0});
+  const double largest = GetParam() == SampleType::kUint8 ? 255 : 65535;
+  const bool integer = GetParam() != SampleType::kFloat32;
+  EXPECT_EQ(sample(plane, 0), integer ? 0 : -1);
+  EXPECT_EQ(sample(plane, 1), integer ? largest / 2 + 0.5 : 0.5);
+  EXPECT_EQ(sample(plane, 2), integer ? largest : 2);
+}
+
+TEST_P(SetCubic, OfAConstantChannelIsThatOfSet) {
+  ContonePlane row(channel_plane(GetParam()), {"a", 4, 4}), each(channel_plane(GetParam()), {"a", 4, 4});
+  row.clear(70, 1);
+  each.clear(70, 1);
+  row.set_cubic(0, 70, -1, 0.03, {4 + 1e-12, 1e-13, 0, 0});
+  for (std::size_t x = 0; x < 70; ++x) each.set(x, std::vector<double>{99, 4});
+  for (std::size_t x = 0; x < 70; ++x) ASSERT_EQ(sample(row, x), sample(each, x));
+}
+
+INSTANTIATE_TEST_SUITE_P(AllTypes, SetCubic,
+                         testing::Values(SampleType::kUint8, SampleType::kUint16, SampleType::kFloat32),
+                         [](const testing::TestParamInfo<SampleType>& info) {
+                           return info.param == SampleType::kUint8    ? "Uint8"
+                                  : info.param == SampleType::kUint16 ? "Uint16"
+                                                                      : "Float32";
+                         });
+
+// Within a plane's range that the channel's doesn't reach, integer samples stop where the channel does.
+TEST(SetCubicOfAWideRange, StopsWhereTheChannelDoes) {
+  ContonePlane plane(channel_plane(SampleType::kUint8, ValueRange{0, 255}), {"a", 10, 20});
+  plane.clear(2, 1);
+  plane.set_cubic(0, 2, -1, 2, {15, 50, 0, 0});
+  EXPECT_THAT(plane.image().samples, ElementsAre(10, 20));
 }
 
 }  // namespace

@@ -188,7 +188,7 @@ TEST(SliceBox, OccupancyAloneInvertsNothing) {
   job.planes = {occupancy()};
   const LayerStats stats = LayerSlicer(solid, job).slice(1, {}).stats;
   EXPECT_EQ(stats.voxels_inside, 48u * 32);
-  EXPECT_EQ(stats.voxels_coherent + stats.voxels_full + stats.voxels_unresolved, 0u);
+  EXPECT_EQ(stats.voxels_interpolated + stats.voxels_coherent + stats.voxels_full + stats.voxels_unresolved, 0u);
 }
 
 TEST(SliceBox, SeveralChannelsTravelInOnePlane) {

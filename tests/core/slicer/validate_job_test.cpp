@@ -237,10 +237,10 @@ TEST(ValidateLayerRange, KeepsWithinTheGrid) {
 TEST(SlabsOfRange, StartAtMultiplesOfTheSlabHeight) {
   using Slabs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
   EXPECT_EQ(slabs_of_range(0, 0), Slabs{});
-  EXPECT_EQ(slabs_of_range(0, 8), (Slabs{{0, 8}}));
-  EXPECT_EQ(slabs_of_range(0, 9), (Slabs{{0, 8}, {8, 1}}));
+  EXPECT_EQ(slabs_of_range(0, 16), (Slabs{{0, 16}}));
+  EXPECT_EQ(slabs_of_range(0, 17), (Slabs{{0, 16}, {16, 1}}));
   EXPECT_EQ(slabs_of_range(5, 2), (Slabs{{5, 2}}));
-  EXPECT_EQ(slabs_of_range(5, 20), (Slabs{{5, 3}, {8, 8}, {16, 8}, {24, 1}}));
+  EXPECT_EQ(slabs_of_range(5, 40), (Slabs{{5, 11}, {16, 16}, {32, 13}}));
 }
 
 }  // namespace

@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/material/tile_polynomial.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace ccslice {
+namespace {
+
+using Places = std::vector<Vec3>;
+
+Places random_places(std::size_t count, std::uint32_t seed, const Vec3& spread = Vec3::Ones()) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> u(-1, 1);
+  Places places;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = u(random), y = u(random), z = u(random);
+    places.push_back(Vec3(x, y, z).cwiseProduct(spread));
+  }
+  return places;
+}
+
+double value_at(const CubicPolynomial& polynomial, const Vec3& p) {
+  const std::array<double, 4> c = along_row(polynomial, p.y(), p.z());
+  return ((c[3] * p.x() + c[2]) * p.x() + c[1]) * p.x() + c[0];
+}
+
+std::vector<double> values_of(const Places& places, const std::function<double(const Vec3&)>& function) {
+  std::vector<double> values;
+  for (const Vec3& place : places) values.push_back(function(place));
+  return values;
+}
+
+/// Every one of the twenty terms, each with a factor of its own.
+double some_cubic(const Vec3& p) {
+  double value = 0;
+  int factor = 3;
+  for (int i = 0; i <= 3; ++i) {
+    for (int j = 0; i + j <= 3; ++j) {
+      for (int k = 0; i + j + k <= 3; ++k) {
+        factor = factor * 7 % 31;
+        value += (factor - 15) * std::pow(p.x(), i) * std::pow(p.y(), j) * std::pow(p.z(), k);
+      }
+    }
+  }
+  return value;
+}
+
+double not_a_cubic(const Vec3& p) { return std::exp(p.x() - 0.5 * p.y()) * std::cos(2 * p.z() + p.x()); }
+
+TEST(TileFrame, MapsTheVoxelsToTheCube) {
+  const TileFrame frame = TileFrame::of(Vec3(4, 10, 7), Vec3(19, 11, 7));
+  EXPECT_EQ(frame(Vec3(4, 10, 7)), Vec3(-1, -1, 0));
+  EXPECT_EQ(frame(Vec3(19, 11, 7)), Vec3(1, 1, 0));
+  EXPECT_EQ(frame(Vec3(11.5, 10.5, 7)), Vec3::Zero());
+}
+
+TEST(CubicFitter, ReproducesCubics) {
+  for (const std::size_t count : {40u, 60u, 90u}) {
+    const Places places = random_places(count, 1);
+    const std::vector<double> values = values_of(places, some_cubic);
+    CubicFitter fitter;
+    fitter.factorize(places);
+    CubicPolynomial polynomial;
+    EXPECT_LT(fitter.fit(values.data(), 1, polynomial), 1e-6);
+    for (const Vec3& p : random_places(50, 2)) EXPECT_NEAR(value_at(polynomial, p), some_cubic(p), 1e-6);
+  }
+}
+
+TEST(CubicFitter, FitsChannelsThatAreInterleaved) {
+  const Places places = random_places(40, 3);
+  std::vector<double> values;
+  for (const Vec3& p : places) values.insert(values.end(), {some_cubic(p), not_a_cubic(p), 5.0});
+  CubicFitter fitter;
+  fitter.factorize(places);
+  CubicPolynomial first, second, third;
+  EXPECT_LT(fitter.fit(&values[0], 3, first), 1e-6);
+  EXPECT_GT(fitter.fit(&values[1], 3, second), 1e-3);
+  EXPECT_LT(fitter.fit(&values[2], 3, third), 1e-7);
+  const std::vector<double> alone = values_of(places, not_a_cubic);
+  CubicPolynomial expected;
+  fitter.fit(alone.data(), 1, expected);
+  EXPECT_EQ(second, expected);
+}
+
+TEST(CubicFitter, ItsErrorIsThatOfReallyLeavingOneOut) {
+  const Places places = random_places(40, 4);
+  const std::vector<double> values = values_of(places, not_a_cubic);
+  CubicFitter fitter, refitter;
+  fitter.factorize(places);
+  CubicPolynomial polynomial;
+  const double error = fitter.fit(values.data(), 1, polynomial);
+  double worst = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Places others = places;
+    std::vector<double> their_values = values;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    their_values.erase(their_values.begin() + static_cast<std::ptrdiff_t>(i));
+    refitter.factorize(others);
+    refitter.fit(their_values.data(), 1, polynomial);
+    worst = std::max(worst, std::abs(value_at(polynomial, places[i]) - values[i]));
+  }
+  EXPECT_GT(worst, 1e-3);
+  EXPECT_NEAR(error, worst, 1e-5 * worst);
+}
+
+TEST(CubicFitter, ASampleThatNoOtherChecksCountsAsInfinitelyWrong) {
+  Places places = random_places(40, 5, Vec3(1, 1, 0));
+  places.push_back(Vec3(0, 0, 1));
+  const std::vector<double> values = values_of(places, [](const Vec3& p) { return p.x(); });
+  CubicFitter fitter;
+  fitter.factorize(places);
+  CubicPolynomial polynomial;
+  EXPECT_EQ(fitter.fit(values.data(), 1, polynomial), std::numeric_limits<double>::infinity());
+}
+
+TEST(CubicFitter, AsManySamplesAsTermsCheckNothing) {
+  const Places places = random_places(kCubicTerms, 6);
+  const std::vector<double> values = values_of(places, some_cubic);
+  CubicFitter fitter;
+  fitter.factorize(places);
+  CubicPolynomial polynomial;
+  EXPECT_EQ(fitter.fit(values.data(), 1, polynomial), std::numeric_limits<double>::infinity());
+}
+
+// Terms coincide there; a fit exists all the same, and is right where the samples are.
+TEST(CubicFitter, TakesPlacesInOnePlaneOrOneRow) {
+  for (const Vec3& spread : {Vec3(1, 1, 0), Vec3(0, 1, 1), Vec3(1, 0, 0), Vec3(0, 0, 1)}) {
+    const Places places = random_places(40, 7, spread);
+    const std::vector<double> values = values_of(places, some_cubic);
+    CubicFitter fitter;
+    fitter.factorize(places);
+    CubicPolynomial polynomial;
+    EXPECT_LT(fitter.fit(values.data(), 1, polynomial), 1e-6) << spread.transpose();
+    for (const Vec3& p : random_places(20, 8, spread)) {
+      EXPECT_NEAR(value_at(polynomial, p), some_cubic(p), 1e-6) << spread.transpose();
+    }
+    const std::vector<double> rough = values_of(places, not_a_cubic);
+    const double error = fitter.fit(rough.data(), 1, polynomial);
+    EXPECT_GT(error, 1e-5) << spread.transpose();
+    EXPECT_LT(error, 10) << spread.transpose();
+  }
+}
+
+TEST(CubicFitter, KeepsNothingOfTheFitBefore) {
+  CubicFitter used, fresh;
+  used.factorize(random_places(90, 9));
+  CubicPolynomial a, b;
+  const std::vector<double> other(90, 3.0);
+  used.fit(other.data(), 1, a);
+  const Places places = random_places(40, 10);
+  const std::vector<double> values = values_of(places, not_a_cubic);
+  used.factorize(places);
+  fresh.factorize(places);
+  EXPECT_EQ(used.fit(values.data(), 1, a), fresh.fit(values.data(), 1, b));
+  EXPECT_EQ(a, b);
+}
+
+}  // namespace
+}  // namespace ccslice

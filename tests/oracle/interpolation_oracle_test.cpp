@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Interpolated layers against the same layers with every voxel inverted: no voxel's value may be off by more than the
+// tolerance.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/oracle/real_meshes.h"
+#include "tests/oracle/slicing.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::oracle {
+namespace {
+
+constexpr double kTolerance = 1.0 / 1024;
+
+struct Difference {
+  std::uint64_t voxels = 0, interpolated = 0, unresolved = 0, beyond = 0;
+  double worst = 0;  // As a share of the channel's range.
+  std::string worst_at;
+};
+
+void add_difference(const LayerView& exact, const LayerView& other, const std::vector<ChannelRange>& channels,
+                    std::uint32_t layer, Difference& difference) {
+  for (std::uint32_t y = 0; y < exact.grid().extent.rows; ++y) {
+    for (std::uint32_t x = 0; x < exact.grid().extent.columns; ++x) {
+      ASSERT_EQ(exact.inside(x, y), other.inside(x, y));
+      if (!exact.inside(x, y)) continue;
+      for (std::uint32_t c = 0; c < channels.size(); ++c) {
+        const double range = std::max(channels[c].max - channels[c].min, 1e-30);
+        const double error = std::abs(other.channel(c, x, y) - exact.channel(c, x, y)) / range;
+        difference.beyond += !(error <= kTolerance);
+        if (error <= difference.worst) continue;
+        difference.worst = error;
+        difference.worst_at = "voxel " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(layer) +
+                              ", channel " + std::to_string(c);
+      }
+    }
+  }
+}
+
+/// Every `step`-th layer.
+Difference compare(const Subject& subject, int columns, std::uint32_t step) {
+  SliceJob exact_job = float_job(subject, columns);
+  exact_job.contours = false;
+  SliceJob job = exact_job;
+  job.material_tolerance = kTolerance;
+  LayerSlicer exact(subject.shared_solid(), exact_job), interpolating(subject.shared_solid(), job);
+  Difference difference;
+  for (std::uint32_t k = std::min(step / 2, job.grid.extent.layers - 1); k < job.grid.extent.layers; k += step) {
+    const Layer a = exact.slice(k, {}), b = interpolating.slice(k, {});
+    EXPECT_EQ(b.stats.voxels_interpolated + b.stats.voxels_coherent + b.stats.voxels_full + b.stats.voxels_unresolved,
+              b.stats.voxels_inside);
+    difference.voxels += b.stats.voxels_inside;
+    difference.interpolated += b.stats.voxels_interpolated;
+    difference.unresolved += b.stats.voxels_unresolved;
+    add_difference(LayerView(exact_job, a), LayerView(job, b), subject.solid().summary().channels, k, difference);
+  }
+  return difference;
+}
+
+void expect_within_tolerance(const Difference& difference) {
+  testing::Test::RecordProperty("voxels", std::to_string(difference.voxels));
+  testing::Test::RecordProperty("interpolated", std::to_string(difference.interpolated));
+  testing::Test::RecordProperty("unresolved", std::to_string(difference.unresolved));
+  testing::Test::RecordProperty("worst_share_of_tolerance", std::to_string(difference.worst / kTolerance));
+  std::printf("%llu voxels, %llu interpolated, %llu unresolved, worst error %.3f of the tolerance\n",
+              static_cast<unsigned long long>(difference.voxels),
+              static_cast<unsigned long long>(difference.interpolated),
+              static_cast<unsigned long long>(difference.unresolved), difference.worst / kTolerance);
+  EXPECT_GT(difference.voxels, 0u);
+  EXPECT_EQ(difference.beyond, 0u) << "worst " << difference.worst / kTolerance << " of the tolerance at "
+                                   << difference.worst_at;
+}
+
+class InterpolatedTinyMeshes : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(InterpolatedTinyMeshes, KeepTheTolerance) {
+  const Subject subject(tiny_meshes()[GetParam()].mesh);
+  expect_within_tolerance(compare(subject, 60, 3));
+}
+
+INSTANTIATE_TEST_SUITE_P(TinyMeshes, InterpolatedTinyMeshes, testing::Range<std::size_t>(0, tiny_meshes().size()),
+                         [](const auto& info) { return tiny_meshes()[info.param].name; });
+
+class InterpolatedRealMeshes : public testing::TestWithParam<std::string> {};
+
+TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {
+  const std::optional<ControlMesh> mesh = read_real_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
+  const Subject subject(*mesh);
+  const Difference difference = compare(subject, 200, 37);
+  expect_within_tolerance(difference);
+  if (GetParam() == "grid") return;  // Its struts are too thin at this pitch: all voxels are inverted.
+  EXPECT_GT(difference.interpolated, difference.voxels / 4) << "else nothing is tested here";
+}
+
+std::vector<std::string> sample_names() {
+  std::vector<std::string> names = irregular_sample_names();
+  names.push_back("ring");
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, InterpolatedRealMeshes, testing::ValuesIn(sample_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Shared, InterpolatedRealMeshes, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+}  // namespace
+}  // namespace ccslice::oracle
