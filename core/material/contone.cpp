@@ -59,7 +59,10 @@ std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t larg
 }
 
 ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
-    : channel_(spec.channel), type_(spec.sample_type), range_(value_range(spec, channel)), channel_range_{channel.min, channel.max} {}
+    : channel_(spec.channel),
+      type_(spec.sample_type),
+      range_(value_range(spec, channel)),
+      channel_range_{channel.min, channel.max} {}
 
 void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
   width_ = width;
