@@ -41,7 +41,8 @@ void add_difference(const LayerView& exact, const LayerView& other, const std::v
         if (error <= difference.worst) continue;
         difference.worst = error;
         difference.worst_at = "voxel " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(layer) +
-                              ", channel " + std::to_string(c);
+                              ", channel " + std::to_string(c) + ": " + std::to_string(other.channel(c, x, y)) +
+                              " instead of " + std::to_string(exact.channel(c, x, y));
       }
     }
   }
@@ -64,7 +65,7 @@ Difference compare(const Subject& subject, int columns, std::uint32_t places) {
               b.stats.voxels_inside);
     difference.voxels += b.stats.voxels_inside;
     difference.interpolated += b.stats.voxels_interpolated;
-    difference.unresolved += b.stats.voxels_unresolved;
+    difference.unresolved += a.stats.voxels_unresolved + b.stats.voxels_unresolved;
     add_difference(LayerView(exact_job, a), LayerView(job, b), subject.solid().summary().channels, k, difference);
   }
   return difference;
