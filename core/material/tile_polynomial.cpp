@@ -56,6 +56,12 @@ void CubicFitter::factorize(std::span<const Vec3> places) {
   }
 }
 
+double CubicFitter::leverage(const Vec3& place) const {
+  Terms terms;
+  write_terms(place, terms.data());
+  return lower_.triangularView<Eigen::Lower>().solve(terms).squaredNorm();
+}
+
 double CubicFitter::fit(const double* values, std::size_t stride, CubicPolynomial& polynomial) {
   Terms solution = Terms::Zero();
   const Eigen::Index count = terms_.rows();

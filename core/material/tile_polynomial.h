@@ -45,6 +45,10 @@ class CubicFitter {
  public:
   /// REQUIRES: at least kCubicTerms places, in [-1, 1]^3.
   void factorize(std::span<const Vec3> places);
+  /// How much the fit's value at a place depends on errors of the samples: the variance there for samples of
+  /// variance 1. At most about 1 among the samples; large where a fit extrapolates, or where the samples leave it
+  /// undetermined.
+  double leverage(const Vec3& place) const;
   /// Fits values[i * stride] at the i-th place; returns the largest leave-one-out error.
   double fit(const double* values, std::size_t stride, CubicPolynomial& polynomial);
 

@@ -35,11 +35,11 @@ struct SliceJob {
 
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
-  std::uint64_t voxels_coherent = 0;    // Inverted from a neighbour's parameter.
-  std::uint64_t voxels_full = 0;        // Inverted by the whole candidate search.
+  std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
+  std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.
   std::uint64_t voxels_interpolated = 0;  // Between inverted ones, within the tolerance.
-  std::uint64_t voxels_unresolved = 0;  // Inside the contours, not reached: took the nearest solved parameter.
-  double max_residual_mm = 0;           // Over all inverted voxels, unresolved ones excluded, world mm.
+  std::uint64_t voxels_unresolved = 0;    // Inside the contours, not reached: took the nearest solved parameter.
+  double max_residual_mm = 0;             // Over all inverted voxels, unresolved ones excluded, world mm.
   std::uint64_t contour_loops = 0;
   std::uint64_t contour_points = 0;
   std::uint64_t contour_leaves_unresolved = 0;

@@ -27,7 +27,8 @@ class MaterialField {
   virtual std::optional<InversionResult> nearest(const Vec3& world) = 0;
   /// REQUIRES: out.size() == channel_count().
   virtual void mat(const CellParam& at, std::span<double> out) = 0;
-  /// The solid folds in this box, or separate parts of it overlap there, so that materials may jump between neighbouring points.
+  /// The solid folds in this box, or separate parts of it overlap there, so that materials may jump between
+  /// neighbouring points.
   virtual bool is_ambiguous(const Box3& world) const = 0;
   /// Appends points of the irregular lines that pass through this box (and of others), about `spacing_mm` apart.
   virtual void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) = 0;

@@ -14,13 +14,14 @@ namespace {
 constexpr double kTileMm = 2.8;             // Tiles of whole jobs: at most this long each way, powers of two of voxels.
 constexpr std::uint32_t kLargestTile = 64;  // Voxels.
 constexpr std::size_t kSamples = 40;
-constexpr std::size_t kFeatureSamples = 16;    // More of them, at irregular lines.
-constexpr std::size_t kFewestSpread = 12;      // Of the samples: spread over the node, however many it inherits.
-constexpr double kFeatureSpacing = 4;          // Voxels.
-constexpr std::size_t kCandidates = 92;        // From which they are chosen: spread ones, and as many ends of runs.
-constexpr std::size_t kMostParts = 8;          // Connected parts of a node.
+constexpr std::size_t kFeatureSamples = 16;  // More of them, at irregular lines.
+constexpr std::size_t kFewestSpread = 12;    // Of the samples: spread over the node, however many it inherits.
+constexpr double kFeatureSpacing = 4;        // Voxels.
+constexpr std::size_t kCandidates = 92;      // From which they are chosen: spread ones, and as many ends of runs.
+constexpr double kMostLeverage = 2;          // Of voxels that are not samples: beyond, a fit guesses.
+constexpr std::size_t kMostParts = 8;        // Connected parts of a node.
 constexpr double kGoldenRatio = 0.6180339887498949;
-constexpr std::size_t kFewestSolved = 28;     // Of the samples.
+constexpr std::size_t kFewestSolved = 28;      // Of the samples.
 constexpr std::uint64_t kSmallestTile = 128;   // Tiles of fewer voxels are inverted voxel by voxel.
 constexpr double kShareOfTolerance = 0.125;    // What leave-one-out errors may take of it.
 constexpr std::uint32_t kVoxelsPerPoll = 256;  // Some hundred microseconds of inversion.
@@ -189,6 +190,8 @@ bool MaterialTiles::choose_samples(const VoxelBox& box, std::size_t first_run, s
   if (!candidates_.empty()) choose_farthest(chosen_.size() + kFeatureSamples);
   clear_candidates();
   add_corner_candidates(first_run);
+  choose_farthest(chosen_.size() + candidates_.size());
+  clear_candidates();
   add_spread_candidates(first_run, voxels);
   add_end_candidates(first_run);
   choose_farthest(std::max(kSamples, chosen_.size() + kFewestSpread));
@@ -228,8 +231,7 @@ void MaterialTiles::collect_features() {
     features_.emplace_back(tile(1, tile_size_[1], tile_rows_) * tile_columns_ + tile(0, tile_size_[0], tile_columns_),
                            point);
   }
-  std::stable_sort(features_.begin(), features_.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(features_.begin(), features_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
 }
 
 /// REQUIRES: runs_ holds the tile's.
@@ -267,8 +269,8 @@ std::optional<MaterialTiles::Voxel> MaterialTiles::nearest_inside(const Vec3& wo
 bool MaterialTiles::is_inside(const Voxel& voxel) const {
   const auto order = [](const Run& run) { return std::array{run.layer, run.row, run.begin}; };
   const std::array key{voxel[2], voxel[1], voxel[0]};
-  const auto after = std::upper_bound(runs_.begin(), runs_.end(), key,
-                                      [&](const auto& k, const Run& run) { return k < order(run); });
+  const auto after =
+      std::upper_bound(runs_.begin(), runs_.end(), key, [&](const auto& k, const Run& run) { return k < order(run); });
   if (after == runs_.begin()) return false;
   const Run& run = *std::prev(after);
   return run.layer == voxel[2] && run.row == voxel[1] && voxel[0] < run.end;
@@ -281,21 +283,37 @@ void MaterialTiles::add_feature_candidates(const VoxelBox& box) {
   }
 }
 
+/// The voxels that lie farthest along the tile's axes and diagonals.
 void MaterialTiles::add_corner_candidates(std::size_t first_run) {
-  std::array<double, 8> best;
+  constexpr std::size_t kDirections = 14;
+  static constexpr std::array<std::array<int, 3>, kDirections> kDirection = {{{-1, -1, -1},
+                                                                              {1, -1, -1},
+                                                                              {-1, 1, -1},
+                                                                              {1, 1, -1},
+                                                                              {-1, -1, 1},
+                                                                              {1, -1, 1},
+                                                                              {-1, 1, 1},
+                                                                              {1, 1, 1},
+                                                                              {-1, 0, 0},
+                                                                              {1, 0, 0},
+                                                                              {0, -1, 0},
+                                                                              {0, 1, 0},
+                                                                              {0, 0, -1},
+                                                                              {0, 0, 1}}};
+  std::array<double, kDirections> best;
   best.fill(-std::numeric_limits<double>::infinity());
-  std::array<Voxel, 8> corner{};
+  std::array<Voxel, kDirections> corner{};
   const Vec3 scale = frame_.scale;
   for (std::size_t r = first_run; r < runs_.size(); ++r) {
     const Run& run = runs_[r];
     const double y = run.row * scale.y(), z = run.layer * scale.z();
-    for (std::size_t c = 0; c < 8; ++c) {
-      const std::uint32_t column = c & 1 ? run.end - 1 : run.begin;
-      const double x = column * scale.x();
-      const double score = (c & 1 ? x : -x) + (c & 2 ? y : -y) + (c & 4 ? z : -z);
-      if (score <= best[c]) continue;
-      best[c] = score;
-      corner[c] = {column, run.row, run.layer};
+    for (std::size_t d = 0; d < kDirections; ++d) {
+      const auto& [along_x, along_y, along_z] = kDirection[d];
+      const std::uint32_t column = along_x > 0 ? run.end - 1 : run.begin;
+      const double score = along_x * (column * scale.x()) + along_y * y + along_z * z;
+      if (score <= best[d]) continue;
+      best[d] = score;
+      corner[d] = {column, run.row, run.layer};
     }
   }
   for (const Voxel& voxel : corner) add_candidate(voxel);
@@ -400,6 +418,7 @@ std::optional<MaterialTiles::Node> MaterialTiles::fit() {
     fit_values_.insert(fit_values_.end(), values, values + channels_.size());
   }
   fitter_.factorize(places_);
+  if (extrapolates()) return std::nullopt;
   const std::size_t first_polynomial = polynomials_.size();
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     polynomials_.emplace_back();
@@ -410,6 +429,15 @@ std::optional<MaterialTiles::Node> MaterialTiles::fit() {
   }
   fits_.push_back({frame_, first_polynomial});
   return Node{Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
+}
+
+/// Some voxel that isn't a sample lies where the samples say little.
+bool MaterialTiles::extrapolates() {
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    const Vec3 place(candidate_places_[0][c], candidate_places_[1][c], candidate_places_[2][c]);
+    if (candidate_distances_[c] > 0 && fitter_.leverage(place) > kMostLeverage) return true;
+  }
+  return false;
 }
 
 TileFrame MaterialTiles::frame_of(std::size_t first_run) const {

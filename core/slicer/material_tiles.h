@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Materials of a slab by interpolation with a checked error: the voxel loop evaluates polynomials, and exact inversion is
-// the exception.
+// Materials of a slab by interpolation with a checked error: the voxel loop evaluates polynomials, and exact inversion
+// is the exception.
 //
-// A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each tile some three dozen voxels inside
-// the contours are inverted exactly: those nearest to the tile's corners, and others spread evenly over the voxels that
-// are inside. A cubic polynomial (material/tile_polynomial.h) is fitted to their materials. The tile is accepted if every
-// sample's leave-one-out error is at most a quarter of the tolerance; otherwise it is halved along its longest axes, and
-// so on; in the smallest tiles, and where the solid folds, every voxel is inverted. A tile that the boundary cuts needs
-// nothing outside: its samples lie inside like its voxels.
+// A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each tile some three dozen voxels
+// inside the contours are inverted exactly: those nearest to the tile's corners, and others spread evenly over the
+// voxels that are inside. A cubic polynomial (material/tile_polynomial.h) is fitted to their materials. The tile is
+// accepted if every sample's leave-one-out error is at most a quarter of the tolerance; otherwise it is halved along
+// its longest axes, and so on; in the smallest tiles, and where the solid folds, every voxel is inverted. A tile that
+// the boundary cuts needs nothing outside: its samples lie inside like its voxels.
 //
 // The tiles follow from the slab's occupancy alone, which follows from its absolute layers: same bytes for any split.
 
@@ -74,8 +74,8 @@ class MaterialTiles {
   struct Node {
     enum class Kind : std::uint8_t { kEmpty, kPolynomial, kExact, kSplit };
     Kind kind = Kind::kEmpty;
-    std::uint8_t split_axes = 0;    // kSplit: bit a if halved along axis a.
-    std::uint32_t index = 0;        // kSplit: first child; kPolynomial, kExact: index of what it holds.
+    std::uint8_t split_axes = 0;  // kSplit: bit a if halved along axis a.
+    std::uint32_t index = 0;      // kSplit: first child; kPolynomial, kExact: index of what it holds.
   };
   struct Fit {
     TileFrame frame;
@@ -105,6 +105,7 @@ class MaterialTiles {
   void move_away_from(const Voxel& voxel);
   void add_sample(const Voxel& voxel);
   std::optional<Node> fit();
+  bool extrapolates();
   TileFrame frame_of(std::size_t first_run) const;
   std::optional<CellParam> hint_for(const Voxel& voxel) const;
   Vec3 centre(const Voxel& voxel) const;
@@ -124,7 +125,7 @@ class MaterialTiles {
 
   // Of the slab at hand.
   std::uint32_t first_layer_ = 0, end_layer_ = 0;
-  std::vector<Node> tiles_;     // By row, then by column.
+  std::vector<Node> tiles_;  // By row, then by column.
   std::vector<Node> children_;
   std::vector<Fit> fits_;
   std::vector<CubicPolynomial> polynomials_;
@@ -135,18 +136,18 @@ class MaterialTiles {
   std::vector<Vec3> irregular_points_;
   std::vector<std::pair<std::size_t, Vec3>> features_;  // Points of irregular lines, by tile.
   std::vector<Voxel> tile_features_;                    // The voxels inside that are nearest to the tile's.
-  std::vector<std::size_t> cursors_;            // Next span by layer.
-  std::vector<std::vector<Run>> buckets_;       // Of one row of tiles, by column.
-  std::vector<Run> runs_;                       // Of the tile at hand and of the nodes on the way down.
-  std::vector<Sample> pool_;                    // Solved samples of the tile at hand,
-  std::vector<double> pool_values_;             // their channels,
-  std::vector<std::size_t> chosen_;             // those that belong to the node at hand.
-  TileFrame frame_;                             // Of the node at hand.
-  std::vector<Voxel> candidates_;               // Of its samples,
+  std::vector<std::size_t> cursors_;                    // Next span by layer.
+  std::vector<std::vector<Run>> buckets_;               // Of one row of tiles, by column.
+  std::vector<Run> runs_;                               // Of the tile at hand and of the nodes on the way down.
+  std::vector<Sample> pool_;                            // Solved samples of the tile at hand,
+  std::vector<double> pool_values_;                     // their channels,
+  std::vector<std::size_t> chosen_;                     // those that belong to the node at hand.
+  TileFrame frame_;                                     // Of the node at hand.
+  std::vector<Voxel> candidates_;                       // Of its samples,
   std::array<std::vector<float>, 3> candidate_places_;  // in the frame,
   ConnectedRuns parts_;
   std::vector<PartEnds> part_ends_;
-  std::vector<float> candidate_distances_;              // squared, to the nearest chosen one.
+  std::vector<float> candidate_distances_;            // squared, to the nearest chosen one.
   std::vector<std::optional<CellParam>> tile_hints_;  // A parameter of each tile column, of the last row that has one.
   std::optional<CellParam> first_hint_;
   std::vector<Vec3> places_;

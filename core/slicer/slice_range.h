@@ -21,8 +21,8 @@ struct SliceRangeOptions {
 };
 
 /// Calls `on_layer` for layers [first, first + count), one at a time, in order, from any thread. At most a slab
-/// a thread and one more are in flight. REQUIRES: validate_job(*solid, job) passes. Throws what slicing throws (kCancelled included),
-/// what `on_layer` throws, and Error{kLayerRangeEmpty, kLayerRangeOutOfBounds}.
+/// a thread and one more are in flight. REQUIRES: validate_job(*solid, job) passes. Throws what slicing throws
+/// (kCancelled included), what `on_layer` throws, and Error{kLayerRangeEmpty, kLayerRangeOutOfBounds}.
 void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer,
                  const SliceRangeOptions& options = {});

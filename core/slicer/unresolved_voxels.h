@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Voxels of one layer inside the contours that inversion didn't reach. No voxel stays without a material: each takes the
-// samples of the nearest solved voxel of the layer (ties: lower row, then lower column); if the layer has none, it takes
-// the nearest parameter of the whole solid.
+// Voxels of one layer inside the contours that inversion didn't reach. No voxel stays without a material: each takes
+// the samples of the nearest solved voxel of the layer (ties: lower row, then lower column); if the layer has none, it
+// takes the nearest parameter of the whole solid.
 
 #pragma once
 

@@ -55,8 +55,8 @@ StreamWindow choose_window(std::uint64_t layer_bytes, std::uint64_t window_bytes
 
 class LayerStream : public std::enable_shared_from_this<LayerStream> {
  public:
-  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers. It computes the layers of
-  /// one slab one after the other, as long as the window has room for them. May throw.
+  /// Computes one layer. Used by one worker at a time; may keep scratch memory between layers. It computes the layers
+  /// of one slab one after the other, as long as the window has room for them. May throw.
   using ComputeLayer = std::function<Layer(std::uint32_t layer, const CancellationToken& cancel)>;
   /// Makes such a function, on a worker thread. Called as often as layers are computed at the same time; one
   /// function at most is kept while none is. May throw.
