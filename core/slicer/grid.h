@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "core/limit/limit_solid.h"
+#include "core/raster/occupancy.h"
 #include "core/slicer/slice_limits.h"
 
 namespace ccslice {
@@ -42,6 +43,10 @@ struct Grid {
   GridExtent extent;
   Box3 part_box;  // placement * limit volume, world mm.
 
+  /// The voxel centres of every layer.
+  LayerLattice lattice() const {
+    return {origin_mm.x(), origin_mm.y(), pitch.x_mm, pitch.y_mm, extent.columns, extent.rows};
+  }
   double layer_z_mm(std::uint32_t layer) const { return origin_mm.z() + (layer + 0.5) * pitch.z_mm; }
 };
 

@@ -23,11 +23,6 @@ namespace {
 // How far outside the limit volume a voxel inside the contours may lie, beyond the contours' own tolerance.
 constexpr double kOutsideSlackMm = 1e-3;
 
-LayerLattice lattice_of(const Grid& grid) {
-  return {grid.origin_mm.x(), grid.origin_mm.y(),  grid.pitch.x_mm,
-          grid.pitch.y_mm,    grid.extent.columns, grid.extent.rows};
-}
-
 // The planes of one channel each that a plane is made of; none for the occupancy.
 std::vector<PlaneSpec> contone_planes(const PlaneSpec& plane) {
   if (plane.content == PlaneContent::kOccupancy) return {};
@@ -125,7 +120,7 @@ struct LayerSlicer::State {
   explicit State(std::shared_ptr<const Shared> the_shared)
       : shared(std::move(the_shared)),
         job(shared->job),
-        lattice(lattice_of(job.grid)),
+        lattice(job.grid.lattice()),
         tracer(*shared->solid, shared->contour_index) {
     const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
     for (const PlaneSpec& plane : all_contone_planes(job)) contone.emplace_back(plane, channels[plane.channel]);

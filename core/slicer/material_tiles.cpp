@@ -39,11 +39,6 @@ Vec3 to_vec3(const Array& voxel) {
   return {static_cast<double>(voxel[0]), static_cast<double>(voxel[1]), static_cast<double>(voxel[2])};
 }
 
-LayerLattice lattice_of(const Grid& grid) {
-  return {grid.origin_mm.x(), grid.origin_mm.y(),  grid.pitch.x_mm,
-          grid.pitch.y_mm,    grid.extent.columns, grid.extent.rows};
-}
-
 }  // namespace
 
 struct MaterialTiles::PaintJob {
@@ -179,9 +174,7 @@ MaterialTiles::Node MaterialTiles::build_split(const VoxelBox& box, std::uint8_t
 bool MaterialTiles::choose_samples(const VoxelBox& box, std::size_t first_run, std::uint64_t voxels) {
   chosen_.clear();
   for (std::size_t s = 0; s < pool_.size(); ++s) {
-    const Voxel& v = pool_[s].voxel;
-    const auto within = [&](std::size_t a) { return v[a] >= box.low[a] && v[a] < box.high[a]; };
-    if (within(0) && within(1) && within(2)) chosen_.push_back(s);
+    if (box.holds(pool_[s].voxel)) chosen_.push_back(s);
   }
   frame_ = frame_of(first_run);
   clear_candidates();
@@ -278,8 +271,7 @@ bool MaterialTiles::is_inside(const Voxel& voxel) const {
 
 void MaterialTiles::add_feature_candidates(const VoxelBox& box) {
   for (const Voxel& voxel : tile_features_) {
-    const auto within = [&](std::size_t a) { return voxel[a] >= box.low[a] && voxel[a] < box.high[a]; };
-    if (within(0) && within(1) && within(2)) add_candidate(voxel);
+    if (box.holds(voxel)) add_candidate(voxel);
   }
 }
 
@@ -345,7 +337,8 @@ void MaterialTiles::add_end_candidates(std::size_t first_run) {
   }
 }
 
-/// The first and the last voxel of each connected part but the largest. False if there are too many parts.
+/// The first and the last voxel of each connected part, and the middle of its longest run. False if there are too many
+/// parts.
 bool MaterialTiles::add_part_candidates(std::size_t first_run) {
   const std::size_t parts = parts_.label(std::span(runs_).subspan(first_run));
   if (parts <= 1) return true;
@@ -456,7 +449,7 @@ TileFrame MaterialTiles::frame_of(std::size_t first_run) const {
 }
 
 Vec3 MaterialTiles::centre(const Voxel& voxel) const {
-  return lattice_of(grid_).centre(voxel[0], voxel[1], grid_.layer_z_mm(voxel[2]));
+  return grid_.lattice().centre(voxel[0], voxel[1], grid_.layer_z_mm(voxel[2]));
 }
 
 Box3 MaterialTiles::world_box(const VoxelBox& box) const {
@@ -465,7 +458,7 @@ Box3 MaterialTiles::world_box(const VoxelBox& box) const {
 
 void MaterialTiles::paint(std::uint32_t layer, std::span<const Span> spans, std::span<ContonePlane> planes,
                           LayerStats& stats, const CancellationToken& cancel) {
-  PaintJob job{layer, lattice_of(grid_), grid_.layer_z_mm(layer), planes, {}, stats, cancel};
+  PaintJob job{layer, grid_.lattice(), grid_.layer_z_mm(layer), planes, {}, stats, cancel};
   for (const ContonePlane& plane : planes) {
     const auto found = std::find_if(channels_.begin(), channels_.end(),
                                     [&](const ChannelTolerance& c) { return c.channel == plane.channel(); });

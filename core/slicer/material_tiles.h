@@ -60,6 +60,10 @@ class MaterialTiles {
   /// Voxels [low, high).
   struct VoxelBox {
     Voxel low, high;
+    bool holds(const Voxel& voxel) const {
+      const auto within = [&](std::size_t a) { return voxel[a] >= low[a] && voxel[a] < high[a]; };
+      return within(0) && within(1) && within(2);
+    }
   };
   using Run = VoxelRun;
   struct PartEnds {
