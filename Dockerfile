@@ -4,7 +4,7 @@
 # Three images from one build, on Debian 12:
 #
 #   docker build --target server -t ccslice/server .              ccsliced with all encodings
-#   docker build --target server-slim -t ccslice/server-slim .    ccsliced without OpenImageIO: raw and zstd planes, no PNG
+#   docker build --target server-slim -t ccslice/server-slim .    ccsliced without OpenImageIO: raw, zstd and PNG
 #   docker build --target client -t ccslice/client .              ccslice, the command line; mount a folder at /data
 #
 # They run as a user that isn't root, need no capability and write nothing to their root file system. Packages are
@@ -76,7 +76,7 @@ USER 65532:65532
 ARG VERSION=unknown
 ARG REVISION=unknown
 LABEL org.opencontainers.image.title="ccsliced, slim" \
-  org.opencontainers.image.description="Slices Catmull-Clark solids into voxel layers, over gRPC; raw and zstd planes, no PNG" \
+  org.opencontainers.image.description="Slices Catmull-Clark solids into voxel layers, over gRPC; raw, zstd and PNG planes" \
   org.opencontainers.image.version="${VERSION}" \
   org.opencontainers.image.revision="${REVISION}"
 

@@ -83,6 +83,10 @@ struct SliceOutcome {
   std::uint64_t voxels_unresolved = 0;
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
+  std::vector<std::uint64_t> material_voxels;  // Of each material that is printed with; empty if no plane shows them.
+  /// Adds the layers and voxels of another part of the same job.
+  void add_counts(const SliceOutcome& part);
+
   int resumes = 0;    // Streams that broke and were taken up again.
   int reuploads = 0;  // Times that a server had to be given the mesh again.
 };

@@ -17,11 +17,18 @@ std::chrono::milliseconds to_milliseconds(const google::protobuf::Duration& dura
   return std::chrono::seconds(duration.seconds()) + std::chrono::milliseconds(duration.nanos() / 1'000'000);
 }
 
+/// Streams that stalled are reset: their reason comes without details, in front of the message.
+std::string reason_in_message(const std::string& message) {
+  static const std::string kStalled = "STREAM_STALLED";
+  return message.starts_with(kStalled + ":") ? kStalled : "";
+}
+
 }  // namespace
 
 ClientError::ClientError(const grpc::Status& status)
     : std::runtime_error(status.error_message()), code_(status.error_code()) {
   google::rpc::Status details;
+  reason_ = reason_in_message(status.error_message());
   if (!details.ParseFromString(status.error_details())) return;
   for (const google::protobuf::Any& detail : details.details()) {
     google::rpc::ErrorInfo info;

@@ -34,17 +34,19 @@ std::string serialize_deterministically(const v1::ControlMesh& mesh) {
 
 }  // namespace
 
-std::string mesh_id_of(std::string_view bytes) {
+std::string sha256_of(std::string_view bytes) {
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest;
   SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
   constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string id(kPrefix);
+  std::string text;
   for (const unsigned char byte : digest) {
-    id += kDigits[byte >> 4];
-    id += kDigits[byte & 15];
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
   }
-  return id;
+  return text;
 }
+
+std::string mesh_id_of(std::string_view bytes) { return std::string(kPrefix) + sha256_of(bytes); }
 
 bool is_mesh_id(std::string_view text) {
   return text.size() == kPrefix.size() + 2 * SHA256_DIGEST_LENGTH && text.substr(0, kPrefix.size()) == kPrefix &&

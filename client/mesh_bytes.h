@@ -30,6 +30,9 @@ class MeshBytes {
   std::string id_;
 };
 
+/// SHA-256 in lower-case hexadecimal.
+std::string sha256_of(std::string_view bytes);
+
 /// "sha256:" and the digest of `bytes` in lower-case hexadecimal.
 std::string mesh_id_of(std::string_view bytes);
 

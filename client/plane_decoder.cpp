@@ -66,6 +66,8 @@ std::uint64_t sample_bytes(const v1::PlaneSpec& spec, const v1::GridExtent& exte
     case v1::SAMPLE_TYPE_UINT8: return columns * rows;
     case v1::SAMPLE_TYPE_UINT16: return 2 * columns * rows;
     case v1::SAMPLE_TYPE_FLOAT32: return 4 * columns * rows;
+    case v1::SAMPLE_TYPE_UINT2: return (columns + 3) / 4 * rows;
+    case v1::SAMPLE_TYPE_UINT4: return (columns + 1) / 2 * rows;
     default: corrupt("the server reports a plane without a known sample type");
   }
 }
@@ -77,7 +79,8 @@ void decode_plane(const v1::GridExtent& extent, Plane& plane) {
             " bytes of samples, its grid has " + std::to_string(expected_bytes));
   }
   switch (plane.spec.encoding()) {
-    case v1::PLANE_ENCODING_PNG: return check_png(plane.encoded);
+    case v1::PLANE_ENCODING_PNG:
+    case v1::PLANE_ENCODING_PNG_RGBA: return check_png(plane.encoded);
     case v1::PLANE_ENCODING_TIFF: return check_start(plane.encoded, std::string_view("II*\0", 4), "TIFF");
     case v1::PLANE_ENCODING_EXR: return check_start(plane.encoded, "\x76\x2f\x31\x01", "OpenEXR");
     case v1::PLANE_ENCODING_RAW: plane.samples = plane.encoded; break;

@@ -45,6 +45,11 @@ v1::SliceRangeRequest rest_of(const v1::SliceRangeRequest& request, std::uint64_
   return rest;
 }
 
+void add_voxels(std::vector<std::uint64_t>& sums, const std::vector<std::uint64_t>& voxels) {
+  sums.resize(std::max(sums.size(), voxels.size()));
+  for (std::size_t i = 0; i < voxels.size(); ++i) sums[i] += voxels[i];
+}
+
 void add_to(SliceOutcome& outcome, const Layer& layer) {
   ++outcome.layers;
   outcome.empty_layers += layer.end.empty();
@@ -53,6 +58,8 @@ void add_to(SliceOutcome& outcome, const Layer& layer) {
   outcome.voxels_unresolved += layer.end.statistics().voxels_unresolved();
   outcome.max_residual_mm = std::max(outcome.max_residual_mm, layer.end.statistics().max_residual_mm());
   for (const Plane& plane : layer.planes) outcome.encoded_bytes += plane.encoded.size();
+  const auto& voxels = layer.end.statistics().material_voxels();
+  add_voxels(outcome.material_voxels, {voxels.begin(), voxels.end()});
 }
 
 /// A stream that is cancelled unless it was read to its end.
@@ -107,6 +114,17 @@ void Client::slice_once(const v1::SliceRangeRequest& request, const LayerCallbac
     throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
                       "the server's answer is wrong: it ended before its summary");
   }
+}
+
+void SliceOutcome::add_counts(const SliceOutcome& part) {
+  layers += part.layers;
+  empty_layers += part.empty_layers;
+  voxel_count += part.voxel_count;
+  voxels_interpolated += part.voxels_interpolated;
+  voxels_unresolved += part.voxels_unresolved;
+  max_residual_mm = std::max(max_residual_mm, part.max_residual_mm);
+  encoded_bytes += part.encoded_bytes;
+  add_voxels(material_voxels, part.material_voxels);
 }
 
 SliceOutcome Client::slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,

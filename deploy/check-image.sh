@@ -269,14 +269,14 @@ check_slicing() {
   local image=$1 job=(/data/ring.ccmesh --pitch 0.5 --channel hardness --layers 10..13)
   runs "$image: client uploads the ring" ccslice upload /data/ring.ccmesh
   runs "$image: client slices as zstd" ccslice slice "${job[@]}" --encoding zstd --output "/data/$image"
+  row "$image: encodings" "$(encodings)" "with png" grep -qw png <(encodings)
+  runs "$image: client slices as png" ccslice slice "${job[@]}" --encoding png --output "/data/$image-png"
   if [[ $image == server ]]; then
-    row "$image: encodings" "$(encodings)" "with png" grep -qw png <(encodings)
-    runs "$image: client slices as png" ccslice slice "${job[@]}" --encoding png --output "/data/$image-png"
+    runs "$image: client slices as tiff" ccslice slice "${job[@]}" --encoding tiff --output "/data/$image-tiff"
   else
-    row "$image: encodings" "$(encodings)" "raw, zstd" test "$(encodings)" = "raw, zstd"
-    ccslice slice "${job[@]}" --encoding png --output /data/refused >"$work/refusal.log" 2>&1 || true
-    row "$image: png asked for" "$(grep -o "picture files aren't built in" "$work/refusal.log" || echo "not refused so")" \
-      "refused, with why" grep -q "picture files aren't built in" "$work/refusal.log"
+    ccslice slice "${job[@]}" --encoding tiff --output /data/refused >"$work/refusal.log" 2>&1 || true
+    row "$image: tiff asked for" "$(grep -o "TIFF and EXR aren't built in" "$work/refusal.log" || echo "not refused so")" \
+      "refused, with why" grep -q "TIFF and EXR aren't built in" "$work/refusal.log"
   fi
 }
 

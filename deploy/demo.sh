@@ -70,6 +70,7 @@ step "A cut through it"
 ccslice show "$out/ring.ccmesh" --channel hardness --width 100
 
 step "Done"
-picture=$(find "$out/layers" -name '*.png' | sort | head -n 1)
+picture=$(find "$out/layers" -name 'layer_*.png' | sort | head -n 1)
 [[ -n $picture ]] || fail "no picture was written"
-echo "pictures: $(find "$out/layers" -name '*.png' | wc -l) in $out/layers, the first one is $picture"
+echo "pictures: $(find "$out/layers" -name 'layer_*.png' | wc -l) in $out/layers, the first one is $picture"
+echo "all of them on one sheet: $out/layers/contact_sheet.png"

@@ -7,6 +7,7 @@
 #   deploy/install.sh build          what compiling ccsliced and ccslice takes
 #   deploy/install.sh test           test frameworks, oracles, linters
 #   deploy/install.sh bench          benchmarks
+#   deploy/install.sh peers          other programs that benchmarks run beside ours
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
@@ -38,19 +39,30 @@ readonly build=(
 readonly test=(
   ca-certificates
   clang-format
+  imagemagick
   libgmock-dev
   libgtest-dev
   libosd-dev
+  libpng-tools
   python3
   python3-grpcio
+  python3-numpy
+  python3-pil
   python3-protobuf
   python3-zstandard
   shellcheck
 )
 
 readonly bench=(
+  gnuplot-nox
   libbenchmark-dev
   python3
+)
+
+readonly peers=(
+  prusa-slicer
+  python3
+  python3-vtk9
 )
 
 readonly containers=(
@@ -101,7 +113,7 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench containers fuzz server server-slim client"
+readonly groups="build test bench peers containers fuzz server server-slim client"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -130,6 +142,7 @@ packages_of() {
       command -v npm >/dev/null || echo npm
       ;;
     bench) printf '%s\n' "${bench[@]}" ;;
+    peers) printf '%s\n' "${peers[@]}" ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
     server) printf '%s\n' "${server[@]}" ;;

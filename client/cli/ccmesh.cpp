@@ -3,21 +3,108 @@
 
 #include "client/cli/ccmesh.h"
 
-#include <google/protobuf/util/json_util.h>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <set>
 
+#include "client/cli/json.h"
+#include "client/cli/json_scanner.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
 namespace {
 
-v1::ControlMesh parse_json(const std::string& text) {
-  v1::ControlMesh mesh;
-  const auto status = google::protobuf::util::JsonStringToMessage(text, &mesh);
-  if (!status.ok()) {
-    throw Error(ErrorCode::kFileSyntax, "not the JSON of a ccslice.v1.ControlMesh: " + std::string(status.message()));
+using google::protobuf::FieldDescriptor;
+using google::protobuf::RepeatedField;
+
+/// More than any mesh has; protobuf counts in ints.
+constexpr int kMostItems = 1 << 30;
+
+template <typename Number, typename Read>
+void read_numbers(JsonScanner& scanner, RepeatedField<Number>& numbers, Read&& read) {
+  for_each_item(scanner, [&] {
+    if (numbers.size() == kMostItems) scanner.fail_with(ErrorCode::kMeshTooLarge, "too many numbers");
+    numbers.Add(static_cast<Number>(read()));
+  });
+}
+
+void read_ids(JsonScanner& scanner, RepeatedField<std::uint32_t>& ids) {
+  constexpr auto kLargest = std::numeric_limits<std::uint32_t>::max();
+  read_numbers(scanner, ids, [&] { return scanner.integer("a vertex id (from 0)", 0, kLargest); });
+}
+
+int read_kind(JsonScanner& scanner) {
+  constexpr std::string_view kExpected = "a cell's kind, such as \"CELL_KIND_HEX\"";
+  if (!scanner.at_string()) return static_cast<int>(scanner.integer(kExpected, 0, std::numeric_limits<int>::max()));
+  v1::CellKind kind{};
+  if (!v1::CellKind_Parse(scanner.string(kExpected), &kind)) scanner.fail(kExpected);
+  return kind;
+}
+
+void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
+  switch (field) {
+    case v1::ControlMesh::kPositionsMmFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_positions_mm(), [&] { return scanner.real("a coordinate"); });
+    case v1::ControlMesh::kChannelNamesFieldNumber:
+      return for_each_item(scanner, [&] { mesh.add_channel_names(scanner.string("a channel's name")); });
+    case v1::ControlMesh::kChannelValuesFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_channel_values(),
+                          [&] { return scanner.real_float("a channel's value"); });
+    case v1::ControlMesh::kCellKindsFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_cell_kinds(), [&] { return read_kind(scanner); });
+    case v1::ControlMesh::kCellVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_cell_vertices());
+    case v1::ControlMesh::kSharpEdgesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_edges());
+    case v1::ControlMesh::kSharpVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_vertices());
+    case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(scanner.boolean("true or false"));
+    default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
   }
+}
+
+/// A field by its name in JSON or in the contract.
+const FieldDescriptor& read_name(JsonScanner& scanner) {
+  const auto& fields = *v1::ControlMesh::descriptor();
+  constexpr std::string_view kExpected = "the name of a field of ccslice.v1.ControlMesh, such as \"positionsMm\"";
+  const std::string name = scanner.string(kExpected);
+  const FieldDescriptor* field = fields.FindFieldByCamelcaseName(name);
+  if (!field) field = fields.FindFieldByName(name);
+  if (!field) scanner.fail(kExpected);
+  return *field;
+}
+
+v1::ControlMesh parse_json(std::string_view text) {
+  JsonScanner scanner(text);
+  v1::ControlMesh mesh;
+  std::set<int> seen;
+  scanner.require('{', "'{'");
+  if (!scanner.take('}')) {
+    do {
+      const FieldDescriptor& field = read_name(scanner);
+      if (!seen.insert(field.number()).second) {
+        scanner.fail_with(ErrorCode::kFileSyntax, "a second '" + field.json_name() + "'");
+      }
+      scanner.require(':', "':'");
+      if (!scanner.take_null()) read_field(scanner, field.number(), mesh);
+    } while (scanner.take(','));
+    scanner.require('}', "',' or '}'");
+  }
+  scanner.require_end();
   if (mesh.cell_kinds().empty()) throw Error(ErrorCode::kMeshEmpty, "the JSON has no cellKinds", "cell_kinds");
   return mesh;
+}
+
+/// The shortest decimal that reads back as the same number. Readers take "-0" for an integer, which has no sign.
+template <typename Number>
+std::string lossless(Number number) {
+  return number == 0 && std::signbit(number) ? "-0.0" : shortest(number);
+}
+
+template <typename Items, typename Write>
+void write_list(JsonWriter& json, const char* name, const Items& items, Write&& write) {
+  if (items.empty()) return;
+  json.key(name).begin_array();
+  for (const auto& item : items) write(item);
+  json.end_array();
 }
 
 }  // namespace
@@ -29,21 +116,34 @@ bool is_json(std::string_view bytes) {
 
 v1::ControlMesh parse_ccmesh(const std::string& bytes) {
   v1::ControlMesh mesh;
+  if (bytes.empty()) throw Error(ErrorCode::kFileUnsupported, "the file is empty");
   if (is_json(bytes)) return parse_json(bytes);
   if (!mesh.ParseFromString(bytes) || mesh.cell_kinds().empty()) {
-    throw Error(ErrorCode::kFileUnsupported,
-                "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line '# vtk "
-                "DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM ASCII'), nor a "
-                "ccslice.v1.ControlMesh, be it serialized (.ccmesh) or JSON");
+    throw Error(
+        ErrorCode::kFileUnsupported,
+        "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line '# vtk "
+        "DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM ASCII'), nor a "
+        "ccslice.v1.ControlMesh, be it serialized (.ccmesh) or JSON; for other formats try 'meshio convert FILE "
+        "part.vtk' first");
   }
   return mesh;
 }
 
 std::string to_json(const v1::ControlMesh& mesh) {
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(mesh, &text);
-  if (!status.ok()) throw Error(ErrorCode::kInternal, "JSON: " + std::string(status.message()));
-  return text;
+  JsonWriter json;
+  const auto write_real = [&](auto number) { json.raw(lossless(number)); };
+  const auto write_plain = [&](const auto& item) { json.value(item); };
+  json.begin_object();
+  write_list(json, "positionsMm", mesh.positions_mm(), write_real);
+  write_list(json, "channelNames", mesh.channel_names(), write_plain);
+  write_list(json, "channelValues", mesh.channel_values(), write_real);
+  write_list(json, "cellKinds", mesh.cell_kinds(),
+             [&](int kind) { json.value(v1::CellKind_Name(static_cast<v1::CellKind>(kind))); });
+  write_list(json, "cellVertices", mesh.cell_vertices(), write_plain);
+  write_list(json, "sharpEdges", mesh.sharp_edges(), write_plain);
+  write_list(json, "sharpVertices", mesh.sharp_vertices(), write_plain);
+  if (mesh.allow_folds()) json.member("allowFolds", true);
+  return json.end_object().text();
 }
 
 }  // namespace ccslice::cli

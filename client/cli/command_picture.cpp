@@ -18,6 +18,7 @@
 #include "client/cli/placement.h"
 #include "client/cli/png_file.h"
 #include "client/cli/text_values.h"
+#include "client/cli/voxel_block.h"
 
 namespace ccslice::cli {
 namespace {
@@ -61,13 +62,7 @@ v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& 
   pitch.set_x_mm(longest / options.voxels);
   pitch.set_y_mm(longest / options.voxels);
   pitch.set_z_mm(longest / options.voxels);
-  request.add_planes()->mutable_occupancy();
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
-  if (!options.channel.empty()) {
-    request.add_planes()->mutable_channel()->set_name(options.channel);
-    request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  }
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  ask_for_block(request, options.channel);
   return request;
 }
 
@@ -79,39 +74,6 @@ void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
   request.set_layer_count(session.client().plan(plan, session.call()).layer_count());
 }
 
-void append_layer(const v1::GridExtent& extent, const client::Layer& layer, VoxelBlock& block) {
-  block.size = {static_cast<int>(extent.columns()), static_cast<int>(extent.rows()), static_cast<int>(extent.layers())};
-  const std::size_t columns = extent.columns(), stride = (columns + 7) / 8;
-  const std::string& inside = layer.planes[0].samples;
-  for (std::size_t row = 0; row < extent.rows(); ++row) {
-    for (std::size_t column = 0; column < columns; ++column) {
-      const auto bits = static_cast<unsigned char>(inside[row * stride + column / 8]);
-      block.inside.push_back(bits >> (7 - column % 8) & 1);
-    }
-  }
-  if (layer.planes.size() > 1) {
-    const std::string& values = layer.planes[1].samples;
-    block.value.insert(block.value.end(), values.begin(), values.end());
-  } else {
-    block.value.resize(block.inside.size());
-  }
-}
-
-VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request) {
-  VoxelBlock block;
-  std::unique_ptr<Progress> progress;
-  session.client().slice(
-      request,
-      [&](const v1::SliceHeader& header, const client::Layer& layer) {
-        const v1::GridExtent& extent = header.grid().extent();
-        if (!progress) progress = std::make_unique<Progress>("slicing", "layers", extent.layers(), session.quiet());
-        append_layer(extent, layer, block);
-        progress->update(layer.index + 1);
-      },
-      session.call());
-  return block;
-}
-
 void run_picture(Session& session, const PictureOptions& options) {
   const CutView view = parse_view(options);
   const v1::Placement placement = parse_placement(options.placement);
@@ -120,7 +82,7 @@ void run_picture(Session& session, const PictureOptions& options) {
   const v1::Box3 box = part_box(session, id, placement);
   v1::SliceRangeRequest request = block_request(id, placement, box, options);
   ask_for_all_layers(session, request);
-  const Picture picture = draw_cut_view(slice_block(session, request), view);
+  const Picture picture = draw_cut_view(slice_block(session, request, "slicing"), view);
   const std::string png = to_png(picture);
   write_file(options.output, png);
   if (session.options().json) {

@@ -4,17 +4,22 @@
 #include <chrono>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
+#include "client/cli/contact_sheet.h"
 #include "client/cli/job.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_folder.h"
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/png_file.h"
+#include "client/cli/printing.h"
 #include "client/cli/text_values.h"
+#include "client/client_error.h"
 
 namespace ccslice::cli {
 namespace {
@@ -24,6 +29,7 @@ struct JobOptions {
   PlacementOptions placement;
   GridOptions grid;
   PlaneOptions planes;
+  PrintingOptions printing;
 };
 
 struct SliceOptions {
@@ -31,7 +37,17 @@ struct SliceOptions {
   std::string output;
   std::string layers;
   std::string contours = "none";
+  bool no_contact_sheet = false;
   bool force = false;
+  bool resume = false;
+};
+
+/// What was written.
+struct SliceResult {
+  client::SliceOutcome outcome;
+  std::string contact_sheet;  // Its path, unless there is none.
+  std::uint64_t written_bytes = 0;
+  double seconds = 0;  // That the layers took.
 };
 
 void add_job_options(CLI::App& app, JobOptions& options) {
@@ -39,6 +55,7 @@ void add_job_options(CLI::App& app, JobOptions& options) {
   add_grid_options(app, options.grid);
   add_placement_options(app, options.placement);
   add_plane_options(app, options.planes);
+  add_printing_options(app, options.printing);
 }
 
 /// All but the mesh id.
@@ -46,7 +63,12 @@ v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
   v1::PlanSlicesRequest request;
   *request.mutable_placement() = parse_placement(options.placement);
   *request.mutable_grid() = parse_grid(options.grid);
-  for (v1::PlaneSpec& plane : parse_planes(options.planes, contours)) *request.add_planes() = std::move(plane);
+  if (!options.grid.printer.empty()) request.mutable_printer()->set_name(options.grid.printer);
+  const std::optional<v1::Printing> printing = parse_printing(options.printing);
+  if (printing) *request.mutable_printing() = *printing;
+  for (v1::PlaneSpec& plane : parse_planes(options.planes, contours, printing ? &*printing : nullptr)) {
+    *request.add_planes() = std::move(plane);
+  }
   if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
   if (options.planes.material_tolerance) request.set_material_tolerance(*options.planes.material_tolerance);
   return request;
@@ -83,6 +105,8 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   *request.mutable_placement() = plan.placement();
   *request.mutable_grid() = plan.grid();
   *request.mutable_planes() = plan.planes();
+  if (plan.has_printer()) *request.mutable_printer() = plan.printer();
+  if (plan.has_printing()) *request.mutable_printing() = plan.printing();
   request.set_contours(contours);
   if (plan.has_contour_tolerance_mm()) request.set_contour_tolerance_mm(plan.contour_tolerance_mm());
   if (plan.has_material_tolerance()) request.set_material_tolerance(plan.material_tolerance());
@@ -91,8 +115,8 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   return request;
 }
 
-void report(const Session& session, const SliceOptions& options, const client::SliceOutcome& outcome,
-            std::uint64_t written_bytes, double seconds) {
+void report(const Session& session, const SliceOptions& options, const SliceResult& result) {
+  const client::SliceOutcome& outcome = result.outcome;
   if (session.options().json) {
     JsonWriter json;
     json.begin_object().member("output", options.output).member("mesh_id", outcome.header.mesh_id());
@@ -100,34 +124,62 @@ void report(const Session& session, const SliceOptions& options, const client::S
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
     json.member("voxels_interpolated", outcome.voxels_interpolated);
     json.member("voxels_unresolved", outcome.voxels_unresolved).member("max_residual_mm", outcome.max_residual_mm);
-    json.member("written_bytes", written_bytes).member("seconds", seconds).member("resumes", outcome.resumes);
-    return print_line(json.member("reuploads", outcome.reuploads).end_object().text());
+    json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
+    if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
+    json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
+    return print_line(json.end_object().text());
   }
   print_line(show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) + " voxels inside, " +
-             show_bytes(written_bytes) + " in " + show_duration(seconds) + " -> " + options.output);
+             show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) + " -> " + options.output);
+  if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
   if (outcome.voxels_unresolved > 0 && !session.quiet()) {
     print_note("note: " + show_count(outcome.voxels_unresolved) +
                " voxels took the material of the nearest place that could be solved");
   }
 }
 
+/// What is left of the job after the layers that are there already.
+v1::SliceRangeRequest rest_of(const v1::SliceRangeRequest& request, const client::SliceOutcome& finished) {
+  const auto layers = static_cast<std::uint32_t>(finished.layers);
+  v1::SliceRangeRequest rest = request;
+  rest.set_first_layer(request.first_layer() + layers);
+  rest.set_layer_count(request.layer_count() - layers);
+  return rest;
+}
+
 /// Writes every layer as it comes. Says what is there if not all of them come.
 client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& request, client::SlicePin& pin,
                                 LayerFolder& folder, const std::string& output) {
-  std::uint64_t done = 0;
+  std::uint64_t done = folder.finished().layers;
+  if (done > 0 && !session.quiet()) print_note("note: " + show_count(done) + " layers were there already");
   try {
     Progress progress("slicing", "layers", request.layer_count(), session.quiet());
     const auto on_layer = [&](const v1::SliceHeader&, const client::Layer& layer) {
       folder.write(layer);
       progress.update(++done);
     };
-    return session.client().slice(request, on_layer, session.call(), &pin);
+    client::SliceOutcome outcome =
+        session.client().slice(rest_of(request, folder.finished()), on_layer, session.call(), &pin);
+    outcome.add_counts(folder.finished());
+    return outcome;
   } catch (const std::exception&) {
     if (done > 0 && !session.quiet()) {
       print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " + output +
-                 "; there is no manifest.json, since the job isn't complete");
+                 "; there is no manifest.json, since the job isn't complete: --resume goes on with it");
     }
     throw;
+  }
+}
+
+/// The path of the sheet. A job whose layers are all there doesn't fail for want of it: a server may stop right then.
+std::string write_contact_sheet(Session& session, const v1::SliceRangeRequest& request, const v1::SliceHeader& header,
+                                LayerFolder& folder) {
+  try {
+    return folder.write_contact_sheet(to_png(contact_sheet(session, request, header))).string();
+  } catch (const client::ClientError& error) {
+    if (error.reason() == client::local_reason::kCancelledHere) throw;
+    if (!session.quiet()) print_note("note: there is no contact sheet: " + std::string(error.what()));
+    return {};
   }
 }
 
@@ -136,22 +188,28 @@ void run_slice(Session& session, const SliceOptions& options) {
   const bool with_contours = contours != ContourFormat::kNone;
   v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
-  refuse_used_folder(options.output, options.force);
+  const Existing existing = options.force ? Existing::kReplace : options.resume ? Existing::kResume : Existing::kRefuse;
+  refuse_used_folder(options.output, existing);
   job.set_mesh_id(ensure_on_server(session, options.job.mesh));
   const v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
   if (!session.quiet()) {
     for (const v1::PlanWarning& warning : plan.warnings()) print_note("warning: " + warning.message());
   }
   const LayerRange range = layer_range(options, plan);
-  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours, plan.layer_count(),
-                     options.force);
+  const v1::SliceRangeRequest request = slice_request(job, range, with_contours);
+  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours, plan.layer_count(), existing,
+                     job_key_of(request, plan));
   client::SlicePin pin{plan.engine_version(), plan.grid()};
   const auto start = std::chrono::steady_clock::now();
-  const client::SliceOutcome outcome =
-      slice_into(session, slice_request(job, range, with_contours), pin, folder, options.output);
-  folder.finish(outcome, job.placement());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report(session, options, outcome, folder.written_bytes(), seconds);
+  SliceResult result;
+  result.outcome = slice_into(session, request, pin, folder, options.output);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!options.no_contact_sheet) {
+    result.contact_sheet = write_contact_sheet(session, request, result.outcome.header, folder);
+  }
+  folder.finish(result.outcome, job.placement());
+  result.written_bytes = folder.written_bytes();
+  report(session, options, result);
 }
 
 }  // namespace
@@ -171,7 +229,8 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<SliceOptions>();
   CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
   add_job_options(*app, options->job);
-  app->add_option("-o,--output", options->output, "Folder for the layers; manifest.json in it is written last")
+  app->add_option("-o,--output", options->output,
+                  "Folder for the layers, a contact sheet of them and, written last, manifest.json")
       ->required();
   app->add_option("--layers", options->layers,
                   "FIRST..LAST, both included, or one layer, counted from 0 (default: all)");
@@ -179,7 +238,12 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       ->check(CLI::IsMember({"none", "json", "csv"}))
       ->capture_default_str()
       ->group("Pictures");
-  app->add_flag("--force", options->force, "Replace the layers of an earlier run");
+  app->add_flag("--no-contact-sheet", options->no_contact_sheet,
+                "Leave out contact_sheet.png, a picture of up to 24 of the layers");
+  CLI::Option* force = app->add_flag("--force", options->force, "Replace the layers of an earlier run");
+  app->add_flag("--resume", options->resume,
+                "Go on with the same job where an earlier run stopped; from the start if there was none")
+      ->excludes(force);
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"

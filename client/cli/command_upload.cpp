@@ -44,12 +44,16 @@ struct ConvertOptions {
 
 void run_convert(Session& session, const ConvertOptions& options) {
   require_file(options.mesh, "convert");
+  const std::filesystem::path extension = std::filesystem::path(options.output).extension();
+  const bool as_json = extension == ".json";
+  if (!as_json && extension != ".ccmesh") {
+    throw UsageError("convert writes .ccmesh or .json, not '" + options.output + "'; export writes .stl and .vtk");
+  }
   refuse_to_overwrite(options.output, options.force);
   const LoadedMesh mesh = load_mesh(options.mesh);
   if (!session.quiet()) {
     for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
   }
-  const bool as_json = std::filesystem::path(options.output).extension() == ".json";
   const std::string content = as_json ? to_json(to_proto(mesh.mesh)) : mesh.bytes->bytes();
   write_file(options.output, content);
   if (session.options().json) {
@@ -78,7 +82,7 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
   CLI::App* app =
       parent.add_subcommand("convert", "Read, check, grade and sharpen a mesh file; write it as .ccmesh or .json");
   add_mesh_options(*app, options->mesh);
-  app->add_option("-o,--output", options->output, "File to write: JSON if it ends in .json, else .ccmesh")->required();
+  app->add_option("-o,--output", options->output, "File to write: .ccmesh, or .json")->required();
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer(

@@ -28,5 +28,6 @@ Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);
 Command add_export(CLI::App& parent, CommonOptions& common);
+Command add_package(CLI::App& parent, CommonOptions& common);
 
 }  // namespace ccslice::cli

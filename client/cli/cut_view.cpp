@@ -18,19 +18,6 @@ constexpr double kStep = 0.6;     // Voxels.
 constexpr double kBorder = 0.02;  // Of the picture's width.
 constexpr int kHalvings = 8;
 
-using Colour = Vec3;  // Red, green, blue from 0 to 1.
-
-/// Dark blue, blue green, green, yellow: even in lightness, so that it reads in grey too.
-Colour material_colour(double t) {
-  static const std::array<Colour, 6> kColours = {Colour(0.267, 0.005, 0.329), Colour(0.254, 0.265, 0.530),
-                                                 Colour(0.164, 0.471, 0.558), Colour(0.134, 0.659, 0.518),
-                                                 Colour(0.478, 0.821, 0.318), Colour(0.993, 0.906, 0.144)};
-  const double at = std::clamp(t, 0.0, 1.0) * (kColours.size() - 1);
-  const std::size_t i = std::min(static_cast<std::size_t>(at), kColours.size() - 2);
-  const double f = at - static_cast<double>(i);
-  return (1 - f) * kColours[i] + f * kColours[i + 1];
-}
-
 /// Occupancy, smoothed, and value times smoothed occupancy, over the block and its margin. A voxel's centre is at its
 /// integer place.
 class Field {
@@ -254,7 +241,7 @@ class Tracer {
   /// With a dark line along its edge.
   Colour cut_face(const Vec3& p) const {
     constexpr double kLine = 0.72;
-    const Colour colour = has_values_ ? material_colour(field_.value(p)) : Colour(0.93, 0.62, 0.25);
+    const Colour colour = has_values_ ? material_colour(field_.value(p)) : kPlainMaterial;
     return field_.density(p) < kLine ? Colour(0.25 * colour) : colour;
   }
 
@@ -279,7 +266,7 @@ Picture draw_cut_view(const VoxelBlock& block, const CutView& view) {
         sum += tracer.trace(column + x, row + y);
       }
       for (const double part : sum / (kRaysPerSide * kRaysPerSide)) {
-        picture.rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * std::clamp(part, 0.0, 1.0))));
+        picture.rgb.push_back(to_byte(part));
       }
     }
   }

@@ -10,27 +10,12 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <cstdint>
 #include <optional>
-#include <vector>
 
-#include "core/base/types.h"
+#include "client/cli/picture.h"
+#include "client/cli/voxel_block.h"
 
 namespace ccslice::cli {
-
-/// Cubic voxels: x fastest, then y, then z.
-struct VoxelBlock {
-  std::array<int, 3> size{};
-  std::vector<std::uint8_t> inside;  // 1 or 0.
-  std::vector<std::uint8_t> value;   // A channel from 0 to 255; all 0: no channel.
-
-  std::size_t index(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(size[0]) +
-           static_cast<std::size_t>(x);
-  }
-};
 
 struct CutView {
   double azimuth_deg = -60;   // Where the viewer stands: 0 in +x, 90 in +y.
@@ -40,12 +25,7 @@ struct CutView {
   int width = 640;  // Of the picture. Its height follows from the part.
 };
 
-struct Picture {
-  int width = 0, height = 0;
-  std::vector<std::uint8_t> rgb;  // Rows from the top, 3 bytes a place.
-};
-
-/// REQUIRES: block.size > 0, view.width > 0.
+/// REQUIRES: cubic voxels, block.size > 0, view.width > 0.
 Picture draw_cut_view(const VoxelBlock& block, const CutView& view);
 
 }  // namespace ccslice::cli

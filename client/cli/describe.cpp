@@ -47,13 +47,21 @@ std::string describe(const v1::MeshSummary& mesh) {
   if (mesh.folding_cells() > kMostFolds) {
     text += "\n             and more: " + show_count(mesh.folding_cells()) + " limit cells fold in all";
   }
-  return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server";
+  if (mesh.undecided_cells() > 0) {
+    text += "\n  undecided  " + show_count(mesh.undecided_cells()) + " limit cells that may fold, by next to nothing";
+  }
+  return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server, prepared in " +
+         show_duration(seconds_of(mesh.preparation_time()));
 }
 
 std::string describe(const v1::GetServerInfoResponse& info) {
   std::string encodings;
   for (const int encoding : info.encodings()) {
     encodings += (encodings.empty() ? "" : ", ") + std::string(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
+  }
+  std::string printers;
+  for (const v1::PrinterProfile& profile : info.printer_profiles()) {
+    printers += (printers.empty() ? "" : ", ") + profile.name();
   }
   return "ccsliced " + info.server_version() + ", engine " + info.engine_version() + "\n  threads    " +
          std::to_string(info.threads()) + ", up to " + std::to_string(info.max_concurrent_calls()) +
@@ -65,7 +73,7 @@ std::string describe(const v1::GetServerInfoResponse& info) {
          show_count(info.slice_limits().max_rows()) + " voxels, " +
          show_count(info.slice_limits().max_voxels_per_layer()) + " in all; pitch " +
          show_number(info.slice_limits().min_pitch_mm()) + " to " + show_number(info.slice_limits().max_pitch_mm()) +
-         " mm\n  encodings  " + encodings;
+         " mm\n  encodings  " + encodings + "\n  printers   " + printers;
 }
 
 std::string describe(const v1::PlanSlicesResponse& plan) {

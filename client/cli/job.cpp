@@ -24,7 +24,9 @@ v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plan
   if (name == "png" && floats) {
     throw UsageError("PNG has no floating point samples; take u8, u16, or --encoding tiff, exr or zstd");
   }
+  if (name == "png-rgba" && plane.has_materials()) return v1::PLANE_ENCODING_PNG_RGBA;
   if (name == "tiff") {
+    if (plane.has_materials()) throw UsageError("TIFF shows no materials; take --encoding png, png-rgba or zstd");
     if (plane.has_channels()) throw UsageError("TIFF has no names for all channels; take --encoding exr or zstd");
     return v1::PLANE_ENCODING_TIFF;
   }
@@ -77,7 +79,7 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
     return;
   }
   if (options.dpi.empty() || options.layer_height_mm == 0) {
-    throw UsageError("say how fine: --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
+    throw UsageError("say how fine: --profile NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
   }
   const std::vector<double> dpi = parse_numbers("--dpi", options.dpi, 1, 2);
   for (const double value : dpi) {
@@ -91,6 +93,12 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
 }  // namespace
 
 void add_grid_options(CLI::App& command, GridOptions& options) {
+  command
+      .add_option(
+          "--profile", options.printer,
+          "A printer: its pitch, unless another one is given, and warnings of what it won't take. `ccslice info` "
+          "lists those that the server knows")
+      ->group("Grid");
   CLI::Option* pitch =
       command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
   command.add_option("--dpi", options.dpi, "Voxels an inch: X,Y or one number for both")
@@ -120,10 +128,14 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
       .add_flag("--all-channels", options.all_channels,
                 "One picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
       ->group("Pictures");
+  command.add_flag("--masks", options.masks, "A picture of which voxels are of a material, for each of them")
+      ->group("Pictures");
   command
-      .add_option("--encoding", options.encoding,
-                  "png, tiff, exr (floats only), zstd or raw; auto is png, zstd for f32, and exr for --all-channels")
-      ->check(CLI::IsMember({"auto", "png", "tiff", "exr", "zstd", "raw"}))
+      .add_option(
+          "--encoding", options.encoding,
+          "png, png-rgba (materials in colour; png for others), tiff, exr (floats only), zstd or raw; auto is png, "
+          "zstd for f32, and exr for --all-channels")
+      ->check(CLI::IsMember({"auto", "png", "png-rgba", "tiff", "exr", "zstd", "raw"}))
       ->capture_default_str()
       ->group("Pictures");
   command
@@ -143,7 +155,9 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 
 v1::GridSpec parse_grid(const GridOptions& options) {
   v1::GridSpec grid;
-  parse_pitch(options, *grid.mutable_pitch());
+  const bool from_printer =
+      !options.printer.empty() && options.pitch.empty() && options.dpi.empty() && options.layer_height_mm == 0;
+  if (!from_printer) parse_pitch(options, *grid.mutable_pitch());
   if (!options.origin.empty()) {
     const std::vector<double> origin = parse_numbers("--origin", options.origin, 3, 3);
     grid.mutable_origin_mm()->set_x(origin[0]);
@@ -159,9 +173,9 @@ v1::GridSpec parse_grid(const GridOptions& options) {
   return grid;
 }
 
-std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only) {
+std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only, const v1::Printing* printing) {
   std::vector<v1::PlaneSpec> planes;
-  const bool named = !options.channels.empty() || options.all_channels;
+  const bool named = !options.channels.empty() || options.all_channels || printing != nullptr;
   if (options.occupancy || (!named && !contours_only)) {
     planes.emplace_back().mutable_occupancy();
     planes.back().set_sample_type(v1::SAMPLE_TYPE_BIT);
@@ -170,6 +184,13 @@ std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contou
   if (options.all_channels) {
     planes.emplace_back().mutable_channels();
     planes.back().set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  }
+  if (printing != nullptr) planes.emplace_back().mutable_materials();
+  if (options.masks && printing == nullptr) throw UsageError("--masks shows materials; name them with --material");
+  if (options.masks) {
+    for (const v1::PrintMaterial& material : printing->materials()) {
+      planes.emplace_back().mutable_material_mask()->set_material(material.name());
+    }
   }
   for (v1::PlaneSpec& plane : planes) plane.set_encoding(encoding_of(options.encoding, plane));
   return planes;

@@ -16,6 +16,7 @@
 namespace ccslice::cli {
 
 struct GridOptions {
+  std::string printer;         // Name of a profile.
   std::string pitch;           // "0.05" or "0.0423,0.0846,0.03", mm.
   std::string dpi;             // "600" or "600,300".
   double layer_height_mm = 0;  // With dpi.
@@ -27,6 +28,7 @@ struct PlaneOptions {
   bool occupancy = false;
   std::vector<std::string> channels;  // NAME[:u8|u16|f32[:MIN..MAX]].
   bool all_channels = false;          // One picture of all of them.
+  bool masks = false;                 // One picture a material.
   std::string encoding = "auto";
   std::optional<double> tolerance_mm = std::nullopt;
   std::optional<double> material_tolerance = std::nullopt;
@@ -39,8 +41,9 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 // All throw UsageError.
 
 v1::GridSpec parse_grid(const GridOptions& options);
-/// Occupancy first, then the channels in order, then all of them in one; occupancy if nothing is named and
-/// `contours_only` isn't set.
-std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only);
+/// Occupancy first, then the channels in order, then all of them in one, then the materials of `printing` (null if
+/// there are none), and a mask for each; occupancy if nothing is named and `contours_only` isn't set.
+std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only,
+                                        const v1::Printing* printing = nullptr);
 
 }  // namespace ccslice::cli

@@ -45,6 +45,13 @@ bool is_bad_second(unsigned char lead, unsigned char second) {
          (lead == 0xf4 && second >= 0x90);
 }
 
+template <typename Number>
+std::string shortest_of(Number number) {
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
+  return {buffer.data(), end};
+}
+
 }  // namespace
 
 bool is_utf8(std::string_view text) {
@@ -61,11 +68,9 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string shortest(double number) {
-  std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
-  return {buffer.data(), end};
-}
+std::string shortest(double number) { return shortest_of(number); }
+
+std::string shortest(float number) { return shortest_of(number); }
 
 void JsonWriter::separate() {
   if (!fresh_) text_ += ',';

@@ -47,6 +47,7 @@ class JsonWriter {
 
 /// The shortest decimal that reads back as the same number.
 std::string shortest(double number);
+std::string shortest(float number);
 
 /// Well-formed UTF-8 without surrogates.
 bool is_utf8(std::string_view text);

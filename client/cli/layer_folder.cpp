@@ -10,6 +10,7 @@
 
 #include "client/cli/manifest.h"
 #include "client/cli/output_file.h"
+#include "client/mesh_bytes.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -18,12 +19,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kManifest = "manifest.json";
+constexpr const char* kContactSheet = "contact_sheet.png";
 constexpr std::string_view kLayerPrefix = "layer_";
 constexpr std::size_t kFewestDigits = 4;
 
 const char* extension_of(v1::PlaneEncoding encoding) {
   switch (encoding) {
-    case v1::PLANE_ENCODING_PNG: return ".png";
+    case v1::PLANE_ENCODING_PNG:
+    case v1::PLANE_ENCODING_PNG_RGBA: return ".png";
     case v1::PLANE_ENCODING_TIFF: return ".tif";
     case v1::PLANE_ENCODING_EXR: return ".exr";
     case v1::PLANE_ENCODING_RAW: return ".bin";
@@ -34,8 +37,10 @@ const char* extension_of(v1::PlaneEncoding encoding) {
 /// A channel's name as part of a file name: letters, digits, '-' and '.' stay, all else becomes '_'.
 std::string file_name_of(const v1::PlaneSpec& plane) {
   if (plane.has_channels()) return "channels";
-  if (!plane.has_channel()) return "occupancy";
-  std::string name = plane.channel().name().substr(0, 64);
+  if (plane.has_materials()) return "materials";
+  if (plane.has_occupancy()) return "occupancy";
+  std::string name = plane.has_material_mask() ? "mask_" + plane.material_mask().material() : plane.channel().name();
+  name = name.substr(0, 64);
   for (char& c : name) {
     const bool plain =
         (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
@@ -59,7 +64,7 @@ std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes) {
 /// Files of ours from an earlier run.
 bool is_ours(const fs::path& path) {
   const std::string name = path.filename().string();
-  if (name == kManifest) return true;
+  if (name == kManifest || name == kContactSheet || name == JobJournal::kName) return true;
   static const std::set<std::string> kExtensions = {".png", ".tif", ".exr", ".zst", ".bin", ".json", ".csv"};
   const std::size_t digits_end = name.find_first_not_of("0123456789", kLayerPrefix.size());
   return name.starts_with(kLayerPrefix) && digits_end != std::string::npos && digits_end > kLayerPrefix.size() &&
@@ -79,14 +84,17 @@ std::vector<fs::path> files_of_ours(const fs::path& path) {
   return files;
 }
 
-void clear_folder(const fs::path& path, bool force) {
-  refuse_used_folder(path, force);
+/// Makes the folder and says what of the job is there already; all else of ours goes.
+FinishedLayers prepare_folder(const fs::path& path, Existing existing, const JobKey& job) {
+  refuse_used_folder(path, existing);
   std::error_code status;
   fs::create_directories(path, status);
   if (status) {
     throw Error(ErrorCode::kFileUnwritable, "cannot make the folder " + path.string() + ": " + status.message());
   }
+  if (existing == Existing::kResume) return read_journal(path, job);
   for (const fs::path& file : files_of_ours(path)) fs::remove(file, status);
+  return {};
 }
 
 std::string contours_as_json(const client::Layer& layer) {
@@ -120,22 +128,30 @@ const char* contour_suffix(ContourFormat format) {
 
 }  // namespace
 
-void refuse_used_folder(const fs::path& path, bool force) {
+void refuse_used_folder(const fs::path& path, Existing existing) {
   const std::size_t files = files_of_ours(path).size();
-  if (files == 0 || force) return;
+  if (files == 0 || existing == Existing::kReplace) return;
+  std::string remedy = "take another folder, or --force to replace them";
+  if (fs::exists(path / JobJournal::kName)) {
+    if (existing == Existing::kResume) return;
+    remedy = "--resume to go on with that job, " + remedy;
+  } else if (existing == Existing::kResume) {
+    remedy = "no job was interrupted here; " + remedy;
+  }
   throw Error(ErrorCode::kFileUnwritable,
-              path.string() + " holds " + std::to_string(files) +
-                  " files of an earlier run; take another folder, or --force to replace them");
+              path.string() + " holds " + std::to_string(files) + " files of an earlier run; " + remedy);
 }
 
 LayerFolder::LayerFolder(fs::path path, const std::vector<v1::PlaneSpec>& planes, ContourFormat contours,
-                         std::uint32_t grid_layers, bool force)
+                         std::uint32_t grid_layers, Existing existing, const JobKey& job)
     : path_(std::move(path)),
       contours_(contours),
+      finished_(prepare_folder(path_, existing, job)),
       suffixes_(suffixes_of(planes)),
       digits_(std::max(kFewestDigits, std::to_string(std::max(grid_layers, 1u) - 1).size())) {
-  clear_folder(path_, force);
+  journal_.emplace(path_, job, finished_);
   layers_.begin_array();
+  for (const std::string& entry : finished_.manifest_entries) layers_.raw(entry);
 }
 
 std::string LayerFolder::layer_prefix(std::uint32_t layer) const {
@@ -153,17 +169,26 @@ void LayerFolder::write(const client::Layer& layer) {
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     write_file_in_folder(prefix + suffixes_[i], layer.planes[i].encoded);
   }
+  std::string contours;
   if (contours_ != ContourFormat::kNone) {
-    write_file_in_folder(prefix + contour_suffix(contours_),
-                         contours_ == ContourFormat::kCsv ? contours_as_csv(layer) : contours_as_json(layer));
+    contours = contours_ == ContourFormat::kCsv ? contours_as_csv(layer) : contours_as_json(layer);
+    write_file_in_folder(prefix + contour_suffix(contours_), contours);
   }
-  add_to_manifest(layer);
+  const std::string entry = manifest_entry(layer, contours);
+  journal_->add(entry);
+  layers_.raw(entry);
 }
 
-void LayerFolder::add_to_manifest(const client::Layer& layer) {
+fs::path LayerFolder::write_contact_sheet(const std::string& png) {
+  write_file_in_folder(kContactSheet, png);
+  return path_ / kContactSheet;
+}
+
+std::string LayerFolder::manifest_entry(const client::Layer& layer, const std::string& contours) const {
+  JsonWriter json;
   const std::string prefix = layer_prefix(layer.index);
   const v1::LayerStatistics& statistics = layer.end.statistics();
-  layers_.begin_object()
+  json.begin_object()
       .member("layer", layer.index)
       .member("z_mm", layer.z_mm)
       .member("voxel_count", layer.end.voxel_count())
@@ -174,25 +199,34 @@ void LayerFolder::add_to_manifest(const client::Layer& layer) {
       .member("voxels_unresolved", statistics.voxels_unresolved())
       .member("max_residual_mm", statistics.max_residual_mm())
       .member("contour_loops", statistics.contour_loops())
-      .member("contour_points", statistics.contour_points())
-      .key("planes")
-      .begin_array();
+      .member("contour_points", statistics.contour_points());
+  if (statistics.material_voxels_size() > 0) {
+    json.key("material_voxels").begin_array();
+    for (const std::uint64_t voxels : statistics.material_voxels()) json.value(voxels);
+    json.end_array();
+  }
+  json.key("planes").begin_array();
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
-    layers_.begin_object()
+    json.begin_object()
         .member("file", prefix + suffixes_[i])
         .member("file_bytes", layer.planes[i].encoded.size())
         .member("raw_bytes", layer.planes[i].result.raw_bytes())
         .member("crc32", layer.planes[i].result.crc32())
+        .member("sha256", client::sha256_of(layer.planes[i].encoded))
         .end_object();
   }
-  layers_.end_array();
-  if (contours_ != ContourFormat::kNone) layers_.member("contours", prefix + contour_suffix(contours_));
-  layers_.end_object();
+  json.end_array();
+  if (contours_ != ContourFormat::kNone) {
+    json.key("contours").begin_object().member("file", prefix + contour_suffix(contours_));
+    json.member("file_bytes", contours.size()).member("sha256", client::sha256_of(contours)).end_object();
+  }
+  return json.end_object().text();
 }
 
 void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
   layers_.end_array();
   write_file_in_folder(kManifest, manifest(outcome, placement, layers_.text()));
+  journal_->remove();
 }
 
 }  // namespace ccslice::cli

@@ -3,6 +3,8 @@
 //
 // ccslice, the command line: reads the arguments, runs one command, and says by its exit code how it went.
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -72,10 +74,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kFooter);
   CommonOptions options;
+  google::protobuf::SetLogHandler(nullptr);  // What it has to say about hostile files, our errors say.
   const std::vector<Command> commands = {add_slice(app, options),   add_plan(app, options),   add_show(app, options),
                                          add_picture(app, options), add_probe(app, options),  add_info(app, options),
-                                         add_upload(app, options),  add_export(app, options), add_models(app, options),
-                                         add_convert(app, options)};
+                                         add_upload(app, options),  add_export(app, options), add_package(app, options),
+                                         add_models(app, options),  add_convert(app, options)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

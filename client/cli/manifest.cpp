@@ -3,6 +3,10 @@
 
 #include "client/cli/manifest.h"
 
+#include <google/protobuf/util/json_util.h>
+
+#include <string>
+
 namespace ccslice::cli {
 namespace {
 
@@ -12,6 +16,8 @@ const char* name_of(v1::SampleType type) {
     case v1::SAMPLE_TYPE_UINT8: return "u8";
     case v1::SAMPLE_TYPE_UINT16: return "u16";
     case v1::SAMPLE_TYPE_FLOAT32: return "f32";
+    case v1::SAMPLE_TYPE_UINT2: return "u2";
+    case v1::SAMPLE_TYPE_UINT4: return "u4";
     default: return "unknown";
   }
 }
@@ -25,6 +31,11 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL: return "thinner_than_voxel";
     case v1::PLAN_WARNING_KIND_COARSE_TOLERANCE: return "coarse_tolerance";
     case v1::PLAN_WARNING_KIND_MIRRORED: return "mirrored";
+    case v1::PLAN_WARNING_KIND_TOO_MANY_MATERIALS: return "too_many_materials";
+    case v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS: return "too_few_layers";
+    case v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY: return "larger_than_tray";
+    case v1::PLAN_WARNING_KIND_AXES_MIXED_UP: return "axes_mixed_up";
+    case v1::PLAN_WARNING_KIND_PRINTER_PITCH: return "printer_pitch";
     default: return "other";
   }
 }
@@ -33,9 +44,29 @@ void add_vector(const v1::Vector3& vector, JsonWriter& json) {
   json.begin_array().value(vector.x()).value(vector.y()).value(vector.z()).end_array();
 }
 
+const char* content_of(const v1::PlaneSpec& plane) {
+  switch (plane.content_case()) {
+    case v1::PlaneSpec::kChannel: return "channel";
+    case v1::PlaneSpec::kChannels: return "channels";
+    case v1::PlaneSpec::kMaterials: return "materials";
+    case v1::PlaneSpec::kMaterialMask: return "material_mask";
+    default: return "occupancy";
+  }
+}
+
+/// A message in protobuf's JSON mapping.
+std::string json_of(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string json;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
+  return status.ok() ? json : "null";
+}
+
 void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
   json.begin_object();
-  json.member("content", plane.has_channels() ? "channels" : plane.has_channel() ? "channel" : "occupancy");
+  json.member("content", content_of(plane));
+  if (plane.has_material_mask()) json.member("material", plane.material_mask().material());
   if (plane.has_channel()) json.member("channel", plane.channel().name());
   if (plane.has_channels()) {
     json.key("channels").begin_array();
@@ -71,6 +102,10 @@ void add_warning(const v1::PlanWarning& warning, JsonWriter& json) {
 
 }  // namespace
 
+double seconds_of(const google::protobuf::Duration& duration) {
+  return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
+}
+
 const char* encoding_name(v1::PlaneEncoding encoding) {
   switch (encoding) {
     case v1::PLANE_ENCODING_RAW: return "raw";
@@ -78,9 +113,36 @@ const char* encoding_name(v1::PlaneEncoding encoding) {
     case v1::PLANE_ENCODING_PNG: return "png";
     case v1::PLANE_ENCODING_TIFF: return "tiff";
     case v1::PLANE_ENCODING_EXR: return "exr";
+    case v1::PLANE_ENCODING_PNG_RGBA: return "png_rgba";
     default: return "unknown";
   }
 }
+
+namespace {
+
+std::string colour_text(std::uint32_t rgba) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text = "#";
+  for (int shift = 28; shift >= 0; shift -= 4) text += kDigits[rgba >> shift & 15];
+  return text;
+}
+
+/// The materials that were printed with, and the voxels of each.
+void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
+  const v1::Printing& printing = outcome.header.printing();
+  if (printing.materials().empty()) return;
+  json.key("materials").begin_array();
+  for (int i = 0; i < printing.materials_size(); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    json.begin_object().member("name", printing.materials(i).name());
+    json.member("rgba", colour_text(printing.materials(i).rgba()));
+    const bool counted = index < outcome.material_voxels.size();
+    json.member("voxel_count", counted ? outcome.material_voxels[index] : 0).end_object();
+  }
+  json.end_array();
+}
+
+}  // namespace
 
 std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers) {
   JsonWriter json;
@@ -92,7 +154,10 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   for (const double entry : placement.matrix()) json.value(entry);
   json.end_array().key("planes").begin_array();
   for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
-  json.end_array().member("voxel_count", outcome.voxel_count);
+  json.end_array();
+  if (outcome.header.has_printing()) json.key("printing").raw(json_of(outcome.header.printing()));
+  add_materials(outcome, json);
+  json.member("voxel_count", outcome.voxel_count);
   json.member("voxels_interpolated", outcome.voxels_interpolated)
       .member("voxels_unresolved", outcome.voxels_unresolved);
   json.member("max_residual_mm", outcome.max_residual_mm).key("layers").raw(layers).end_object();
@@ -133,8 +198,9 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
     json.member("max_value", channel.max_value()).end_object();
   }
   json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
-  json.member("folding_cells", mesh.folding_cells());
+  json.member("folding_cells", mesh.folding_cells()).member("undecided_cells", mesh.undecided_cells());
   add_folds(mesh, json);
+  json.member("preparation_ms", 1e3 * seconds_of(mesh.preparation_time()));
   json.member("engine_version", mesh.engine_version()).end_object();
 }
 
@@ -154,6 +220,8 @@ void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
   json.member("max_pitch_mm", info.slice_limits().max_pitch_mm()).end_object();
   json.key("encodings").begin_array();
   for (const int encoding : info.encodings()) json.value(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
+  json.end_array().key("printer_profiles").begin_array();
+  for (const v1::PrinterProfile& profile : info.printer_profiles()) json.raw(json_of(profile));
   json.end_array().end_object();
 }
 

@@ -24,6 +24,8 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
 
+double seconds_of(const google::protobuf::Duration& duration);
+
 /// As --encoding takes it.
 const char* encoding_name(v1::PlaneEncoding encoding);
 

@@ -26,8 +26,11 @@ CellKind kind_from_proto(int cell, int kind) {
     case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
     default: break;
   }
-  throw Error(kind == v1::CELL_KIND_PYRAMID ? ErrorCode::kMeshUnsupportedCell : ErrorCode::kMeshUnknownCellKind,
-              "cell " + std::to_string(cell) + " is neither a hexahedron, a tetrahedron nor a wedge",
+  const bool pyramid = kind == v1::CELL_KIND_PYRAMID;
+  throw Error(pyramid ? ErrorCode::kMeshUnsupportedCell : ErrorCode::kMeshUnknownCellKind,
+              "cell " + std::to_string(cell) +
+                  (pyramid ? " is a pyramid, which never refines to hexahedra: split it into tetrahedra"
+                           : " is neither a hexahedron, a tetrahedron nor a wedge"),
               "cell_kinds[" + std::to_string(cell) + "]", {cell});
 }
 

@@ -92,7 +92,8 @@ LoadedMesh load_mesh(const MeshOptions& options) {
     return load(options, grades);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kFileUnreadable) throw;
-    throw Error(error.code(), options.mesh + ": " + error.what(), error.field(), error.ids());
+    const char* remedy = error.code() == ErrorCode::kMeshInvertedCell ? " (--allow-folds)" : "";
+    throw Error(error.code(), options.mesh + ": " + error.what() + remedy, error.field(), error.ids());
   }
 }
 

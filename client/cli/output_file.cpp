@@ -5,7 +5,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -17,38 +16,38 @@ namespace {
   throw Error(ErrorCode::kFileUnwritable, "cannot write " + path.string() + ": " + why);
 }
 
-/// Removes the file it names unless told to keep it.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::filesystem::path& final_path)
-      : path_(final_path.parent_path() / ("." + final_path.filename().string() + ".part")) {}
-  ~TemporaryFile() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  void keep() { path_.clear(); }
-
- private:
-  std::filesystem::path path_;
-};
-
 }  // namespace
 
-void write_file(const std::filesystem::path& path, std::string_view bytes) {
-  TemporaryFile temporary(path);
-  std::ofstream file(temporary.path(), std::ios::binary | std::ios::trunc);
-  if (!file) fail(path, std::strerror(errno));
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file) fail(path, std::strerror(errno));
+NewFile::NewFile(const std::filesystem::path& path)
+    : path_(path),
+      temporary_(path.parent_path() / ("." + path.filename().string() + ".part")),
+      file_(temporary_, std::ios::binary | std::ios::trunc) {
+  if (!file_) fail(path_, std::strerror(errno));
+}
+
+NewFile::~NewFile() {
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+void NewFile::write(std::string_view bytes) {
+  file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file_) fail(path_, std::strerror(errno));
+  size_ += bytes.size();
+}
+
+void NewFile::finish() {
+  file_.close();
+  if (!file_) fail(path_, std::strerror(errno));
   std::error_code status;
-  std::filesystem::rename(temporary.path(), path, status);
-  if (status) fail(path, status.message());
-  temporary.keep();
+  std::filesystem::rename(temporary_, path_, status);
+  if (status) fail(path_, status.message());
+}
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  NewFile file(path);
+  file.write(bytes);
+  file.finish();
 }
 
 void refuse_to_overwrite(const std::filesystem::path& path, bool force) {

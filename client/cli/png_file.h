@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "client/cli/cut_view.h"
+#include "client/cli/picture.h"
 
 namespace ccslice::cli {
 

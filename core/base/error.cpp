@@ -57,6 +57,16 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kLimitCellUnknown: return "LIMIT_CELL_UNKNOWN";
     case ErrorCode::kPointNonFinite: return "POINT_NON_FINITE";
     case ErrorCode::kChannelRepeated: return "CHANNEL_REPEATED";
+    case ErrorCode::kMaterialsMissing: return "MATERIALS_MISSING";
+    case ErrorCode::kTooManyMaterials: return "TOO_MANY_MATERIALS";
+    case ErrorCode::kMaterialNameInvalid: return "MATERIAL_NAME_INVALID";
+    case ErrorCode::kMaterialNameRepeated: return "MATERIAL_NAME_REPEATED";
+    case ErrorCode::kMaterialColourRepeated: return "MATERIAL_COLOUR_REPEATED";
+    case ErrorCode::kMaterialUnknown: return "MATERIAL_UNKNOWN";
+    case ErrorCode::kMaterialMapMissing: return "MATERIAL_MAP_MISSING";
+    case ErrorCode::kMaterialMapInvalid: return "MATERIAL_MAP_INVALID";
+    case ErrorCode::kMaterialMapNonFinite: return "MATERIAL_MAP_NON_FINITE";
+    case ErrorCode::kFractionsOutOfRange: return "FRACTIONS_OUT_OF_RANGE";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

@@ -45,23 +45,15 @@ int side_index(int side, int k) {
   }
 }
 
-}  // namespace
+/// One coordinate of a net halved in both directions: [7 * row + column]. Quarter (i,j) starts at column 3i, row 3j.
+using HalvedCoefficients = std::array<double, 49>;
 
-BezierNet transformed(const BezierPatch& patch, const AffineMap& map) {
-  BezierNet net;
-  for (int k = 0; k < 16; ++k) {
-    const Vec3 p = map(patch.b[k]);
-    net.x[k] = p.x();
-    net.y[k] = p.y();
-    net.z[k] = p.z();
-  }
-  return net;
-}
-
-void halve(const NetCoefficients& net, HalvedCoefficients& halves) {
+HalvedCoefficients halve(const NetCoefficients& net) {
   std::array<double, 28> rows;
+  HalvedCoefficients halves;
   for (int j = 0; j < 4; ++j) halve_cubic(net[4 * j], net[4 * j + 1], net[4 * j + 2], net[4 * j + 3], &rows[7 * j], 1);
   for (int i = 0; i < 7; ++i) halve_cubic(rows[i], rows[7 + i], rows[14 + i], rows[21 + i], &halves[i], 7);
+  return halves;
 }
 
 void take_quarter(const HalvedCoefficients& halves, int i, int j, NetCoefficients& quarter) {
@@ -72,12 +64,44 @@ void take_quarter(const HalvedCoefficients& halves, int i, int j, NetCoefficient
   }
 }
 
-bool straddles_zero(const NetCoefficients& z, double margin) {
-  const Eigen::Map<const Eigen::Array<double, 16, 1>> heights(z.data());
-  return heights.minCoeff() <= margin && heights.maxCoeff() >= -margin;
+}  // namespace
+
+BezierNet net_of(const BezierPatch& patch) {
+  BezierNet net;
+  for (int k = 0; k < 16; ++k) {
+    net.x[k] = patch.b[k].x();
+    net.y[k] = patch.b[k].y();
+    net.z[k] = patch.b[k].z();
+  }
+  return net;
 }
 
-double chord_bound(const BezierNet& net) {
+BezierNet transformed(const BezierPatch& patch, const AffineMap& map) {
+  BezierPatch mapped;
+  for (int k = 0; k < 16; ++k) mapped.b[k] = map.padded(patch.b[k]);
+  return net_of(mapped);
+}
+
+std::array<BezierNet, 4> quarters_of(const BezierNet& net) {
+  std::array<BezierNet, 4> result;
+  const auto split = [&](NetCoefficients BezierNet::*coordinate) {
+    const HalvedCoefficients halves = halve(net.*coordinate);
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      take_quarter(halves, quarter % 2, quarter / 2, result[static_cast<std::size_t>(quarter)].*coordinate);
+    }
+  };
+  split(&BezierNet::x);
+  split(&BezierNet::y);
+  split(&BezierNet::z);
+  return result;
+}
+
+ValueRange hull_of(const NetCoefficients& net) {
+  const Eigen::Map<const Eigen::Array<double, 16, 1>> coefficients(net.data());
+  return {coefficients.minCoeff(), coefficients.maxCoeff()};
+}
+
+ChordBound chord_bound(const BezierNet& net) {
   double ss = 0, st = 0, tt = 0;
   for (int line = 0; line < 4; ++line) {
     for (int k = 0; k < 2; ++k) {
@@ -89,13 +113,12 @@ double chord_bound(const BezierNet& net) {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) st = std::max(st, mixed_difference_squared(net, 4 * row + column));
   }
-  return (6 * std::sqrt(ss) + 18 * std::sqrt(st) + 6 * std::sqrt(tt)) / 8;
+  return {6 * std::sqrt(ss) / 8, 18 * std::sqrt(st) / 8, 6 * std::sqrt(tt) / 8};
 }
 
 double diagonal_xy(const BezierNet& net) {
-  const auto [x_low, x_high] = std::minmax_element(net.x.begin(), net.x.end());
-  const auto [y_low, y_high] = std::minmax_element(net.y.begin(), net.y.end());
-  return std::hypot(*x_high - *x_low, *y_high - *y_low);
+  const ValueRange x = hull_of(net.x), y = hull_of(net.y);
+  return std::hypot(x.high - x.low, y.high - y.low);
 }
 
 BezierCurve side_curve(const BezierNet& net, int side) {

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "core/base/types.h"
 #include "core/limit/boundary_surface.h"
@@ -19,8 +20,6 @@ namespace ccslice {
 
 /// One coordinate of a net: coefficient [4 * row + column], column along s, row along t.
 using NetCoefficients = std::array<double, 16>;
-/// One coordinate of a net halved in both directions: [7 * row + column]. Child (i,j) starts at column 3i, row 3j.
-using HalvedCoefficients = std::array<double, 49>;
 
 struct BezierNet {
   NetCoefficients x, y, z;  // mm. For contours: coordinates in the plane, and height above it.
@@ -37,18 +36,33 @@ struct AffineMap {
   Vec3 offset = Vec3::Zero();
 
   Vec3 operator()(const Vec3& p) const { return linear * p + offset; }
+  PaddedPoint padded(const PaddedPoint& p) const {
+    const Vec3 mapped = linear * p.head<3>() + offset;
+    return {mapped.x(), mapped.y(), mapped.z(), 0};
+  }
 };
 
+BezierNet net_of(const BezierPatch& patch);
 BezierNet transformed(const BezierPatch& patch, const AffineMap& map);
 
-void halve(const NetCoefficients& net, HalvedCoefficients& halves);
-/// The quarter over [i/2, (i+1)/2] x [j/2, (j+1)/2].
-void take_quarter(const HalvedCoefficients& halves, int i, int j, NetCoefficients& quarter);
+/// Those over [i/2, (i+1)/2] x [j/2, (j+1)/2], at i + 2 j.
+std::array<BezierNet, 4> quarters_of(const BezierNet& net);
 
-/// Some coefficient is >= -margin and some is <= margin.
-bool straddles_zero(const NetCoefficients& z, double margin);
+struct ValueRange {
+  double low, high;
+};
+/// Of the coefficients: the net's values lie in it.
+ValueRange hull_of(const NetCoefficients& net);
 /// The bound above, in mm.
-double chord_bound(const BezierNet& net);
+struct ChordBound {
+  double ss = 0, st = 0, tt = 0;  // Of |S_ss| / 8, |S_st| / 4, |S_tt| / 8.
+
+  /// For any line or triangle in the unit square.
+  double whole() const { return ss + st + tt; }
+  /// For a line from p to p + (ds, dt) in it.
+  double along(double ds, double dt) const { return ss * ds * ds + st * std::abs(ds * dt) + tt * dt * dt; }
+};
+ChordBound chord_bound(const BezierNet& net);
 /// Diagonal of the bounding box in x and y.
 double diagonal_xy(const BezierNet& net);
 

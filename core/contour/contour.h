@@ -6,18 +6,19 @@
 //
 // A face is subdivided locally (its control net halved by de Casteljau's algorithm) until every leaf that the plane may
 // meet is RESOLVED: each of its edges meets the plane at most once (its Bernstein coefficients have one sign, or are
-// monotone), its inside holds no closed loop (the height above the plane is monotone in some parameter direction) and
-// the chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 is below the tolerance; or until it is smaller than half a voxel. So
-// no loop wider than a voxel is lost, at tops and saddles too, and every point of a polygon lies within the tolerance
-// of the limit surface.
+// monotone) and its inside holds no closed loop (the height above the plane is monotone in some parameter direction);
+// or until it is smaller than half a voxel. So no loop wider than a voxel is lost, at tops and saddles too. Where the
+// height is monotone along s or t, the contour's arc through the leaf is followed in as many steps as the tolerance
+// asks for (arc_tracer.h); other leaves are halved until the chord bound (|S_ss| + 2 |S_st| + |S_tt|) / 8 is below the
+// tolerance. So every point of a polygon lies within the tolerance of the limit surface.
 //
 // The plane counts as infinitesimally above where it is asked for: a limit point whose height is zero is below. Faces
 // in the plane, and vertices on it, thus give the contour of the solid just above. So that rounding can't contradict
 // this, the plane is lifted by 1e-10 of the placed box's diagonal (contour_index.h).
 //
-// Every contour point is ON the limit surface and in the plane (the root of the height along the leaf's edge), found
-// once per edge between two vertices of the leaf mesh, T-vertices of finer neighbours included, and shared by the two
-// leaves that meet there: loops are closed by construction.
+// Every contour point is ON the limit surface and in the plane. Where contours pass from leaf to leaf it is the root of
+// the height along the leaf's edge, found once per edge between two vertices of the leaf mesh, T-vertices of finer
+// neighbours included, and shared by the two leaves that meet there: loops are closed by construction.
 
 #pragma once
 

@@ -4,9 +4,11 @@
 #include "core/contour/contour_tracer.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "core/contour/arc_tracer.h"
 #include "core/contour/contour_leaves.h"
 #include "core/contour/contour_stitcher.h"
 #include "core/contour/side_solver.h"
@@ -20,20 +22,25 @@ constexpr double kChordShare = 0.99;
 constexpr double kRepeatedLifts = 10;
 constexpr std::size_t kLeavesPerPoll = 256;
 
-AffineMap plane_map(const ContourIndex& index, const SlicePlane& plane) {
+AffineMap axes_map(const ContourIndex& index, const SlicePlane& plane) {
   Mat3 axes;
   axes.row(0) = plane.x_axis;
   axes.row(1) = plane.y_axis;
   axes.row(2) = index.normal();
-  AffineMap map{axes * index.placement().linear(), axes * (index.placement().translation() - plane.origin)};
-  map.offset.z() -= index.lift_mm();
-  return map;
+  return {axes * index.placement().linear(), axes * index.placement().translation()};
 }
 
 /// On the rim of a leaf, walked counter-clockwise.
 struct RimCrossing {
   std::uint32_t id = 0;
-  bool rises = false;  // From below to above.
+  bool rises = false;   // From below to above.
+  double s = 0, t = 0;  // In the leaf's box.
+};
+
+/// Where a crossing lies on its edge: this share of the way from one vertex to the other.
+struct EdgeShare {
+  std::uint32_t from = 0;
+  double share = 0;
 };
 
 }  // namespace
@@ -43,33 +50,48 @@ struct ContourTracer::State {
       : surface(solid), index(std::move(the_index)), leaves(surface), solver(surface) {}
 
   Contours trace(const SlicePlane& plane, const ContourOptions& options);
+  void start(const SlicePlane& plane, const ContourOptions& options);
   void collect_rim(const ContourLeaf& leaf);
-  PlaneSide side_at(const ContourLeaf& leaf, int side, const RimVertex& vertex);
-  std::uint32_t crossing_between(const ContourLeaf& leaf, int side, const RimVertex& from, const RimVertex& to);
-  void link_rim(const ContourLeaf& leaf);
+  PlaneSide side_at(const LeafSurface& leaf, int side, const RimVertex& vertex);
+  std::uint32_t crossing_between(const LeafSurface& leaf, int side, const RimVertex& from, const RimVertex& to);
+  void link_rim(const LeafSurface& leaf);
+  void add_segment(const LeafSurface& leaf, const RimCrossing& from, const RimCrossing& to);
 
   BoundarySurface surface;
   std::shared_ptr<const ContourIndex> index;
   ContourLeaves leaves;
   SideSolver solver;
-  IdTable<VertexPair> edges;  // Edge -> crossing of the same number.
+  ArcTracer arcs;
+  IdTable<VertexPair> edges;      // Edge -> crossing of the same number.
+  std::vector<EdgeShare> shares;  // By crossing.
   ContourStitcher stitcher;
   std::vector<RimCrossing> rim;
   std::vector<std::uint32_t> faces;
+  double height_mm = 0, tolerance_mm = 0;
+  Vec2 origin = Vec2::Zero();  // The plane's, along its axes.
 };
 
-Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptions& options) {
-  const LeafCriteria criteria{.to_plane = plane_map(*index, plane),
+void ContourTracer::State::start(const SlicePlane& plane, const ContourOptions& options) {
+  const double plane_mm = plane.origin.dot(index->normal());
+  height_mm = plane_mm + index->lift_mm();
+  tolerance_mm = kChordShare * options.tolerance_mm;
+  origin = {plane.origin.dot(plane.x_axis), plane.origin.dot(plane.y_axis)};
+  const LeafCriteria criteria{.to_axes = axes_map(*index, plane),
+                              .height_mm = height_mm,
                               .margin_mm = index->margin_mm(),
-                              .tolerance_mm = kChordShare * options.tolerance_mm,
+                              .tolerance_mm = tolerance_mm,
                               .small_mm = 0.5 * options.smallest_feature_mm,
                               .cancel = options.cancel};
-  index->faces_at(plane.origin.dot(index->normal()), faces);
+  index->faces_at(plane_mm, faces);
   leaves.collect(faces, criteria);
-  solver.start(criteria.to_plane);
+  solver.start(criteria.to_axes, height_mm);
   edges.clear();
+  shares.clear();
   stitcher.clear();
+}
 
+Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptions& options) {
+  start(plane, options);
   Contours result;
   std::size_t done = 0;
   for (const ContourLeaf& leaf : leaves.leaves()) {
@@ -78,35 +100,46 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
     if (rim.empty()) continue;
     ++result.leaves;
     result.unresolved_leaves += !leaf.resolved;
-    link_rim(leaf);
+    link_rim(leaves.surface(leaf));
   }
   result.loops = stitcher.loops(kRepeatedLifts * index->lift_mm());
   return result;
 }
 
-void ContourTracer::State::collect_rim(const ContourLeaf& leaf) {
+void ContourTracer::State::collect_rim(const ContourLeaf& id) {
   rim.clear();
-  leaves.vertices().walk_rim(leaf.box, [&](int side, const RimVertex& from, const RimVertex& to) {
+  const LeafSurface leaf = leaves.surface(id);
+  const SurfaceBox& box = leaf.node.box;
+  const double scale = 1.0 / box.size;
+  leaves.walk_rim(id, [&](int side, const RimVertex& from, const RimVertex& to) {
     const PlaneSide from_side = side_at(leaf, side, from), to_side = side_at(leaf, side, to);
     if (from_side == to_side) return;
-    rim.push_back({crossing_between(leaf, side, from, to), to_side == PlaneSide::kAbove});
+    const std::uint32_t id = crossing_between(leaf, side, from, to);
+    const double share = shares[id].from == from.id ? shares[id].share : 1 - shares[id].share;
+    const auto between = [=](std::uint32_t a, std::uint32_t b, std::uint32_t begin) {
+      return ((1 - share) * (a - begin) + share * (b - begin)) * scale;
+    };
+    rim.push_back({id, to_side == PlaneSide::kAbove, between(from.s, to.s, box.s), between(from.t, to.t, box.t)});
   });
 }
 
-PlaneSide ContourTracer::State::side_at(const ContourLeaf& leaf, int side, const RimVertex& vertex) {
+PlaneSide ContourTracer::State::side_at(const LeafSurface& leaf, int side, const RimVertex& vertex) {
   if (leaves.side(vertex.id) == PlaneSide::kUnknown) {
     leaves.set_side(vertex.id, side_of(solver.height(leaf, side, vertex.s, vertex.t)));
   }
   return leaves.side(vertex.id);
 }
 
-std::uint32_t ContourTracer::State::crossing_between(const ContourLeaf& leaf, int side, const RimVertex& from,
+std::uint32_t ContourTracer::State::crossing_between(const LeafSurface& leaf, int side, const RimVertex& from,
                                                      const RimVertex& to) {
   const auto [id, is_new] = edges.insert({std::min(from.id, to.id), std::max(from.id, to.id)});
   if (is_new) {
     const SidePoint point =
         solver.crossing(leaf, side, {from.s, from.t, leaves.side(from.id)}, {to.s, to.t, leaves.side(to.id)});
-    stitcher.add_crossing({leaf.box.face, point.s, point.t, point.xy});
+    stitcher.add_crossing({leaf.node.box.face, point.s, point.t, point.xy - origin});
+    constexpr double kUnit = 1.0 / kSurfaceOne;
+    const double begin = (side % 2 == 0 ? from.s : from.t) * kUnit, end = (side % 2 == 0 ? to.s : to.t) * kUnit;
+    shares.push_back({from.id, ((side % 2 == 0 ? point.s : point.t) - begin) / (end - begin)});
   }
   return id;
 }
@@ -114,15 +147,29 @@ std::uint32_t ContourTracer::State::crossing_between(const ContourLeaf& leaf, in
 /// Contours keep what is above the plane on their left in a face's frame, and so material on their left in the plane:
 /// they enter a leaf where its rim falls and leave it where its rim rises. With more than one of each the middle
 /// decides whether the parts above or the parts below are joined.
-void ContourTracer::State::link_rim(const ContourLeaf& leaf) {
+void ContourTracer::State::link_rim(const LeafSurface& leaf) {
   const std::size_t count = rim.size();
-  const bool middle_above = side_of(evaluate_middle(leaf.net.z)) == PlaneSide::kAbove;
+  const bool middle_above = count > 2 && evaluate_middle(leaf.net.z) > height_mm;
   for (std::size_t k = 0; k < count; ++k) {
     if (rim[k].rises) continue;
-    const std::size_t exit = middle_above ? k + 1 : k + count - 1;
-    const std::uint32_t entered = rim[k].id, left = rim[exit % count].id;
-    index->mirrored() ? stitcher.add_segment(left, entered) : stitcher.add_segment(entered, left);
+    const RimCrossing& entered = rim[k];
+    const RimCrossing& left = rim[(middle_above ? k + 1 : k + count - 1) % count];
+    index->mirrored() ? add_segment(leaf, left, entered) : add_segment(leaf, entered, left);
   }
+}
+
+void ContourTracer::State::add_segment(const LeafSurface& leaf, const RimCrossing& from, const RimCrossing& to) {
+  const auto& [box, lines] = std::tie(leaf.node.box, leaf.node.level_lines);
+  if (!leaf.node.remainder && lines != LevelLines::kUnknown && lines != LevelLines::kOpen) {
+    const auto end = [&](const RimCrossing& at) { return ArcPoint{at.s, at.t, stitcher.crossing(at.id).xy + origin}; };
+    const std::span<const ArcPoint> arc = arcs.trace(leaf, height_mm, end(from), end(to), tolerance_mm);
+    constexpr double kUnit = 1.0 / kSurfaceOne;
+    const double size = box.size * kUnit, s = box.s * kUnit, t = box.t * kUnit;
+    for (const ArcPoint& point : arc.subspan(1, arc.size() - 2)) {
+      stitcher.add_between({box.face, s + point.s * size, t + point.t * size, point.xy - origin});
+    }
+  }
+  stitcher.add_segment(from.id, to.id);
 }
 
 ContourTracer::ContourTracer(const LimitSolid& solid, std::shared_ptr<const ContourIndex> index)

@@ -38,18 +38,19 @@ double root(const std::array<double, 4>& z, double low, double high) {
 
 }  // namespace
 
-void SideSolver::start(const AffineMap& to_plane) {
-  to_plane_ = to_plane;
+void SideSolver::start(const AffineMap& to_axes, double height_mm) {
+  to_axes_ = to_axes;
+  height_mm_ = height_mm;
   irregular_face_ = ~std::uint32_t{0};
 }
 
-double SideSolver::height(const ContourLeaf& leaf, int side, std::uint32_t s, std::uint32_t t) {
+double SideSolver::height(const LeafSurface& leaf, int side, std::uint32_t s, std::uint32_t t) {
   const double position = (side % 2 == 0 ? s : t) * kUnit;
   const Piece piece = piece_of(leaf, side, position);
   return evaluate(piece.curve.z, (position - piece.begin) / (piece.end - piece.begin));
 }
 
-SidePoint SideSolver::crossing(const ContourLeaf& leaf, int side, const SideEnd& from, const SideEnd& to) {
+SidePoint SideSolver::crossing(const LeafSurface& leaf, int side, const SideEnd& from, const SideEnd& to) {
   const bool along_s = side % 2 == 0;
   const bool ascending = along_s ? from.s < to.s : from.t < to.t;
   const SideEnd& first = ascending ? from : to;
@@ -71,15 +72,19 @@ SidePoint SideSolver::crossing(const ContourLeaf& leaf, int side, const SideEnd&
   return {along_s ? at : first.s * kUnit, along_s ? first.t * kUnit : at, xy};
 }
 
-SideSolver::Piece SideSolver::piece_of(const ContourLeaf& leaf, int side, double position) {
-  if (!leaf.irregular || side == 1 || side == 2) {
-    const double begin = (side % 2 == 0 ? leaf.box.s : leaf.box.t) * kUnit;
-    return {side_curve(leaf.net, side), begin, begin + leaf.box.size * kUnit};
+SideSolver::Piece SideSolver::piece_of(const LeafSurface& leaf, int side, double position) {
+  Piece piece;
+  if (!leaf.node.remainder || side == 1 || side == 2) {
+    const double begin = (side % 2 == 0 ? leaf.node.box.s : leaf.node.box.t) * kUnit;
+    piece = {side_curve(leaf.net, side), begin, begin + leaf.node.box.size * kUnit};
+  } else {
+    int level = 0;
+    while (level < kLastLevel && std::ldexp(1.0, -level - 1) >= position) ++level;
+    piece = {irregular_piece(leaf.node.box.face, side == 0 ? 0 : 1, level), std::ldexp(1.0, -level - 1),
+             std::ldexp(1.0, -level)};
   }
-  int level = 0;
-  while (level < kLastLevel && std::ldexp(1.0, -level - 1) >= position) ++level;
-  return {irregular_piece(leaf.box.face, side == 0 ? 0 : 1, level), std::ldexp(1.0, -level - 1),
-          std::ldexp(1.0, -level)};
+  for (double& z : piece.curve.z) z -= height_mm_;
+  return piece;
 }
 
 const BezierCurve& SideSolver::irregular_piece(std::uint32_t face, int axis, int level) {
@@ -90,9 +95,9 @@ const BezierCurve& SideSolver::irregular_piece(std::uint32_t face, int axis, int
   }
   while (static_cast<int>(irregular_.size()) <= level) {
     std::array<BezierPatch, 3> patches;
-    surface_.split(corner_, patches, split_scratch_);
+    surface_.split(corner_, patches);
     irregular_.push_back(
-        {side_curve(transformed(patches[0], to_plane_), 0), side_curve(transformed(patches[1], to_plane_), 3)});
+        {side_curve(transformed(patches[0], to_axes_), 0), side_curve(transformed(patches[1], to_axes_), 3)});
   }
   return irregular_[level][axis];
 }

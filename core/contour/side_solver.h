@@ -24,7 +24,7 @@ struct SideEnd {
 
 struct SidePoint {
   double s = 0, t = 0;     // In the face's frame, [0,1].
-  Vec2 xy = Vec2::Zero();  // In the plane, mm.
+  Vec2 xy = Vec2::Zero();  // Along the plane's axes, mm.
 };
 
 class SideSolver {
@@ -32,29 +32,29 @@ class SideSolver {
   explicit SideSolver(const BoundarySurface& surface) : surface_(surface) {}
 
   /// Before the first leaf of a layer.
-  void start(const AffineMap& to_plane);
+  void start(const AffineMap& to_axes, double height_mm);
 
   /// Height of the limit surface above the plane at a vertex on side 0-3 of a leaf.
-  double height(const ContourLeaf& leaf, int side, std::uint32_t s, std::uint32_t t);
+  double height(const LeafSurface& leaf, int side, std::uint32_t s, std::uint32_t t);
   /// Where the side crosses the plane between two vertices on it. REQUIRES: they lie on different sides of the plane.
-  SidePoint crossing(const ContourLeaf& leaf, int side, const SideEnd& from, const SideEnd& to);
+  SidePoint crossing(const LeafSurface& leaf, int side, const SideEnd& from, const SideEnd& to);
 
  private:
   struct Piece {
-    BezierCurve curve;
+    BezierCurve curve;          // Heights are above the plane.
     double begin = 0, end = 1;  // Along the side, in the face's frame.
   };
 
-  Piece piece_of(const ContourLeaf& leaf, int side, double position);
+  Piece piece_of(const LeafSurface& leaf, int side, double position);
   /// Along s (axis 0) or t (axis 1) over [2^-(level+1), 2^-level] from the irregular vertex of a face.
   const BezierCurve& irregular_piece(std::uint32_t face, int axis, int level);
 
   const BoundarySurface& surface_;
-  AffineMap to_plane_;
+  AffineMap to_axes_;
+  double height_mm_ = 0;
   std::uint32_t irregular_face_ = ~std::uint32_t{0};
   IrregularCorner corner_;                             // Of irregular_face_, split as often as there are pieces.
   std::vector<std::array<BezierCurve, 2>> irregular_;  // By level, then by axis.
-  std::vector<Vec3> split_scratch_;
 };
 
 }  // namespace ccslice

@@ -7,23 +7,21 @@
 
 namespace ccslice {
 
-void SurfaceVertices::enter_face(std::uint32_t face) {
+std::array<std::uint32_t, 4> SurfaceVertices::enter_middles(const SurfaceBox& box) {
+  const std::uint32_t half = box.size / 2;
+  return {insert(box.face, box.s + half, box.t).first, insert(box.face, box.s + box.size, box.t + half).first,
+          insert(box.face, box.s + half, box.t + box.size).first, insert(box.face, box.s, box.t + half).first};
+}
+
+void SurfaceVertices::enter_coarser_middles(std::uint32_t face, std::vector<std::uint32_t>& middles) {
   for (const FaceSide& side : surface_.faces()[face].sides) {
     std::uint32_t begin = std::min(side.t_begin, side.t_end);
     std::uint32_t length = std::max(side.t_begin, side.t_end) - begin;
     for (; length < kSurfaceOne; length *= 2) {
       begin -= begin % (2 * length);
-      table_.insert({SurfaceKey::Kind::kEdge, side.edge, begin + length, 0});
+      middles.push_back(table_.insert({SurfaceKey::Kind::kEdge, side.edge, begin + length, 0}).first);
     }
   }
-}
-
-void SurfaceVertices::enter_halving(const SurfaceBox& box) {
-  const std::uint32_t half = box.size / 2;
-  insert(box.face, box.s + half, box.t);
-  insert(box.face, box.s + box.size, box.t + half);
-  insert(box.face, box.s + half, box.t + box.size);
-  insert(box.face, box.s, box.t + half);
 }
 
 }  // namespace ccslice

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 #include "core/contour/id_table.h"
 #include "core/limit/boundary_surface.h"
@@ -42,6 +43,18 @@ struct RimVertex {
   std::uint32_t s = 0, t = 0;
 };
 
+/// Calls visit(side, from, to) for each finest edge of a leaf's side between two vertices. vertex_at(s, t): the id of
+/// the vertex there, or kNone.
+template <class VertexAt, class Visit>
+void walk_side(int side, const RimVertex& from, const RimVertex& to, const VertexAt& vertex_at, Visit& visit) {
+  const std::uint32_t s = std::midpoint(from.s, to.s), t = std::midpoint(from.t, to.t);
+  const bool finest = (from.s ^ to.s ^ from.t ^ to.t) % 2 != 0;
+  const RimVertex middle{finest ? IdTable<SurfaceKey>::kNone : vertex_at(s, t), s, t};
+  if (middle.id == IdTable<SurfaceKey>::kNone) return visit(side, from, to);
+  walk_side(side, from, middle, vertex_at, visit);
+  walk_side(side, middle, to, vertex_at, visit);
+}
+
 class SurfaceVertices {
  public:
   explicit SurfaceVertices(const BoundarySurface& surface) : surface_(surface) {}
@@ -52,36 +65,30 @@ class SurfaceVertices {
   std::pair<std::uint32_t, bool> insert(std::uint32_t face, std::uint32_t s, std::uint32_t t) {
     return table_.insert(surface_.key(face, s, t));
   }
+  /// The vertex's id, or kNone.
+  std::uint32_t find(std::uint32_t face, std::uint32_t s, std::uint32_t t) const {
+    return table_.find(surface_.key(face, s, t));
+  }
 
-  /// Enters what coarser neighbours must know about a face. Before its boxes are halved.
-  void enter_face(std::uint32_t face);
-  /// Enters the middles of a box's sides.
-  void enter_halving(const SurfaceBox& box);
+  /// Enters the middles of a box's sides: of side 0-3.
+  std::array<std::uint32_t, 4> enter_middles(const SurfaceBox& box);
+  /// Enters what coarser neighbours must know about a face when its boxes are halved, and appends it.
+  void enter_coarser_middles(std::uint32_t face, std::vector<std::uint32_t>& middles);
 
   /// Calls visit(side, from, to) for each finest edge round a leaf, counter-clockwise. REQUIRES: the leaf's corners and
   /// all halvings of its neighbours are entered.
   template <class Visit>
   void walk_rim(const SurfaceBox& leaf, Visit&& visit) const {
+    const auto vertex_at = [&](std::uint32_t s, std::uint32_t t) { return find(leaf.face, s, t); };
     std::array<RimVertex, 4> corners;
-    for (int k = 0; k < 4; ++k) corners[k] = vertex(leaf.face, leaf.corner(k));
-    for (int k = 0; k < 4; ++k) walk_side(leaf.face, k, corners[k], corners[(k + 1) % 4], visit);
+    for (int k = 0; k < 4; ++k) {
+      const auto [s, t] = leaf.corner(k);
+      corners[k] = {vertex_at(s, t), s, t};
+    }
+    for (int k = 0; k < 4; ++k) walk_side(k, corners[k], corners[(k + 1) % 4], vertex_at, visit);
   }
 
  private:
-  RimVertex vertex(std::uint32_t face, const std::array<std::uint32_t, 2>& at) const {
-    return {table_.find(surface_.key(face, at[0], at[1])), at[0], at[1]};
-  }
-
-  template <class Visit>
-  void walk_side(std::uint32_t face, int side, const RimVertex& from, const RimVertex& to, Visit& visit) const {
-    const std::uint32_t s = std::midpoint(from.s, to.s), t = std::midpoint(from.t, to.t);
-    const bool finest = (from.s ^ to.s ^ from.t ^ to.t) % 2 != 0;
-    const RimVertex middle = finest ? RimVertex{} : vertex(face, {s, t});
-    if (middle.id == IdTable<SurfaceKey>::kNone) return visit(side, from, to);
-    walk_side(face, side, from, middle, visit);
-    walk_side(face, side, middle, to, visit);
-  }
-
   const BoundarySurface& surface_;
   IdTable<SurfaceKey> table_;
 };

@@ -73,7 +73,6 @@ class Tessellator {
   std::vector<double> channels_;        // Of the vertex at hand.
   TessellationChunk chunk_;
   IrregularCorner corner_;
-  std::vector<Vec3> split_scratch_;
 };
 
 void Tessellator::collect() {
@@ -102,17 +101,17 @@ void Tessellator::collect_irregular(std::uint32_t face) {
   std::array<Vec3, 4> corners;
   while (true) {
     Box3 hull;
-    for (const Vec3& point : corner_.ring) hull.extend(to_world_(point));
+    for (const PaddedPoint& point : corner_.ring) hull.extend(to_world_(point.head<3>()));
     const bool small = hull.diagonal().norm() <= options_.tolerance_mm || box.size <= kSmallestBox;
     const Vec3 origin = to_world_(surface_.corner_position(corner_));
     std::array<BezierPatch, 3> patches;
-    surface_.split(corner_, patches, split_scratch_);
+    surface_.split(corner_, patches);
     const BezierNet east = transformed(patches[0], to_world_);
     const BezierNet north = transformed(patches[1], to_world_);
     const BezierNet north_east = transformed(patches[2], to_world_);
     const Vec3 middle = corner_of(north_east, 0);
     if (small) return add(box, {origin, corner_of(east, 1), corner_of(north_east, 2), corner_of(north, 3)}, middle);
-    vertices_.enter_halving(box);
+    vertices_.enter_middles(box);
     collect_box(east, box.quarter(1, 0));
     collect_box(north, box.quarter(0, 1));
     collect_box(north_east, box.quarter(1, 1));
@@ -121,22 +120,14 @@ void Tessellator::collect_irregular(std::uint32_t face) {
 }
 
 void Tessellator::collect_box(const BezierNet& net, const SurfaceBox& box) {
-  if (box.size <= kSmallestBox || chord_bound(net) <= options_.tolerance_mm) {
+  if (box.size <= kSmallestBox || chord_bound(net).whole() <= options_.tolerance_mm) {
     const Vec3 middle(evaluate_middle(net.x), evaluate_middle(net.y), evaluate_middle(net.z));
     return add(box, {corner_of(net, 0), corner_of(net, 1), corner_of(net, 2), corner_of(net, 3)}, middle);
   }
-  vertices_.enter_halving(box);
-  HalvedCoefficients x, y, z;
-  halve(net.x, x);
-  halve(net.y, y);
-  halve(net.z, z);
+  vertices_.enter_middles(box);
+  const std::array<BezierNet, 4> children = quarters_of(net);
   for (int quarter = 0; quarter < 4; ++quarter) {
-    const int i = quarter % 2, j = quarter / 2;
-    BezierNet child;
-    take_quarter(x, i, j, child.x);
-    take_quarter(y, i, j, child.y);
-    take_quarter(z, i, j, child.z);
-    collect_box(child, box.quarter(i, j));
+    collect_box(children[static_cast<std::size_t>(quarter)], box.quarter(quarter % 2, quarter / 2));
   }
 }
 

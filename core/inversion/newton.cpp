@@ -13,8 +13,6 @@ namespace ccslice {
 namespace {
 
 constexpr int kMaxSteps = 40;
-constexpr int kMaxIdleSteps = 4;  // Held steps in a row without a gain of a tenth: the point lies elsewhere. Free steps
-                                  // may stagnate for longer beside singular corners, and arrive.
 constexpr double kSoftClip = 0.1;   // Irregular cells: the share of the way to 0 or 1 that must remain.
 constexpr double kDamping = 1e-12;  // Relative; only for Jacobians that are singular to rounding.
 constexpr double kSnap = 1e-9;      // Coordinates this near to 0 or 1 are tried at 0 or 1.
@@ -102,11 +100,11 @@ void snap(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& point, Newt
 }  // namespace
 
 NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
-                            double accept_mm) noexcept {
+                            double accept_mm, Patience patience) noexcept {
   const bool regular = evaluator.solid().cell_class(cell) == CellClass::kRegular;
   NewtonResult best{start, std::numeric_limits<double>::infinity(), 0};
   Vec3 uvw = start;
-  int idle = 0;
+  int idle = 0;  // Held steps only: free ones may stagnate for longer beside singular corners, and arrive.
   bool held = false;
   for (int step = 0; step <= kMaxSteps; ++step) {
     const LimitSample sample = evaluator.sample({cell, uvw});
@@ -114,7 +112,7 @@ NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const
     const double norm = residual.norm();
     idle = !held || norm < 0.9 * best.residual_mm ? 0 : idle + 1;
     if (norm < best.residual_mm) best = {uvw, norm, step};
-    if (best.residual_mm <= accept_mm || idle >= kMaxIdleSteps) break;
+    if (best.residual_mm <= accept_mm || idle >= static_cast<int>(patience)) break;
     const Step next = bounded_step(sample.jacobian, residual, uvw, bounds_at(uvw, regular));
     if (next.uvw == uvw) break;
     uvw = next.uvw;

@@ -21,9 +21,12 @@ struct NewtonResult {
   int steps = 0;
 };
 
+/// When to give a cell up: after so many steps in a row that were held back at a face and gained less than a tenth.
+enum class Patience : int { kQuick = 1, kLong = 4 };
+
 /// Stops when the residual is at most `accept_mm`, or when it stagnates. Always returns the best parameter met.
 /// Noexcept.
 NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
-                            double accept_mm) noexcept;
+                            double accept_mm, Patience patience = Patience::kLong) noexcept;
 
 }  // namespace ccslice

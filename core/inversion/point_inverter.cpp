@@ -18,6 +18,9 @@ namespace {
 
 constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
 constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
+constexpr double kStartMargin = 0.125;
+constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
+constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
 constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
@@ -28,10 +31,15 @@ Vec3 start_parameter(std::size_t index, int per_axis) {
 }
 
 struct Candidate {
-  double distance;
+  double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
   std::uint32_t cell;
   Vec3 start;
 };
+
+double distance_from_cell(const Vec3& guess) { return (guess.array() - 0.5).abs().maxCoeff(); }
+
+/// A guess that Newton may start from: well inside the cell.
+Vec3 start_from(const Vec3& guess) { return guess.cwiseMax(kStartMargin).cwiseMin(1 - kStartMargin); }
 
 /// Which candidates come first.
 enum class Order { kNearest, kLowestCell, kLowestPart };
@@ -46,11 +54,12 @@ struct PointInverter::State {
   std::vector<Candidate> candidates;
   int runs_left = 0;
 
-  State(const LimitSolid& s, const InversionOptions& o) : solid(s), data(s.data()), options(o), evaluator(s) {
+  State(const LimitSolid& s, const InversionOptions& o)
+      : solid(s), data(s.data()), options(o), evaluator(s, o.patch_cache_bytes) {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
-  /// Wanted cells whose boxes hold the point, each with the nearest of a few interior starts, in order.
+  /// Wanted cells whose boxes hold the point, each with a start that its map guesses, in order.
   template <typename Wanted>
   void collect(const Vec3& point, Order order, Wanted wanted) noexcept {
     const auto before = [&](const Candidate& a, const Candidate& b) {
@@ -63,7 +72,8 @@ struct PointInverter::State {
     candidates.clear();
     data.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
       if (!wanted(cell)) return;
-      const Candidate candidate = nearest_start(cell, point);
+      const Vec3 guess = data.cell_maps[cell](point);
+      const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
       if (candidates.size() == candidates.capacity()) {
         if (!before(candidate, candidates.front())) return;
         std::pop_heap(candidates.begin(), candidates.end(), before);
@@ -75,21 +85,26 @@ struct PointInverter::State {
     std::sort_heap(candidates.begin(), candidates.end(), before);
   }
 
-  Candidate nearest_start(std::uint32_t cell, const Vec3& point) noexcept {
-    Candidate nearest{std::numeric_limits<double>::infinity(), cell, Vec3::Zero()};
+  /// The nearest of a few interior starts.
+  Vec3 nearest_start(std::uint32_t cell, const Vec3& point) noexcept {
+    double nearest_distance = std::numeric_limits<double>::infinity();
+    Vec3 nearest = Vec3::Constant(0.5);
     for (std::size_t i = 0; i < 8; ++i) {
       const Vec3 start = start_parameter(i, 2);
       const double distance = (evaluator.geo({cell, start}) - point).squaredNorm();
-      if (distance < nearest.distance) nearest = {distance, cell, start};
+      if (distance >= nearest_distance) continue;
+      nearest_distance = distance;
+      nearest = start;
     }
     return nearest;
   }
 
   /// One Newton run, if any is left. True if it found the point.
-  bool run(std::uint32_t cell, const Vec3& start, const Vec3& point, InversionResult& best) noexcept {
+  bool run(std::uint32_t cell, const Vec3& start, const Vec3& point, InversionResult& best,
+           Patience patience = Patience::kLong) noexcept {
     if (runs_left == 0) return false;
     --runs_left;
-    const NewtonResult found = newton_in_cell(evaluator, cell, start, point, options.accept_mm);
+    const NewtonResult found = newton_in_cell(evaluator, cell, start, point, options.accept_mm, patience);
     best.newton_steps += found.steps;
     if (found.residual_mm >= best.residual_mm) return false;
     best.at = {cell, found.uvw};
@@ -115,10 +130,24 @@ struct PointInverter::State {
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
     best.full = true;
     collect(point, Order::kNearest, [](std::uint32_t) { return true; });
-    for (const Candidate& c : candidates) {
-      if (run(c.cell, c.start, point, best)) return best;
+    for (Candidate& c : candidates) {
+      InversionResult own;
+      own.residual_mm = std::numeric_limits<double>::infinity();
+      const bool found = run(c.cell, c.start, point, own, Patience::kQuick);
+      c.distance = own.residual_mm;
+      const int steps = best.newton_steps + own.newton_steps;
+      if (own.residual_mm < best.residual_mm) best = own;
+      best.newton_steps = steps;
+      best.full = true;
+      if (found) return best;
     }
-    // A point just outside is done: its nearest parameter lies on a face, and no start gets closer.
+    // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
+    // again. Beside a singular line a cell that was given up quickly may hold the point all the same.
+    const bool just_outside = best.residual_mm <= options.outside_mm;
+    for (const Candidate& c : candidates) {
+      if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;
+      if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
+    }
     if (best.residual_mm <= options.outside_mm) return best;
     for (const Candidate& c : candidates) {
       if (search_thoroughly(c.cell, point, best)) return best;
@@ -135,7 +164,8 @@ struct PointInverter::State {
     collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return !bounded || cell <= hint->cell; });
     best.residual_mm = std::numeric_limits<double>::infinity();
     for (const Candidate& c : candidates) {
-      if (run(c.cell, c.start, point, best) || search_thoroughly(c.cell, point, best)) return best;
+      if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
+      if (search_thoroughly(c.cell, point, best)) return best;
     }
     return bounded ? bound : best;
   }
@@ -147,7 +177,7 @@ struct PointInverter::State {
     collect(point, Order::kLowestPart,
             [&](std::uint32_t cell) { return data.parts[cell] < data.parts[found.at.cell]; });
     for (const Candidate& c : candidates) {
-      if (run(c.cell, c.start, point, lower)) return lower;
+      if (run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower)) return lower;
     }
     return found;
   }
@@ -169,7 +199,8 @@ std::optional<InversionResult> PointInverter::invert(const Vec3& point, const st
   state.runs_left = kMaxNewtonRuns;
   if (state.data.fold_boxes.any_at(point, outside_mm)) {
     best = state.search_lowest_cell(point, hint, best);
-  } else if (!hint || !state.run(hint->cell, hint->uvw, point, best)) {
+  } else if (!hint || distance_from_cell(state.data.cell_maps[hint->cell](point)) > kFarFromCell ||
+             !state.run(hint->cell, hint->uvw, point, best, Patience::kQuick)) {
     best = state.search(point, best);
   }
   if (!(best.residual_mm <= outside_mm)) return std::nullopt;

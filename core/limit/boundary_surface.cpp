@@ -11,16 +11,19 @@ namespace ccslice {
 namespace {
 
 /// Rows of an operator's stencils over bare positions.
-void apply_rows(const Stencils& stencils, const ChildRows& rows, const std::vector<Vec3>& ring, Vec3* out) {
-  stencils.apply(rows.first_row, rows.count, ring.front().data(), 3, out->data());
+void apply_rows(const Stencils& stencils, const ChildRows& rows, const std::vector<PaddedPoint>& ring,
+                PaddedPoint* out) {
+  stencils.apply(rows.first_row, rows.count, ring.front().data(), 4, out->data());
 }
+
+PaddedPoint padded(const Vec3& p) { return {p.x(), p.y(), p.z(), 0}; }
 
 Vec3 corner_uvw(std::uint8_t bits) { return {double(bits & 1), double(bits >> 1 & 1), double(bits >> 2 & 1)}; }
 
-BezierPatch finish_patch(BezierPatch net, PhantomMask phantoms) {
-  fill_phantoms(net.b.front().data(), 2, 3, phantoms);
-  bspline_to_bezier(net.b.front().data(), 2, 3);
-  return net;
+/// B-spline -> Bezier.
+void finish_patch(BezierPatch& net, PhantomMask phantoms) {
+  fill_phantoms(net.b.front().data(), 2, 4, phantoms);
+  bspline_to_bezier(net.b.front().data(), 2, 4);
 }
 
 /// begin + (end - begin) * fraction, exact for dyadic fractions.
@@ -38,8 +41,9 @@ BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
   const SurfaceFaceRing& record = data.face_rings[face];
   const auto ring = data.ring(record);
   BezierPatch net;
-  for (std::size_t i = 0; i < 16; ++i) net.b[i] = ring[i] == kNone ? Vec3::Zero().eval() : data.position(ring[i]);
-  return finish_patch(net, record.phantoms);
+  for (std::size_t i = 0; i < 16; ++i) net.b[i] = padded(ring[i] == kNone ? Vec3::Zero() : data.position(ring[i]));
+  finish_patch(net, record.phantoms);
+  return net;
 }
 
 Box3 BoundarySurface::hull_box(std::uint32_t face) const noexcept {
@@ -57,28 +61,27 @@ void BoundarySurface::irregular_corner(std::uint32_t face, IrregularCorner& corn
   corner.op = record.op;
   corner.level = 0;
   corner.ring.clear();
-  for (const std::uint32_t p : data.ring(record)) corner.ring.push_back(data.position(p));
+  for (const std::uint32_t p : data.ring(record)) corner.ring.push_back(padded(data.position(p)));
 }
 
-void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches,
-                            std::vector<Vec3>& scratch) const {
+void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches) const {
   const PlanarOperator& op = solid_->data().operators.surfaces()[corner.op];
   for (std::size_t c = 1; c < 4; ++c) {
     apply_rows(op.stencils, op.children[c], corner.ring, patches[c - 1].b.data());
-    patches[c - 1] = finish_patch(patches[c - 1], op.children[c].phantoms);
+    finish_patch(patches[c - 1], op.children[c].phantoms);
   }
-  scratch.resize(op.children[0].count);
-  apply_rows(op.stencils, op.children[0], corner.ring, scratch.data());
-  corner.ring.swap(scratch);
+  corner.spare.resize(op.children[0].count);
+  apply_rows(op.stencils, op.children[0], corner.ring, corner.spare.data());
+  corner.ring.swap(corner.spare);
   corner.op = op.children[0].op;
   ++corner.level;
 }
 
 Vec3 BoundarySurface::corner_position(const IrregularCorner& corner) const noexcept {
   const auto& limit = solid_->data().operators.surfaces()[corner.op].limit;
-  Vec3 position = Vec3::Zero();
+  PaddedPoint position = PaddedPoint::Zero();
   for (std::size_t i = 0; i < limit.size(); ++i) position += limit[i] * corner.ring[i];
-  return position;
+  return position.head<3>();
 }
 
 SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept {

@@ -54,16 +54,20 @@ struct BoundaryFace {
   std::array<std::uint8_t, 4> cell_corner;  // Corner bits (u + 2v + 4w) of the cell's frame at the four corners.
 };
 
+/// x, y, z, 0: one register.
+using PaddedPoint = Eigen::Vector4d;
+
 /// Control net of a bicubic Bezier patch: b[4 * row + column], column along s, row along t. mm, mesh frame.
 struct BezierPatch {
-  std::array<Vec3, 16> b;
+  std::array<PaddedPoint, 16> b;
 };
 
 /// The part of an irregular face that remains at its origin: the box [0, 2^-level]^2 of the face's frame.
 struct IrregularCorner {
   std::uint32_t op = 0;
   int level = 0;
-  std::vector<Vec3> ring;  // Control points of the corner's one-ring: the corner's surface lies in their convex hull.
+  std::vector<PaddedPoint> ring;   // Control points of its one-ring: the surface that remains lies in their hull.
+  std::vector<PaddedPoint> spare;  // Reused memory.
 };
 
 class BoundarySurface {
@@ -78,8 +82,8 @@ class BoundarySurface {
   /// REQUIRES: !faces()[face].regular. Writes the whole face (level 0). Reuses the memory of `corner`.
   void irregular_corner(std::uint32_t face, IrregularCorner& corner) const;
   /// Splits off the three regular patches of the next level, over the boxes (in units of 2^-(level+1)) at (1,0), (0,1)
-  /// and (1,1), and leaves in `corner` what remains. `scratch` is reused memory.
-  void split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches, std::vector<Vec3>& scratch) const;
+  /// and (1,1), and leaves in `corner` what remains. A ring that was mapped affinely gives patches mapped alike.
+  void split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches) const;
   /// The limit position of the irregular vertex at the face's origin.
   Vec3 corner_position(const IrregularCorner& corner) const noexcept;
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <array>
+#include <cmath>
 #include <vector>
 
 #include "core/limit/patch.h"
@@ -12,6 +14,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kCancelPeriod = 256;
+constexpr double kSmallestDeterminant = 1e-12;  // Of the Jacobian with unit columns.
 
 /// The Bezier nets of the outermost patches, and the hull of what remains at the irregular place.
 Box3 cell_box(const LimitCell& cell, PatchBuilder& builder) {
@@ -20,8 +23,22 @@ Box3 cell_box(const LimitCell& cell, PatchBuilder& builder) {
     bspline_to_bezier(grid, 3, kPositionDimension);
     for (std::size_t p = 0; p < 64; ++p) box.extend(Vec3::Map(grid + kPositionDimension * p).eval());
   };
-  builder.visit_patches(cell, 1, 1, add_patch, [&](const Box3& rest) { box.extend(rest); });
+  builder.visit_patches(cell, 1, 1, add_patch, [&](const PatchRest& rest) { box.extend(rest.box()); });
   return box;
+}
+
+CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuilder& builder) {
+  alignas(32) std::array<double, 64 * kPositionDimension> grid;
+  const PatchPlace place = find_patch(data, cell, Vec3::Constant(0.5));
+  builder.build(cell, place.path, grid.data());
+  const LimitSample sample = in_cell(place, patch_sample(grid.data(), place.local));
+  CellMap map;
+  map.middle = sample.position;
+  if (std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant) {
+    map.inverse_jacobian = sample.jacobian.inverse();
+  }
+  if (!map.inverse_jacobian.allFinite()) map.inverse_jacobian.setZero();
+  return map;
 }
 
 }  // namespace
@@ -30,9 +47,11 @@ void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
   PatchBuilder builder(data, kPositionDimension);
   std::vector<Box3> all;
   all.reserve(data.cells.size());
+  data.cell_maps.reserve(data.cells.size());
   for (const LimitCell& cell : data.cells) {
     if (all.size() % kCancelPeriod == 0) cancel.throw_if_cancelled();
     all.push_back(cell_box(cell, builder));
+    data.cell_maps.push_back(cell_map(data, cell, builder));
   }
   data.cell_boxes = BoxTree(all, cancel);
 }

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "core/limit/fold_search.h"
+#include "core/limit/line_folds.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
@@ -17,39 +19,78 @@ namespace {
 constexpr std::size_t kMaxReportedFolds = 32;
 constexpr std::uint64_t kHalvingsPerCell = 32;       // Granted on average: some 50 us.
 constexpr std::uint64_t kHalvingsAtLeast = 1 << 14;  // For small meshes.
+constexpr int kSubCellFoldLevels = 1;                // Of the line sub-cells of a vertex cell.
+constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
 
-/// The patches of a cell, down to kFoldLevels at its irregular place.
-FoldFinding examine_cell(const LimitCell& cell, PatchBuilder& builder, FoldSearch& search,
-                         const CancellationToken& cancel) {
-  FoldFinding worst;
-  const auto look = [&](const PatchPath& path, double* grid) {
-    cancel.throw_if_cancelled();
+/// Looks at one cell after the other.
+class CellSearch {
+ public:
+  CellSearch(const LimitSolid::Data& data, const CancellationToken& cancel)
+      : cancel_(cancel),
+        builder_(data, kPositionDimension),
+        patches_(kHalvingsAtLeast + kHalvingsPerCell * data.cells.size()),
+        lines_(data) {}
+
+  FoldFinding examine(const LimitCell& cell) {
+    worst_ = {};
+    const int line_levels = cell.cell_class == CellClass::kLine ? kFoldLevels : kSubCellFoldLevels;
+    builder_.visit_patches(
+        cell, kFoldLevels, line_levels, [&](const PatchPath& path, double* grid) { look_at_patch(path, grid); },
+        [&](const PatchRest& rest) { rest.at_vertex ? look_beside_vertex(cell) : look_beside_line(rest); });
+    return worst_;
+  }
+
+ private:
+  bool folds() const { return worst_.verdict == FoldVerdict::kFolds; }
+
+  void look_at_patch(const PatchPath& path, double* grid) {
+    cancel_.throw_if_cancelled();
     bspline_to_bezier(grid, 3, kPositionDimension);
     BezierVolume net;
-    for (std::size_t p = 0; p < 64; ++p) net[p] = {grid[4 * p], grid[4 * p + 1], grid[4 * p + 2], 0};
-    // All frames are proper, so a patch's own Jacobian has the sign of the cell's; its size is that of its box.
-    FoldFinding found = worst.verdict == FoldVerdict::kFolds ? FoldSearch::sample(net) : search.examine(net);
+    for (std::size_t p = 0; p < 64; ++p) net[p] = Eigen::Vector4d::Map(grid + kPositionDimension * p);
+    keep(folds() ? FoldSearch::sample(net) : patches_.examine(net), path);
+  }
+
+  void look_beside_line(const PatchRest& rest) {
+    if (!folds()) keep(lines_.examine(rest.op, rest.points), rest.path);
+  }
+
+  /// In one direction, so deep that all others are alike.
+  void look_beside_vertex(const LimitCell& cell) {
+    if (folds()) return;
+    constexpr PatchPath kPath{kVertexFoldLevel, 7, 0, 0};
+    std::array<double, 64 * kPositionDimension> grid;
+    builder_.build(cell, kPath, grid.data());
+    bspline_to_bezier(grid.data(), 3, kPositionDimension);
+    BezierVolume net;
+    for (std::size_t p = 0; p < 64; ++p) net[p] = Eigen::Vector4d::Map(grid.data() + kPositionDimension * p);
+    keep(FoldSearch::sample(net), kPath);
+  }
+
+  /// All frames are proper, so a patch's own Jacobian has the sign of the cell's; its size is that of its box.
+  void keep(FoldFinding found, const PatchPath& path) {
     const int halvings = 3 * (path.level + (path.child != 0)) + 2 * (path.line_level + (path.line_child != 0));
     found.determinant = std::ldexp(found.determinant, halvings);
-    const FoldVerdict verdict = std::max(worst.verdict, found.verdict);
-    if (found.determinant < worst.determinant) worst = found;
-    worst.verdict = verdict;
-  };
-  const int line_levels = cell.cell_class == CellClass::kLine ? kFoldLevels : 1;
-  builder.visit_patches(cell, kFoldLevels, line_levels, look, [](const Box3&) {});
-  return worst;
-}
+    const FoldVerdict verdict = std::max(worst_.verdict, found.verdict);
+    if (found.determinant < worst_.determinant) worst_ = found;
+    worst_.verdict = verdict;
+  }
+
+  const CancellationToken& cancel_;
+  PatchBuilder builder_;
+  FoldSearch patches_;
+  LineFolds lines_;
+  FoldFinding worst_;  // Of the cell.
+};
 
 }  // namespace
 
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
-  PatchBuilder builder(data, kPositionDimension);
-  FoldSearch search(kHalvingsAtLeast + kHalvingsPerCell * data.cells.size());
+  CellSearch search(data, cancel);
   std::vector<Box3> boxes;
   for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
-    const FoldFinding worst = examine_cell(data.cells[c], builder, search, cancel);
+    const FoldFinding worst = search.examine(data.cells[c]);
     if (worst.verdict == FoldVerdict::kUnfolded) continue;
-    data.folding_cells.push_back(c);
     boxes.push_back(data.cell_boxes.box(c));
     if (worst.verdict == FoldVerdict::kUndecided) {
       ++data.summary.undecided_cells;

@@ -4,7 +4,10 @@
 #include "core/limit/limit_evaluator.h"
 
 #include <algorithm>
-#include <utility>
+#include <bit>
+#include <cstddef>
+#include <memory>
+#include <new>
 #include <vector>
 
 #include "core/limit/patch.h"
@@ -15,12 +18,50 @@ namespace ccslice {
 
 namespace {
 
-constexpr std::size_t kCachedPatches = 512;  // A power of two; about 1 MiB without channels.
 constexpr std::uint64_t kNoKey = ~std::uint64_t{0};
 
-std::size_t slot_of(std::uint64_t key) {
-  return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> 40) & (kCachedPatches - 1);
-}
+/// As many patches as fit, a power of two: one slot each, found by hashing. Pages stay untouched until a patch comes.
+class PatchCache {
+ public:
+  PatchCache(std::size_t channels, std::size_t bytes)
+      : doubles_(round_up(kPatchPoints + 64 * channels)),
+        slots_(std::bit_floor(std::max<std::size_t>(1, bytes / (doubles_ * sizeof(double))))),
+        storage_(static_cast<double*>(::operator new(slots_* doubles_ * sizeof(double), kAlignment))),
+        patches_(slots_, Slot{kNoKey, {}}) {
+    for (std::size_t s = 0; s < slots_; ++s) {
+      double* points = storage_.get() + s * doubles_;
+      patches_[s].patch = {points, points + kPatchPoints};
+    }
+  }
+
+  /// load(points, channels) fills a patch that isn't there.
+  template <typename Load>
+  const Patch& get(std::uint64_t key, Load load) noexcept {
+    Slot& slot = patches_[(key * 0x9e3779b97f4a7c15ull) >> 32 & (slots_ - 1)];
+    if (slot.key != key) {
+      double* points = storage_.get() + static_cast<std::size_t>(&slot - patches_.data()) * doubles_;
+      load(points, points + kPatchPoints);
+      slot.key = key;
+    }
+    return slot.patch;
+  }
+
+ private:
+  static constexpr std::align_val_t kAlignment{32};
+  static std::size_t round_up(std::size_t doubles) { return (doubles + 3) / 4 * 4; }
+  struct Slot {
+    std::uint64_t key;
+    Patch patch;
+  };
+  struct Free {
+    void operator()(double* p) const { ::operator delete(p, kAlignment); }
+  };
+
+  std::size_t doubles_;  // A patch.
+  std::size_t slots_;
+  std::unique_ptr<double, Free> storage_;
+  std::vector<Slot> patches_;
+};
 
 }  // namespace
 
@@ -30,29 +71,21 @@ struct LimitEvaluator::State {
   PatchBuilder builder;
   std::vector<double> grid;
   std::vector<double> limit;
-  std::vector<std::uint64_t> keys;
-  std::vector<Patch> patches;
+  PatchCache patches;
 
-  explicit State(const LimitSolid& s)
+  State(const LimitSolid& s, std::size_t patch_cache_bytes)
       : solid(s),
         data(s.data()),
         builder(data, data.dimension),
         grid(64 * data.dimension),
         limit(data.dimension),
-        keys(kCachedPatches, kNoKey),
-        patches(kCachedPatches) {
-    for (Patch& patch : patches) patch.channels.resize(64 * (data.dimension - 3));
-  }
+        patches(data.dimension - 3, patch_cache_bytes) {}
 
   const Patch& patch(std::uint32_t cell, const PatchPath& path) noexcept {
-    const std::uint64_t key = std::uint64_t{cell} << 32 | path.packed();
-    const std::size_t slot = slot_of(key);
-    if (keys[slot] != key) {
+    return patches.get(std::uint64_t{cell} << 32 | path.packed(), [&](double* points, double* channels) {
       builder.build(data.cells[cell], path, grid.data());
-      load_patch(grid.data(), data.dimension, patches[slot]);
-      keys[slot] = key;
-    }
-    return patches[slot];
+      load_patch(grid.data(), data.dimension, points, channels);
+    });
   }
 
   /// Position and channels on an irregular line or vertex itself, by the limit rows.
@@ -66,7 +99,8 @@ struct LimitEvaluator::State {
   }
 };
 
-LimitEvaluator::LimitEvaluator(const LimitSolid& solid) : state_(std::make_unique<State>(solid)) {}
+LimitEvaluator::LimitEvaluator(const LimitSolid& solid, std::size_t patch_cache_bytes)
+    : state_(std::make_unique<State>(solid, patch_cache_bytes)) {}
 LimitEvaluator::~LimitEvaluator() = default;
 LimitEvaluator::LimitEvaluator(LimitEvaluator&&) noexcept = default;
 LimitEvaluator& LimitEvaluator::operator=(LimitEvaluator&&) noexcept = default;
@@ -81,13 +115,8 @@ Vec3 LimitEvaluator::geo(const CellParam& at) noexcept {
 
 LimitSample LimitEvaluator::sample(const CellParam& at) noexcept {
   const PatchPlace place = find_patch(state_->data, state_->data.cells[at.cell], at.uvw);
-  const LimitSample local = patch_sample(state_->patch(at.cell, place.path), place.local);
-  LimitSample result;
-  result.position = local.position;
+  LimitSample result = in_cell(place, patch_sample(state_->patch(at.cell, place.path).points, place.local));
   if (place.at_vertex || place.at_line) result.position = Vec3::Map(state_->singular(at.cell, place).data());
-  for (int a = 0; a < 3; ++a) {
-    result.jacobian.col(place.axis[static_cast<std::size_t>(a)]) = place.factor[a] * local.jacobian.col(a);
-  }
   return result;
 }
 
@@ -99,6 +128,23 @@ void LimitEvaluator::mat(const CellParam& at, std::span<double> out) noexcept {
     return;
   }
   patch_channels(state_->patch(at.cell, place.path), place.local, out);
+}
+
+Vec3 LimitEvaluator::geo_and_mat(const CellParam& at, std::span<double> channels) noexcept {
+  const PatchPlace place = find_patch(state_->data, state_->data.cells[at.cell], at.uvw);
+  if (place.at_vertex || place.at_line) {
+    const auto& values = state_->singular(at.cell, place);
+    std::copy(values.begin() + 3, values.end(), channels.begin());
+    return Vec3::Map(values.data());
+  }
+  const Patch& patch = state_->patch(at.cell, place.path);
+  patch_channels(patch, place.local, channels);
+  return patch_position(patch, place.local);
+}
+
+const Patch* LimitEvaluator::patch_at(const CellParam& at, PatchPlace& place) noexcept {
+  place = find_patch(state_->data, state_->data.cells[at.cell], at.uvw);
+  return place.at_vertex || place.at_line ? nullptr : &state_->patch(at.cell, place.path);
 }
 
 }  // namespace ccslice

@@ -12,17 +12,22 @@
 
 namespace ccslice {
 
+struct Patch;
+struct PatchPlace;
+
 struct LimitSample {
   Vec3 position = Vec3::Zero();  // mm, mesh frame.
   Mat3 jacobian = Mat3::Zero();  // Columns d/du, d/dv, d/dw, mm per unit parameter.
 };
+
+inline constexpr std::size_t kSmallPatchCacheBytes = 1 << 20;
 
 /// Evaluates one solid on one thread: owns the scratch memory that irregular cells need, and a bounded cache of their
 /// patches (a result never depends on what is cached). Evaluation is noexcept and allocation-free.
 /// REQUIRES: the solid outlives the evaluator; cell < cell_count(), uvw in [0,1]^3.
 class LimitEvaluator {
  public:
-  explicit LimitEvaluator(const LimitSolid& solid);
+  explicit LimitEvaluator(const LimitSolid& solid, std::size_t patch_cache_bytes = kSmallPatchCacheBytes);
   ~LimitEvaluator();
   LimitEvaluator(LimitEvaluator&&) noexcept;
   LimitEvaluator& operator=(LimitEvaluator&&) noexcept;
@@ -33,6 +38,13 @@ class LimitEvaluator {
   LimitSample sample(const CellParam& at) noexcept;
   /// Writes channel_count() values. REQUIRES: out.size() == channel_count().
   void mat(const CellParam& at, std::span<double> out) noexcept;
+
+  /// Both: returns geo. REQUIRES: channels.size() == channel_count().
+  Vec3 geo_and_mat(const CellParam& at, std::span<double> channels) noexcept;
+
+  /// The regular patch that holds a parameter, and the place in it; nothing on an irregular line or vertex itself.
+  /// Valid until the next call.
+  const Patch* patch_at(const CellParam& at, PatchPlace& place) noexcept;
 
   const LimitSolid& solid() const noexcept;
 

@@ -20,7 +20,7 @@ std::size_t bytes_of(const std::vector<T>& v) {
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
-         bytes_of(data.cells) + bytes_of(data.faces) + bytes_of(data.face_rings) + bytes_of(data.folding_cells) +
+         bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
          data.operators.memory_bytes() + data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() +
          data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
 }
@@ -29,15 +29,15 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
 
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
-  MeshReport report = validate(mesh, options.limits, options.cancel);
-  build_cells(mesh, options.limits, options.cancel, *data);
+  ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
+  build_cells(mesh, std::move(checked.complex), options, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();
   build_cell_boxes(options.cancel, *data);
   find_folds(options.cancel, *data);
   find_overlaps(mesh, options.cancel, *data);
-  data->summary.inverted_control_cells = std::move(report.inverted_cells);
+  data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);
   data->summary.memory_bytes = memory_bytes(*data);
   std::shared_ptr<LimitSolid> solid(new LimitSolid(std::move(data)));
   // The box is a property of the finished solid, which nobody else has seen yet.

@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -68,6 +69,10 @@ struct SolidSummary {
 struct PrepareOptions {
   MeshLimits limits;
   CancellationToken cancel;
+  /// Told how much memory the preparation takes at most: by the number of control cells first, then by what they are
+  /// refined into and by the operators of different neighbourhoods, each time before it is used, and never less than
+  /// before. What it throws ends the preparation. An estimate, some tenths above what was measured.
+  std::function<void(std::uint64_t bytes)> reserve;
 };
 
 class LimitSolid {

@@ -3,18 +3,17 @@
 
 #include "core/limit/patch.h"
 
-#include <type_traits>
+#include <cstring>
+
+#include "core/base/lanes.h"
 
 namespace ccslice {
 
 namespace {
 
-/// Four doubles that the compiler keeps in one register.
-using Quad = double __attribute__((vector_size(32)));
+Lanes load(const double* p) noexcept { return *reinterpret_cast<const Lanes*>(p); }
 
-Quad load(const double* p) noexcept { return *reinterpret_cast<const Quad*>(p); }
-
-Vec3 to_vec3(const Quad& q) noexcept { return {q[0], q[1], q[2]}; }
+Vec3 to_vec3(const Lanes& q) noexcept { return {q[0], q[1], q[2]}; }
 
 /// Visits the lines of a 4 x ... x 4 grid along `axis`: first point of each line, and the stride, both in points.
 template <typename Visit>
@@ -26,24 +25,34 @@ void for_each_line(int axes, int axis, Visit visit) {
   }
 }
 
-/// A dimension that the compiler knows, so that its loops become single instructions.
-template <std::size_t kDimension>
-using FixedDimension = std::integral_constant<std::size_t, kDimension>;
+/// `Number`: a double, or several of them in a register.
+template <typename Number>
+void to_bezier(Number& a, Number& b, Number& c, Number& d) noexcept {
+  const Number bezier_a = (a + 4 * b + c) * (1.0 / 6), bezier_b = (2 * b + c) * (1.0 / 3);
+  const Number bezier_c = (b + 2 * c) * (1.0 / 3), bezier_d = (b + 4 * c + d) * (1.0 / 6);
+  a = bezier_a, b = bezier_b, c = bezier_c, d = bezier_d;
+}
 
-template <typename Dimension>
-void to_bezier(double* grid, int axes, Dimension dimension) noexcept {
-  for (int axis = 0; axis < axes; ++axis) {
-    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
-      double* p = grid + first * dimension;
-      const std::size_t step = stride * dimension;
-      for (std::size_t d = 0; d < dimension; ++d) {
-        const double a = p[d], b = p[step + d], c = p[2 * step + d], e = p[3 * step + d];
-        p[d] = (a + 4 * b + c) * (1.0 / 6);
-        p[step + d] = (2 * b + c) * (1.0 / 3);
-        p[2 * step + d] = (b + 2 * c) * (1.0 / 3);
-        p[3 * step + d] = (b + 4 * c + e) * (1.0 / 6);
-      }
-    });
+Lanes load_unaligned(const double* p) noexcept {
+  Lanes q;
+  std::memcpy(&q, p, sizeof q);
+  return q;
+}
+
+void store_unaligned(const Lanes& q, double* p) noexcept { std::memcpy(p, &q, sizeof q); }
+
+/// The lines along one axis of 4 x 4 x 4 points of four doubles.
+template <std::size_t kStride>
+void quads_to_bezier(double* grid) noexcept {
+  constexpr std::size_t kStep = 4 * kStride;
+  for (std::size_t block = 0; block < 64; block += 4 * kStride) {
+    for (double* p = grid + 4 * block; p != grid + 4 * (block + kStride); p += 4) {
+      Lanes a = load_unaligned(p), b = load_unaligned(p + kStep), c = load_unaligned(p + 2 * kStep),
+            d = load_unaligned(p + 3 * kStep);
+      to_bezier(a, b, c, d);
+      store_unaligned(a, p), store_unaligned(b, p + kStep), store_unaligned(c, p + 2 * kStep);
+      store_unaligned(d, p + 3 * kStep);
+    }
   }
 }
 
@@ -60,13 +69,12 @@ Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept {
   bspline_basis(uvw[0], bu, unused);
   bspline_basis(uvw[1], bv, unused);
   bspline_basis(uvw[2], bw, unused);
-  Quad sum = {0, 0, 0, 0};
+  Lanes sum = {0, 0, 0, 0};
   for (std::size_t k = 0; k < 4; ++k) {
-    Quad plane = {0, 0, 0, 0};
+    Lanes plane = {0, 0, 0, 0};
     for (std::size_t j = 0; j < 4; ++j) {
-      const auto* p = &patch.points[4 * j + 16 * k];
-      plane += bv[j] * (bu[0] * load(p[0].data()) + bu[1] * load(p[1].data()) + bu[2] * load(p[2].data()) +
-                        bu[3] * load(p[3].data()));
+      const double* p = patch.points + 4 * (4 * j + 16 * k);
+      plane += bv[j] * (bu[0] * load(p) + bu[1] * load(p + 4) + bu[2] * load(p + 8) + bu[3] * load(p + 12));
     }
     sum += bw[k] * plane;
   }
@@ -76,13 +84,13 @@ Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept {
 LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexcept {
   const auto& [bu, bv, bw] = basis.value;
   const auto& [du, dv, dw] = basis.slope;
-  Quad value = {0, 0, 0, 0}, along_u = value, along_v = value, along_w = value;
+  Lanes value = {0, 0, 0, 0}, along_u = value, along_v = value, along_w = value;
   for (std::size_t k = 0; k < 4; ++k) {
-    Quad plane = {0, 0, 0, 0}, plane_u = plane, plane_v = plane;
+    Lanes plane = {0, 0, 0, 0}, plane_u = plane, plane_v = plane;
     for (std::size_t j = 0; j < 4; ++j) {
       const double* p = points + 4 * (4 * j + 16 * k);
-      const Quad p0 = load(p), p1 = load(p + 4), p2 = load(p + 8), p3 = load(p + 12);
-      const Quad row = bu[0] * p0 + bu[1] * p1 + bu[2] * p2 + bu[3] * p3;
+      const Lanes p0 = load(p), p1 = load(p + 4), p2 = load(p + 8), p3 = load(p + 12);
+      const Lanes row = bu[0] * p0 + bu[1] * p1 + bu[2] * p2 + bu[3] * p3;
       plane_u += bv[j] * (du[0] * p0 + du[1] * p1 + du[2] * p2 + du[3] * p3);
       plane += bv[j] * row;
       plane_v += dv[j] * row;
@@ -100,12 +108,12 @@ LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexce
   return sample;
 }
 
-LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept {
+LimitSample patch_sample(const double* points, const Vec3& uvw) noexcept {
   TensorBasis basis;
   for (std::size_t a = 0; a < 3; ++a) {
     bspline_basis(uvw[static_cast<Eigen::Index>(a)], basis.value[a], basis.slope[a]);
   }
-  return tensor_sample(patch.points.front().data(), basis);
+  return tensor_sample(points, basis);
 }
 
 void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept {
@@ -114,7 +122,7 @@ void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) 
   bspline_basis(uvw[1], bv, unused);
   bspline_basis(uvw[2], bw, unused);
   for (double& value : out) value = 0;
-  const double* channel = patch.channels.data();
+  const double* channel = patch.channels;
   for (std::size_t p = 0; p < 64; ++p, channel += out.size()) {
     const double weight = bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4];
     for (std::size_t c = 0; c < out.size(); ++c) out[c] += weight * channel[c];
@@ -136,16 +144,23 @@ void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask ph
   }
 }
 
-void load_patch(const double* grid, std::size_t dimension, Patch& patch) noexcept {
-  const std::size_t channels = dimension - 3;
-  for (std::size_t p = 0; p < 64; ++p, grid += dimension) {
-    patch.points[p] = {grid[0], grid[1], grid[2], 0};
-    for (std::size_t c = 0; c < channels; ++c) patch.channels[p * channels + c] = grid[3 + c];
+void load_patch(const double* grid, std::size_t dimension, double* points, double* channels) noexcept {
+  for (std::size_t p = 0; p < 64; ++p, grid += dimension, points += 4) {
+    for (std::size_t a = 0; a < 3; ++a) points[a] = grid[a];
+    points[3] = 0;
+    for (std::size_t c = 3; c < dimension; ++c) *channels++ = grid[c];
   }
 }
 
 void bspline_to_bezier(double* grid, int axes, std::size_t dimension) noexcept {
-  dimension == 4 ? to_bezier(grid, axes, FixedDimension<4>{}) : to_bezier(grid, axes, dimension);
+  if (axes == 3 && dimension == 4) return quads_to_bezier<1>(grid), quads_to_bezier<4>(grid), quads_to_bezier<16>(grid);
+  for (int axis = 0; axis < axes; ++axis) {
+    for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
+      double* p = grid + first * dimension;
+      const std::size_t step = stride * dimension;
+      for (double* end = p + dimension; p != end; ++p) to_bezier(p[0], p[step], p[2 * step], p[3 * step]);
+    });
+  }
 }
 
 }  // namespace ccslice

@@ -9,17 +9,18 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/limit/limit_evaluator.h"
 #include "core/subdivision/ring.h"
 
 namespace ccslice {
 
+/// A regular patch, owned by someone else.
 struct Patch {
-  alignas(32) std::array<std::array<double, 4>, 64> points;  // x, y, z, 0; index i + 4 j + 16 k. mm, mesh frame.
-  std::vector<double> channels;                              // 64 * c: channels[p * c + channel].
+  const double* points;    // 64 * {x, y, z, 0}, index i + 4 j + 16 k; mm, mesh frame; aligned to 32 bytes.
+  const double* channels;  // 64 * c: channels[p * c + channel].
 };
+inline constexpr std::size_t kPatchPoints = 64 * 4;  // Doubles of Patch::points.
 
 /// Values and slopes of four basis functions along each axis.
 struct TensorBasis {
@@ -33,16 +34,16 @@ LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexce
 void bspline_basis(double t, std::array<double, 4>& value, std::array<double, 4>& derivative) noexcept;
 
 Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept;
-/// Derivatives with respect to the patch's own parameters.
-LimitSample patch_sample(const Patch& patch, const Vec3& uvw) noexcept;
+/// Derivatives with respect to the patch's own parameters. `points`: as Patch::points, aligned to 32 bytes.
+LimitSample patch_sample(const double* points, const Vec3& uvw) noexcept;
 void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept;
 
 /// Fills phantom layers in a grid of `dimension` doubles a point, 4 points along each of `axes` (2 or 3) axes:
 /// P(-1) = 2 P(0) - P(1), and likewise at the other end. The relation survives refinement.
 void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask phantoms) noexcept;
 
-/// Splits a grid of points (x, y, z, channels...) into a patch. REQUIRES: patch.channels holds 64 * (dimension - 3).
-void load_patch(const double* grid, std::size_t dimension, Patch& patch) noexcept;
+/// Splits a grid of points (x, y, z, channels...) into a patch's points and its 64 * (dimension - 3) channels.
+void load_patch(const double* grid, std::size_t dimension, double* points, double* channels) noexcept;
 
 /// Control points of the B-spline -> Bezier control points along one axis (stride in points), in place.
 void bspline_to_bezier(double* grid, int axes, std::size_t dimension) noexcept;

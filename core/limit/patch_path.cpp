@@ -60,6 +60,14 @@ void enter_frame(const Frame& frame, PatchPlace& place) noexcept {
 
 }  // namespace
 
+LimitSample in_cell(const PatchPlace& place, const LimitSample& local) noexcept {
+  LimitSample sample{local.position, {}};
+  for (int a = 0; a < 3; ++a) {
+    sample.jacobian.col(place.axis[static_cast<std::size_t>(a)]) = place.factor[a] * local.jacobian.col(a);
+  }
+  return sample;
+}
+
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept {
   PatchPlace place{{}, uvw, {0, 1, 2}, Vec3::Ones()};
   if (cell.cell_class == CellClass::kRegular) return place;
@@ -94,7 +102,9 @@ PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
       a_(data.operators.max_ring_points() * dimension),
       b_(a_.size()),
       vertex_ring_(a_.size()),
-      grid_(64 * dimension) {}
+      grid_(64 * dimension) {
+  line_layers_.reserve(a_.size());
+}
 
 void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) const noexcept {
   for (const std::uint32_t id : ring) {
@@ -122,12 +132,6 @@ const VertexOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell,
   return step(path.child);
 }
 
-Box3 PatchBuilder::box_of(const std::vector<double>& points, std::size_t count) const noexcept {
-  Box3 box;
-  for (std::size_t i = 0; i < count; ++i) box.extend(Vec3::Map(points.data() + i * dimension_).eval());
-  return box;
-}
-
 void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {
   const std::size_t layer = layer_points * dimension_;
   double* p = a_.data();
@@ -143,9 +147,15 @@ std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& pa
     fill_layers(cell.ring_count / 4, cell.phantoms);
     return cell.op;
   }
-  const VertexOperator::Child& child = descend_vertex(cell, path);
-  fill_layers(child.layer_points, child.phantoms);
-  return child.op;
+  if (line_.cell != &cell || line_.level != path.level || line_.child != path.child) {
+    const VertexOperator::Child& child = descend_vertex(cell, path);
+    fill_layers(child.layer_points, child.phantoms);
+    line_ = {&cell, path.level, path.child, child.op};
+    line_layers_.assign(a_.begin(), a_.begin() + static_cast<std::ptrdiff_t>(4 * child.layer_points * dimension_));
+  } else {
+    std::copy(line_layers_.begin(), line_layers_.end(), a_.begin());
+  }
+  return line_.op;
 }
 
 std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept {

@@ -47,10 +47,28 @@ struct PatchPlace {
   bool at_line = false;    // ... or of the irregular line: `local`'s third coordinate still counts.
 };
 
+/// A sample of the patch, in the cell's parameters.
+LimitSample in_cell(const PatchPlace& place, const LimitSample& local) noexcept;
+
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept;
 
 /// Doubles a point when only positions count: padded by one, so that a point is one register.
 inline constexpr std::size_t kPositionDimension = 4;
+
+/// What visit_patches() leaves out: of a line (sub-)cell, or of a vertex cell beside its vertex.
+struct PatchRest {
+  PatchPath path;        // Of a sub-cell; `level`, `line_level`: how many were visited before it.
+  std::uint32_t op = 0;  // That goes on: of a line, unless `at_vertex`.
+  bool at_vertex = false;
+  std::span<const double> points;  // Of the ring, or of its four layers, kPositionDimension doubles each.
+
+  /// Holds the limit of what is left.
+  Box3 box() const noexcept {
+    Box3 box;
+    for (std::size_t i = 0; i < points.size(); i += kPositionDimension) box.extend(Vec3::Map(&points[i]).eval());
+    return box;
+  }
+};
 
 /// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point:
 /// positions alone, padded (kPositionDimension), or all that a control point holds (data.dimension).
@@ -66,14 +84,13 @@ class PatchBuilder {
   void limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept;
 
   /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one
-  /// walk. Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(box) with a box that
-  /// holds the limit of each part that remains.
+  /// walk. Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(rest) for each part that
+  /// remains. REQUIRES: dimension == kPositionDimension.
   template <typename OnPatch, typename OnRest>
   void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
 
  private:
   void gather(std::span<const std::uint32_t> ring, double* out) const noexcept;
-  Box3 box_of(const std::vector<double>& points, std::size_t count) const noexcept;
   /// The sub-cell of a vertex cell: fills `a_` with its grid or layers.
   const VertexOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
@@ -89,6 +106,15 @@ class PatchBuilder {
   std::size_t dimension_;
   std::vector<double> a_, b_;               // Ring points, ping and pong.
   std::vector<double> vertex_ring_, grid_;  // visit_patches().
+
+  /// The line sub-cell that load_line() met last: patches of one come together.
+  struct LoadedLine {
+    const LimitCell* cell = nullptr;
+    std::uint8_t level = 0, child = 0;
+    std::uint32_t op = 0;
+  };
+  LoadedLine line_;
+  std::vector<double> line_layers_;
 };
 
 template <typename OnPatch, typename OnRest>
@@ -101,7 +127,9 @@ void PatchBuilder::visit_line(PatchPath path, std::uint32_t op, int line_levels,
     }
     op = descend_line(op, 1);
   }
-  on_rest(box_of(a_, 4 * data_.operators.lines()[op].points));
+  path.line_level = static_cast<std::uint8_t>(line_levels);
+  path.line_child = 0;
+  on_rest(PatchRest{path, op, false, std::span(a_).first(4 * data_.operators.lines()[op].points * dimension_)});
 }
 
 template <typename OnPatch, typename OnRest>
@@ -136,7 +164,9 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
     vertex_ring_.swap(a_);
     op = next.op;
   }
-  on_rest(box_of(vertex_ring_, data_.operators.vertices()[op].points));
+  const PatchPath path{static_cast<std::uint8_t>(levels), 0, 0, 0};
+  const std::size_t count = data_.operators.vertices()[op].points;
+  on_rest(PatchRest{path, op, true, std::span(vertex_ring_).first(count * dimension_)});
 }
 
 }  // namespace ccslice

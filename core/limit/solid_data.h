@@ -36,6 +36,14 @@ struct SurfaceFaceRing {
   std::uint32_t ring_count = 0;
 };
 
+/// A first guess of the parameters of a point near a cell, to first order about the cell's middle.
+struct CellMap {
+  Vec3 middle = Vec3::Zero();            // geo(1/2, 1/2, 1/2), mm.
+  Mat3 inverse_jacobian = Mat3::Zero();  // There; zero where it has none.
+
+  Vec3 operator()(const Vec3& point) const { return Vec3::Constant(0.5) + inverse_jacobian * (point - middle); }
+};
+
 struct LimitSolid::Data {
   std::size_t dimension = 3;   // 3 + channels.
   std::vector<double> points;  // dimension doubles a control point: x, y, z (mm), channels.
@@ -44,11 +52,11 @@ struct LimitSolid::Data {
   OperatorTable operators;
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
-  BoxTree cell_boxes;                        // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;                        // Of the cells that may fold: items are indices into `folding_cells`.
-  std::vector<std::uint32_t> folding_cells;  // Undecided ones included, ascending.
-  BoxTree overlap_boxes;                     // Of the cells that may overlap a separate part of the solid.
-  std::vector<std::uint32_t> parts;          // By cell: its part, numbered by first cells. Empty if no parts overlap.
+  std::vector<CellMap> cell_maps;
+  BoxTree cell_boxes;                // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;                // Of the cells that fold, or may fold.
+  BoxTree overlap_boxes;             // Of the cells that may overlap a separate part of the solid.
+  std::vector<std::uint32_t> parts;  // By cell: its part, numbered by first cells. Empty if no parts overlap.
   SolidSummary summary;
 
   std::span<const std::uint32_t> ring(const LimitCell& cell) const {
@@ -56,6 +64,11 @@ struct LimitSolid::Data {
   }
   std::span<const std::uint32_t> ring(const SurfaceFaceRing& face) const {
     return std::span(rings).subspan(face.ring_begin, face.ring_count);
+  }
+  /// The solid may fold in this box, or separate parts of it may overlap there: a point may have several parameters.
+  bool is_ambiguous(const Box3& box) const noexcept {
+    const auto any = [](std::uint32_t) { return true; };
+    return fold_boxes.any_meeting(box, any) || overlap_boxes.any_meeting(box, any);
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }

@@ -73,7 +73,7 @@ class Search {
  private:
   void search(const BezierPatch& patch) {
     Heights heights;
-    for (std::size_t i = 0; i < 16; ++i) heights[i] = direction_.dot(patch.b[i]);
+    for (std::size_t i = 0; i < 16; ++i) heights[i] = direction_.dot(patch.b[i].head<3>());
     search(heights, 0);
   }
 
@@ -92,14 +92,13 @@ class Search {
   void search_irregular(std::uint32_t face) {
     IrregularCorner corner;
     std::array<BezierPatch, 3> patches;
-    std::vector<Vec3> scratch;
     surface_.irregular_corner(face, corner);
     best_ = std::max(best_, direction_.dot(surface_.corner_position(corner)));
     for (int depth = 0; depth < kMaxDepth; ++depth) {
       double bound = -std::numeric_limits<double>::infinity();
-      for (const Vec3& p : corner.ring) bound = std::max(bound, direction_.dot(p));
+      for (const PaddedPoint& p : corner.ring) bound = std::max(bound, direction_.dot(p.head<3>()));
       if (bound <= best_ + tolerance_) return;
-      surface_.split(corner, patches, scratch);
+      surface_.split(corner, patches);
       for (const BezierPatch& patch : patches) search(patch);
     }
   }

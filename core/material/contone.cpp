@@ -25,9 +25,8 @@ struct CubicRow {
 };
 
 /// Integer samples are truncated. In blocks, so that the compiler sees plain loops over locals and vectorizes them.
-template <typename Sample, typename Real>
-void write_cubic(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
-  constexpr std::uint32_t kBlock = 64;
+template <typename Sample, typename Real, std::uint32_t kBlock>
+void write_blocks(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
   const auto t0 = static_cast<Real>(row.t0), dt = static_cast<Real>(row.dt);
   const auto c0 = static_cast<Real>(row.c[0]), c1 = static_cast<Real>(row.c[1]);
   const auto c2 = static_cast<Real>(row.c[2]), c3 = static_cast<Real>(row.c[3]);
@@ -43,6 +42,13 @@ void write_cubic(const CubicRow& row, std::uint32_t count, std::uint8_t* out) no
     std::memcpy(out + std::size_t{begin} * sizeof(Sample), block.data(),
                 std::min(kBlock, count - begin) * sizeof(Sample));
   }
+}
+
+template <typename Sample, typename Real>
+void write_cubic(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
+  constexpr std::uint32_t kShort = 16, kLong = 64;
+  count <= 2 * kShort ? write_blocks<Sample, Real, kShort>(row, count, out)
+                      : write_blocks<Sample, Real, kLong>(row, count, out);
 }
 
 }  // namespace
@@ -87,6 +93,11 @@ void ContonePlane::set(std::size_t index, std::span<const double> channel_values
     const auto sample = static_cast<float>(value);
     std::memcpy(&samples_[4 * index], &sample, sizeof sample);
   }
+}
+
+void ContonePlane::set_run(std::size_t index, std::uint32_t count, std::span<const double> channel_values,
+                           std::size_t channel_count) noexcept {
+  for (std::uint32_t k = 0; k < count; ++k) set(index + k, channel_values.subspan(k * channel_count, channel_count));
 }
 
 void ContonePlane::set_cubic(std::size_t index, std::uint32_t count, double t0, double dt,

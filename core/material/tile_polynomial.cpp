@@ -16,16 +16,29 @@ constexpr double kRidge = 1e-11;
 // A sample that determines part of the fit nearly alone can't be checked by the others: its error counts as infinite.
 constexpr double kLargestLeverage = 0.98;
 
-void write_terms(const Vec3& p, double* out) {
-  const double x = p.x(), y = p.y(), z = p.z();
-  const std::array<double, 10> plane = {1, y, z, y * y, y * z, z * z, y * y * y, y * y * z, y * z * z, z * z * z};
-  std::copy(plane.begin(), plane.end(), out);
-  for (std::size_t k = 0; k < 6; ++k) out[10 + k] = x * plane[k];
-  for (std::size_t k = 0; k < 3; ++k) out[16 + k] = x * x * plane[k];
-  out[19] = x * x * x;
+/// The terms at places first, first + 1, ...; zero beyond the last.
+LaneTerms terms_at(std::span<const Vec3> places, std::size_t first) {
+  const std::size_t count = std::min(kLanes, places.size() - first);
+  Lanes one{}, x{}, y{}, z{};
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const Vec3& p = places[first + lane];
+    one[lane] = 1;
+    x[lane] = p.x();
+    y[lane] = p.y();
+    z[lane] = p.z();
+  }
+  return cubic_terms(one, x, y, z);
 }
 
 }  // namespace
+
+LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept {
+  LaneTerms out = {one, y, z, y * y, y * z, z * z, y * y * y, y * y * z, y * z * z, z * z * z};
+  for (std::size_t k = 0; k < 6; ++k) out[10 + k] = x * out[k];
+  for (std::size_t k = 0; k < 3; ++k) out[16 + k] = x * out[10 + k];
+  out[19] = x * out[16];
+  return out;
+}
 
 TileFrame TileFrame::of(const Vec3& low, const Vec3& high) {
   TileFrame frame;
@@ -42,43 +55,87 @@ std::array<double, 4> along_row(const CubicPolynomial& c, double y, double z) no
 }
 
 void CubicFitter::factorize(std::span<const Vec3> places) {
-  const auto count = static_cast<Eigen::Index>(places.size());
-  terms_.resize(count, Eigen::NoChange);
-  for (Eigen::Index i = 0; i < count; ++i) write_terms(places[static_cast<std::size_t>(i)], terms_.row(i).data());
-  Square normal = terms_.transpose().lazyProduct(terms_);
-  normal.diagonal().array() += kRidge * static_cast<double>(count);
-  lower_ = Eigen::LLT<Square>(normal).matrixL();
-  one_minus_.resize(places.size());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Terms half = lower_.triangularView<Eigen::Lower>().solve(terms_.row(i).transpose());
-    const double leverage = half.squaredNorm();
-    one_minus_[static_cast<std::size_t>(i)] = leverage <= kLargestLeverage ? 1 - leverage : 0;
+  using Square = Eigen::Matrix<double, kCubicTerms, kCubicTerms, Eigen::RowMajor>;
+  count_ = places.size();
+  terms_.clear();
+  for (std::size_t first = 0; first < count_; first += kLanes) terms_.push_back(terms_at(places, first));
+  Square normal;
+  for (std::size_t r = 0; r < kCubicTerms; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) {
+      Lanes products{};
+      for (const LaneTerms& terms : terms_) products = multiply_add(terms[r], terms[c], products);
+      normal(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = sum(products);
+    }
+  }
+  normal.diagonal().array() += kRidge * static_cast<double>(count_);
+  Square inverse = Square::Identity();
+  Eigen::LLT<Square>(normal).matrixL().solveInPlace(inverse);
+  std::copy_n(inverse.data(), kCubicTerms * kCubicTerms, inverse_.front().data());
+  one_minus_.resize(count_);
+  for (std::size_t i = 0; i < count_; i += kLanes) {
+    const Lanes found = leverages(terms_[i / kLanes]);
+    for (std::size_t k = i; k < std::min(count_, i + kLanes); ++k) {
+      one_minus_[k] = found[k - i] <= kLargestLeverage ? 1 - found[k - i] : 0;
+    }
   }
 }
 
-double CubicFitter::leverage(const Vec3& place) const {
-  Terms terms;
-  write_terms(place, terms.data());
-  return lower_.triangularView<Eigen::Lower>().solve(terms).squaredNorm();
+Lanes CubicFitter::leverages(const LaneTerms& terms) const {
+  Lanes squares{};
+  for (std::size_t r = 0; r < kCubicTerms; ++r) {
+    Lanes half{};
+    for (std::size_t c = 0; c <= r; ++c) half = multiply_add(terms[c], inverse_[r][c], half);
+    squares = multiply_add(half, half, squares);
+  }
+  return squares;
+}
+
+double CubicFitter::largest_leverage(std::span<const Vec3> places) const {
+  Lanes most{};
+  for (std::size_t first = 0; first < places.size(); first += kLanes) {
+    const Lanes found = leverages(terms_at(places, first));
+    most = found > most ? found : most;
+  }
+  return largest(most);
 }
 
 double CubicFitter::fit(const double* values, std::size_t stride, CubicPolynomial& polynomial) {
-  Terms solution = Terms::Zero();
-  const Eigen::Index count = terms_.rows();
-  for (Eigen::Index i = 0; i < count; ++i) {
-    solution += values[static_cast<std::size_t>(i) * stride] * terms_.row(i).transpose();
+  const auto samples_at = [&](std::size_t first) {
+    Lanes samples{};
+    for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) samples[i - first] = values[i * stride];
+    return samples;
+  };
+  LaneTerms products{};
+  for (std::size_t first = 0; first < count_; first += kLanes) {
+    const Lanes samples = samples_at(first);
+    const LaneTerms& terms = terms_[first / kLanes];
+    for (std::size_t t = 0; t < kCubicTerms; ++t) products[t] = multiply_add(terms[t], samples, products[t]);
   }
-  lower_.triangularView<Eigen::Lower>().solveInPlace(solution);
-  lower_.triangularView<Eigen::Lower>().transpose().solveInPlace(solution);
-  Eigen::Map<Terms>(polynomial.data()) = solution;
+  polynomial = solve(products);
   double worst = 0;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const double residual = values[k * stride] - terms_.row(i).dot(solution);
-    if (!(one_minus_[k] > 0)) return std::numeric_limits<double>::infinity();
-    worst = std::max(worst, std::abs(residual) / one_minus_[k]);
+  for (std::size_t first = 0; first < count_; first += kLanes) {
+    const LaneTerms& terms = terms_[first / kLanes];
+    Lanes residuals = samples_at(first);
+    for (std::size_t t = 0; t < kCubicTerms; ++t) residuals = multiply_add(terms[t], -polynomial[t], residuals);
+    for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) {
+      if (!(one_minus_[i] > 0)) return std::numeric_limits<double>::infinity();
+      worst = std::max(worst, std::abs(residuals[i - first]) / one_minus_[i]);
+    }
   }
   return worst;
+}
+
+/// The coefficients whose normal equations have this right-hand side, summed over the lanes.
+CubicPolynomial CubicFitter::solve(const LaneTerms& products) const {
+  Terms half{};
+  for (std::size_t r = 0; r < kCubicTerms; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) half[r] += inverse_[r][c] * sum(products[c]);
+  }
+  CubicPolynomial solution{};
+  for (std::size_t r = 0; r < kCubicTerms; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) solution[c] += inverse_[r][c] * half[r];
+  }
+  return solution;
 }
 
 }  // namespace ccslice

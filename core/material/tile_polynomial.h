@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/lanes.h"
 #include "core/base/types.h"
 
 namespace ccslice {
@@ -40,25 +41,32 @@ using CubicPolynomial = std::array<double, kCubicTerms>;
 /// The polynomial along a row: coefficients of 1, x, x^2, x^3.
 std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
 
+/// The terms at four places, each times `one`.
+using LaneTerms = std::array<Lanes, kCubicTerms>;
+LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept;
+
 /// Fits many channels over the same places. Memory is kept from fit to fit.
 class CubicFitter {
  public:
   /// REQUIRES: at least kCubicTerms places, in [-1, 1]^3.
   void factorize(std::span<const Vec3> places);
-  /// How much the fit's value at a place depends on errors of the samples: the variance there for samples of
+  /// How much the fit's value at each place depends on errors of the samples: the variance there for samples of
   /// variance 1. At most about 1 among the samples; large where a fit extrapolates, or where the samples leave it
-  /// undetermined.
-  double leverage(const Vec3& place) const;
+  /// undetermined. Returns the largest.
+  double largest_leverage(std::span<const Vec3> places) const;
   /// Fits values[i * stride] at the i-th place; returns the largest leave-one-out error.
   double fit(const double* values, std::size_t stride, CubicPolynomial& polynomial);
 
  private:
-  using Terms = Eigen::Matrix<double, kCubicTerms, 1>;
-  using Square = Eigen::Matrix<double, kCubicTerms, kCubicTerms>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, kCubicTerms, Eigen::RowMajor>;
+  using Terms = std::array<double, kCubicTerms>;
 
-  Rows terms_;
-  Square lower_;                   // Of the Cholesky factorization of terms^T terms.
+  Lanes leverages(const LaneTerms& terms) const;
+  CubicPolynomial solve(const LaneTerms& products) const;
+
+  std::size_t count_ = 0;
+  std::vector<LaneTerms> terms_;  // Of the places, by fours; zero beyond the last.
+  // L^-1, lower triangular, where L L^T = terms^T terms.
+  std::array<Terms, kCubicTerms> inverse_;
   std::vector<double> one_minus_;  // 1 - leverage.
 };
 

@@ -26,10 +26,22 @@ Incidence make_incidence(std::uint32_t rows, Visit visit) {
   return result;
 }
 
-struct HalfFaceRef {
-  std::array<std::uint32_t, 4> sorted;  // Ascending; triangles end with kNone.
-  std::uint32_t slot;                   // Index into cell_half_faces_.
-};
+/// The vertices of a half-face in ascending order; triangles end with kNone. They number their slots in
+/// cell_half_faces_.
+using SortedFace = std::array<std::uint32_t, 4>;
+
+/// Five compare-exchanges.
+void sort(SortedFace& face) {
+  const auto order = [&](std::size_t i, std::size_t j) {
+    const std::uint32_t low = std::min(face[i], face[j]), high = std::max(face[i], face[j]);
+    face[i] = low, face[j] = high;
+  };
+  order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
+}
+
+bool same(const SortedFace& a, const SortedFace& b) {
+  return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2]) | (a[3] ^ b[3])) == 0;
+}
 
 }  // namespace
 
@@ -52,6 +64,7 @@ CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds
 
 void CellComplex::number_cells() {
   std::uint32_t corner = 0, face = 0, edge = 0;
+  for (auto* begins : {&corner_begin_, &face_begin_, &edge_begin_}) begins->reserve(kinds_.size());
   for (const CellKind kind : kinds_) {
     corner_begin_.push_back(corner);
     face_begin_.push_back(face);
@@ -67,24 +80,31 @@ void CellComplex::number_cells() {
 void CellComplex::build_faces(const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   // Half-faces are bucketed by their smallest vertex and matched within a bucket; faces are numbered by first cell.
-  std::vector<HalfFaceRef> refs;
+  std::vector<SortedFace> refs;
   std::vector<std::array<std::uint32_t, 2>> owner;  // Cell and local face by slot.
   refs.reserve(cell_half_faces_.size());
+  owner.reserve(cell_half_faces_.size());
   for (std::uint32_t c = 0; c < cell_count(); ++c) {
     poll();
     const auto vertices = cell_vertices(c);
     const auto faces = cell_topology(kinds_[c]).faces;
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
-      HalfFaceRef ref{{kNone, kNone, kNone, kNone}, face_begin_[c] + f};
-      for (int i = 0; i < faces[f].size; ++i) ref.sorted[i] = vertices[faces[f].corners[i]];
-      std::sort(ref.sorted.begin(), ref.sorted.end());
+      SortedFace ref{kNone, kNone, kNone, kNone};
+      for (int i = 0; i < faces[f].size; ++i) ref[i] = vertices[faces[f].corners[i]];
+      sort(ref);
       refs.push_back(ref);
       owner.push_back({c, f});
     }
   }
   const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
-    for (std::uint32_t i = 0; i < refs.size(); ++i) emit(refs[i].sorted[0], i);
+    for (std::uint32_t i = 0; i < refs.size(); ++i) emit(refs[i][0], i);
   });
+  // At least half of the half-faces have faces of their own, some more on the boundary.
+  const std::size_t faces_expected = refs.size() / 2 + refs.size() / 8;
+  half_face_cell_.reserve(2 * faces_expected);
+  half_face_local_.reserve(2 * faces_expected);
+  face_vertices_.reserve(faces_expected);
+  face_size_.reserve(faces_expected);
   for (std::uint32_t i = 0; i < refs.size(); ++i) {
     poll();
     const auto [cell, local] = owner[i];
@@ -101,8 +121,8 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
     }
     const std::uint32_t mine = cell_half_faces_[i];
     if (mine & 1) continue;
-    for (const std::uint32_t j : buckets[refs[i].sorted[0]]) {
-      if (j <= i || refs[j].sorted != refs[i].sorted) continue;
+    for (const std::uint32_t j : buckets[refs[i][0]]) {
+      if (j <= i || !same(refs[j], refs[i])) continue;
       if (half_face_cell_[mine + 1] != kNone) {
         throw Error(ErrorCode::kMeshNonManifoldFace,
                     "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[mine + 1]) + " and " +
@@ -132,6 +152,7 @@ void CellComplex::build_edges(const CancellationToken& cancel) {
   const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
     for (std::uint32_t i = 0; i < ends.size(); ++i) emit(ends[i][0], i);
   });
+  edge_vertices_.reserve(ends.size() / 3);  // Of large meshes a quarter; of others more.
   for (std::uint32_t i = 0; i < ends.size(); ++i) {
     poll();
     if (cell_edges_[i] != kNone) continue;
@@ -169,11 +190,17 @@ void CellComplex::build_incidences(const CancellationToken& cancel) {
       for (const std::uint32_t v : face_vertices(f)) emit(v, f);
     }
   });
+  std::vector<std::uint32_t> sides;  // Edges of the faces' sides, one face after the other.
+  sides.reserve(cell_half_faces_.size() / 2 * 5);
+  for (std::uint32_t f = 0; f < face_count(); ++f) {
+    poll();
+    const auto ring = face_vertices(f);
+    for (std::size_t i = 0; i < ring.size(); ++i) sides.push_back(find_edge(ring[i], ring[(i + 1) % ring.size()]));
+  }
   edge_faces_ = make_incidence(edge_count(), [&](auto emit) {
+    auto side = sides.begin();
     for (std::uint32_t f = 0; f < face_count(); ++f) {
-      poll();
-      const auto ring = face_vertices(f);
-      for (std::size_t i = 0; i < ring.size(); ++i) emit(find_edge(ring[i], ring[(i + 1) % ring.size()]), f);
+      for (std::size_t i = 0; i < face_size_[f]; ++i) emit(*side++, f);
     }
   });
 }

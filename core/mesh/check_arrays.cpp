@@ -81,9 +81,9 @@ void check_positions(const ControlMesh& mesh, const MeshLimits& limits, const Ca
       break;
     }
   }
-  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at vertices", "give finite millimetres",
-                          "positions_mm");
-  far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at vertices",
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at", kVertices,
+                          "give finite millimetres", "positions_mm");
+  far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at", kVertices,
                    "positions are in mm, at most " + number_text(limits.max_abs_coordinate_mm) + " from the origin",
                    "positions_mm");
 }
@@ -99,8 +99,8 @@ void check_channel_values(const ControlMesh& mesh, const CancellationToken& canc
     if (bad == values.end()) continue;
     non_finite.add(static_cast<std::int64_t>(v), v * channels + static_cast<std::size_t>(bad - values.begin()));
   }
-  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite channel value at vertices", "give finite values",
-                          "channel_values");
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite channel value at", kVertices,
+                          "give finite values", "channel_values");
 }
 
 /// The first corner that repeats an earlier one.
@@ -134,8 +134,8 @@ std::vector<std::uint32_t> check_corners(const ControlMesh& mesh, const std::str
     }
     begin += corners.size();
   }
-  range.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in cells", bound, "cell_vertices");
-  repeated.throw_if_any(ErrorCode::kMeshRepeatedVertex, "a vertex is repeated in cells",
+  range.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in", kCells, bound, "cell_vertices");
+  repeated.throw_if_any(ErrorCode::kMeshRepeatedVertex, "a vertex is repeated in", kCells,
                         "collapsed cells never refine to hexahedra: remove or remesh them", "cell_vertices");
   return used;
 }
@@ -146,9 +146,9 @@ void check_usage(const std::vector<std::uint32_t>& used, const MeshLimits& limit
     if (used[v] == 0) isolated.add(static_cast<std::int64_t>(v), 3 * v);
     if (used[v] > limits.max_vertex_valence) valence.add(static_cast<std::int64_t>(v));
   }
-  isolated.throw_if_any(ErrorCode::kMeshIsolatedVertex, "no cell uses vertices", "remove them", "positions_mm");
+  isolated.throw_if_any(ErrorCode::kMeshIsolatedVertex, "no cell uses", kVertices, "remove them", "positions_mm");
   // Before anything is built whose cost grows with the square of a valence.
-  valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round vertices",
+  valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round", kVertices,
                        "the limit is " + std::to_string(limits.max_vertex_valence), "cell_vertices");
 }
 
@@ -159,11 +159,11 @@ void check_sharp_indices(const ControlMesh& mesh, const std::string& bound) {
     const auto [a, b] = mesh.sharp_edges[i];
     if (a >= n || b >= n) edges.add(static_cast<std::int64_t>(i), 2 * i + (a >= n ? 0 : 1));
   }
-  edges.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in sharp edges", bound, "sharp_edges");
+  edges.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "vertex id out of range in", kSharpEdges, bound, "sharp_edges");
   for (std::size_t i = 0; i < mesh.sharp_vertices.size(); ++i) {
     if (mesh.sharp_vertices[i] >= n) vertices.add(mesh.sharp_vertices[i], i);
   }
-  vertices.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "sharp vertices out of range:", bound, "sharp_vertices");
+  vertices.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "out of range:", kSharpVertices, bound, "sharp_vertices");
 }
 
 }  // namespace

@@ -14,6 +14,16 @@
 
 namespace ccslice {
 
+/// What the ids number.
+struct Noun {
+  const char* one;
+  const char* many;
+};
+inline constexpr Noun kVertices{"vertex", "vertices"};
+inline constexpr Noun kCells{"cell", "cells"};
+inline constexpr Noun kSharpEdges{"sharp edge", "sharp edges"};
+inline constexpr Noun kSharpVertices{"sharp vertex", "sharp vertices"};
+
 /// Collects what breaks one rule, and throws one error that names the first few ids and the place of the first.
 class Offenders {
  public:
@@ -23,14 +33,15 @@ class Offenders {
     if (ids_.size() < kMaxEchoItems) ids_.push_back(id);
   }
 
-  /// "WHAT 3, 17 and 5 more: REMEDY", field "FIELD[index]".
-  void throw_if_any(ErrorCode code, const std::string& what, const std::string& remedy,
+  /// "WHAT cells 3, 17 and 5 more: REMEDY", field "FIELD[index]".
+  void throw_if_any(ErrorCode code, const std::string& what, const Noun& noun, const std::string& remedy,
                     const std::string& field) const {
     if (total_ == 0) return;
     std::vector<std::string> names;
     for (const std::int64_t id : ids_) names.push_back(std::to_string(id));
     const std::string place = index_ ? "[" + std::to_string(*index_) + "]" : "";
-    throw Error(code, what + " " + echoed_list(names, total_) + ": " + remedy, field + place, ids_);
+    const std::string which = std::string(total_ == 1 ? noun.one : noun.many) + " " + echoed_list(names, total_);
+    throw Error(code, what + " " + which + ": " + remedy, field + place, ids_);
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/contains.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
 
@@ -34,10 +35,6 @@ std::optional<CellKind> kind_of(std::span<const FaceRing> rings) {
   if (triangles == 4 && quads == 0) return CellKind::kTet;
   if (triangles == 2 && quads == 3) return CellKind::kWedge;
   return std::nullopt;
-}
-
-bool contains(std::span<const std::uint32_t> items, std::uint32_t item) {
-  return std::find(items.begin(), items.end(), item) != items.end();
 }
 
 /// The vertex outside the base that a face joins to `corner`.

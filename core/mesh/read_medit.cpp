@@ -120,7 +120,8 @@ class MeditReader {
     const std::uint64_t count = scanner_.count("the number of pyramids");
     if (count == 0) return;
     scanner_.fail_with(ErrorCode::kMeshUnsupportedCell,
-                       std::to_string(count) + " pyramids (1 to " + std::to_string(count) +
+                       std::to_string(count) + (count == 1 ? " pyramid" : " pyramids") + " (1 to " +
+                           std::to_string(count) +
                            " of the section); a pyramid never refines to hexahedra: split it into tetrahedra");
   }
 

@@ -153,6 +153,11 @@ class VtkReader {
 
   void read_attributes(bool of_points) {
     const std::uint64_t count = scanner_.count("the number of values");
+    const std::size_t points = file_.mesh.positions.size();
+    if (of_points && points > 0 && count != points) {
+      scanner_.fail_with(ErrorCode::kFileSyntax,
+                         "POINT_DATA of " + std::to_string(count) + " points; the file has " + std::to_string(points));
+    }
     VtkAttributes found = read_vtk_attributes(values_, count, of_points ? limits_.max_channels : 0);
     for (const std::string& name : found.left_out) {
       file_.warnings.push_back((of_points ? "point data '" : "cell data '") + name + "' left out");

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "core/base/contains.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/check_arrays.h"
 #include "core/mesh/offenders.h"
@@ -16,21 +17,24 @@ namespace ccslice {
 
 namespace {
 
-/// The neighbours of an item in a small graph; counts what a walk from the first item reaches.
-template <typename Neighbours>
-std::size_t reachable(std::span<const std::uint32_t> items, Neighbours neighbours) {
-  std::vector<std::uint32_t> stack{items.front()}, seen{items.front()};
-  while (!stack.empty()) {
-    const std::uint32_t item = stack.back();
-    stack.pop_back();
-    neighbours(item, [&](std::uint32_t next) {
-      if (std::find(seen.begin(), seen.end(), next) != seen.end()) return;
-      seen.push_back(next);
-      stack.push_back(next);
-    });
+/// Walks small graphs. Keeps its memory.
+class Walk {
+ public:
+  /// Counts the items that are reached from the first. neighbours(item, visit) visits those of one item.
+  template <typename Neighbours>
+  std::size_t reachable(std::span<const std::uint32_t> items, Neighbours neighbours) {
+    seen_.assign(1, items.front());
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      neighbours(seen_[i], [&](std::uint32_t next) {
+        if (!contains(seen_, next)) seen_.push_back(next);
+      });
+    }
+    return seen_.size();
   }
-  return seen.size();
-}
+
+ private:
+  std::vector<std::uint32_t> seen_;  // In the order of the walk.
+};
 
 /// Visits the cells across those of a cell's faces that pass `through`.
 template <typename Through, typename Visit>
@@ -41,15 +45,12 @@ void cells_across(const CellComplex& complex, std::uint32_t cell, Through throug
   }
 }
 
-bool contains(std::span<const std::uint32_t> items, std::uint32_t item) {
-  return std::find(items.begin(), items.end(), item) != items.end();
-}
-
 void check_shared_faces(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
+  std::vector<std::uint32_t> others;
   for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
     poll();
-    std::vector<std::uint32_t> others;
+    others.clear();
     cells_across(
         complex, c, [](std::uint32_t) { return true; }, [&](std::uint32_t o) { others.push_back(o); });
     std::sort(others.begin(), others.end());
@@ -62,51 +63,49 @@ void check_shared_faces(const CellComplex& complex, const CancellationToken& can
   }
 }
 
-bool edge_is_manifold(const CellComplex& complex, std::uint32_t edge) {
+bool edge_is_manifold(const CellComplex& complex, std::uint32_t edge, Walk& walk) {
   const auto faces = complex.edge_faces(edge);
   const auto boundary =
       std::count_if(faces.begin(), faces.end(), [&](std::uint32_t f) { return complex.face_on_boundary(f); });
   if (boundary != 0 && boundary != 2) return false;
   const auto through = [&](std::uint32_t f) { return contains(faces, f); };
-  return reachable(complex.edge_cells(edge), [&](std::uint32_t c, auto visit) {
-           cells_across(complex, c, through, visit);
-         }) == complex.edge_cells(edge).size();
+  return walk.reachable(complex.edge_cells(edge), [&](std::uint32_t c, auto visit) {
+    cells_across(complex, c, through, visit);
+  }) == complex.edge_cells(edge).size();
 }
 
 void check_edges(const CellComplex& complex, const MeshLimits& limits, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
+  Walk walk;
   for (std::uint32_t e = 0; e < complex.edge_count(); ++e) {
     poll();
-    const auto [a, b] = complex.edge_vertices(e);
-    const std::string which = "edge " + std::to_string(a) + "-" + std::to_string(b);
-    if (!edge_is_manifold(complex, e)) {
-      throw Error(ErrorCode::kMeshNonManifoldEdge,
-                  which +
-                      " isn't manifold: its cells must form one ring, or one fan between two boundary faces; "
-                      "separate the parts or fill the gap",
-                  "cell_vertices", {a, b});
+    const auto refuse = [&](ErrorCode code, const std::string& why) {
+      const auto [a, b] = complex.edge_vertices(e);
+      throw Error(code, "edge " + std::to_string(a) + "-" + std::to_string(b) + " " + why, "cell_vertices", {a, b});
+    };
+    if (!edge_is_manifold(complex, e, walk)) {
+      refuse(ErrorCode::kMeshNonManifoldEdge,
+             "isn't manifold: its cells must form one ring, or one fan between two boundary faces; separate the parts "
+             "or fill the gap");
     }
     const std::size_t valence = complex.edge_cells(e).size();
     if (!complex.edge_on_boundary(e) && valence < 3) {
-      throw Error(ErrorCode::kMeshSharedFaces,
-                  which + " lies inside with only " + std::to_string(valence) + " cells round it; merge them or remesh",
-                  "cell_vertices", {a, b});
+      refuse(ErrorCode::kMeshSharedFaces,
+             "lies inside with only " + std::to_string(valence) + " cells round it; merge them or remesh");
     }
     if (valence > limits.max_edge_valence) {
-      throw Error(ErrorCode::kMeshValenceTooHigh,
-                  which + " has " + std::to_string(valence) + " cells round it; the limit is " +
-                      std::to_string(limits.max_edge_valence),
-                  "cell_vertices", {a, b});
+      refuse(ErrorCode::kMeshValenceTooHigh, "has " + std::to_string(valence) + " cells round it; the limit is " +
+                                                 std::to_string(limits.max_edge_valence));
     }
   }
 }
 
 /// One ball or one half-ball: the link is connected and its Euler characteristic that of a sphere or a disc.
-bool vertex_is_manifold(const CellComplex& complex, std::uint32_t vertex) {
+bool vertex_is_manifold(const CellComplex& complex, std::uint32_t vertex, Walk& walk) {
   const auto cells = complex.vertex_cells(vertex);
   const auto faces = complex.vertex_faces(vertex);
-  const auto through = [&](std::uint32_t f) { return contains(faces, f); };
-  if (reachable(cells, [&](std::uint32_t c, auto visit) { cells_across(complex, c, through, visit); }) !=
+  const auto through = [&](std::uint32_t f) { return contains(complex.face_vertices(f), vertex); };
+  if (walk.reachable(cells, [&](std::uint32_t c, auto visit) { cells_across(complex, c, through, visit); }) !=
       cells.size()) {
     return false;
   }
@@ -118,13 +117,14 @@ bool vertex_is_manifold(const CellComplex& complex, std::uint32_t vertex) {
 void check_vertices(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Offenders pinched;
+  Walk walk;
   for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
     poll();
-    if (!vertex_is_manifold(complex, v)) pinched.add(v);
+    if (!vertex_is_manifold(complex, v, walk)) pinched.add(v);
   }
-  pinched.throw_if_any(
-      ErrorCode::kMeshNonManifoldVertex, "the cells form neither one ball nor one half-ball at vertices",
-      "parts that touch in a point or along an edge must be separated or joined by faces", "cell_vertices");
+  pinched.throw_if_any(ErrorCode::kMeshNonManifoldVertex, "the cells form neither one ball nor one half-ball at",
+                       kVertices, "parts that touch in a point or along an edge must be separated or joined by faces",
+                       "cell_vertices");
 }
 
 /// Det of the three edge vectors at a corner; hexahedra's corners are bits, where odd corners mirror.
@@ -172,11 +172,15 @@ void find_overlapping_neighbours(const CellComplex& complex, const std::vector<s
   inverted.erase(std::unique(inverted.begin(), inverted.end()), inverted.end());
 }
 
-/// Corrects cells whose corners are all negative, and returns the cells that are partly so, and neighbours that lie on
-/// the same side of their common face.
-std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel) {
+struct Orientation {
+  std::vector<std::uint32_t> inverted;  // Cells with negative corners, and neighbours on the same side of their face.
+  bool corrected = false;               // Cells whose corners were all negative.
+};
+
+Orientation orient(ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
-  std::vector<std::uint32_t> inverted;
+  Orientation found;
+  std::vector<std::uint32_t>& inverted = found.inverted;
   std::vector<std::uint8_t> mirrored(complex.cell_count(), 0);
   std::vector<std::uint32_t> corners = mesh.cell_vertices;
   std::size_t begin = 0;
@@ -192,6 +196,7 @@ std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex,
     if (negative == n) {
       mirror(complex.kind(c), &corners[begin]);
       mirrored[c] = 1;
+      found.corrected = true;
     } else if (positive != n) {
       inverted.push_back(c);
     }
@@ -199,7 +204,7 @@ std::vector<std::uint32_t> orient(ControlMesh& mesh, const CellComplex& complex,
   }
   find_overlapping_neighbours(complex, mirrored, inverted);
   if (inverted.empty() || mesh.allow_folds) mesh.cell_vertices = std::move(corners);
-  return inverted;
+  return found;
 }
 
 void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
@@ -234,23 +239,27 @@ void check_sharp_vertices(const ControlMesh& mesh, const CellComplex& complex) {
 }  // namespace
 
 MeshReport validate(ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  return validate_and_connect(mesh, limits, cancel).report;
+}
+
+ConnectedMesh validate_and_connect(ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
   check_arrays(mesh, limits, cancel);
-  const CellComplex complex = make_cell_complex(mesh, cancel);
+  CellComplex complex = make_cell_complex(mesh, cancel);
   check_shared_faces(complex, cancel);
   check_edges(complex, limits, cancel);
   check_vertices(complex, cancel);
   check_sharp_edges(mesh, complex);
   check_sharp_vertices(mesh, complex);
-  MeshReport report;
-  report.inverted_cells = orient(mesh, complex, cancel);
+  Orientation found = orient(mesh, complex, cancel);
   if (!mesh.allow_folds) {
     Offenders inverted;
-    for (const std::uint32_t c : report.inverted_cells) inverted.add(c);
+    for (const std::uint32_t c : found.inverted) inverted.add(c);
     inverted.throw_if_any(ErrorCode::kMeshInvertedCell,
-                          "a corner of non-positive Jacobian, or a neighbour on the same side of a face, in cells",
+                          "a corner of non-positive Jacobian, or a neighbour on the same side of a face, in", kCells,
                           "untangle them, or set allow_folds to slice the solid as it is", "cell_vertices");
   }
-  return report;
+  if (found.corrected) complex = make_cell_complex(mesh, cancel);
+  return {{std::move(found.inverted)}, std::move(complex)};
 }
 
 }  // namespace ccslice

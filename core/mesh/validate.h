@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
 
 namespace ccslice {
@@ -33,5 +34,14 @@ struct MeshReport {
 /// Checks every rule of a control mesh and reorients cells whose corners are all negative (mirrored corner order).
 /// Throws Error (1xx) naming the offending ids, and Error{kCancelled}. `mesh` is unchanged if it throws.
 MeshReport validate(ControlMesh& mesh, const MeshLimits& limits = {}, const CancellationToken& cancel = {});
+
+/// A mesh's report and the complex of its cells, reoriented.
+struct ConnectedMesh {
+  MeshReport report;
+  CellComplex complex;
+};
+
+/// validate(), for those who need the complex as well.
+ConnectedMesh validate_and_connect(ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel);
 
 }  // namespace ccslice

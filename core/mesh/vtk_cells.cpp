@@ -46,12 +46,13 @@ struct Tally {
 };
 
 [[noreturn]] void refuse(std::uint16_t type, const Tally& tally) {
-  const std::string what = type == kPyramid ? "pyramids" : "cells of VTK type " + std::to_string(type);
+  const std::string s = tally.count == 1 ? "" : "s";
+  const std::string what = type == kPyramid ? "pyramid" + s : "cell" + s + " of VTK type " + std::to_string(type);
   const std::string why = type == kPyramid
                               ? "a pyramid never refines to hexahedra: split it into tetrahedra"
                               : "only hexahedra (12), voxels (11), tetrahedra (10) and wedges (13) are read";
   throw Error(ErrorCode::kMeshUnsupportedCell,
-              std::to_string(tally.count) + " " + what + " (cells " + tally.ids() + ", counted from 0); " + why,
+              std::to_string(tally.count) + " " + what + " (cell" + s + " " + tally.ids() + ", counted from 0); " + why,
               "cells", tally.first_ids);
 }
 

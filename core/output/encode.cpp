@@ -13,6 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/output/image_file.h"
+#include "core/output/pack_indices.h"
+#include "core/output/png.h"
 
 namespace ccslice {
 namespace {
@@ -45,8 +47,9 @@ std::vector<std::uint8_t> copy_by_pieces(std::span<const std::uint8_t> bytes, co
   return copy;
 }
 
-constexpr std::string_view kNoPicturesBuilt =
-    "picture files aren't built in (CCSLICE_WITH_OPENIMAGEIO=OFF); ask for raw zstd, or use a build with OpenImageIO";
+constexpr std::string_view kNotBuilt =
+    "TIFF and EXR aren't built in (CCSLICE_WITH_OPENIMAGEIO=OFF); ask for PNG or raw zstd, or use a build with "
+    "OpenImageIO";
 
 }  // namespace
 
@@ -56,6 +59,8 @@ struct PlaneEncoder::State {
   };
   std::unique_ptr<ZSTD_CCtx, FreeContext> zstd;
   std::vector<std::uint8_t> scratch;
+  std::vector<std::uint8_t> packed;
+  PngEncoder png;
 
   static std::size_t checked(std::size_t zstd_result) {
     if (ZSTD_isError(zstd_result)) {
@@ -85,6 +90,25 @@ struct PlaneEncoder::State {
     }
     return {scratch.begin(), scratch.begin() + static_cast<std::ptrdiff_t>(out.pos)};
   }
+
+  /// `picture`: makes the file of a picture encoding.
+  template <class Picture>
+  EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel,
+                      const Picture& picture) {
+    const std::uint64_t fitting = sample_bytes(image.type, image.width, image.height, channel_count(image));
+    if (image.samples.size() != fitting || image.samples.empty()) {
+      throw Error(ErrorCode::kInternal, "a plane's samples don't fit its size");
+    }
+    EncodedPlane plane;
+    plane.raw_bytes = image.samples.size();
+    plane.crc32 = crc32_by_pieces(image.samples, cancel);
+    switch (encoding) {
+      case Encoding::kRaw: plane.bytes = copy_by_pieces(image.samples, cancel); break;
+      case Encoding::kRawZstd: plane.bytes = compress(image.samples, cancel); break;
+      default: plane.bytes = picture();
+    }
+    return plane;
+  }
 };
 
 PlaneEncoder::PlaneEncoder() : state_(std::make_unique<State>()) {}
@@ -99,6 +123,8 @@ std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t h
     case SampleType::kUint8: return samples;
     case SampleType::kUint16: return 2 * samples;
     case SampleType::kFloat32: return 4 * samples;
+    case SampleType::kUint2: return (std::uint64_t{width} + 3) / 4 * height * channels;
+    case SampleType::kUint4: return (std::uint64_t{width} + 1) / 2 * height * channels;
   }
   throw Error(ErrorCode::kInternal, "unknown sample type " + std::to_string(static_cast<int>(type)));
 }
@@ -109,7 +135,8 @@ std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding enco
     case Encoding::kRawZstd: return std::nullopt;
     case Encoding::kPng:
       if (type == SampleType::kFloat32) return "PNG holds no floats; ask for raw zstd, TIFF or EXR, or for UINT16";
-      break;
+      return std::nullopt;
+    case Encoding::kPngRgba: return "RGBA pictures are of materials only; ask for PNG";
     case Encoding::kTiff:
       if (channels > 1) return "TIFF has no names for several channels; ask for EXR or raw zstd";
       break;
@@ -118,7 +145,22 @@ std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding enco
       break;
     default: return "unknown encoding; ask for raw, raw zstd, PNG, TIFF or EXR";
   }
-  if (!image_files_available()) return kNoPicturesBuilt;
+  if (!image_files_available()) return kNotBuilt;
+  return std::nullopt;
+}
+
+std::optional<std::string_view> index_encoding_obstacle(SampleType type, Encoding encoding, std::size_t materials) {
+  const std::uint32_t bits = bits_per_index(type);
+  if (bits == 0) return "materials are numbers of 1, 2, 4 or 8 bits; ask for BIT, UINT2, UINT4 or UINT8";
+  if (materials >> bits != 0) return "too few bits for so many materials; leave it out for as many as it takes";
+  switch (encoding) {
+    case Encoding::kTiff:
+    case Encoding::kExr: return "materials are numbers with colours; ask for PNG, RGBA PNG, raw or raw zstd";
+    case Encoding::kPngRgba:
+      if (materials >= PngEncoder::kMostRgbaColours) return "too many materials for RGBA pictures; ask for PNG";
+      break;
+    default: break;
+  }
   return std::nullopt;
 }
 
@@ -128,21 +170,36 @@ EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, c
   if (const auto obstacle = encoding_obstacle(image.type, encoding, channel_count(image))) {
     throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
   }
-  const std::uint64_t fitting = sample_bytes(image.type, image.width, image.height, channel_count(image));
-  if (image.samples.size() != fitting || image.samples.empty()) {
-    throw Error(ErrorCode::kInternal, "a plane's samples don't fit its size");
+  return state_->encode(image, encoding, cancel, [&] {
+    return encoding == Encoding::kPng ? state_->png.grey(image, cancel) : encode_image_file(encoding, image, cancel);
+  });
+}
+
+EncodedPlane PlaneEncoder::encode(const IndexImage& image, SampleType type, Encoding encoding,
+                                  const CancellationToken& cancel) {
+  if (const auto obstacle = index_encoding_obstacle(type, encoding, image.palette.size() - 1)) {
+    throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
   }
-  EncodedPlane plane;
-  plane.raw_bytes = image.samples.size();
-  plane.crc32 = crc32_by_pieces(image.samples, cancel);
-  switch (encoding) {
-    case Encoding::kRaw: plane.bytes = copy_by_pieces(image.samples, cancel); break;
-    case Encoding::kRawZstd: plane.bytes = state_->compress(image.samples, cancel); break;
-    case Encoding::kPng:
-    case Encoding::kTiff:
-    case Encoding::kExr: plane.bytes = encode_image_file(encoding, image, cancel); break;
+  require_known_materials(image);
+  pack_indices(image, bits_per_index(type), state_->packed, cancel);
+  const SampleImage packed{type, image.width, image.height, state_->packed};
+  return state_->encode(packed, encoding, cancel, [&] {
+    return encoding == Encoding::kPng ? state_->png.indexed(packed, image.palette, cancel)
+                                      : state_->png.rgba(image, cancel);
+  });
+}
+
+EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
+                                       const CancellationToken& cancel) {
+  if (const auto obstacle = encoding_obstacle(SampleType::kBit, encoding)) {
+    throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
   }
-  return plane;
+  pack_mask(image, material, state_->packed, cancel);
+  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed};
+  return state_->encode(packed, encoding, cancel, [&] {
+    return encoding == Encoding::kPng ? state_->png.bitmap(packed, cancel)
+                                      : encode_image_file(encoding, packed, cancel);
+  });
 }
 
 }  // namespace ccslice

@@ -6,7 +6,8 @@
 //
 //   kRaw      the samples themselves;
 //   kRawZstd  one zstd frame, level 1, with its content size: a reader can allocate before it decodes;
-//   kPng, kTiff, kExr  picture files (image_file.h), only in builds that have them (CCSLICE_WITH_OPENIMAGEIO).
+//   kPng, kPngRgba  PNG files (png.h);
+//   kTiff, kExr     picture files through OpenImageIO (image_file.h), only in builds with CCSLICE_WITH_OPENIMAGEIO.
 
 #pragma once
 
@@ -27,6 +28,9 @@ std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t h
 /// Why samples of this type can't be encoded so, and what to ask for instead; nothing if they can.
 std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding, std::uint32_t channels = 1);
 
+/// Likewise for the numbers of so many materials.
+std::optional<std::string_view> index_encoding_obstacle(SampleType type, Encoding encoding, std::size_t materials);
+
 /// CRC-32 (IEEE 802.3, as in PNG and zlib).
 std::uint32_t crc32_of(std::span<const std::uint8_t> bytes);
 
@@ -41,6 +45,13 @@ class PlaneEncoder {
   /// REQUIRES: image.samples.size() == sample_bytes(of image's type, size and channels), and that not 0.
   /// Throws Error{kEncodingUnsupported, kCancelled, kInternal}. Polls `cancel` every megabyte or so.
   EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel = {});
+  /// The numbers of materials as samples of `type`. REQUIRES: indices.size() == width * height, not 0. Throws as above,
+  /// kInternal for a number beyond the palette too: no file is made of colours that weren't asked for.
+  EncodedPlane encode(const IndexImage& image, SampleType type, Encoding encoding,
+                      const CancellationToken& cancel = {});
+  /// Which voxels are of one material, as kBit; 1 bit a voxel in PNG. Likewise.
+  EncodedPlane encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
+                           const CancellationToken& cancel = {});
 
  private:
   struct State;

@@ -15,7 +15,6 @@
 namespace ccslice {
 namespace {
 
-constexpr int kPngFilterNone = 8;  // libpng's PNG_FILTER_NONE.
 constexpr std::uint64_t kBandBytes = 1 << 20;
 constexpr std::uint32_t kStripRows = 32;  // Of TIFF strips; EXR blocks have 16. Bands are whole ones.
 
@@ -27,7 +26,6 @@ void keep_openimageio_serial() {
 
 const char* name_of(Encoding format) {
   switch (format) {
-    case Encoding::kPng: return "png";
     case Encoding::kTiff: return "tiff";
     case Encoding::kExr: return "openexr";
     default: throw Error(ErrorCode::kInternal, "a picture file asked of an encoding that is none");
@@ -40,6 +38,8 @@ OIIO::TypeDesc type_of(SampleType type) {
     case SampleType::kBit:
     case SampleType::kUint8: return OIIO::TypeDesc::UINT8;
     case SampleType::kUint16: return OIIO::TypeDesc::UINT16;
+    case SampleType::kUint2:
+    case SampleType::kUint4:
     case SampleType::kFloat32: break;
   }
   return OIIO::TypeDesc::FLOAT;
@@ -51,11 +51,6 @@ OIIO::ImageSpec spec_of(Encoding format, const SampleImage& image) {
   // Samples are written as they are: no channel is alpha, whatever its name, and none is premultiplied or divided.
   spec.alpha_channel = spec.z_channel = -1;
   spec.attribute("oiio:UnassociatedAlpha", 1);
-  if (format == Encoding::kPng) {
-    spec.attribute("png:compressionLevel", 1);
-    spec.attribute("png:filter", kPngFilterNone);
-    return spec;
-  }
   spec.attribute("compression", "zip");
   // The writers stamp the time unless told one. TIFF drops a date that is no text; EXR takes an empty one.
   if (format == Encoding::kExr) {

@@ -1,8 +1,11 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A PLANE is one picture of a layer: the occupancy, or one or several material channels. Its samples are what the
-// checksum covers and what a client gets after decoding, whatever the encoding.
+// A PLANE is one picture of a layer: the occupancy, one or several material channels, or printable materials. Its
+// samples are what the checksum covers and what a client gets after decoding, whatever the encoding.
+//
+// A HALFTONED layer (IndexImage) has a byte a voxel: 0 is the background, i in 1..n the i-th of the job's materials.
+// Planes are made of it: its numbers packed into 1, 2, 4 or 8 bits, or one bit for one of the materials.
 
 #pragma once
 
@@ -15,24 +18,29 @@
 namespace ccslice {
 
 enum class PlaneContent : std::uint8_t {
-  kOccupancy,  // 1 bit a voxel.
-  kChannel,    // One material channel, contone; outside voxels are 0.
-  kChannels,   // Several, kFloat32: the values of a voxel follow each other.
+  kOccupancy,     // 1 bit a voxel.
+  kChannel,       // One material channel, contone; outside voxels are 0.
+  kChannels,      // Several, kFloat32: the values of a voxel follow each other.
+  kMaterials,     // The material's number, 0 outside: kBit, kUint2, kUint4, kUint8.
+  kMaterialMask,  // kBit: which voxels are of one material.
 };
 
 enum class SampleType : std::uint8_t {
-  kBit,      // Packed rows, most significant bit first, rows padded to whole bytes. Occupancy only.
-  kUint8,    // round((value - min) / (max - min) * 255), clamped.
+  kBit,      // Packed rows, most significant bit first, rows padded to whole bytes.
+  kUint8,    // round((value - min) / (max - min) * 255), clamped; a material's number as it is.
   kUint16,   // Likewise with 65535; little-endian in raw data.
   kFloat32,  // The value itself, little-endian IEEE 754.
+  kUint2,    // Materials' numbers in 2 bits, packed like kBit.
+  kUint4,    // Likewise in 4 bits.
 };
 
 enum class Encoding : std::uint8_t {
   kRaw,      // Rows of samples, row 0 first, no padding but that of kBit.
   kRawZstd,  // The same bytes as one zstd frame.
-  kPng,      // 8 or 16 bit grey; kBit becomes 8 bit, 0 or 255. Not for kFloat32.
+  kPng,      // 8 or 16 bit grey; kBit becomes 8 bit, 0 or 255. Not for kFloat32. Materials: indexed.
   kTiff,     // 1, 8, 16 bit or float grey. Not for kChannels.
   kExr,      // OpenEXR with named channels. kFloat32 only.
+  kPngRgba,  // Materials only: 4 bytes a voxel, of the materials' and the background's colours.
 };
 
 struct ValueRange {
@@ -43,6 +51,7 @@ struct PlaneSpec {
   PlaneContent content = PlaneContent::kOccupancy;
   std::uint32_t channel = 0;            // kChannel: index into the solid's channels.
   std::vector<std::uint32_t> channels;  // kChannels: likewise, at least one, all different.
+  std::uint32_t material = 0;           // kMaterialMask: 1..n.
   SampleType sample_type = SampleType::kBit;
   Encoding encoding = Encoding::kRawZstd;
   std::optional<ValueRange> range;  // kChannel as integers: what 0 and the largest integer stand for. Default: the
@@ -56,6 +65,14 @@ struct SampleImage {
   std::uint32_t height = 0;
   std::span<const std::uint8_t> samples;
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
+};
+
+/// A halftoned layer, rows from 0 up. Not owned.
+struct IndexImage {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::span<const std::uint8_t> indices;   // width * height.
+  std::span<const std::uint32_t> palette;  // 0xRRGGBBAA, sRGB: the background's colour, then one for each material.
 };
 
 /// Samples of a voxel.

@@ -16,9 +16,9 @@ struct RowCrossing {
   std::int32_t winding;  // +1: the edge goes up in y.
 };
 
-/// First index in [0, count) whose centre isn't below `at`, by the centres' own rounding.
-std::uint32_t first_centre_from(double at, double origin, double pitch, std::uint32_t count) {
-  const double guess = std::floor((at - origin) / pitch - 0.5);
+/// First index in [0, count] whose centre isn't below `at`, by the centres' own rounding.
+std::uint32_t first_centre_from(double at, double origin, double pitch, double pitch_inverse, std::uint32_t count) {
+  const double guess = std::floor((at - origin) * pitch_inverse - 0.5);
   auto index = static_cast<std::int64_t>(std::clamp(guess, 0.0, static_cast<double>(count)));
   const auto centre = [=](std::int64_t i) { return origin + (static_cast<double>(i) + 0.5) * pitch; };
   while (index > 0 && centre(index - 1) >= at) --index;
@@ -26,11 +26,15 @@ std::uint32_t first_centre_from(double at, double origin, double pitch, std::uin
   return static_cast<std::uint32_t>(index);
 }
 
-/// The edge from `low` to `high` (in y) as the scan conversion sees it.
+/// The edge from `low` to `high` (in y) as the scan conversion sees it. REQUIRES: low.y() < high.y().
 class RisingEdge {
  public:
   RisingEdge(const Vec2& low, const Vec2& high, const LayerLattice& lattice)
-      : low_(low), dx_(high.x() - low.x()), dy_(high.y() - low.y()), lattice_(lattice) {}
+      : low_(low),
+        dx_(high.x() - low.x()),
+        dy_(high.y() - low.y()),
+        columns_per_mm_(1 / lattice.dx_mm),
+        lattice_(lattice) {}
 
   /// How many centres of row y lie strictly to the left: those with (high - low) x (centre - low) > 0.
   std::uint32_t columns_left(std::uint32_t row) const {
@@ -40,7 +44,7 @@ class RisingEdge {
       const double x = lattice_.x0_mm + (static_cast<double>(i) + 0.5) * lattice_.dx_mm - low_.x();
       return along - x * dy_ > 0;
     };
-    const double guess = std::floor((low_.x() + along / dy_ - lattice_.x0_mm) / lattice_.dx_mm + 0.5);
+    const double guess = std::floor((low_.x() + along / dy_ - lattice_.x0_mm) * columns_per_mm_ + 0.5);
     auto columns = static_cast<std::int64_t>(std::clamp(guess, 0.0, static_cast<double>(lattice_.width)));
     while (columns > 0 && !is_left(columns - 1)) --columns;
     while (columns < lattice_.width && is_left(columns)) ++columns;
@@ -50,21 +54,35 @@ class RisingEdge {
  private:
   Vec2 low_;
   double dx_, dy_;
+  double columns_per_mm_;
   const LayerLattice& lattice_;
 };
 
-/// Calls visit(row, crossing) for every row of centres that an edge of the contours passes. An edge owns its lower end.
+/// An edge of the contours and the rows of centres that it passes: [begin, end). It owns its lower end.
+struct CrossingEdge {
+  const Vec2 &low, &high;
+  bool up;
+  std::uint32_t begin, end;
+};
+
+/// Calls visit(edge) for every edge that passes a row.
 template <class Visit>
-void for_each_crossing(const Contours& contours, const LayerLattice& lattice, Visit&& visit) {
+void for_each_edge(const Contours& contours, const LayerLattice& lattice, Visit&& visit) {
+  const double rows_per_mm = 1 / lattice.dy_mm;
+  const auto row_from = [&](const Vec2& p) {
+    return first_centre_from(p.y(), lattice.y0_mm, lattice.dy_mm, rows_per_mm, lattice.height);
+  };
   for (const ContourLoop& loop : contours.loops) {
-    for (std::size_t k = 0; k < loop.points.size(); ++k) {
-      const Vec2& p = loop.points[k].xy;
-      const Vec2& q = loop.points[k + 1 < loop.points.size() ? k + 1 : 0].xy;
-      const bool up = p.y() < q.y();
-      const Vec2 &low = up ? p : q, &high = up ? q : p;
-      const std::uint32_t begin = first_centre_from(low.y(), lattice.y0_mm, lattice.dy_mm, lattice.height);
-      const std::uint32_t end = first_centre_from(high.y(), lattice.y0_mm, lattice.dy_mm, lattice.height);
-      for (std::uint32_t row = begin; row < end; ++row) visit(row, up, low, high);
+    if (loop.points.empty()) continue;
+    const Vec2* p = &loop.points.back().xy;
+    std::uint32_t p_row = row_from(*p);
+    for (const ContourPoint& point : loop.points) {
+      const Vec2* q = &point.xy;
+      const std::uint32_t q_row = row_from(*q);
+      if (p_row < q_row) visit(CrossingEdge{*p, *q, true, p_row, q_row});
+      if (q_row < p_row) visit(CrossingEdge{*q, *p, false, q_row, p_row});
+      p = q;
+      p_row = q_row;
     }
   }
 }
@@ -86,13 +104,17 @@ void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std
 
 std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattice) {
   std::vector<std::size_t> row_begin(lattice.height + std::size_t{2});
-  for_each_crossing(contours, lattice,
-                    [&](std::uint32_t row, bool, const Vec2&, const Vec2&) { ++row_begin[row + 2]; });
+  for_each_edge(contours, lattice, [&](const CrossingEdge& edge) {
+    for (std::uint32_t row = edge.begin; row < edge.end; ++row) ++row_begin[row + 2];
+  });
   for (std::size_t row = 2; row < row_begin.size(); ++row) row_begin[row] += row_begin[row - 1];
 
   std::vector<RowCrossing> crossings(row_begin.back());
-  for_each_crossing(contours, lattice, [&](std::uint32_t row, bool up, const Vec2& low, const Vec2& high) {
-    crossings[row_begin[row + 1]++] = {RisingEdge(low, high, lattice).columns_left(row), up ? 1 : -1};
+  for_each_edge(contours, lattice, [&](const CrossingEdge& edge) {
+    const RisingEdge rising(edge.low, edge.high, lattice);
+    for (std::uint32_t row = edge.begin; row < edge.end; ++row) {
+      crossings[row_begin[row + 1]++] = {rising.columns_left(row), edge.up ? 1 : -1};
+    }
   });
 
   std::vector<Span> spans;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "core/contour/contour_index.h"
@@ -13,9 +14,10 @@
 #include "core/material/contone.h"
 #include "core/output/encode.h"
 #include "core/raster/occupancy.h"
+#include "core/slicer/halftone_pass.h"
 #include "core/slicer/material_field.h"
 #include "core/slicer/material_pass.h"
-#include "core/slicer/material_tiles.h"
+#include "core/slicer/slab_materials.h"
 
 namespace ccslice {
 namespace {
@@ -25,8 +27,8 @@ constexpr double kOutsideSlackMm = 1e-3;
 
 // The planes of one channel each that a plane is made of; none for the occupancy.
 std::vector<PlaneSpec> contone_planes(const PlaneSpec& plane) {
-  if (plane.content == PlaneContent::kOccupancy) return {};
   if (plane.content == PlaneContent::kChannel) return {plane};
+  if (plane.content != PlaneContent::kChannels) return {};
   std::vector<PlaneSpec> singles(plane.channels.size(), plane);
   for (std::size_t i = 0; i < singles.size(); ++i) {
     singles[i].content = PlaneContent::kChannel;
@@ -62,29 +64,61 @@ void interleave(std::span<const ContonePlane> planes, std::vector<std::uint8_t>&
   }
 }
 
+bool shows_materials(const SliceJob& job) {
+  return std::any_of(job.planes.begin(), job.planes.end(), [](const PlaneSpec& plane) {
+    return plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask;
+  });
+}
+
+// The planes that halftoning reads: the channels of the material map as floats.
+std::vector<PlaneSpec> mixed_planes(const SliceJob& job) {
+  std::vector<PlaneSpec> planes;
+  if (!shows_materials(job)) return planes;
+  for (const std::uint32_t channel : channels_of(job.printing->map)) {
+    PlaneSpec& plane = planes.emplace_back();
+    plane.content = PlaneContent::kChannel;
+    plane.channel = channel;
+    plane.sample_type = SampleType::kFloat32;
+  }
+  return planes;
+}
+
 double default_material_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
 
-/// The strictest tolerance of each channel that some plane shows.
-std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels) {
-  std::vector<ChannelTolerance> result;
-  for (const PlaneSpec& plane : all_contone_planes(job)) {
-    const ChannelRange& channel = channels[plane.channel];
-    double range = channel.max - channel.min;
-    if (plane.range) range = std::min(range, plane.range->max - plane.range->min);
-    const double share = job.material_tolerance.value_or(default_material_tolerance(plane.sample_type));
+/// The strictest tolerance of each channel that some plane shows or is made of.
+class ToleranceList {
+ public:
+  ToleranceList(const SliceJob& job, std::span<const ChannelRange> channels) : job_(job), channels_(channels) {
+    for (const PlaneSpec& plane : all_contone_planes(job)) {
+      const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
+      add(plane.channel, span, default_material_tolerance(plane.sample_type));
+    }
+    for (const PlaneSpec& plane : mixed_planes(job)) {
+      add(plane.channel, steepest_span(job.printing->map), default_material_tolerance(SampleType::kUint8));
+    }
+  }
+  std::vector<ChannelTolerance> take() { return std::move(list_); }
+
+ private:
+  void add(std::uint32_t index, double span, double default_share) {
+    const ChannelRange& channel = channels_[index];
+    const double share = job_.material_tolerance.value_or(default_share);
     // Of a constant channel: what rounding leaves.
     const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
-    const double tolerance = std::max(share * range, rounding);
-    const auto known = std::find_if(result.begin(), result.end(),
-                                    [&](const ChannelTolerance& c) { return c.channel == plane.channel; });
-    if (known == result.end()) {
-      result.push_back({plane.channel, tolerance});
+    const double tolerance = std::max(share * std::min(span, channel.max - channel.min), rounding);
+    const auto known =
+        std::find_if(list_.begin(), list_.end(), [&](const ChannelTolerance& c) { return c.channel == index; });
+    if (known == list_.end()) {
+      list_.push_back({index, tolerance});
     } else {
       known->tolerance = std::min(known->tolerance, tolerance);
     }
   }
-  return result;
-}
+
+  const SliceJob& job_;
+  std::span<const ChannelRange> channels_;
+  std::vector<ChannelTolerance> list_;
+};
 
 }  // namespace
 
@@ -93,6 +127,7 @@ struct LayerSlicer::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
   std::shared_ptr<const ContourIndex> contour_index;
+  std::optional<HalftonePlan> halftone;  // Of jobs that show materials.
 };
 
 /// The contours of consecutive layers, and what is inside them.
@@ -109,11 +144,13 @@ struct LayerSlicer::State {
   ContourTracer tracer;
   PlaneEncoder encoder;
   // Of jobs that want a channel:
-  std::vector<ContonePlane> contone;  // One a channel of each plane, in the order of the planes.
+  std::vector<ContonePlane> contone;  // One a channel of each plane, in the order of the planes,
+  std::size_t shown_contone = 0;      // so many; then those that halftoning reads.
+  std::optional<HalftonePass> halftone;
   std::vector<std::uint8_t> interleaved;
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
-  std::optional<MaterialTiles> tiles;     // ... interpolated, slab by slab.
+  std::optional<SlabMaterials> slabs;     // ... interpolated, slab by slab.
   std::uint32_t slab_first = 0;
   std::vector<LayerShape> slab;
 
@@ -124,12 +161,15 @@ struct LayerSlicer::State {
         tracer(*shared->solid, shared->contour_index) {
     const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
     for (const PlaneSpec& plane : all_contone_planes(job)) contone.emplace_back(plane, channels[plane.channel]);
+    shown_contone = contone.size();
+    for (const PlaneSpec& plane : mixed_planes(job)) contone.emplace_back(plane, channels[plane.channel]);
+    if (shared->halftone) halftone.emplace(*shared->halftone);
     if (contone.empty()) return;
     field = make_material_field(shared->solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
     if (job.material_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      tiles.emplace(*field, job.grid, channel_tolerances(job, channels));
+      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take());
     }
   }
 
@@ -165,7 +205,7 @@ struct LayerSlicer::State {
       for (std::uint32_t k = first; k < end; ++k) shapes.push_back(shape(k, cancel));
       std::vector<std::span<const Span>> spans;
       for (const LayerShape& each : shapes) spans.emplace_back(each.spans);
-      tiles->solve(first, spans, cancel);
+      slabs->solve(first, spans, cancel);
       slab = std::move(shapes);
       slab_first = first;
     }
@@ -174,14 +214,29 @@ struct LayerSlicer::State {
 
   void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
     for (ContonePlane& plane : contone) plane.clear(lattice.width, lattice.height, cancel);
-    if (materials) materials->run(spans, lattice, layer.z_mm, contone, layer.stats, cancel);
-    if (tiles) tiles->paint(layer.index, spans, contone, layer.stats, cancel);
+    const LayerTarget target{lattice, layer.z_mm, contone, layer.stats, cancel};
+    if (materials) materials->run(target, spans);
+    if (slabs) slabs->paint(target, layer.index, spans);
+  }
+
+  void choose_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
+    if (!halftone) return;
+    halftone->run({lattice, layer.index, layer.z_mm}, spans, std::span(contone).subspan(shown_contone), cancel);
+    layer.stats.material_voxels = halftone->histogram();
   }
 
   void encode(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
-    std::span<const ContonePlane> left = contone;
+    std::span<const ContonePlane> left = std::span(contone).first(shown_contone);
     BitImage bits;
     for (const PlaneSpec& plane : job.planes) {
+      if (plane.content == PlaneContent::kMaterials) {
+        layer.planes.push_back(encoder.encode(halftone->image(), plane.sample_type, plane.encoding, cancel));
+        continue;
+      }
+      if (plane.content == PlaneContent::kMaterialMask) {
+        layer.planes.push_back(encoder.encode_mask(halftone->image(), plane.material, plane.encoding, cancel));
+        continue;
+      }
       SampleImage image;
       std::vector<std::string> names;
       if (plane.content == PlaneContent::kOccupancy) {
@@ -217,7 +272,11 @@ struct LayerSlicer::State {
 LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel)
     : LayerSlicer([&] {
         auto index = std::make_shared<const ContourIndex>(*solid, job.placement, Vec3::UnitZ(), cancel);
-        return std::make_shared<const Shared>(Shared{std::move(solid), std::move(job), std::move(index)});
+        std::optional<HalftonePlan> halftone;
+        const VoxelPitch& pitch = job.grid.pitch;
+        if (shows_materials(job)) halftone.emplace(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+        return std::make_shared<const Shared>(
+            Shared{std::move(solid), std::move(job), std::move(index), std::move(halftone)});
       }()) {}
 LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}
 LayerSlicer::~LayerSlicer() = default;
@@ -232,11 +291,12 @@ Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& can
   layer.index = layer_index;
   layer.z_mm = state_->job.grid.layer_z_mm(layer_index);
   LayerShape own;
-  if (!state_->tiles) own = state_->shape(layer_index, cancel);
-  const LayerShape& shape = state_->tiles ? state_->shape_of_slab(layer_index, cancel) : own;
+  if (!state_->slabs) own = state_->shape(layer_index, cancel);
+  const LayerShape& shape = state_->slabs ? state_->shape_of_slab(layer_index, cancel) : own;
   layer.stats = shape.stats;
   layer.contours = shape.contours;
   state_->evaluate_materials(shape.spans, layer, cancel);
+  state_->choose_materials(shape.spans, layer, cancel);
   state_->encode(shape.spans, layer, cancel);
   return layer;
 }

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A layer from first to last: contours -> occupancy -> materials -> encoded planes [Luu19, Fig. 1]. A layer depends on
-// the job and its absolute index only, so any split of a range over threads, calls or replicas gives the same bytes.
+// A layer from first to last: contours -> occupancy -> materials -> halftone -> encoded planes [Luu19, Fig. 1]. A layer
+// depends on the job and its absolute index only, so any split of a range over threads, calls or replicas gives the
+// same bytes.
 
 #pragma once
 
@@ -15,6 +16,7 @@
 #include "core/base/cancellation.h"
 #include "core/contour/contour.h"
 #include "core/limit/limit_solid.h"
+#include "core/material/printing.h"
 #include "core/output/plane.h"
 #include "core/slicer/grid.h"
 
@@ -27,10 +29,12 @@ struct SliceJob {
   Placement placement = Placement::Identity();
   Grid grid;
   std::vector<PlaneSpec> planes;
-  bool contours = false;  // Deliver the polylines too.
+  std::optional<Printing> printing;  // REQUIRED by planes of materials.
+  bool contours = false;             // Deliver the polylines too.
   double contour_tolerance_mm = 1e-3;
   std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
-                                             // 1/1024 for 8-bit planes, 1/65536 for others.
+                                             // 1/1024 for 8-bit planes and materials, 1/65536 for
+                                             // others.
 };
 
 struct LayerStats {
@@ -43,6 +47,7 @@ struct LayerStats {
   std::uint64_t contour_loops = 0;
   std::uint64_t contour_points = 0;
   std::uint64_t contour_leaves_unresolved = 0;
+  std::vector<std::uint64_t> material_voxels;  // Of material 1, 2, ...; empty if no plane shows materials.
 };
 
 struct Layer {
@@ -54,9 +59,9 @@ struct Layer {
 };
 
 /// Checks a job against its solid and the limits. Throws what validate_placement(), validate_pitch() and
-/// validate_extent() throw, and Error{kNothingRequested, kTooManyPlanes, kChannelUnknown, kValueRangeInvalid,
-/// kValueRangeUnexpected, kEnumValueUnknown, kEncodingUnsupported, kToleranceInvalid, kLayerBytesTooLarge}. Fields are
-/// named as in a SliceRangeRequest.
+/// validate_extent() and validate_printing() throw, and Error{kNothingRequested, kTooManyPlanes, kChannelUnknown,
+/// kValueRangeInvalid, kValueRangeUnexpected, kEnumValueUnknown, kEncodingUnsupported, kToleranceInvalid,
+/// kLayerBytesTooLarge}. Fields are named as in a SliceRangeRequest.
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 
@@ -73,7 +78,8 @@ class LayerSlicer {
   /// height). Safe to call while this one slices.
   LayerSlicer twin() const;
 
-  /// REQUIRES: layer < job.grid.extent.layers. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal.
+  /// REQUIRES: layer < job.grid.extent.layers. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
+  /// kFractionsOutOfRange.
   Layer slice(std::uint32_t layer, const CancellationToken& cancel);
 
  private:

@@ -14,6 +14,7 @@ namespace ccslice {
 namespace {
 
 constexpr double kAcceptMm = 1e-6;
+constexpr std::size_t kPatchCacheBytes = 8 << 20;    // What the patches of a slab's cells take, or most of them.
 constexpr double kSmallestAcceptOfDiagonal = 1e-12;  // What doubles can reach, however the placement magnifies.
 
 class InvertedField final : public MaterialField {
@@ -22,7 +23,8 @@ class InvertedField final : public MaterialField {
       : solid_(std::move(solid)),
         mesh_of_world_(placement.inverse(Eigen::Affine)),
         scales_(Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues()),
-        inverter_(*solid_, options(outside_mm)) {}
+        inverter_(*solid_, options(outside_mm)),
+        row_inverter_(inverter_, *solid_, options(outside_mm)) {}
 
   std::optional<InversionResult> invert(const Vec3& world, const std::optional<CellParam>& hint) override {
     return in_world_mm(inverter_.invert(mesh_of_world_ * world, hint));
@@ -33,12 +35,16 @@ class InvertedField final : public MaterialField {
     return in_world_mm(far_inverter_->invert(mesh_of_world_ * world));
   }
 
+  void solve_row(const Vec3& first, const Vec3& step, std::uint32_t count, const std::optional<CellParam>& hint,
+                 std::span<const RowEntry> beside, const CancellationToken& cancel, SolvedRow& row) override {
+    row_inverter_.solve(mesh_of_world_ * first, mesh_of_world_.linear() * step, count, hint, beside, cancel, row);
+    row.max_residual_mm *= scales_[0];
+  }
+
   void mat(const CellParam& at, std::span<double> out) override { inverter_.evaluator().mat(at, out); }
 
   bool is_ambiguous(const Box3& world) const override {
-    const Box3 box = world.transformed(mesh_of_world_);
-    const auto any = [](std::uint32_t) { return true; };
-    return solid_->data().fold_boxes.any_meeting(box, any) || solid_->data().overlap_boxes.any_meeting(box, any);
+    return solid_->data().is_ambiguous(world.transformed(mesh_of_world_));
   }
 
   void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) override {
@@ -62,6 +68,7 @@ class InvertedField final : public MaterialField {
     InversionOptions result;
     result.accept_mm = std::max(kAcceptMm / scales_[0], kSmallestAcceptOfDiagonal * diagonal_mm());
     result.outside_mm = outside_mm / scales_[2];
+    result.patch_cache_bytes = kPatchCacheBytes;
     return result;
   }
 
@@ -80,11 +87,29 @@ class InvertedField final : public MaterialField {
   Placement mesh_of_world_;
   Vec3 scales_;  // Singular values of the placement, largest first.
   PointInverter inverter_;
+  RowInverter row_inverter_;
   std::optional<PointInverter> far_inverter_;
   std::optional<std::vector<IrregularLine>> lines_;
 };
 
 }  // namespace
+
+void MaterialField::solve_row(const Vec3& first, const Vec3& step, std::uint32_t count,
+                              const std::optional<CellParam>& hint, std::span<const RowEntry>,
+                              const CancellationToken& cancel, SolvedRow& row) {
+  row.reset(count, channel_count());
+  std::optional<CellParam> near = hint;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    cancel.throw_if_cancelled();
+    const std::optional<InversionResult> found = invert(first + static_cast<double>(k) * step, near);
+    if (!found) continue;
+    row.points[k] = found->full ? RowPoint::kFull : RowPoint::kCoherent;
+    row.max_residual_mm = std::max(row.max_residual_mm, found->residual_mm);
+    if (!row.last) row.entries.push_back({k, found->at});
+    row.last = near = found->at;
+    mat(found->at, std::span(row.values).subspan(k * channel_count(), channel_count()));
+  }
+}
 
 std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
                                                    double outside_mm) {

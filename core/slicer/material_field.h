@@ -10,8 +10,10 @@
 #include <span>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/base/types.h"
 #include "core/inversion/point_inverter.h"
+#include "core/inversion/row_inverter.h"
 #include "core/limit/limit_solid.h"
 
 namespace ccslice {
@@ -33,6 +35,11 @@ class MaterialField {
   /// Appends points of the irregular lines that pass through this box (and of others), about `spacing_mm` apart.
   virtual void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) = 0;
   virtual std::size_t channel_count() const = 0;
+
+  /// The parameters of the world points first + k * step, 0 <= k < count, and their channels: invert() and mat() of
+  /// each, or anything faster (row_inverter.h). Throws Error{kCancelled}.
+  virtual void solve_row(const Vec3& first, const Vec3& step, std::uint32_t count, const std::optional<CellParam>& hint,
+                         std::span<const RowEntry> beside, const CancellationToken& cancel, SolvedRow& row);
 };
 
 /// The real one. A point inside is accepted within 1e-6 mm, and a point that the contours' tolerance puts inside

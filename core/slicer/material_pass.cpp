@@ -4,70 +4,94 @@
 #include "core/slicer/material_pass.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdlib>
 
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kHintReach = 16;       // Columns.
-constexpr std::uint32_t kVoxelsPerPoll = 256;  // Some hundred microseconds.
+constexpr std::int64_t kHintReach = 16;  // Columns.
+
+/// Those of entries, which ascend, at columns [low, high].
+std::span<const RowEntry> within(std::span<const RowEntry> entries, std::int64_t low, std::int64_t high) {
+  const auto below = [](const RowEntry& entry, std::int64_t column) { return entry.point < column; };
+  const auto begin = std::lower_bound(entries.begin(), entries.end(), low, below);
+  return {begin, std::lower_bound(begin, entries.end(), high + 1, below)};
+}
 
 }  // namespace
 
-void MaterialPass::run(std::span<const Span> spans, const LayerLattice& lattice, double z_mm,
-                       std::span<ContonePlane> planes, LayerStats& stats, const CancellationToken& cancel) {
-  lattice_ = lattice;
-  z_mm_ = z_mm;
-  planes_ = planes;
-  stats_ = &stats;
-  cancel_ = &cancel;
+void MaterialPass::run(const LayerTarget& target, std::span<const Span> spans) {
+  start_layer();
+  for (const Span& span : spans) solve(target, span);
+  finish_layer(target, spans);
+}
+
+void MaterialPass::start_layer() {
   unresolved_.clear();
-  row_.assign(lattice.width, std::nullopt);
-  row_below_.assign(lattice.width, std::nullopt);
-  row_y_.reset();
-  for (const Span& span : spans) {
-    if (row_y_ != span.y) start_row(span.y);
-    solve_span(span);
-  }
-  unresolved_.fill(*field_, spans, lattice, z_mm, planes, stats, cancel);
+  row_.reset();
+  entries_.clear();
+  entries_below_.clear();
 }
 
 void MaterialPass::start_row(std::uint32_t y) {
-  row_.swap(row_below_);
-  if (row_y_ && *row_y_ + 1 != y) std::fill(row_below_.begin(), row_below_.end(), std::nullopt);
-  std::fill(row_.begin(), row_.end(), std::nullopt);
-  row_y_ = y;
+  entries_.swap(entries_below_);
+  entries_.clear();
+  if (row_ && *row_ + 1 != y) entries_below_.clear();
+  row_ = y;
 }
 
-std::optional<CellParam> MaterialPass::hint_from_row_below(std::uint32_t x) const {
-  for (std::uint32_t distance = 0; distance <= kHintReach; ++distance) {
-    if (distance <= x && row_below_[x - distance]) return row_below_[x - distance];
-    if (distance < row_below_.size() - x && row_below_[x + distance]) return row_below_[x + distance];
+void MaterialPass::solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint) {
+  if (row_ != run.y) start_row(run.y);
+  std::optional<CellParam> near = nearest_entry(run.begin);
+  if (!near) near = hint;
+  const Vec3 first = target.lattice.centre(run.begin, run.y, target.z_mm);
+  const Vec3 step = target.lattice.centre(run.begin + 1, run.y, target.z_mm) - first;
+  field_->solve_row(first, step, run.end - run.begin, near, beside(run), target.cancel, solved_);
+  keep(target, run);
+}
+
+std::span<const RowEntry> MaterialPass::beside(const Span& run) {
+  beside_.clear();
+  for (const RowEntry& entry : within(entries_below_, run.begin - kHintReach, run.end + kHintReach)) {
+    beside_.push_back({entry.point - run.begin, entry.at});
   }
-  return std::nullopt;
+  return beside_;
 }
 
-void MaterialPass::solve_span(const Span& span) {
-  for (std::uint32_t x = span.begin; x < span.end; ++x) {
-    if ((x - span.begin) % kVoxelsPerPoll == 0) cancel_->throw_if_cancelled();
-    std::optional<CellParam> hint;
-    if (x > span.begin) hint = row_[x - 1];
-    if (!hint) hint = hint_from_row_below(x);
-    const std::optional<InversionResult> found = field_->invert(lattice_.centre(x, span.y, z_mm_), hint);
-    if (!found) {
-      unresolved_.add(span.y, x);
-      continue;
+void MaterialPass::keep(const LayerTarget& target, const Span& run) {
+  const std::size_t index = std::size_t{target.lattice.width} * run.y + run.begin;
+  const std::uint32_t count = run.end - run.begin;
+  LayerStats& stats = target.stats;
+  stats.max_residual_mm = std::max(stats.max_residual_mm, solved_.max_residual_mm);
+  for (std::uint32_t k = 0; k < count; ++k) {
+    switch (solved_.points[k]) {
+      case RowPoint::kUnresolved: unresolved_.add(run.y, run.begin + k); break;
+      case RowPoint::kCoherent: ++stats.voxels_coherent; break;
+      case RowPoint::kFull: ++stats.voxels_full; break;
     }
-    ++(found->full ? stats_->voxels_full : stats_->voxels_coherent);
-    stats_->max_residual_mm = std::max(stats_->max_residual_mm, found->residual_mm);
-    row_[x] = found->at;
-    set_samples(span, x, found->at);
   }
+  for (const RowEntry& entry : solved_.entries) entries_.push_back({entry.point + run.begin, entry.at});
+  if (solved_.last) entries_.push_back({std::int64_t{run.end} - 1, *solved_.last});
+  for (ContonePlane& plane : target.planes) plane.set_run(index, count, solved_.values, field_->channel_count());
 }
 
-void MaterialPass::set_samples(const Span& span, std::uint32_t x, const CellParam& at) {
-  field_->mat(at, values_);
-  const std::size_t index = std::size_t{lattice_.width} * span.y + x;
-  for (ContonePlane& plane : planes_) plane.set(index, values_);
+std::optional<CellParam> MaterialPass::nearest_entry(std::int64_t column) const {
+  std::int64_t nearest = kHintReach + 1;
+  std::optional<CellParam> hint;
+  for (const std::vector<RowEntry>* entries : {&entries_, &entries_below_}) {
+    for (const RowEntry& entry : within(*entries, column - kHintReach, column + kHintReach)) {
+      const std::int64_t distance = std::abs(entry.point - column);
+      if (distance >= nearest) continue;
+      nearest = distance;
+      hint = entry.at;
+    }
+  }
+  return hint;
+}
+
+void MaterialPass::finish_layer(const LayerTarget& target, std::span<const Span> spans) const {
+  unresolved_.fill(*field_, spans, target.lattice, target.z_mm, target.planes, target.stats, target.cancel);
 }
 
 }  // namespace ccslice

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A material for every voxel inside the contours of one layer.
+// Voxels of one layer by exact inversion: all that are inside the contours, or some runs of them.
 //
-// Rows from 0 up, voxels from left to right. The hint of a voxel (coherence, [Luu19, 3.2.2]) is the parameter of its
-// left neighbour in the span; failing that, the nearest solved one in the row below, at most 16 columns away; failing
-// that, none. So hints, and with them every last bit of the result, follow from the layer's content alone.
+// Runs come by row, from 0 up, and within a row from left to right; each is solved as a row of points
+// (row_inverter.h). The hint of a run's first voxel (coherence, [Luu19, 3.2.2]) is the nearest place where the row or
+// the row below entered a patch, or a run ended, at most 16 columns away; failing that, the caller's. So hints, and
+// with them every last bit of the result, follow from the layer's content alone.
 //
 // Voxels where inversion finds nothing: unresolved_voxels.h.
 
@@ -25,35 +26,43 @@
 
 namespace ccslice {
 
+/// A layer to fill. The references must outlive it.
+struct LayerTarget {
+  LayerLattice lattice;
+  double z_mm;
+  std::span<ContonePlane> planes;
+  LayerStats& stats;
+  const CancellationToken& cancel;
+};
+
 class MaterialPass {
  public:
   /// REQUIRES: field outlives the pass.
-  explicit MaterialPass(MaterialField& field) : field_(&field), values_(field.channel_count()) {}
+  explicit MaterialPass(MaterialField& field) : field_(&field) {}
 
-  /// Sets the samples of all voxels of `spans` (as rasterize() yields them) in `planes`, and counts in `stats`.
+  void start_layer();
+  /// Sets the samples of a run's voxels in the target's planes and counts in its stats. Throws Error{kCancelled}.
+  void solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint = {});
+  /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them.
   /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  void run(std::span<const Span> spans, const LayerLattice& lattice, double z_mm, std::span<ContonePlane> planes,
-           LayerStats& stats, const CancellationToken& cancel);
+  void finish_layer(const LayerTarget& target, std::span<const Span> spans) const;
+
+  /// All voxels of `spans`: start, solve, finish.
+  void run(const LayerTarget& target, std::span<const Span> spans);
 
  private:
-  using Row = std::vector<std::optional<CellParam>>;
-
-  void solve_span(const Span& span);
-  void set_samples(const Span& span, std::uint32_t x, const CellParam& at);
-  std::optional<CellParam> hint_from_row_below(std::uint32_t x) const;
   void start_row(std::uint32_t y);
+  void keep(const LayerTarget& target, const Span& run);
+  std::span<const RowEntry> beside(const Span& run);
+  std::optional<CellParam> nearest_entry(std::int64_t column) const;
 
   MaterialField* field_;
-  std::vector<double> values_;
-  Row row_, row_below_;                 // Solved parameters by column.
-  std::optional<std::uint32_t> row_y_;  // The row that row_ holds.
+  SolvedRow solved_;
   UnresolvedVoxels unresolved_;
-  // Of the layer at hand.
-  LayerLattice lattice_;
-  double z_mm_ = 0;
-  std::span<ContonePlane> planes_;
-  LayerStats* stats_ = nullptr;
-  const CancellationToken* cancel_ = nullptr;
+  std::optional<std::uint32_t> row_;     // The row at hand,
+  std::vector<RowEntry> entries_;        // its entries and ends of runs, by column,
+  std::vector<RowEntry> entries_below_;  // and those of the row below.
+  std::vector<RowEntry> beside_;         // The latter, numbered from the run's first voxel.
 };
 
 }  // namespace ccslice

@@ -7,7 +7,7 @@
 // A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each tile some three dozen voxels
 // inside the contours are inverted exactly: those nearest to the tile's corners, and others spread evenly over the
 // voxels that are inside. A cubic polynomial (material/tile_polynomial.h) is fitted to their materials. The tile is
-// accepted if every sample's leave-one-out error is at most a quarter of the tolerance; otherwise it is halved along
+// accepted if every sample's leave-one-out error is at most an eighth of the tolerance; otherwise it is halved along
 // its longest axes, and so on; in the smallest tiles, and where the solid folds, every voxel is inverted. A tile that
 // the boundary cuts needs nothing outside: its samples lie inside like its voxels.
 //
@@ -27,18 +27,13 @@
 #include "core/material/tile_polynomial.h"
 #include "core/raster/connected_runs.h"
 #include "core/raster/occupancy.h"
+#include "core/slicer/channel_tolerance.h"
 #include "core/slicer/grid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/material_field.h"
-#include "core/slicer/unresolved_voxels.h"
+#include "core/slicer/material_pass.h"
 
 namespace ccslice {
-
-/// A channel to interpolate, and by how much a voxel's value may be off.
-struct ChannelTolerance {
-  std::uint32_t channel = 0;
-  double tolerance = 0;  // > 0, in the channel's own unit.
-};
 
 class MaterialTiles {
  public:
@@ -49,13 +44,16 @@ class MaterialTiles {
   /// Throws Error{kCancelled}.
   void solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers, const CancellationToken& cancel);
 
-  /// Sets the samples of all voxels of one layer of the slab, and counts in `stats`. `spans`: those that solve() saw.
-  /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  void paint(std::uint32_t layer, std::span<const Span> spans, std::span<ContonePlane> planes, LayerStats& stats,
-             const CancellationToken& cancel);
+  /// Sets the samples of all voxels of one layer of the slab, and counts. `spans`: those that solve() saw; `inside`:
+  /// all that have samples then, from which those that aren't reached take theirs. Throws Error{kCancelled}, and
+  /// Error{kInternal} if even the last resort finds nothing.
+  void paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans, std::span<const Span> inside);
 
  private:
   using Voxel = std::array<std::uint32_t, 3>;  // Column, row, layer.
+  static Vec3 to_vec3(const Voxel& voxel) {
+    return {static_cast<double>(voxel[0]), static_cast<double>(voxel[1]), static_cast<double>(voxel[2])};
+  }
 
   /// Voxels [low, high).
   struct VoxelBox {
@@ -89,13 +87,14 @@ class MaterialTiles {
 
   VoxelBox tile_box(std::uint32_t column, std::uint32_t row) const;
   void bucket_row(std::uint32_t tile_row, std::span<const std::span<const Span>> layers);
-  Node build(const VoxelBox& box, std::size_t first_run);
+  /// From runs_ and members_ from these on.
+  Node build(const VoxelBox& box, std::size_t first_run, std::size_t first_member);
   Node build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run);
   std::uint8_t axes_to_halve(const VoxelBox& box) const;
   /// False if there are too few, or the node has too many parts.
   bool choose_samples(const VoxelBox& box, std::size_t first_run, std::uint64_t voxels);
   void collect_features();
-  void load_features(std::size_t tile);
+  void load_features();
   std::optional<Voxel> nearest_inside(const Vec3& world) const;
   bool is_inside(const Voxel& voxel) const;
   void clear_candidates();
@@ -117,9 +116,8 @@ class MaterialTiles {
 
   void paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row, std::uint32_t begin,
                    std::uint32_t end);
-  void paint_polynomial(PaintJob& job, const Fit& fit, std::uint32_t row, std::uint32_t begin, std::uint32_t end);
-  void paint_exactly(PaintJob& job, std::optional<CellParam> hint, std::uint32_t row, std::uint32_t begin,
-                     std::uint32_t end);
+  void paint_exactly(PaintJob& job, const std::optional<CellParam>& hint, const Span& run);
+  void finish_exact_run(PaintJob& job);
 
   MaterialField* field_;
   const Grid grid_;
@@ -139,13 +137,18 @@ class MaterialTiles {
   // Scratch memory.
   std::vector<Vec3> irregular_points_;
   std::vector<std::pair<std::size_t, Vec3>> features_;  // Points of irregular lines, by tile.
+  bool features_collected_ = false;                     // Of the slab,
+  bool features_loaded_ = false;                        // of the tile at hand.
+  std::size_t tile_ = 0;                                // The tile at hand,
+  std::size_t tile_runs_ = 0;                           // and how many of runs_ are its own.
   std::vector<Voxel> tile_features_;                    // The voxels inside that are nearest to the tile's.
   std::vector<std::size_t> cursors_;                    // Next span by layer.
   std::vector<std::vector<Run>> buckets_;               // Of one row of tiles, by column.
   std::vector<Run> runs_;                               // Of the tile at hand and of the nodes on the way down.
   std::vector<Sample> pool_;                            // Solved samples of the tile at hand,
   std::vector<double> pool_values_;                     // their channels,
-  std::vector<std::size_t> chosen_;                     // those that belong to the node at hand.
+  std::vector<std::size_t> members_;                    // those of the nodes on the way down,
+  std::vector<std::size_t> chosen_;                     // and of the node at hand.
   TileFrame frame_;                                     // Of the node at hand.
   std::vector<Voxel> candidates_;                       // Of its samples,
   std::array<std::vector<float>, 3> candidate_places_;  // in the frame,
@@ -157,7 +160,7 @@ class MaterialTiles {
   std::vector<Vec3> places_;
   std::vector<double> fit_values_, values_;
   CubicFitter fitter_;
-  UnresolvedVoxels unresolved_;
+  MaterialPass exact_;
 };
 
 }  // namespace ccslice

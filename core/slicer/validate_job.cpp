@@ -31,12 +31,14 @@ class PlaneCheck {
  public:
   PlaneCheck(const PlaneSpec& plane, std::string path) : plane_(plane), path_(std::move(path)) {}
 
-  void run(const SolidSummary& summary) const {
+  void run(const SolidSummary& summary, const std::optional<Printing>& printing) const {
     check_values();
     switch (plane_.content) {
       case PlaneContent::kOccupancy: check_occupancy(); break;
       case PlaneContent::kChannel: check_channel(summary); break;
       case PlaneContent::kChannels: check_channels(summary); break;
+      case PlaneContent::kMaterials: return check_materials(printing);
+      case PlaneContent::kMaterialMask: check_mask(printing); break;
     }
     if (plane_.range) check_range(*plane_.range);
     const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding, channel_count(plane_));
@@ -52,16 +54,10 @@ class PlaneCheck {
     const auto require = [this](bool known, const char* field, const char* choice) {
       if (!known) refuse(ErrorCode::kEnumValueUnknown, field, std::string("unknown; ask for ") + choice);
     };
-    require(plane_.content == PlaneContent::kOccupancy || plane_.content == PlaneContent::kChannel ||
-                plane_.content == PlaneContent::kChannels,
-            ".content", "the occupancy, a channel or several");
-    require(
-        plane_.sample_type == SampleType::kBit || has_integer_samples() || plane_.sample_type == SampleType::kFloat32,
-        ".sample_type", "BIT, UINT8, UINT16 or FLOAT32");
-    require(plane_.encoding == Encoding::kRaw || plane_.encoding == Encoding::kRawZstd ||
-                plane_.encoding == Encoding::kPng || plane_.encoding == Encoding::kTiff ||
-                plane_.encoding == Encoding::kExr,
-            ".encoding", "RAW, RAW_ZSTD, PNG, TIFF or EXR");
+    require(plane_.content <= PlaneContent::kMaterialMask, ".content",
+            "the occupancy, a channel or several, materials or one of them");
+    require(plane_.sample_type <= SampleType::kUint4, ".sample_type", "BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32");
+    require(plane_.encoding <= Encoding::kPngRgba, ".encoding", "RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR");
   }
 
   bool has_integer_samples() const {
@@ -70,7 +66,7 @@ class PlaneCheck {
 
   void check_occupancy() const {
     if (plane_.sample_type == SampleType::kBit) return;
-    refuse(ErrorCode::kEncodingUnsupported, ".sample_type", "occupancy is 1 bit a voxel; ask for BIT");
+    refuse(ErrorCode::kEncodingUnsupported, ".sample_type", "occupancy and masks are 1 bit a voxel; ask for BIT");
   }
 
   void check_channel(const SolidSummary& summary) const {
@@ -78,9 +74,9 @@ class PlaneCheck {
       const std::string number = std::to_string(plane_.channel);
       refuse(ErrorCode::kChannelUnknown, ".channel", number + " doesn't exist; " + channel_list(summary));
     }
-    if (plane_.sample_type == SampleType::kBit) {
+    if (!has_integer_samples() && plane_.sample_type != SampleType::kFloat32) {
       refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
-             "a channel needs more than 1 bit a voxel; ask for UINT8, UINT16 or FLOAT32");
+             "a channel needs 8 bits a voxel or more; ask for UINT8, UINT16 or FLOAT32");
     }
   }
 
@@ -101,6 +97,29 @@ class PlaneCheck {
       refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
              "several channels in one plane are floats; ask for FLOAT32, or for a plane each");
     }
+  }
+
+  const Printing& require(const std::optional<Printing>& printing) const {
+    if (printing) return *printing;
+    throw Error(ErrorCode::kMaterialsMissing,
+                "printing.materials: " + path_ + " shows them; say what the printer holds", "printing.materials");
+  }
+
+  void check_materials(const std::optional<Printing>& printing) const {
+    const std::size_t materials = require(printing).materials.size();
+    if (plane_.range) check_range(*plane_.range);
+    if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, materials)) {
+      const bool fits = !index_encoding_obstacle(plane_.sample_type, Encoding::kRaw, materials);
+      refuse(ErrorCode::kEncodingUnsupported, fits ? ".encoding" : ".sample_type", std::string(*obstacle));
+    }
+  }
+
+  void check_mask(const std::optional<Printing>& printing) const {
+    if (plane_.material < 1 || plane_.material > require(printing).materials.size()) {
+      refuse(ErrorCode::kMaterialUnknown, ".material_mask.material",
+             "there is no material " + std::to_string(plane_.material));
+    }
+    check_occupancy();
   }
 
   void check_range(const ValueRange& range) const {
@@ -148,6 +167,10 @@ void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
   for (const PlaneSpec& plane : job.planes) {
     bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
   }
+  if (job.printing) {  // What halftoning works on: the map's channels as floats, and a byte a voxel.
+    const std::uint64_t voxels = std::uint64_t{job.grid.extent.columns} * job.grid.extent.rows;
+    bytes += voxels * (sizeof(float) * channels_of(job.printing->map).size() + 1);
+  }
   if (bytes <= limits.max_layer_bytes) return;
   throw Error(ErrorCode::kLayerBytesTooLarge,
               "planes: " + std::to_string(bytes) + " bytes of samples a layer are more than the limit of " +
@@ -178,8 +201,9 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
                     std::to_string(limits.max_planes) + "; split the job by planes",
                 "planes");
   }
+  if (job.printing) validate_printing(*job.printing, summary);
   for (std::size_t i = 0; i < job.planes.size(); ++i) {
-    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary);
+    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, job.printing);
   }
   validate_layer_bytes(job, limits);
 }

@@ -5,18 +5,10 @@
 
 #include <algorithm>
 
+#include "core/base/contains.h"
 #include "core/base/error.h"
 
 namespace ccslice {
-
-namespace {
-
-template <typename Range>
-bool holds(const Range& range, std::uint32_t item) {
-  return std::find(range.begin(), range.end(), item) != range.end();
-}
-
-}  // namespace
 
 void append_sharp_features(std::vector<std::array<std::uint32_t, 2>>& edges, const std::vector<std::uint32_t>& vertices,
                            std::vector<std::uint32_t>& key) {
@@ -44,10 +36,9 @@ RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned si
   const unsigned corner = corner_of(base);
   Frame frame;
   frame.axis[a] = static_cast<std::uint8_t>(complex_.half_face_local(half_face ^ 1) / 2);
-  for (unsigned b = 0; b < 3; ++b) {
-    if (b == a) continue;
-    frame.axis[b] = static_cast<std::uint8_t>(std::countr_zero(corner ^ corner_of(base | 1u << b)));
-  }
+  const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
+  frame.axis[b] = static_cast<std::uint8_t>(std::countr_zero(corner ^ corner_of(base | 1u << b)));
+  frame.axis[c] = static_cast<std::uint8_t>(3 - frame.axis[a] - frame.axis[b]);
   frame.origin = static_cast<std::uint8_t>(corner ^ side << frame.axis[a]);
   return {next, frame};
 }
@@ -102,7 +93,7 @@ void RingWalker::queue_neighbours(const Framed& at, unsigned sides, std::span<co
     const Framed next = cross(at, side / 2, side & 1);
     if (next.cell == kNone) continue;
     const auto vertices = complex_.cell_vertices(next.cell);
-    const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return holds(vertices, v); });
+    const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return contains(vertices, v); });
     const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
     if (touches && !seen) queue.push_back(next);
   }

@@ -5,17 +5,30 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/output/pack_indices.h"
 #include "core/slicer/validate_placement.h"
+#include "server/rpc/convert_printing.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
-SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::string& field) {
+SampleType default_sample_type(PlaneContent content, const std::optional<Printing>& printing) {
+  switch (content) {
+    case PlaneContent::kOccupancy:
+    case PlaneContent::kMaterialMask: return SampleType::kBit;
+    case PlaneContent::kChannels: return SampleType::kFloat32;
+    case PlaneContent::kMaterials: return smallest_index_type(printing ? printing->materials.size() : 1);
+    case PlaneContent::kChannel: break;
+  }
+  return SampleType::kUint8;
+}
+
+SampleType to_sample_type(v1::SampleType type, SampleType otherwise, const std::string& field) {
   switch (type) {
-    case v1::SAMPLE_TYPE_UNSPECIFIED:
-      if (content == PlaneContent::kOccupancy) return SampleType::kBit;
-      return content == PlaneContent::kChannels ? SampleType::kFloat32 : SampleType::kUint8;
+    case v1::SAMPLE_TYPE_UNSPECIFIED: return otherwise;
+    case v1::SAMPLE_TYPE_UINT2: return SampleType::kUint2;
+    case v1::SAMPLE_TYPE_UINT4: return SampleType::kUint4;
     case v1::SAMPLE_TYPE_BIT: return SampleType::kBit;
     case v1::SAMPLE_TYPE_UINT8: return SampleType::kUint8;
     case v1::SAMPLE_TYPE_UINT16: return SampleType::kUint16;
@@ -24,7 +37,7 @@ SampleType to_sample_type(v1::SampleType type, PlaneContent content, const std::
   }
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(type)) +
-                  " is no sample type that this server knows; ask for BIT, UINT8, UINT16 or FLOAT32",
+                  " is no sample type that this server knows; ask for BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32",
               field);
 }
 
@@ -36,23 +49,12 @@ Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
     case v1::PLANE_ENCODING_PNG: return Encoding::kPng;
     case v1::PLANE_ENCODING_TIFF: return Encoding::kTiff;
     case v1::PLANE_ENCODING_EXR: return Encoding::kExr;
+    case v1::PLANE_ENCODING_PNG_RGBA: return Encoding::kPngRgba;
     default: break;
   }
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(encoding)) +
-                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD, PNG, TIFF or EXR",
-              field);
-}
-
-std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < solid.channels.size(); ++i) {
-    if (solid.channels[i].name == name) return static_cast<std::uint32_t>(i);
-    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.channels[i].name) + '"');
-  }
-  throw Error(ErrorCode::kChannelUnknown,
-              field + ": the mesh has no channel \"" + echoed(name) + "\"; it has " +
-                  (names.empty() ? "none" : echoed_list(names, solid.channels.size())),
+                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR",
               field);
 }
 
@@ -67,7 +69,16 @@ std::vector<std::uint32_t> to_channels(const v1::ChannelsContent& message, const
   return channels;
 }
 
-PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, const std::string& path) {
+std::uint32_t to_mask_material(const std::string& name, const std::optional<Printing>& printing,
+                               const std::string& field) {
+  if (printing) return to_material(name, *printing, field);
+  throw Error(ErrorCode::kMaterialsMissing,
+              "printing.materials: none, and " + field + " shows one of them; say what the printer holds",
+              "printing.materials");
+}
+
+PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, const std::optional<Printing>& printing,
+                   const std::string& path) {
   PlaneSpec plane;
   switch (message.content_case()) {
     case v1::PlaneSpec::kOccupancy: plane.content = PlaneContent::kOccupancy; break;
@@ -79,11 +90,20 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
       plane.content = PlaneContent::kChannels;
       plane.channels = to_channels(message.channels(), solid, path + ".channels.names");
       break;
+    case v1::PlaneSpec::kMaterials: plane.content = PlaneContent::kMaterials; break;
+    case v1::PlaneSpec::kMaterialMask:
+      plane.content = PlaneContent::kMaterialMask;
+      plane.material = to_mask_material(message.material_mask().material(), printing, path + ".material_mask.material");
+      break;
     default:
       throw Error(ErrorCode::kContentInvalid,
-                  path + ": has no content that this server knows; ask for occupancy, channel or channels", path);
+                  path +
+                      ": has no content that this server knows; ask for occupancy, channel, channels, materials or "
+                      "material_mask",
+                  path);
   }
-  plane.sample_type = to_sample_type(message.sample_type(), plane.content, path + ".sample_type");
+  plane.sample_type =
+      to_sample_type(message.sample_type(), default_sample_type(plane.content, printing), path + ".sample_type");
   plane.encoding = to_encoding(message.encoding(), path + ".encoding");
   if (message.has_value_range()) {
     plane.range = ValueRange{.min = message.value_range().min(), .max = message.value_range().max()};
@@ -97,6 +117,8 @@ v1::SampleType to_message(SampleType type) {
     case SampleType::kUint8: return v1::SAMPLE_TYPE_UINT8;
     case SampleType::kUint16: return v1::SAMPLE_TYPE_UINT16;
     case SampleType::kFloat32: return v1::SAMPLE_TYPE_FLOAT32;
+    case SampleType::kUint2: return v1::SAMPLE_TYPE_UINT2;
+    case SampleType::kUint4: return v1::SAMPLE_TYPE_UINT4;
   }
   return v1::SAMPLE_TYPE_UNSPECIFIED;
 }
@@ -108,6 +130,7 @@ v1::PlaneEncoding to_message(Encoding encoding) {
     case Encoding::kPng: return v1::PLANE_ENCODING_PNG;
     case Encoding::kTiff: return v1::PLANE_ENCODING_TIFF;
     case Encoding::kExr: return v1::PLANE_ENCODING_EXR;
+    case Encoding::kPngRgba: return v1::PLANE_ENCODING_PNG_RGBA;
   }
   return v1::PLANE_ENCODING_UNSPECIFIED;
 }
@@ -127,6 +150,18 @@ Placement to_placement(const v1::Placement& message, const Box3& solid_box, cons
   return placement;
 }
 
+std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < solid.channels.size(); ++i) {
+    if (solid.channels[i].name == name) return static_cast<std::uint32_t>(i);
+    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.channels[i].name) + '"');
+  }
+  throw Error(ErrorCode::kChannelUnknown,
+              field + ": the mesh has no channel \"" + echoed(name) + "\"; it has " +
+                  (names.empty() ? "none" : echoed_list(names, solid.channels.size())),
+              field);
+}
+
 GridRequest to_grid_request(const v1::GridSpec& message) {
   if (!message.has_pitch()) {
     throw Error(ErrorCode::kPitchMissing, "grid.pitch: missing; say how large a voxel is, 600 dpi is 0.0423 mm",
@@ -144,10 +179,10 @@ GridRequest to_grid_request(const v1::GridSpec& message) {
 }
 
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
-                                 const SolidSummary& solid) {
+                                 const SolidSummary& solid, const std::optional<Printing>& printing) {
   std::vector<PlaneSpec> planes;
   for (int i = 0; i < messages.size(); ++i) {
-    planes.push_back(to_plane(messages[i], solid, "planes[" + std::to_string(i) + "]"));
+    planes.push_back(to_plane(messages[i], solid, printing, "planes[" + std::to_string(i) + "]"));
   }
   return planes;
 }
@@ -180,19 +215,22 @@ v1::Grid to_message(const Grid& value) {
   return message;
 }
 
-v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid) {
+v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing) {
   v1::PlaneSpec message;
   message.set_sample_type(to_message(value.sample_type));
   message.set_encoding(to_message(value.encoding));
-  if (value.content == PlaneContent::kOccupancy) {
-    message.mutable_occupancy();
-    return message;
-  }
-  if (value.content == PlaneContent::kChannels) {
-    for (const std::uint32_t channel : value.channels) {
-      message.mutable_channels()->add_names(solid.channels[channel].name);
-    }
-    return message;
+  switch (value.content) {
+    case PlaneContent::kOccupancy: message.mutable_occupancy(); return message;
+    case PlaneContent::kMaterials: message.mutable_materials(); return message;
+    case PlaneContent::kMaterialMask:
+      message.mutable_material_mask()->set_material(printing->materials[value.material - 1].name);
+      return message;
+    case PlaneContent::kChannels:
+      for (const std::uint32_t channel : value.channels) {
+        message.mutable_channels()->add_names(solid.channels[channel].name);
+      }
+      return message;
+    case PlaneContent::kChannel: break;
   }
   const ChannelRange& channel = solid.channels[value.channel];
   message.mutable_channel()->set_name(channel.name);
@@ -230,6 +268,7 @@ v1::LayerStatistics to_message(const LayerStats& value) {
   message.set_contour_loops(value.contour_loops);
   message.set_contour_points(value.contour_points);
   message.set_contour_leaves_unresolved(value.contour_leaves_unresolved);
+  for (const std::uint64_t voxels : value.material_voxels) message.add_material_voxels(voxels);
   return message;
 }
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,14 +25,17 @@ namespace ccslice::server {
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
-/// With defaults filled in. Throws Error{kContentInvalid, kChannelUnknown, kEnumValueUnknown}.
+/// The number of a channel. Throws Error{kChannelUnknown}.
+std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field);
+/// With defaults filled in. `printing`: of the job. Throws Error{kContentInvalid, kChannelUnknown, kMaterialUnknown,
+/// kEnumValueUnknown}.
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
-                                 const SolidSummary& solid);
+                                 const SolidSummary& solid, const std::optional<Printing>& printing);
 
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
-v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid);
+v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing);
 v1::Channel to_message(const ChannelRange& value);
 v1::FoldPlace to_message(const FoldPlace& value);
 v1::LayerStatistics to_message(const LayerStats& value);

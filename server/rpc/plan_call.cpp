@@ -6,42 +6,35 @@
 #include <atomic>
 #include <memory>
 
-#include "server/rpc/call_log.h"
+#include "server/rpc/call.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_job.h"
-#include "server/rpc/status.h"
 
 namespace ccslice::server {
 namespace {
 
 /// Plans on a worker. Planning takes milliseconds, waiting for a worker may take longer: a call that was cancelled
 /// meanwhile isn't planned, and is answered without waiting.
-class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<PlanCall> {
+class PlanCall final : public Call<grpc::ServerUnaryReactor> {
  public:
   PlanCall(ServiceState& state, grpc::CallbackServerContext& context, const v1::PlanSlicesRequest& request,
            v1::PlanSlicesResponse& response)
-      : state_(state), context_(context), request_(request), response_(response), log_(context, "PlanSlices") {}
+      : Call(state, context, "PlanSlices"), request_(request), response_(response) {}
 
   void begin() {
-    self_ = shared_from_this();
-    try {
-      admission_ = state_.calls.admit([weak = weak_from_this()] {
-        if (const auto open = weak.lock()) open->OnCancel();
-      });
-    } catch (...) {
+    if (const auto refused = admit()) {
       claim();
-      return end(to_status(std::current_exception()));
+      return end(*refused);
     }
-    state_.executor.make_lane().post([call = self_] {
-      if (call->claim()) call->plan();
+    state_.executor.make_lane().post([this, call = shared_from_this()] {
+      if (claim()) plan();
     });
   }
 
  private:
   void OnCancel() override {
-    if (claim()) end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
+    if (claim()) end(status_of_stop());
   }
-  void OnDone() override { const std::shared_ptr<PlanCall> last = std::move(self_); }
 
   /// Whether the caller is the one to end the call.
   bool claim() { return !claimed_.exchange(true); }
@@ -57,19 +50,8 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
     end(status);
   }
 
-  void end(const grpc::Status& status) {
-    admission_.end_run();
-    log_.finish(status);
-    Finish(status);
-  }
-
-  ServiceState& state_;
-  grpc::CallbackServerContext& context_;
   const v1::PlanSlicesRequest& request_;
   v1::PlanSlicesResponse& response_;
-  CallLog log_;
-  std::shared_ptr<PlanCall> self_;
-  CallRegistry::Ticket admission_;
   std::atomic<bool> claimed_{false};
 };
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Both calls work batch by batch: read, compute on a worker, write, read ... One of these is under way at any time, and
-// its end decides what comes next, so no lock is needed and Finish is called exactly once. A read that lasts too long
-// is ended by the idle watch.
+// its end decides what comes next, so no lock is needed and Finish is called exactly once. A read or a write that lasts
+// too long is ended by the idle watch.
 
 #include "server/rpc/point_call.h"
 
@@ -17,10 +17,9 @@
 #include "core/base/number_text.h"
 #include "core/inversion/point_inverter.h"
 #include "core/limit/limit_evaluator.h"
-#include "server/rpc/call_log.h"
+#include "server/rpc/call.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"
-#include "server/rpc/status.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
@@ -29,26 +28,25 @@ namespace {
 constexpr int kPointsPerPoll = 64;
 
 template <class Request, class Response>
-class PointCall : public grpc::ServerBidiReactor<Request, Response>,
-                  public IdleCall,
-                  public std::enable_shared_from_this<PointCall<Request, Response>> {
+class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
+  using Base = Call<grpc::ServerBidiReactor<Request, Response>>;
+
  public:
   PointCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
-      : state_(state), context_(context), log_(context, method), lane_(state.executor.make_lane()) {}
+      : Base(state, context, method), lane_(state.executor.make_lane()) {}
 
   /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
-    self_ = this->shared_from_this();
-    try {
-      admission_ = state_.calls.admit([cancel = cancel_] { cancel.cancel(); });
-    } catch (...) {
-      return end(to_status(std::current_exception()));
-    }
-    state_.idle_watch.add(self_);
+    if (const auto refused = this->admit()) return end(*refused);
+    this->watch();
     read();
   }
 
  protected:
+  using Base::end;
+  using Base::log_;
+  using Base::state_;
+
   /// Once, when the mesh is known.
   virtual void open(const LimitSolid& solid) = 0;
   /// Answers one batch. Throws Error, ServiceError.
@@ -78,25 +76,23 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response>,
 
  private:
   void read() {
-    begin_wait();
+    this->begin_wait_for_message();
     this->StartRead(&request_);
   }
 
   void OnReadDone(bool ok) override {
-    if (!end_wait()) return;
-    if (!ok)
-      return end(cancel_.cancelled() ? stopped_status(state_.calls.cutting_off(), deadline_passed(context_))
-                                     : grpc::Status::OK);
+    if (!this->end_wait()) return;
+    if (!ok) return end(cancel_.cancelled() ? this->status_of_stop() : grpc::Status::OK);
     lane_.post([this] { compute(); });
   }
   void OnWriteDone(bool ok) override {
-    if (!ok) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
+    if (!this->end_wait()) return;
+    if (!ok) return end(this->status_of_stop());
     read();
   }
-  void OnCancel() override { cancel_.cancel(); }
-  void OnDone() override { const std::shared_ptr<PointCall> last = std::move(self_); }
+  void OnCancel() override { stop(); }
 
-  void idle() override { end(idle_status()); }
+  void stop() override { cancel_.cancel(); }
 
   void compute() {
     try {
@@ -105,9 +101,9 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response>,
       response_.Clear();
       answer(request_, response_);
     } catch (...) {
-      return end(cancel_.cancelled() ? stopped_status(state_.calls.cutting_off(), deadline_passed(context_))
-                                     : to_status(std::current_exception()));
+      return end(cancel_.cancelled() ? this->status_of_stop() : to_status(std::current_exception()));
     }
+    this->begin_wait_for_reader();
     this->StartWrite(&response_);
   }
 
@@ -126,18 +122,7 @@ class PointCall : public grpc::ServerBidiReactor<Request, Response>,
     }
   }
 
-  void end(const grpc::Status& status) {
-    admission_.end_run();
-    log_.finish(status);
-    this->Finish(status);
-  }
-
-  ServiceState& state_;
-  grpc::CallbackServerContext& context_;
-  CallLog log_;
   Executor::Lane lane_;
-  std::shared_ptr<PointCall> self_;
-  CallRegistry::Ticket admission_;
   CancellationToken cancel_ = CancellationToken::make();
   MeshPtr mesh_;
   Request request_;
@@ -253,9 +238,9 @@ class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::Evalu
   std::vector<double> materials_;
 };
 
-template <class Call>
-Call* begin_call(ServiceState& state, grpc::CallbackServerContext& context) {
-  const auto call = std::make_shared<Call>(state, context);
+template <class AnyPointCall>
+AnyPointCall* begin_call(ServiceState& state, grpc::CallbackServerContext& context) {
+  const auto call = std::make_shared<AnyPointCall>(state, context);
   call->begin();
   return call.get();
 }

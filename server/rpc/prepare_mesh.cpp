@@ -14,12 +14,6 @@
 namespace ccslice::server {
 namespace {
 
-// Limit cells take 1.1 to 2.1 kB while they are made. Most hexahedra give one, a few give eight: 4 KiB are three times
-// what grids of hexahedra take and a third of what the most irregular octrees do. Tetrahedra give 32, wedges 24.
-constexpr std::uint64_t kHexPreparationBytes = 4 << 10;
-constexpr std::uint64_t kOtherPreparationBytes = 48 << 10;
-constexpr std::uint64_t kChannelValuePreparationBytes = 64;
-
 void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget& budget) {
   if (bytes > budget.capacity_bytes()) {
     throw ServiceError(ServiceErrorCode::kMeshExceedsMemory,
@@ -34,14 +28,6 @@ void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget
 
 }  // namespace
 
-std::uint64_t preparation_bytes(const ControlMesh& mesh) {
-  std::uint64_t bytes = 0;
-  for (const CellKind kind : mesh.cell_kinds) {
-    bytes += kind == CellKind::kHex ? kHexPreparationBytes : kOtherPreparationBytes;
-  }
-  return bytes + mesh.channel_values.size() * kChannelValuePreparationBytes;
-}
-
 PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
                           const CancellationToken& cancel) {
   const auto start = std::chrono::steady_clock::now();
@@ -51,8 +37,9 @@ PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, Memory
   reserve(share, kReadMemoryPerByte * bytes.size(), budget);
   ControlMesh mesh = read_control_mesh(bytes.blocks(), limits, cancel);
   bytes.release();
-  reserve(share, preparation_bytes(mesh), budget);
-  prepared.solid = LimitSolid::prepare(std::move(mesh), {.limits = limits, .cancel = cancel});
+  PrepareOptions options{.limits = limits, .cancel = cancel, .reserve = {}};
+  options.reserve = [&](std::uint64_t needed) { reserve(share, needed, budget); };
+  prepared.solid = LimitSolid::prepare(std::move(mesh), options);
   prepared.memory_bytes = prepared.solid->summary().memory_bytes;
   prepared.preparation_time = std::chrono::steady_clock::now() - start;
   return prepared;

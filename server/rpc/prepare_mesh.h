@@ -12,12 +12,9 @@
 namespace ccslice::server {
 
 /// From the bytes of an upload to a prepared solid. Frees the bytes as soon as they are read. Takes what it will need
-/// from the budget of all preparations, first by the bytes, then by the mesh. For a worker thread.
-/// Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
+/// from the budget of all preparations, first by the bytes, then by the mesh and how it is refined. For a worker
+/// thread. Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
 PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
                           const CancellationToken& cancel);
-
-/// An estimate of the memory that preparing a mesh takes: the mesh, its complex, the refined cells and the solid.
-std::uint64_t preparation_bytes(const ControlMesh& mesh);
 
 }  // namespace ccslice::server

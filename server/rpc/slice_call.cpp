@@ -4,12 +4,15 @@
 #include "server/rpc/slice_call.h"
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/base/engine_version.h"
 #include "core/slicer/slice_range.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/convert_printing.h"
 #include "server/rpc/layer_messages.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_job.h"
@@ -18,21 +21,27 @@
 namespace ccslice::server {
 namespace {
 
-/// The slicers of one job: what they share is prepared once, by the worker that needs it first.
+/// The slicers of one job: what they share is prepared once, by the worker that needs it first; the others wait for it.
 class SlicerFactory {
  public:
-  SlicerFactory(std::shared_ptr<const LimitSolid> solid, const SliceJob& job) : solid_(std::move(solid)), job_(job) {}
+  SlicerFactory(std::shared_ptr<const LimitSolid> solid, SliceJob job)
+      : solid_(std::move(solid)), job_(std::move(job)) {}
 
-  LayerStream::ComputeLayer make() {
-    std::call_once(once_, [this] { prototype_.emplace(std::move(solid_), std::move(job_)); });
-    return [slicer = std::make_shared<LayerSlicer>(prototype_->twin())](
-               std::uint32_t layer, const CancellationToken& cancel) { return slicer->slice(layer, cancel); };
+  LayerStream::ComputeLayer make(const CancellationToken& cancel) {
+    return [slicer = std::make_shared<LayerSlicer>(prototype(cancel).twin())](
+               std::uint32_t layer, const CancellationToken& token) { return slicer->slice(layer, token); };
   }
 
  private:
-  std::shared_ptr<const LimitSolid> solid_;
-  SliceJob job_;
-  std::once_flag once_;
+  const LayerSlicer& prototype(const CancellationToken& cancel) {
+    std::lock_guard lock(mutex_);
+    if (!prototype_) prototype_.emplace(solid_, job_, cancel);
+    return *prototype_;
+  }
+
+  const std::shared_ptr<const LimitSolid> solid_;
+  const SliceJob job_;
+  std::mutex mutex_;
   std::optional<LayerSlicer> prototype_;
 };
 
@@ -72,7 +81,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     auto factory = std::make_shared<SlicerFactory>(mesh_->solid(), job);
     auto stream = LayerStream::start(
         state_.executor, {.first = request_.first_layer(), .count = request_.layer_count()}, take_window(job),
-        [factory] { return factory->make(); },
+        [factory](const CancellationToken& cancel) { return factory->make(cancel); },
         [weak = weak_from_this()] {
           if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
         });
@@ -128,7 +137,10 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     header_.set_mesh_id(request_.mesh_id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());
-    for (const PlaneSpec& plane : job.planes) *header_.add_planes() = to_message(plane, mesh_->solid()->summary());
+    for (const PlaneSpec& plane : job.planes) {
+      *header_.add_planes() = to_message(plane, mesh_->solid()->summary(), job.printing);
+    }
+    if (job.printing) *header_.mutable_printing() = to_message(*job.printing, mesh_->solid()->summary());
   }
 
   void count(const Layer& layer) {

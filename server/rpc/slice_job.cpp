@@ -10,6 +10,8 @@
 #include "core/base/engine_version.h"
 #include "core/output/encode.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/convert_printing.h"
+#include "server/rpc/printer.h"
 #include "server/rpc/unknown_fields.h"
 #include "server/service/limits.h"
 
@@ -20,11 +22,16 @@ namespace {
 /// of them outside.
 double typical_compression(const PlaneSpec& plane) {
   if (plane.encoding == Encoding::kRaw) return 1;
+  if (plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask) {
+    return 0.4;  // Half of a part's box is inside, where halftones are noise.
+  }
   switch (plane.sample_type) {
     case SampleType::kBit: return plane.encoding == Encoding::kPng ? 0.2 : 0.05;
     case SampleType::kUint8: return 0.1;
     case SampleType::kUint16: return 0.4;
     case SampleType::kFloat32: return 0.5;
+    case SampleType::kUint2:
+    case SampleType::kUint4: return 1;
   }
   return 1;
 }
@@ -101,8 +108,11 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
   require_known_fields(request);
   SliceJob job;
   job.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
-  job.grid = plan_grid(solid, job.placement, to_grid_request(request.grid()), limits);
-  job.planes = to_planes(request.planes(), solid.summary());
+  v1::GridSpec grid = request.grid();
+  if (request.has_printer()) grid = with_printer_pitch(grid, to_printer(request.printer()));
+  job.grid = plan_grid(solid, job.placement, to_grid_request(grid), limits);
+  if (request.has_printing()) job.printing = to_printing(request.printing(), solid.summary());
+  job.planes = to_planes(request.planes(), solid.summary(), job.printing);
   job.contours = request.contours();
   if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
   if (request.has_material_tolerance()) job.material_tolerance = request.material_tolerance();
@@ -120,6 +130,8 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   whole.set_contours(request.planes().empty());  // A job of nothing would be refused; a plan of it is fine.
   if (request.has_contour_tolerance_mm()) whole.set_contour_tolerance_mm(request.contour_tolerance_mm());
   if (request.has_material_tolerance()) whole.set_material_tolerance(request.material_tolerance());
+  if (request.has_printing()) *whole.mutable_printing() = request.printing();
+  if (request.has_printer()) *whole.mutable_printer() = request.printer();
   const SliceJob job = to_job(whole, solid, limits);
 
   v1::PlanSlicesResponse plan;
@@ -135,6 +147,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * job.grid.extent.layers)));
   warn_of_solid(job, solid.summary(), plan);
   warn_of_grid(job, plan);
+  if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
   return plan;
 }

@@ -10,6 +10,7 @@
 #include "server/rpc/call_log.h"
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
+#include "server/rpc/printer.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_call.h"
 #include "server/rpc/status.h"
@@ -72,13 +73,14 @@ void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
 
 void write_formats(v1::GetServerInfoResponse& info) {
   for (const auto kind : {v1::CELL_KIND_HEX, v1::CELL_KIND_TET, v1::CELL_KIND_WEDGE}) info.add_cell_kinds(kind);
-  for (const auto type :
-       {v1::SAMPLE_TYPE_BIT, v1::SAMPLE_TYPE_UINT8, v1::SAMPLE_TYPE_UINT16, v1::SAMPLE_TYPE_FLOAT32}) {
+  for (const auto type : {v1::SAMPLE_TYPE_BIT, v1::SAMPLE_TYPE_UINT8, v1::SAMPLE_TYPE_UINT16, v1::SAMPLE_TYPE_FLOAT32,
+                          v1::SAMPLE_TYPE_UINT2, v1::SAMPLE_TYPE_UINT4}) {
     info.add_sample_types(type);
   }
   info.add_encodings(v1::PLANE_ENCODING_RAW);
   info.add_encodings(v1::PLANE_ENCODING_RAW_ZSTD);
-  if (!encoding_obstacle(SampleType::kUint8, Encoding::kPng)) info.add_encodings(v1::PLANE_ENCODING_PNG);
+  info.add_encodings(v1::PLANE_ENCODING_PNG);
+  info.add_encodings(v1::PLANE_ENCODING_PNG_RGBA);
   if (!encoding_obstacle(SampleType::kUint8, Encoding::kTiff)) info.add_encodings(v1::PLANE_ENCODING_TIFF);
   if (!encoding_obstacle(SampleType::kFloat32, Encoding::kExr)) info.add_encodings(v1::PLANE_ENCODING_EXR);
 }
@@ -88,6 +90,7 @@ void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {
   info.set_engine_version(std::string(kEngineVersion));
   write_limits(state, info);
   write_formats(info);
+  for (const PrinterProfile& profile : printer_profiles()) *info.add_printer_profiles() = to_message(profile);
   info.set_max_mesh_bytes(state.options.max_mesh_bytes);
   info.set_max_chunk_bytes(kMaxChunkBytes);
   info.set_max_points_per_message(kMaxPointsPerMessage);

@@ -3,6 +3,8 @@
 
 #include "server/rpc/status.h"
 
+#include <grpc/grpc.h>
+
 #include <new>
 
 #include "core/base/echo.h"
@@ -35,6 +37,8 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kUploadDigestMismatch:
     case ServiceErrorCode::kBatchTooLarge:
     case ServiceErrorCode::kPageInvalid:
+    case ServiceErrorCode::kPrinterUnknown:
+    case ServiceErrorCode::kPrinterInvalid:
     case ServiceErrorCode::kChunkSizeInvalid: return StatusCode::INVALID_ARGUMENT;
     case ServiceErrorCode::kMeshExceedsCache:
     case ServiceErrorCode::kCacheFull:
@@ -42,7 +46,8 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kOutOfMemory: return StatusCode::RESOURCE_EXHAUSTED;
     case ServiceErrorCode::kServerBusy:
     case ServiceErrorCode::kServerDraining:
-    case ServiceErrorCode::kServerShuttingDown: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kServerShuttingDown:
+    case ServiceErrorCode::kStreamStalled: return StatusCode::UNAVAILABLE;
     case ServiceErrorCode::kStreamIdle:
     case ServiceErrorCode::kDeadlineExceeded: return StatusCode::DEADLINE_EXCEEDED;
   }
@@ -193,6 +198,17 @@ grpc::Status stopped_status(bool cut_off, bool deadline_passed) {
 grpc::Status idle_status() {
   return to_status(ServiceError(ServiceErrorCode::kStreamIdle,
                                 "the server waited too long for the next message: call again when there is one"));
+}
+
+grpc::Status stalled_status() {
+  return to_status(ServiceError(ServiceErrorCode::kStreamStalled,
+                                std::string(reason(ServiceErrorCode::kStreamStalled)) +
+                                    ": the client read nothing for too long: call again, and read while it lasts"));
+}
+
+void reset_stream(grpc::CallbackServerContext& context, const grpc::Status& status) {
+  grpc_call_cancel_with_status(context.c_call(), static_cast<grpc_status_code>(status.error_code()),
+                               status.error_message().c_str(), nullptr);
 }
 
 std::string reason_of(const grpc::Status& status) {

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/status.h>
 
 #include <cstddef>
@@ -35,6 +36,14 @@ grpc::Status stopped_status(bool cut_off, bool deadline_passed);
 
 /// The status of a call whose client was silent for too long.
 grpc::Status idle_status();
+
+/// The status of a call whose client has read nothing for too long. Details don't reach it, so the message has the
+/// reason too.
+grpc::Status stalled_status();
+
+/// Ends a call without regard to messages that its client hasn't read. Code and message reach it, details don't. The
+/// call still has to be finished.
+void reset_stream(grpc::CallbackServerContext& context, const grpc::Status& status);
 
 /// ErrorInfo.reason of a status of ours; empty if it has none.
 std::string reason_of(const grpc::Status& status);

@@ -7,8 +7,8 @@
 //
 // At any time at most one thread PUMPS: the worker that prepares the call, the thread of OnWriteDone, or whoever woke a
 // call that had run dry. A write in flight counts as pumping, so the next message goes out only after OnWriteDone, and
-// a reader that stalls stops the stream right there without holding a thread. Finish is called from the pump alone,
-// exactly once.
+// a reader that stalls stops the stream right there without holding a thread, until the idle watch loses patience with
+// it. Finish is called from the pump, or from the watch in its place, exactly once.
 
 #pragma once
 
@@ -21,27 +21,22 @@
 #include <mutex>
 #include <utility>
 
-#include "server/rpc/call_log.h"
-#include "server/rpc/service_state.h"
-#include "server/rpc/status.h"
+#include "server/rpc/call.h"
 
 namespace ccslice::server {
 
 template <class Response>
-class StreamCall : public grpc::ServerWriteReactor<Response>,
-                   public std::enable_shared_from_this<StreamCall<Response>> {
+class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
+  using Base = Call<grpc::ServerWriteReactor<Response>>;
+
  public:
   /// Admits the call and begins it on a worker. The call keeps itself alive until gRPC is done with it.
   static grpc::ServerWriteReactor<Response>* begin(const std::shared_ptr<StreamCall>& call) {
-    call->self_ = call;
-    try {
-      call->admission_ = call->state_.calls.admit([weak = std::weak_ptr(call)] {
-        if (const auto open = weak.lock()) open->OnCancel();
-      });
-    } catch (...) {
-      call->end(to_status(std::current_exception()));
+    if (const auto refused = call->admit()) {
+      call->end(*refused);
       return call.get();
     }
+    call->watch();
     call->state_.executor.make_lane(call->preparation_).post([call] {
       call->prepare_guarded();
       call->pump_owned();
@@ -54,14 +49,14 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
 
   StreamCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method,
              Executor::Pieces preparation = Executor::Pieces::kShort)
-      : state_(state), context_(context), log_(context, method), preparation_(preparation) {}
+      : Base(state, context, method), preparation_(preparation) {}
 
   /// On a worker, once, before anything else; as a long piece of work if the call said so. May throw.
   virtual void prepare() = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
-  /// Stops the computing. Any thread, any number of times, also before prepare() is through.
-  virtual void stop() = 0;
+  /// Also before prepare() is through.
+  void stop() override = 0;
 
   /// There is something to pump, perhaps.
   void wake() {
@@ -78,12 +73,12 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
 
   bool stopped() const { return stopped_.load(); }
 
-  ServiceState& state_;
-  grpc::CallbackServerContext& context_;
-  CallLog log_;
+  using Base::log_;
+  using Base::state_;
 
  private:
   void OnWriteDone(bool ok) override {
+    if (!this->end_wait()) return;
     if (!ok) stopped_ = true;  // The client is gone.
     pump_owned();
   }
@@ -92,7 +87,6 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
     stop();
     wake();
   }
-  void OnDone() override { const std::shared_ptr<StreamCall> last = std::move(self_); }
 
   void prepare_guarded() {
     if (stopped()) return;
@@ -106,10 +100,10 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   /// REQUIRES: this thread pumps.
   void pump_owned() {
     while (true) {
-      if (stopped()) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
+      if (stopped()) return stop_and_end(this->status_of_stop());
       switch (next_guarded()) {
-        case Next::kMessage: this->StartWrite(&message_); return;
-        case Next::kEnd: return end(failure_ ? to_status(failure_) : grpc::Status::OK);
+        case Next::kMessage: this->begin_wait_for_reader(); return this->StartWrite(&message_);
+        case Next::kEnd: return stop_and_end(failure_ ? to_status(failure_) : grpc::Status::OK);
         case Next::kPending: break;
       }
       std::lock_guard lock(mutex_);
@@ -132,16 +126,12 @@ class StreamCall : public grpc::ServerWriteReactor<Response>,
   }
 
   /// Nothing pumps any more after this.
-  void end(const grpc::Status& status) {
+  void stop_and_end(const grpc::Status& status) {
     stop();
-    admission_.end_run();
-    log_.finish(status);
-    this->Finish(status);
+    this->end(status);
   }
 
   const Executor::Pieces preparation_;
-  std::shared_ptr<StreamCall> self_;
-  CallRegistry::Ticket admission_;
   Response message_;
   std::exception_ptr failure_;
   std::atomic<bool> stopped_{false};

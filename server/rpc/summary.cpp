@@ -32,6 +32,7 @@ void write_warnings(const SolidSummary& solid, v1::MeshSummary& summary) {
   const std::size_t listed = std::min(solid.inverted_control_cells.size(), kMaxListedItems);
   for (std::size_t i = 0; i < listed; ++i) summary.add_inverted_control_cells(solid.inverted_control_cells[i]);
   summary.set_folding_cells(solid.folding_cells);
+  summary.set_undecided_cells(solid.undecided_cells);
   for (const FoldPlace& fold : solid.folds) *summary.add_folds() = to_message(fold);
 }
 

@@ -14,48 +14,36 @@
 #include <string>
 #include <utility>
 
-#include "server/rpc/call_log.h"
+#include "server/rpc/call.h"
 #include "server/rpc/prepare_mesh.h"
-#include "server/rpc/status.h"
 #include "server/rpc/summary.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
-class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
-                         public IdleCall,
-                         public std::enable_shared_from_this<UploadCall> {
+class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshRequest>> {
  public:
   UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
-      : state_(state),
-        context_(context),
+      : Call(state, context, "UploadMesh"),
         response_(response),
-        log_(context, "UploadMesh"),
         upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes)) {}
 
   void begin() {
-    self_ = shared_from_this();
-    try {
-      admission_ = state_.calls.admit([weak = weak_from_this()] {
-        if (const auto open = weak.lock()) open->OnCancel();
-      });
-    } catch (...) {
-      return end(to_status(std::current_exception()));
-    }
-    state_.idle_watch.add(self_);
+    if (const auto refused = admit()) return end(*refused);
+    watch();
     read();
   }
 
  private:
   void read() {
-    begin_wait();
+    begin_wait_for_message();
     StartRead(&request_);
   }
 
   void OnReadDone(bool ok) override {
     if (!end_wait()) return;
-    if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
+    if (stopped_) return end(status_of_stop());
     try {
       if (!ok) return finish_reading();
       if (accept()) read();
@@ -66,12 +54,10 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
 
   void OnCancel() override {
     stopped_ = true;
-    ticket().cancel();
+    stop();
   }
 
-  void OnDone() override { const std::shared_ptr<UploadCall> last = std::move(self_); }
-
-  void idle() override { end(idle_status()); }
+  void stop() override { ticket().cancel(); }
 
   /// Takes a message in; false if the call has been answered.
   bool accept() {
@@ -101,12 +87,12 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
         mesh_id,
         [upload = std::move(upload_), limits = state_.mesh_limits, &budget = state_.preparations](
             const CancellationToken& cancel) { return prepare_mesh(upload->bytes(), limits, budget, cancel); },
-        [self = shared_from_this()](const MeshCache::Outcome& outcome) { self->done(outcome); }));
+        [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }));
   }
 
   /// On this thread if the mesh came by another way meanwhile, on a worker's or the canceller's otherwise.
   void done(const MeshCache::Outcome& outcome) {
-    if (stopped_) return end(stopped_status(state_.calls.cutting_off(), deadline_passed(context_)));
+    if (stopped_) return end(status_of_stop());
     if (outcome.error) return end(to_status(outcome.error));
     answer(outcome.mesh, outcome.already_cached);
   }
@@ -130,18 +116,7 @@ class UploadCall final : public grpc::ServerReadReactor<v1::UploadMeshRequest>,
     return ticket_;
   }
 
-  void end(const grpc::Status& status) {
-    admission_.end_run();
-    log_.finish(status);
-    Finish(status);
-  }
-
-  ServiceState& state_;
-  grpc::CallbackServerContext& context_;
   v1::UploadMeshResponse& response_;
-  CallLog log_;
-  std::shared_ptr<UploadCall> self_;
-  CallRegistry::Ticket admission_;
   v1::UploadMeshRequest request_;
   std::shared_ptr<Upload> upload_;
   std::atomic<bool> stopped_{false};

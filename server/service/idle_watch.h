@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Ends calls whose client has said nothing for too long while the server waits for its next message: such a call costs
-// the client nothing and would hold a place among the running calls for ever.
+// Ends calls whose client has done nothing for too long while the server waits for its next message, or for it to read
+// one: such a call costs the client nothing and would hold a place among the running calls, and memory, for ever.
 //
-// A wait has one end: the message came, or the watch lost patience. Whoever ends it goes on with the call.
+// A wait has one end: what was waited for came, or the watch lost patience. Whoever ends it goes on with the call.
 
 #pragma once
 

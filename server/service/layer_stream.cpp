@@ -127,7 +127,7 @@ LayerStream::ComputeLayer LayerStream::take_compute(Slab& slab) {
       return compute;
     }
   }
-  return make_();
+  return make_(cancel_);
 }
 
 void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error,

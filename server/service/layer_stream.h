@@ -59,8 +59,8 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   /// of one slab one after the other, as long as the window has room for them. May throw.
   using ComputeLayer = std::function<Layer(std::uint32_t layer, const CancellationToken& cancel)>;
   /// Makes such a function, on a worker thread. Called as often as layers are computed at the same time; one
-  /// function at most is kept while none is. May throw.
-  using MakeCompute = std::function<ComputeLayer()>;
+  /// function at most is kept while none is. May throw; where one throws, the next that is wanted is tried anew.
+  using MakeCompute = std::function<ComputeLayer(const CancellationToken& cancel)>;
   /// Called on a worker's thread or the canceller's, without locks held.
   using Notify = std::function<void()>;
 

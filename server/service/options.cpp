@@ -122,9 +122,10 @@ const std::vector<OptionSpec>& option_specs() {
                   "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
       count_option("--max-connection-streams", &ServerOptions::max_connection_streams, 1'000'000,
                    "Calls at the same time on one connection; further ones wait in the client."),
-      duration_option("--idle-timeout", &ServerOptions::idle_timeout,
-                      "Calls that wait for their client's next message for this long are ended (STREAM_IDLE). 0 lets "
-                      "them wait."),
+      duration_option(
+          "--idle-timeout", &ServerOptions::idle_timeout,
+          "Calls that wait this long for their client's next message (STREAM_IDLE), or for the client to read "
+          "theirs (STREAM_STALLED), are ended. 0 lets them wait."),
       duration_option(
           "--shutdown-grace", &ServerOptions::shutdown_grace,
           "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "

@@ -27,6 +27,9 @@ std::string_view reason(ServiceErrorCode code) {
     case ServiceErrorCode::kPageInvalid: return "PAGE_INVALID";
     case ServiceErrorCode::kDeadlineExceeded: return "DEADLINE_EXCEEDED";
     case ServiceErrorCode::kServerShuttingDown: return "SERVER_SHUTTING_DOWN";
+    case ServiceErrorCode::kStreamStalled: return "STREAM_STALLED";
+    case ServiceErrorCode::kPrinterUnknown: return "PRINTER_UNKNOWN";
+    case ServiceErrorCode::kPrinterInvalid: return "PRINTER_INVALID";
   }
   return "INTERNAL";
 }

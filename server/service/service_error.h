@@ -35,6 +35,9 @@ enum class ServiceErrorCode : int {
   kPageInvalid = 517,           // A page size out of its range, or a page token of someone else.
   kDeadlineExceeded = 518,      // The call's deadline passed.
   kServerShuttingDown = 519,    // Shutting down: cuts calls that were running.
+  kStreamStalled = 520,         // The client read nothing for too long.
+  kPrinterUnknown = 521,        // A printer profile that isn't there.
+  kPrinterInvalid = 522,        // A printer profile that can't be.
 };
 
 inline constexpr std::array kServiceErrorCodes = {
@@ -58,6 +61,9 @@ inline constexpr std::array kServiceErrorCodes = {
     ServiceErrorCode::kPageInvalid,
     ServiceErrorCode::kDeadlineExceeded,
     ServiceErrorCode::kServerShuttingDown,
+    ServiceErrorCode::kStreamStalled,
+    ServiceErrorCode::kPrinterUnknown,
+    ServiceErrorCode::kPrinterInvalid,
 };
 
 /// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.

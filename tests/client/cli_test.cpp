@@ -5,7 +5,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -207,7 +209,7 @@ client::Layer layer_of(std::uint32_t index, const std::vector<v1::PlaneSpec>& pl
 TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({.occupancy = true, .channels = {"a b:f32", "a_b", "../evil"}}, false);
-  LayerFolder layers(folder.path() / "out", planes, ContourFormat::kCsv, 123'456, false);
+  LayerFolder layers(folder.path() / "out", planes, ContourFormat::kCsv, 123'456, Existing::kRefuse, {"job", 50});
   layers.write(layer_of(42, planes));
   layers.finish({}, {});
   std::vector<std::string> names;
@@ -221,13 +223,73 @@ TEST(LayerFolder, NamesFilesByLayerAndPlane) {
 TEST(LayerFolder, RefusesToMixRuns) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({}, false);
+  const JobKey job{"job", 10};
   write_file(folder.path() / "notes.txt", "mine");
-  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, false).write(layer_of(3, planes)); }
-  EXPECT_THROW(LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, false), Error);
-  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, true).write(layer_of(4, planes)); }
+  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kRefuse, job).write(layer_of(3, planes)); }
+  EXPECT_THROW(LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kRefuse, job), Error);
+  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kReplace, job).write(layer_of(4, planes)); }
   EXPECT_FALSE(fs::exists(folder.path() / "layer_0003_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "layer_0004_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "notes.txt"));
+}
+
+TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
+  const TemporaryFolder folder;
+  const auto planes = parse_planes({}, false);
+  const auto open = [&](const std::string& job, std::uint32_t layers) {
+    return LayerFolder(folder.path(), planes, ContourFormat::kCsv, 10, Existing::kResume, {job, layers});
+  };
+  const auto finished = [&](std::uint32_t layers) { return open("job", layers).finished().layers; };
+  EXPECT_EQ(finished(10), 0u) << "nothing is there yet";
+  {
+    LayerFolder layers = open("job", 10);
+    for (std::uint32_t i = 0; i < 4; ++i) layers.write(layer_of(i, planes));
+  }
+  EXPECT_THROW(open("another", 10), Error);
+  EXPECT_EQ(finished(10), 4u);
+  EXPECT_EQ(finished(4), 3u) << "one layer is always sliced";
+  EXPECT_EQ(finished(10), 3u) << "the journal was written anew";
+  write_file(folder.path() / "layer_0002_occupancy.png", "bytez");
+  EXPECT_EQ(finished(10), 2u) << "a file has changed";
+  fs::remove(folder.path() / "layer_0000_contours.csv");
+  EXPECT_EQ(finished(10), 0u) << "a file has gone";
+}
+
+TEST(LayerFolder, ManifestsOfInterruptedJobsAreTheSame) {
+  const TemporaryFolder whole, parts;
+  const auto planes = parse_planes({}, false);
+  LayerFolder at_once(whole.path(), planes, ContourFormat::kJson, 3, Existing::kRefuse, {"job", 3});
+  {
+    LayerFolder(parts.path(), planes, ContourFormat::kJson, 3, Existing::kRefuse, {"job", 3})
+        .write(layer_of(0, planes));
+  }
+  LayerFolder resumed(parts.path(), planes, ContourFormat::kJson, 3, Existing::kResume, {"job", 3});
+  for (std::uint32_t i = 0; i < 3; ++i) at_once.write(layer_of(i, planes));
+  for (std::uint32_t i = 1; i < 3; ++i) resumed.write(layer_of(i, planes));
+  at_once.finish({}, {});
+  resumed.finish({}, {});
+  EXPECT_EQ(read_whole(whole.path() / "manifest.json"), read_whole(parts.path() / "manifest.json"));
+  EXPECT_FALSE(fs::exists(parts.path() / "journal.jsonl"));
+}
+
+TEST(WriteFile, LeavesNothingWhereTheDiskIsFull) {
+  const TemporaryFolder folder;
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  std::string message;
+  try {
+    write_file(folder.path() / "layer.png", std::string(100'000, 'x'));
+  } catch (const Error& error) {
+    message = error.what();
+    EXPECT_EQ(error.code(), ErrorCode::kFileUnwritable);
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_THAT(message, testing::HasSubstr("layer.png: File too large"));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
 TEST(Failure, ExitCodesSayWhoseFaultItIs) {

@@ -119,6 +119,9 @@ TEST_F(CommandLine, UploadsAndDescribes) {
   EXPECT_THAT(again.err, HasSubstr("held this mesh already"));
   EXPECT_THAT(run({"info", id}).out, HasSubstr("extra"));
   EXPECT_EQ(json_at(run({"info", id, "--json"}).out, "control_cells").number_value(), 48);
+  EXPECT_GT(json_at(first.out, "mesh.preparation_ms").number_value(), 0);
+  EXPECT_THAT(again.out, HasSubstr("on the server, prepared in "));
+  EXPECT_EQ(json_at(run({"info", id, "--json"}).out, "undecided_cells").number_value(), 0);
   EXPECT_THAT(run({"info", "--meshes"}).out, HasSubstr(id));
   EXPECT_THAT(run({"info"}).out, testing::AllOf(HasSubstr("engine"), HasSubstr("encodings  raw, zstd")));
   EXPECT_EQ(json_at(run({"info", "--json"}).out, "encodings").list_value().values(1).string_value(), "zstd");
@@ -132,7 +135,7 @@ TEST_F(CommandLine, SlicesIntoAFolder) {
            "--encoding", "zstd", "--contours", "json", "--layers", "3..6", "-o", path("out"), "--json"});
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_EQ(json_at(result.out, "voxel_count").number_value(), 4 * 48 * 32);
-  EXPECT_EQ(files_in("out"), 4u * 4 + 1);
+  EXPECT_EQ(files_in("out"), 4u * 4 + 2);
   const std::string manifest = read_whole(path("out/manifest.json"));
   EXPECT_EQ(json_at(manifest, "grid.columns").number_value(), 48);
   EXPECT_EQ(json_at(manifest, "layers").list_value().values_size(), 4);
@@ -163,6 +166,21 @@ TEST_F(CommandLine, WritesTiffAndOneExrOfAllChannels) {
   EXPECT_THAT(picture, HasSubstr("gradient"));
   EXPECT_THAT(picture, HasSubstr("height"));
   EXPECT_THAT(read_whole(path("exr/manifest.json")), HasSubstr(R"("channels":["gradient","height"])"));
+}
+
+TEST_F(CommandLine, PutsAContactSheetBesideTheLayers) {
+  const std::vector<std::string> slice = {"slice", box_, "--pitch", "0.25", "--channel", "gradient", "-o", path("out")};
+  const ProcessResult result = run(slice);
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("contact sheet: " + path("out/contact_sheet.png")));
+  EXPECT_THAT(read_whole(path("out/contact_sheet.png")), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(files_in("out"), 32u + 2);
+  std::vector<std::string> without = slice;
+  without.insert(without.end(), {"--force", "--no-contact-sheet", "--json"});
+  const ProcessResult second = run(without);
+  ASSERT_EQ(second.exit_code, cli::kExitOk) << second.err;
+  EXPECT_THAT(second.out, testing::Not(HasSubstr("contact_sheet")));
+  EXPECT_EQ(files_in("out"), 32u + 1) << "the old sheet is gone with the old layers";
 }
 
 TEST_F(CommandLine, RefusesToOverwriteUnlessForced) {
@@ -231,6 +249,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"plan", box_, "--pitch", "1", "--grade", "oops"},
       {"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--grade", "a=x"},
       {"models", "teapot"},
+      {"convert", box_, "-o", path("o.stl")},
       {"export", box_, "-o", path("o.obj")},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "exr"},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--all-channels", "--encoding", "tiff"},
@@ -310,8 +329,91 @@ TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
   EXPECT_EQ(result.exit_code, cli::kExitInterrupted);
   EXPECT_THAT(result.err, HasSubstr("3 of 20 layers"));
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
-  EXPECT_EQ(files_in("out"), 3u) << "three whole layers and nothing else";
+  EXPECT_EQ(files_in("out"), 3u + 1) << "three whole layers and their journal";
   EXPECT_FALSE(fs::exists(path("out/manifest.json")));
+}
+
+TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
+  FakeSlicer fake;
+  const auto slice = [&](const char* folder, std::vector<std::string> more) {
+    std::vector<std::string> command = {"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path(folder)};
+    command.insert(command.end(), {"--no-contact-sheet", "--attempts", "1"});
+    command.insert(command.end(), more.begin(), more.end());
+    return start(command, fake.address())->wait();
+  };
+  EXPECT_EQ(slice("whole", {}).exit_code, cli::kExitOk);
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext&) {
+    return layer < 7 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
+  };
+  EXPECT_THAT(slice("out", {}).err, HasSubstr("--resume goes on with it"));
+  EXPECT_FALSE(fs::exists(path("out/manifest.json")));
+  fake.before_layer = {};
+  const ProcessResult refused = slice("out", {});
+  EXPECT_EQ(refused.exit_code, cli::kExitOutput);
+  EXPECT_THAT(refused.err, HasSubstr("--resume to go on"));
+  EXPECT_THAT(slice("out", {"--resume", "--layers", "0..9"}).err, HasSubstr("layers of another job"));
+  const ProcessResult resumed = slice("out", {"--resume"});
+  EXPECT_EQ(resumed.exit_code, cli::kExitOk) << resumed.err;
+  ASSERT_EQ(files_in("out"), files_in("whole"));
+  for (const auto& file : fs::directory_iterator(path("whole"))) {
+    EXPECT_EQ(read_whole(file.path()), read_whole(path("out") + "/" + file.path().filename().string())) << file.path();
+  }
+  EXPECT_EQ(slice("out", {"--resume"}).exit_code, cli::kExitOutput);
+}
+
+TEST_F(CommandLine, PacksLayersAsVolumetric3mf) {
+  EXPECT_EQ(run({"slice", box_, "--pitch", "1", "--channel", "gradient", "-o", path("out")}).exit_code, cli::kExitOk);
+  const ProcessResult packed = run({"package", path("out"), "-o", path("box.3mf"), "--json"});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_EQ(json_at(packed.out, "size_bytes").number_value(), static_cast<double>(fs::file_size(path("box.3mf"))));
+  const std::string bytes = read_whole(path("box.3mf"));
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf")}).exit_code, cli::kExitOutput) << "it is there already";
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf"), "--force"}).exit_code, cli::kExitOk);
+  EXPECT_EQ(read_whole(path("box.3mf")), bytes);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("out"), path("box.3mf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+
+  EXPECT_THAT(run({"package", path("out"), "-o", path("box.gcvf")}).err, HasSubstr("--encoding png-rgba"));
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.zip")}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"package", path(""), "-o", path("none.3mf")}).exit_code, cli::kExitInput);
+  std::ofstream(path("out/layer_0003_gradient.png"), std::ios::app) << "x";
+  EXPECT_THAT(run({"package", path("out"), "-o", path("changed.3mf")}).err, HasSubstr("has changed since"));
+  EXPECT_FALSE(fs::exists(path("changed.3mf")));
+}
+
+TEST_F(CommandLine, PacksMaterialsAsGcvf) {
+  for (const char* encoding : {"png-rgba", "png"}) {
+    const std::string folder = path(encoding);
+    const ProcessResult sliced =
+        run({"slice", box_, "--pitch", "0.5", "--material", "soft=#00ffff", "--material", "stiff=#ff00ff", "--map",
+             "blend:gradient:0=soft,1=stiff", "--masks", "--encoding", encoding, "-o", folder});
+    ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+    EXPECT_EQ(json_at(read_whole(folder + "/manifest.json"), "materials").list_value().values_size(), 2);
+  }
+  ASSERT_EQ(run({"package", path("png-rgba"), "-o", path("box.gcvf")}).exit_code, cli::kExitOk);
+  for (const std::vector<std::string>& checked :
+       {std::vector<std::string>{path("png-rgba"), path("box.gcvf")}, {path("png")}}) {
+    std::vector<std::string> command = {"/usr/bin/python3", CCSLICE_CHECK_STACK};
+    command.insert(command.end(), checked.begin(), checked.end());
+    const ProcessResult result = Process(command, folder_.path()).wait();
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  }
+}
+
+TEST_F(CommandLine, AJobDoesNotFailForItsContactSheet) {
+  FakeSlicer fake;
+  int layers = 0;
+  fake.before_layer = [&](std::uint32_t, grpc::ServerContext&) {
+    return ++layers <= 20 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
+  };
+  const ProcessResult result =
+      start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "--attempts", "2", "-o", path("out")}, fake.address())
+          ->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("there is no contact sheet: "));
+  EXPECT_THAT(result.out, testing::Not(HasSubstr("contact sheet")));
+  EXPECT_EQ(files_in("out"), 20u + 1) << "the layers and manifest.json";
 }
 
 TEST_F(CommandLine, MixedEnginesAreAMismatch) {

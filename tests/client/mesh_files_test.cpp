@@ -4,8 +4,10 @@
 // The command line's own mesh files, and what it does to a mesh on the way.
 
 #include <gmock/gmock.h>
+#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -55,12 +57,41 @@ TEST(MeshFiles, JsonAndCcmeshHoldTheSameHouse) {
 
 TEST(MeshFiles, JsonIsLossless) {
   ControlMesh mesh = make_ring();
-  for (Vec3& position : mesh.positions) position += Vec3::Zero();  // JSON has no negative zero.
-  mesh.positions[0] += Vec3(1e-17, 1.0 / 3, 0.1);
+  mesh.positions[0] = Vec3(1e-17, 1.0 / 3, -0.0);
+  mesh.positions[1] = Vec3(5e-324, -1.7976931348623157e308, 1e22);
   mesh.channel_values[0] = 0.1f;
+  mesh.channel_values[1] = -0.0f;
+  mesh.channel_names[0] = "\"h\\\n\xc3\xa4\xf0\x9f\x92\x8e";
   mesh.sharp_vertices = {3};
+  mesh.allow_folds = true;
   const v1::ControlMesh message = to_proto(mesh);
-  EXPECT_EQ(parse_ccmesh(to_json(message)).SerializeAsString(), message.SerializeAsString());
+  const std::string json = to_json(message);
+  EXPECT_EQ(parse_ccmesh(json).SerializeAsString(), message.SerializeAsString());
+  v1::ControlMesh by_protobuf;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(json, &by_protobuf).ok());
+  EXPECT_EQ(by_protobuf.SerializeAsString(), message.SerializeAsString());
+}
+
+TEST(MeshFiles, JsonOfProtobufIsTakenHoweverItIsWritten) {
+  ControlMesh mesh = make_box();
+  mesh.channel_names[0] = "\u007f<\xc3\xa4\xf0\x9f\x92\x8e\t";
+  mesh.positions[0].x() = 1.25e-7;
+  const v1::ControlMesh message = to_proto(mesh);
+  for (const bool names_of_proto : {false, true}) {
+    google::protobuf::util::JsonPrintOptions options;
+    options.add_whitespace = options.always_print_primitive_fields = names_of_proto;
+    options.always_print_enums_as_ints = options.preserve_proto_field_names = names_of_proto;
+    std::string json;
+    ASSERT_TRUE(google::protobuf::util::MessageToJsonString(message, &json, options).ok());
+    EXPECT_EQ(parse_ccmesh(json).SerializeAsString(), message.SerializeAsString());
+  }
+  const v1::ControlMesh small = parse_ccmesh(
+      R"({"cellKinds":[1,"CELL_KIND_TET"],"sharpEdges":null,"positionsMm":["1.5",2E1,-0],"cell_vertices":[1.0,1e2,"7"],)"
+      R"("channelNames":["\u00e4\ud83d\udc8e\/"]})");
+  EXPECT_THAT(small.positions_mm(), ElementsAre(1.5, 20, 0));
+  EXPECT_TRUE(std::signbit(small.positions_mm(2)));
+  EXPECT_THAT(small.cell_vertices(), ElementsAre(1, 100, 7));
+  EXPECT_EQ(small.channel_names(0), "\xc3\xa4\xf0\x9f\x92\x8e/");
 }
 
 TEST(MeshFiles, JsonMistakesTeach) {
@@ -70,10 +101,55 @@ TEST(MeshFiles, JsonMistakesTeach) {
     write_file(path, text);
     return error_of({.mesh = path});
   };
-  EXPECT_THAT(error_of_text("{\"positionsMm\": [1, 2, three]}"), HasSubstr("three"));
-  EXPECT_THAT(error_of_text(" {\"positions\": [1, 2, 3]}"), HasSubstr("positions"));
+  const auto error_at = [&](const std::string& text, const std::string& error) {
+    EXPECT_THAT(error_of_text(text), testing::EndsWith("bad.json: " + error)) << text;
+  };
+  error_at("{\"positionsMm\":\n [1, 2, three]}", "line 2, column 9: expected a coordinate, found 'three'");
+  error_at("{\n\n\"positions\": [1]}",
+           "line 3, column 1: expected the name of a field of ccslice.v1.ControlMesh, such as \"positionsMm\", found "
+           "'\"positions\"'");
+  error_at("{\"positionsMm\": [1, 2}", "line 1, column 22: expected ',' or ']', found '}'");
+  error_at("{\"positionsMm\": [1,]}", "line 1, column 20: expected a coordinate, found ']'");
+  error_at("{\"positionsMm\": [1", "line 1, column 19: expected ',' or ']', found the end of the file");
+  error_at("{\"positionsMm\": 7}", "line 1, column 17: expected '[', found '7'");
+  error_at("{\"positionsMm\": [-]}", "line 1, column 18: expected a coordinate, found '-'");
+  error_at("{\"positionsMm\": [1e999]}", "line 1, column 18: '1e999' is too large a number");
+  for (const char* number : {"007", "-01", "1.", "1.e3", ".5", "+1", "1e"}) {
+    error_at(std::string("{\"positionsMm\": [") + number + "]}",
+             std::string("line 1, column 18: expected a coordinate, found '") + number + "'");
+  }
+  error_at("{\"positionsMm\": [\"NaN\"]}", "line 1, column 18: 'NaN' is not a finite number");
+  error_at("{\"positionsMm\": [\"1]}", "line 1, column 18: expected a coordinate, found '\"'");
+  error_at("{\"channelValues\": [1e39]}", "line 1, column 20: '1e39' is too large a number");
+  error_at("{\"channelNames\": [\"a\\ud83d\"]}", "line 1, column 19: a string with an escape that JSON lacks");
+  error_at("{\"channelNames\": [\"a", "line 1, column 19: a string without its closing quotation mark");
+  error_at("{\"channelNames\": [\"a\nb\"]}",
+           "line 1, column 21: a control character or the end of a line within a string");
+  error_at("{\"cellKinds\": [\"HEX\"]}",
+           "line 1, column 16: expected a cell's kind, such as \"CELL_KIND_HEX\", found '\"HEX\"'");
+  error_at("{\"cellVertices\": [-1]}", "line 1, column 19: expected a vertex id (from 0), found '-1'");
+  error_at("{\"cellVertices\": [4294967296]}", "line 1, column 19: expected a vertex id (from 0), found '4294967296'");
+  error_at("{\"cellVertices\": [1.5]}", "line 1, column 19: expected a vertex id (from 0), found '1.5'");
+  error_at("{\"allowFolds\": 1}", "line 1, column 16: expected true or false, found '1'");
+  error_at("{\"allowFolds\": true, \"allow_folds\": true}", "line 1, column 22: a second 'allowFolds'");
+  error_at("{\"cellKinds\": [1]} {", "line 1, column 20: expected the end of the file, found '{'");
   EXPECT_THAT(error_of_text("{}"), HasSubstr("no cellKinds"));
   EXPECT_THAT(error_of_text("plain text"), HasSubstr("OpenVolumeMesh"));
+}
+
+TEST(MeshFiles, ErrorsNameTheRemedy) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "part").string();
+  write_file(path, "");
+  EXPECT_THAT(error_of({.mesh = path}), testing::EndsWith("part: the file is empty"));
+  write_file(path, "solid part\nfacet normal 0 0 1\n");
+  EXPECT_THAT(error_of({.mesh = path}), HasSubstr("meshio convert"));
+  ControlMesh box = make_box();
+  box.positions[box.cell_vertices[6]] = Vec3(-100, -100, -100);
+  write_file(path, to_proto(box).SerializeAsString());
+  EXPECT_THAT(error_of({.mesh = path}), HasSubstr("--allow-folds"));
+  write_file(path, R"({"cellKinds": ["CELL_KIND_PYRAMID"]})");
+  EXPECT_THAT(error_of({.mesh = path}), HasSubstr("cell 0 is a pyramid"));
 }
 
 class MutatedCcmeshes : public testing::TestWithParam<const char*> {};

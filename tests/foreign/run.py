@@ -9,42 +9,17 @@
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
-import time
 import zlib
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROTO = HERE.parents[1] / "proto"
-START_S = 30
 
-
-class Server:
-    """ccsliced on a free port of this machine."""
-
-    def __init__(self, program, folder):
-        self._log = folder / "server.log"
-        with open(self._log, "wb") as log:
-            self._process = subprocess.Popen([program, "--listen", "127.0.0.1:0"], stderr=log)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._process.terminate()
-        self._process.wait()
-
-    def address(self):
-        """Waits until it serves."""
-        end = time.monotonic() + START_S
-        while time.monotonic() < end and self._process.poll() is None:
-            found = re.search(r"serves on (\S+): .*\n", self._log.read_text())
-            if found:
-                return found.group(1)
-            time.sleep(0.05)
-        raise RuntimeError("the server doesn't serve: " + self._log.read_text())
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(HERE.parent / "support"))
+from ccsliced_process import Server  # noqa: E402
 
 
 def json_of(command, **options):

@@ -98,13 +98,6 @@ INSTANTIATE_TEST_SUITE_P(TinyMeshes, InterpolatedTinyMeshes, testing::Range<std:
 
 constexpr double kPrintedMm = 24;  // A pitch of about 0.12 mm, at which tiles are large beside the meshes' cells.
 
-void scale_to(double longest_mm, ControlMesh& mesh) {
-  Box3 box;
-  for (const Vec3& p : mesh.positions) box.extend(p);
-  const double factor = longest_mm / box.sizes().maxCoeff();
-  for (Vec3& p : mesh.positions) p *= factor;
-}
-
 class InterpolatedRealMeshes : public testing::TestWithParam<std::string> {};
 
 TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {

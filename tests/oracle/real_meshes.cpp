@@ -51,6 +51,13 @@ std::optional<ControlMesh> read_real_mesh(const std::string& name) {
   return mesh;
 }
 
+void scale_to(double longest_mm, ControlMesh& mesh) {
+  Box3 box;
+  for (const Vec3& p : mesh.positions) box.extend(p);
+  const double factor = longest_mm / box.sizes().maxCoeff();
+  for (Vec3& p : mesh.positions) p *= factor;
+}
+
 std::string case_name(const std::string& mesh_name) {
   std::string result = mesh_name;
   for (char& c : result) {

@@ -28,6 +28,9 @@ std::optional<ControlMesh> read_real_mesh(const std::string& name);
 /// As it is in the file.
 std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name);
 
+/// Scales about the origin until the control points' box has this longest side.
+void scale_to(double longest_mm, ControlMesh& mesh);
+
 /// A test case's name: letters, digits and underscores only.
 std::string case_name(const std::string& mesh_name);
 

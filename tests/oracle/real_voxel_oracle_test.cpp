@@ -109,7 +109,7 @@ TEST_P(RealMaterials, AgreeWithAlgorithm1) {
   const auto mesh = read_real_mesh(GetParam());
   if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
   const Subject subject(*mesh);
-  SubjectForAlgorithm1 solid(subject);
+  LimitSolidForAlgorithm1 solid(subject.solid(), brute_force_boxes(subject));
   const SliceJob job = float_job(subject, 100);
   LayerSlicer slicer(subject.shared_solid(), job);
   const Layer layer = slicer.slice(job.grid.extent.layers / 2, {});

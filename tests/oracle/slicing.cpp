@@ -55,24 +55,20 @@ std::vector<Polygon> polygons_of(const Contours& contours) {
   return polygons;
 }
 
-SubjectForAlgorithm1::SubjectForAlgorithm1(const Subject& subject) : evaluator_(subject.solid()) {
+CellBoxes brute_force_boxes(const Subject& subject) {
+  CellBoxes boxes;
   for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
     const OneRing ring = subject.one_ring(cell);
     Box3 all, own;
     for (std::uint32_t v = 0; v < ring.mesh().vertex_count(); ++v) all.extend(ring.mesh().position(v));
     for (const std::uint32_t v : ring.focus().v) own.extend(ring.mesh().position(v));
-    ring_boxes_.push_back(all);
-    corner_boxes_.push_back(own);
+    boxes.rings.push_back(all);
+    boxes.corners.push_back(own);
   }
+  return boxes;
 }
 
-void SubjectForAlgorithm1::geo_and_jacobian(const CellParam& at, Vec3& position, Mat3& jacobian) {
-  const LimitSample sample = evaluator_.sample(at);
-  position = sample.position;
-  jacobian = sample.jacobian;
-}
-
-Algorithm1Comparison compare_with_algorithm1(const Subject& subject, SubjectForAlgorithm1& solid,
+Algorithm1Comparison compare_with_algorithm1(const Subject& subject, LimitSolidForAlgorithm1& solid,
                                              const LayerView& view) {
   Algorithm1 algorithm(solid, {.threshold_mm = 1e-6});
   Algorithm1Comparison result;

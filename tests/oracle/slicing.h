@@ -11,6 +11,7 @@
 #include "core/slicer/layer_slicer.h"
 #include "tests/oracle/subject.h"
 #include "tests/support/algorithm1.h"
+#include "tests/support/limit_solid_for_algorithm1.h"
 #include "tests/support/winding_number.h"
 
 namespace ccslice::oracle {
@@ -36,28 +37,15 @@ class LayerView {
 
 std::vector<Polygon> polygons_of(const Contours& contours);
 
-/// What Algorithm 1 needs: limit evaluation from the core, boxes of control points from brute force.
-class SubjectForAlgorithm1 final : public Algorithm1Solid {
- public:
-  explicit SubjectForAlgorithm1(const Subject& subject);
-  std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(ring_boxes_.size()); }
-  const Box3& ring_box(std::uint32_t cell) const override { return ring_boxes_[cell]; }
-  const Box3& corner_box(std::uint32_t cell) const override { return corner_boxes_[cell]; }
-  Vec3 geo(const CellParam& at) override { return evaluator_.geo(at); }
-  void geo_and_jacobian(const CellParam& at, Vec3& position, Mat3& jacobian) override;
-  LimitEvaluator& evaluator() { return evaluator_; }
-
- private:
-  LimitEvaluator evaluator_;
-  std::vector<Box3> ring_boxes_, corner_boxes_;
-};
+/// By brute force.
+CellBoxes brute_force_boxes(const Subject& subject);
 
 /// Compares a layer's channels with Algorithm 1's. Its hard clip fails beside irregular lines: counted, not compared.
 struct Algorithm1Comparison {
   std::size_t compared = 0, not_found = 0;
   double worst = 0;
 };
-Algorithm1Comparison compare_with_algorithm1(const Subject& subject, SubjectForAlgorithm1& solid,
+Algorithm1Comparison compare_with_algorithm1(const Subject& subject, LimitSolidForAlgorithm1& solid,
                                              const LayerView& view);
 
 }  // namespace ccslice::oracle

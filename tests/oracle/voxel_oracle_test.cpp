@@ -101,7 +101,7 @@ class Materials : public testing::TestWithParam<std::string> {};
 TEST_P(Materials, AgreeWithAlgorithm1) {
   const Subject subject(tiny_mesh(GetParam()));
   ASSERT_EQ(subject.solid().summary().folding_cells, 0u);
-  SubjectForAlgorithm1 solid(subject);
+  LimitSolidForAlgorithm1 solid(subject.solid(), brute_force_boxes(subject));
   const SliceJob job = float_job(subject, 50);
   LayerSlicer slicer(subject.shared_solid(), job);
   for (const double place : {0.25, 0.6}) {

@@ -49,7 +49,7 @@ TEST_F(MeshRpcs, ServerInfoTellsTheLimits) {
   EXPECT_EQ(info.max_points_per_message(), kMaxPointsPerMessage);
   EXPECT_EQ(info.slice_limits().max_planes(), 64u);
   EXPECT_GT(info.mesh_limits().max_cells(), 0u);
-  EXPECT_EQ(info.sample_types_size(), 4);
+  EXPECT_EQ(info.sample_types_size(), 6);
   EXPECT_GE(info.encodings_size(), 2);
   EXPECT_EQ(info.cache_capacity_bytes(), test_options().cache_bytes);
 }

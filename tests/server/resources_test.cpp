@@ -157,6 +157,7 @@ TEST(Resources, ACancelledPlanIsAnsweredWhileTheWorkersAreBusy) {
   open.set_value();
 }
 
+/// A client that neither sends nor reads.
 class SilentClient : public ::testing::Test {
  protected:
   static ServerOptions options() {
@@ -165,9 +166,8 @@ class SilentClient : public ::testing::Test {
     return options;
   }
 
-  /// Sweeps until the calls have ended; what the client is told.
-  template <class Stream>
-  Failure failure_after_silence(Stream& stream) {
+  /// Sweeps until the one call has ended.
+  void be_silent() {
     EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 1; }, 2s));
     server_.server().sweep();
     EXPECT_EQ(server_.server().state().calls.running(), 1u) << "it has time";
@@ -177,7 +177,36 @@ class SilentClient : public ::testing::Test {
           return server_.server().state().calls.running() == 0;
         },
         5s));
+    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 0; }, 2s));
+  }
+
+  /// What the client is told then.
+  template <class Stream>
+  Failure failure_after_silence(Stream& stream) {
+    be_silent();
     return failure_of(stream.Finish());
+  }
+
+  /// What it is told when it reads at last what had come before.
+  template <class Response, class Stream>
+  Failure failure_after_stall(Stream& stream) {
+    be_silent();
+    Response response;
+    while (stream.Read(&response)) {
+    }
+    return failure_of(stream.Finish());
+  }
+
+  /// Some 100 MB of layers: far more than the transport holds.
+  v1::SliceRangeRequest large_request(const std::string& id) {
+    v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 900);
+    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    return request;
+  }
+
+  void expect_stalled(const Failure& failure) {
+    EXPECT_EQ(failure.code, grpc::StatusCode::UNAVAILABLE);
+    EXPECT_EQ(failure.message.substr(0, 16), "STREAM_STALLED: ");
   }
 
   void expect_idle(const Failure& failure) {
@@ -220,6 +249,51 @@ TEST_F(SilentClient, LosesItsUpload) {
   writer->Write(message);
   expect_idle(failure_after_silence(*writer));
   EXPECT_TRUE(eventually([this] { return server_.server().state().uploads.used_bytes() == 0; }, 2s));
+}
+
+TEST_F(SilentClient, LosesTheLayersThatItDoesNotRead) {
+  const std::string id = server_.upload_good(make_block(2, 10));
+  grpc::ClientContext context;
+  const auto reader = server_.stub().SliceRange(&context, large_request(id));
+  v1::SliceRangeResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().streams.used_bytes() > 0; }, 2s));
+  expect_stalled(failure_after_stall<v1::SliceRangeResponse>(*reader));
+  EXPECT_EQ(server_.server().state().streams.used_bytes(), 0u);
+  EXPECT_TRUE(server_.server().state().cache.erase(id));
+  EXPECT_EQ(server_.server().state().cache.use().used_bytes, 0u) << "the mesh isn't in use any more";
+}
+
+TEST_F(SilentClient, LosesAnswersThatItDoesNotRead) {
+  const std::string id = server_.upload_good(make_block(1, 10));
+  grpc::ClientContext context;
+  const auto stream = server_.stub().EvaluatePoints(&context);
+  v1::EvaluatePointsRequest request;
+  request.set_mesh_id(id);
+  for (int i = 0; i < 4096; ++i) {
+    request.add_limit_cells(0);
+    for (int a = 0; a < 3; ++a) request.add_uvw(0.5);
+  }
+  std::thread writer([&] {
+    while (stream->Write(request)) {
+    }
+  });
+  expect_stalled(failure_after_stall<v1::EvaluatePointsResponse>(*stream));
+  writer.join();
+}
+
+TEST_F(SilentClient, KeepsItsStreamWhileItReadsNowAndThen) {
+  const std::string id = server_.upload_good(make_block(2, 10));
+  grpc::ClientContext context;
+  const auto reader = server_.stub().SliceRange(&context, large_request(id));
+  v1::SliceRangeResponse message;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(reader->Read(&message)) << i;
+    std::this_thread::sleep_for(100ms);
+    server_.server().sweep();
+  }
+  context.TryCancel();
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
 }  // namespace

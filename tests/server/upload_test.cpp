@@ -254,6 +254,20 @@ TEST(UploadMesh, TakesInvertedCellsWithAllowFoldsAndSaysSo) {
   EXPECT_GT(response.mesh().folds_size(), 0);
 }
 
+TEST(UploadMesh, CountsCellsOfWhichItCannotBeToldWhetherTheyFold) {
+  TestServer server;
+  v1::ControlMesh mesh = make_block(7, 70);
+  for (int i = 0; i < mesh.positions_mm_size(); i += 3) {  // As in limit_solid_test.cpp.
+    if (mesh.positions_mm(i) == 40 && mesh.positions_mm(i + 2) == 30) mesh.set_positions_mm(i, 17.5);
+  }
+  mesh.set_allow_folds(true);
+  v1::UploadMeshResponse response;
+  const grpc::Status status = server.upload(mesh, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(response.mesh().undecided_cells(), 0u);
+  EXPECT_EQ(response.mesh().folding_cells(), 0u);
+}
+
 TEST(UploadMesh, SharesAnError) {
   TestServer server;
   v1::ControlMesh mesh = make_block(4, 10);

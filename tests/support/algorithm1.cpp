@@ -58,12 +58,13 @@ std::optional<CellParam> Algorithm1::newton(const CellParam& start, const Vec3& 
 std::optional<CellParam> Algorithm1::invert(const Vec3& point) {
   ++full_inversions_;
   ring_cells_.clear();
-  for (std::uint32_t cell = 0; cell < solid_.cell_count(); ++cell) {
-    if (solid_.ring_box(cell).contains(point)) ring_cells_.push_back(cell);
+  const std::span<const Box3> ring_boxes = solid_.ring_boxes();
+  for (std::uint32_t cell = 0; cell < ring_boxes.size(); ++cell) {
+    if (ring_boxes[cell].contains(point)) ring_cells_.push_back(cell);
   }
   candidates_.clear();
   for (const std::uint32_t cell : ring_cells_) {
-    if (solid_.corner_box(cell).contains(point)) add_candidate(cell, point);
+    if (solid_.corner_boxes()[cell].contains(point)) add_candidate(cell, point);
   }
   if (const auto found = trace(point)) return found;
   candidates_.clear();

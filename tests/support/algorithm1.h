@@ -28,10 +28,9 @@ namespace ccslice::oracle {
 class Algorithm1Solid {
  public:
   virtual ~Algorithm1Solid() = default;
-  virtual std::uint32_t cell_count() const = 0;
-  /// Box of the control points of the cell's one-ring, and of the cell's own corners.
-  virtual const Box3& ring_box(std::uint32_t cell) const = 0;
-  virtual const Box3& corner_box(std::uint32_t cell) const = 0;
+  /// By cell: boxes of the control points of its one-ring, and of its own corners.
+  virtual std::span<const Box3> ring_boxes() const = 0;
+  virtual std::span<const Box3> corner_boxes() const = 0;
   virtual Vec3 geo(const CellParam& at) = 0;
   virtual void geo_and_jacobian(const CellParam& at, Vec3& position, Mat3& jacobian) = 0;
 };

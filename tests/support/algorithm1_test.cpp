@@ -18,9 +18,8 @@ class BentRow final : public Algorithm1Solid {
       rings_.push_back(Box3(Vec3(i - 1.0, -1, low - 1), Vec3(i + 2, 2, high + 1)));
     }
   }
-  std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(rings_.size()); }
-  const Box3& ring_box(std::uint32_t cell) const override { return rings_[cell]; }
-  const Box3& corner_box(std::uint32_t cell) const override { return corners_[cell]; }
+  std::span<const Box3> ring_boxes() const override { return rings_; }
+  std::span<const Box3> corner_boxes() const override { return corners_; }
   Vec3 geo(const CellParam& at) override {
     const double x = at.cell + at.uvw.x();
     return {x, at.uvw.y(), at.uvw.z() + 0.2 * x * x};

@@ -53,6 +53,14 @@ ControlMesh box_mesh(int nx, int ny, int nz, double size_mm, const KeepCell& kee
   return soup.take();
 }
 
+ControlMesh folding_box_mesh() {
+  ControlMesh mesh = box_mesh(4, 4, 4);
+  for (Vec3& p : mesh.positions) {
+    if ((p - Vec3::Constant(20)).norm() < 1e-9) p += Vec3(80, 0, 0);
+  }
+  return mesh;
+}
+
 ControlMesh fan_mesh(int sectors, int m, int layers, double degrees) {
   const double half_step = degrees * std::numbers::pi / 180 / (2 * sectors);
   const double radius = 10.0 * m;

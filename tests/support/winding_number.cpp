@@ -26,14 +26,14 @@ double distance_to_segment(const Vec2& a, const Vec2& b, const Vec2& p) {
 int winding_number(std::span<const Polygon> polygons, const Vec2& point) {
   int winding = 0;
   for (const Polygon& polygon : polygons) {
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Vec2& a = polygon[i];
-      const Vec2& b = polygon[(i + 1) % polygon.size()];
-      if (a.y() <= point.y()) {
-        if (b.y() > point.y() && is_left(a, b, point) > 0) ++winding;
-      } else if (b.y() <= point.y() && is_left(a, b, point) < 0) {
+    const Vec2* a = polygon.data() + polygon.size() - 1;
+    for (const Vec2& b : polygon) {
+      if (a->y() <= point.y()) {
+        if (b.y() > point.y() && is_left(*a, b, point) > 0) ++winding;
+      } else if (b.y() <= point.y() && is_left(*a, b, point) < 0) {
         --winding;
       }
+      a = &b;
     }
   }
   return winding;

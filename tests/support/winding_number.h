@@ -13,7 +13,7 @@
 
 namespace ccslice::oracle {
 
-/// Closed: the last point joins the first.
+/// Closed: the last point joins the first. Not empty.
 using Polygon = std::vector<Vec2>;
 
 int winding_number(std::span<const Polygon> polygons, const Vec2& point);

@@ -39,15 +39,13 @@ Vec3 evaluate_net(const BezierNet& net, double s, double t) {
 TEST(BezierNet, QuartersAreTheSamePatch) {
   std::mt19937 random(1);
   const BezierNet net = random_net(random);
-  HalvedCoefficients halves;
-  halve(net.z, halves);
+  const std::array<BezierNet, 4> quarters = quarters_of(net);
   for (int quarter = 0; quarter < 4; ++quarter) {
     const int i = quarter % 2, j = quarter / 2;
-    NetCoefficients child;
-    take_quarter(halves, i, j, child);
+    const BezierNet& child = quarters[static_cast<std::size_t>(quarter)];
     for (const double s : {0.0, 0.3, 1.0}) {
       for (const double t : {0.0, 0.6, 1.0}) {
-        EXPECT_NEAR(evaluate_net(child, s, t), evaluate_net(net.z, (i + s) / 2, (j + t) / 2), 1e-14);
+        EXPECT_LT((evaluate_net(child, s, t) - evaluate_net(net, (i + s) / 2, (j + t) / 2)).norm(), 3e-14);
       }
     }
   }
@@ -74,28 +72,35 @@ TEST(BezierNet, TheChordBoundBoundsChords) {
   std::uniform_real_distribution<double> unit(0, 1);
   for (int trial = 0; trial < 200; ++trial) {
     const BezierNet net = random_net(random);
-    const double bound = chord_bound(net);
+    const ChordBound bound = chord_bound(net);
     for (int chord = 0; chord < 20; ++chord) {
       const double s0 = unit(random), t0 = unit(random), s1 = unit(random), t1 = unit(random), u = unit(random);
       const Vec3 between = (1 - u) * evaluate_net(net, s0, t0) + u * evaluate_net(net, s1, t1);
-      EXPECT_LE((between - evaluate_net(net, (1 - u) * s0 + u * s1, (1 - u) * t0 + u * t1)).norm(), bound);
+      const double error = (between - evaluate_net(net, (1 - u) * s0 + u * s1, (1 - u) * t0 + u * t1)).norm();
+      EXPECT_LE(error, bound.along(s1 - s0, t1 - t0));
+      EXPECT_LE(bound.along(s1 - s0, t1 - t0), bound.whole());
     }
   }
 }
 
 TEST(BezierNet, AParallelogramHasNoChordError) {
   BezierPatch patch;
-  for (int k = 0; k < 16; ++k) patch.b[k] = Vec3(k % 4, 2 * (k % 4) - k / 4, 3 * (k / 4));
-  EXPECT_NEAR(chord_bound(transformed(patch, {})), 0, 1e-14);
+  for (int k = 0; k < 16; ++k) patch.b[k] = PaddedPoint(k % 4, 2 * (k % 4) - k / 4, 3 * (k / 4), 0);
+  EXPECT_NEAR(chord_bound(transformed(patch, {})).whole(), 0, 1e-14);
 }
 
-TEST(BezierNet, StraddlingTakesAMargin) {
-  NetCoefficients z;
-  z.fill(1e-3);
-  EXPECT_FALSE(straddles_zero(z, 1e-4));
-  EXPECT_TRUE(straddles_zero(z, 1e-2));
-  z[5] = -1;
-  EXPECT_TRUE(straddles_zero(z, 0));
+TEST(BezierNet, TheHullHoldsTheValues) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const BezierNet net = random_net(random);
+  const ValueRange hull = hull_of(net.z);
+  EXPECT_EQ(hull.low, *std::min_element(net.z.begin(), net.z.end()));
+  EXPECT_EQ(hull.high, *std::max_element(net.z.begin(), net.z.end()));
+  for (int trial = 0; trial < 100; ++trial) {
+    const double value = evaluate_net(net.z, unit(random), unit(random));
+    EXPECT_LE(hull.low, value);
+    EXPECT_GE(hull.high, value);
+  }
 }
 
 }  // namespace

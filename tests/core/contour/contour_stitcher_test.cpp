@@ -64,6 +64,20 @@ TEST(ContourStitcher, LeavesOutRepeatedPointsAndWhatIsNoLoopWithoutThem) {
   EXPECT_EQ(xs(loops[0]), (std::vector<double>{0, 1, 1}));
 }
 
+TEST(ContourStitcher, KeepsWhatLiesBetweenInTheOrderOfTheLoop) {
+  ContourStitcher stitcher;
+  add_crossings(stitcher, {{0, 0}, {1, 0}, {2, 1}});
+  const auto add_between = [&](const std::vector<double>& values) {
+    for (const double x : values) stitcher.add_between({.face = 0, .s = 0, .t = 0, .xy = {x, 0}});
+  };
+  add_between({0.3, 0.6});
+  stitcher.add_segment(0, 1);
+  add_between({1.7, 1.3});
+  stitcher.add_segment(2, 1);  // Against the loop.
+  stitcher.add_segment(2, 0);
+  EXPECT_EQ(xs(stitcher.loops(0)[0]), (std::vector<double>{0, 0.3, 0.6, 1, 1.3, 1.7, 2}));
+}
+
 TEST(ContourStitcher, RefusesForksAndOpenEnds) {
   ContourStitcher stitcher;
   add_crossings(stitcher, {{0, 0}, {1, 0}, {2, 0}, {3, 0}});

@@ -20,7 +20,7 @@ Vec3 evaluate(const BezierPatch& patch, double s, double t) {
   };
   const auto bs = bernstein(s), bt = bernstein(t);
   Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < 16; ++i) sum += bs[i % 4] * bt[i / 4] * patch.b[i];
+  for (std::size_t i = 0; i < 16; ++i) sum += bs[i % 4] * bt[i / 4] * patch.b[i].head<3>();
   return sum;
 }
 
@@ -40,10 +40,9 @@ void sample(const BoundarySurface& surface, Visit visit) {
     }
     IrregularCorner corner;
     std::array<BezierPatch, 3> patches;
-    std::vector<Vec3> scratch;
     surface.irregular_corner(f, corner);
     for (double size = 0.5; size > 1e-3; size /= 2) {
-      surface.split(corner, patches, scratch);
+      surface.split(corner, patches);
       patch_at(patches[0], size, 0, size);
       patch_at(patches[1], 0, size, size);
       patch_at(patches[2], size, size, size);

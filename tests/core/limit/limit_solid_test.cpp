@@ -57,6 +57,20 @@ TEST(LimitSolid, SummarizesWhatItHolds) {
   EXPECT_GT(summary.memory_bytes, 10'000u);
 }
 
+// In the plane of the moved points the limit's derivative along x is a quadratic that touches zero, at a third of a
+// cell.
+TEST(LimitSolid, CountsCellsOfWhichItCannotBeToldWhetherTheyFold) {
+  ControlMesh mesh = oracle::box_mesh(7, 3, 4);
+  for (Vec3& p : mesh.positions) {
+    if (p.x() == 40 && p.z() == 20) p.x() = 17.5;
+  }
+  mesh.allow_folds = true;
+  const auto solid = LimitSolid::prepare(mesh);
+  EXPECT_GE(solid->summary().undecided_cells, 2u);
+  EXPECT_EQ(solid->summary().folding_cells, 0u);
+  EXPECT_TRUE(solid->summary().folds.empty());
+}
+
 TEST(LimitSolid, CountsExtraordinaryVerticesOfTheControlMesh) {
   std::size_t meshes = 0;
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
@@ -100,10 +114,7 @@ TEST(LimitSolid, BoundingBoxHoldsTheLimitAndIsTouchedByIt) {
 }
 
 TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
-  ControlMesh mesh = oracle::box_mesh(4, 4, 4);
-  for (Vec3& p : mesh.positions) {
-    if ((p - Vec3::Constant(20)).norm() < 1e-9) p += Vec3(80, 0, 0);
-  }
+  ControlMesh mesh = oracle::folding_box_mesh();
   EXPECT_THROW(LimitSolid::prepare(mesh), Error);
   mesh.allow_folds = true;
   const auto solid = LimitSolid::prepare(mesh);
@@ -193,6 +204,28 @@ TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
   const SolidSummary& summary = solid->summary();
   EXPECT_EQ(summary.regular_cells, 8000u);
   EXPECT_LT(summary.memory_bytes, 8000u * 768);
+}
+
+TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    std::vector<std::uint64_t> asked;
+    PrepareOptions options;
+    options.reserve = [&](std::uint64_t bytes) { asked.push_back(bytes); };
+    const auto solid = LimitSolid::prepare(mesh, options);
+    ASSERT_FALSE(asked.empty()) << name;
+    EXPECT_TRUE(std::is_sorted(asked.begin(), asked.end())) << name;
+    EXPECT_GT(asked.back(), solid->summary().memory_bytes) << name;
+  }
+}
+
+TEST(LimitSolid, IsNotPreparedWhereThereIsTooLittleMemory) {
+  struct Refused {};
+  PrepareOptions options;
+  options.reserve = [](std::uint64_t bytes) {
+    if (bytes > 1'500'000) throw Refused();
+  };
+  EXPECT_NO_THROW(LimitSolid::prepare(oracle::box_mesh(3, 3, 3), options));
+  EXPECT_THROW(LimitSolid::prepare(oracle::box_mesh(9, 9, 9), options), Refused);
 }
 
 }  // namespace

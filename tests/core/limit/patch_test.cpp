@@ -19,12 +19,13 @@ std::vector<double> random_grid(std::uint32_t seed) {
   return grid;
 }
 
-Patch load(const std::vector<double>& grid) {
-  Patch patch;
-  patch.channels.resize(64);
-  load_patch(grid.data(), 4, patch);
-  return patch;
-}
+struct LoadedPatch {
+  explicit LoadedPatch(const std::vector<double>& grid) { load_patch(grid.data(), 4, points.data(), channels.data()); }
+  operator Patch() const { return {points.data(), channels.data()}; }
+
+  alignas(32) std::array<double, kPatchPoints> points;
+  std::array<double, 64> channels;
+};
 
 TEST(Patch, ReproducesLinearFunctions) {
   std::vector<double> grid;
@@ -32,9 +33,9 @@ TEST(Patch, ReproducesLinearFunctions) {
     const double x = (p & 3) - 1, y = (p >> 2 & 3) - 1, z = (p >> 4) - 1;
     grid.insert(grid.end(), {x, 2 * y, 3 * z, x + y - z});
   }
-  const Patch patch = load(grid);
+  const LoadedPatch patch(grid);
   const Vec3 at(0.3, 0.7, 0.9);
-  const LimitSample sample = patch_sample(patch, at);
+  const LimitSample sample = patch_sample(patch.points.data(), at);
   EXPECT_LT((sample.position - Vec3(0.3, 1.4, 2.7)).norm(), 1e-14);
   EXPECT_LT((sample.jacobian - Mat3(Vec3(1, 2, 3).asDiagonal())).norm(), 1e-14);
   double channel = 0;
@@ -43,11 +44,11 @@ TEST(Patch, ReproducesLinearFunctions) {
 }
 
 TEST(Patch, JacobianAgreesWithFiniteDifferences) {
-  const Patch patch = load(random_grid(1));
+  const LoadedPatch patch(random_grid(1));
   const double h = 1e-6;
   for (const Vec3& at : {Vec3(0.2, 0.5, 0.8), Vec3(0.5, 0.5, 0.5), Vec3(0.9, 0.1, 0.4)}) {
-    const Mat3 jacobian = patch_sample(patch, at).jacobian;
-    EXPECT_EQ(patch_sample(patch, at).position, patch_position(patch, at));
+    const Mat3 jacobian = patch_sample(patch.points.data(), at).jacobian;
+    EXPECT_EQ(patch_sample(patch.points.data(), at).position, patch_position(patch, at));
     for (int a = 0; a < 3; ++a) {
       const Vec3 step = h * Vec3::Unit(a);
       const Vec3 slope = (patch_position(patch, at + step) - patch_position(patch, at - step)) / (2 * h);
@@ -59,7 +60,7 @@ TEST(Patch, JacobianAgreesWithFiniteDifferences) {
 TEST(Patch, PhantomLayersMakeTheSideInterpolateItsFace) {
   std::vector<double> grid = random_grid(2);
   fill_phantoms(grid.data(), 3, 4, 0b000001);
-  const Patch patch = load(grid);
+  const LoadedPatch patch(grid);
   // At u = 0 the patch is the bicubic B-spline of the points at i = 1 alone.
   const Vec3 at(0, 0.3, 0.6);
   std::array<double, 4> bv, bw, unused;
@@ -86,7 +87,7 @@ TEST(Patch, PhantomsOnAllSidesFillEveryPoint) {
 
 TEST(Patch, BezierNetGivesTheSamePatch) {
   std::vector<double> grid = random_grid(3);
-  const Patch patch = load(grid);
+  const LoadedPatch patch(grid);
   bspline_to_bezier(grid.data(), 3, 4);
   const auto bernstein = [](double t) {
     const double s = 1 - t;

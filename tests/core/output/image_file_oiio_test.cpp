@@ -35,9 +35,7 @@ Decoded read_with_openimageio(const Bytes& file, const char* name) {
   return decoded;
 }
 
-const char* file_name(Encoding format) {
-  return format == Encoding::kPng ? "a.png" : format == Encoding::kTiff ? "a.tif" : "a.exr";
-}
+const char* file_name(Encoding format) { return format == Encoding::kTiff ? "a.tif" : "a.exr"; }
 
 template <class Sample>
 Bytes counting_samples(std::size_t count, Sample first) {
@@ -54,9 +52,7 @@ struct Kind {
   OIIO::TypeDesc read_as;
 };
 
-const Kind kKinds[] = {{Encoding::kPng, SampleType::kUint8, OIIO::TypeDesc::UINT8},
-                       {Encoding::kPng, SampleType::kUint16, OIIO::TypeDesc::UINT16},
-                       {Encoding::kTiff, SampleType::kUint8, OIIO::TypeDesc::UINT8},
+const Kind kKinds[] = {{Encoding::kTiff, SampleType::kUint8, OIIO::TypeDesc::UINT8},
                        {Encoding::kTiff, SampleType::kUint16, OIIO::TypeDesc::UINT16},
                        {Encoding::kTiff, SampleType::kFloat32, OIIO::TypeDesc::FLOAT},
                        {Encoding::kExr, SampleType::kFloat32, OIIO::TypeDesc::FLOAT}};
@@ -144,6 +140,48 @@ TEST(ImageFile, IsTheSameOnAnyThread) {
     threads.clear();
     for (const Bytes& file : there) EXPECT_EQ(file, here);
   }
+}
+
+// Our own PNG files, read by somebody else.
+
+TEST(PngFile, GreyReadsBack) {
+  for (const std::uint32_t width : {1u, 7u, 61u, 1975u}) {
+    const std::uint32_t height = 75;
+    const Bytes bytes = samples_of(SampleType::kUint8, std::size_t{width} * height);
+    const Bytes words = samples_of(SampleType::kUint16, std::size_t{width} * height);
+    const auto read = [&](SampleType type, const Bytes& samples) {
+      return read_with_openimageio(PlaneEncoder().encode({type, width, height, samples}, Encoding::kPng).bytes,
+                                   "a.png");
+    };
+    EXPECT_EQ(read(SampleType::kUint8, bytes).samples, bytes);
+    EXPECT_EQ(read(SampleType::kUint16, words).samples, words);
+    EXPECT_EQ(read(SampleType::kUint16, words).spec.format, OIIO::TypeDesc::UINT16);
+  }
+}
+
+TEST(PngFile, MaterialsReadBackInTheirColours) {
+  const std::vector<std::uint32_t> palette = {0x000000ff, 0x00ffffff, 0xff0080ff, 0xffffffff};
+  const std::uint32_t width = 321, height = 75;
+  Bytes indices, colours, mask;
+  for (std::uint32_t i = 0; i < width * height; ++i) {
+    indices.push_back(static_cast<std::uint8_t>(i * 7 / 5 % 4));
+    for (int shift = 24; shift >= 0; shift -= 8)
+      colours.push_back(static_cast<std::uint8_t>(palette[indices.back()] >> shift));
+    mask.push_back(indices.back() == 2 ? 255 : 0);
+  }
+  const IndexImage image{width, height, indices, palette};
+  const Decoded rgba =
+      read_with_openimageio(PlaneEncoder().encode(image, SampleType::kUint2, Encoding::kPngRgba).bytes, "a.png");
+  EXPECT_EQ(rgba.spec.nchannels, 4);
+  EXPECT_EQ(rgba.samples, colours);
+  for (const SampleType type : {SampleType::kUint2, SampleType::kUint4, SampleType::kUint8}) {
+    const Decoded indexed = read_with_openimageio(PlaneEncoder().encode(image, type, Encoding::kPng).bytes, "a.png");
+    ASSERT_EQ(indexed.spec.nchannels, 3);  // OpenImageIO looks the colours up.
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      ASSERT_EQ(std::memcmp(&indexed.samples[3 * i], &colours[4 * i], 3), 0) << i;
+    }
+  }
+  EXPECT_EQ(read_with_openimageio(PlaneEncoder().encode_mask(image, 2, Encoding::kPng).bytes, "a.png").samples, mask);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace ccslice {
 namespace {
 
 void require(bool condition, const char* what) {
-  if (!condition) throw std::runtime_error(std::string("not a plain grey PNG: ") + what);
+  if (!condition) throw std::runtime_error(std::string("not a plain PNG: ") + what);
 }
 
 std::uint32_t big_endian(std::span<const std::uint8_t> bytes) {
@@ -26,9 +26,13 @@ std::uint8_t paeth(int a, int b, int c) {
   return static_cast<std::uint8_t>(pa <= pb && pa <= pc ? a : pb <= pc ? b : c);
 }
 
+std::size_t bits_per_voxel(const TinyPng& png) { return png.bit_depth * std::size_t{png.color_type == 6 ? 4u : 1u}; }
+
+std::size_t png_row_bytes(const TinyPng& png) { return (bits_per_voxel(png) * png.width + 7) / 8; }
+
 void unfilter(TinyPng& png, std::span<const std::uint8_t> filtered) {
-  const std::size_t step = png.bit_depth / 8;
-  const std::size_t row_bytes = step * png.width;
+  const std::size_t step = std::max<std::size_t>(1, bits_per_voxel(png) / 8);
+  const std::size_t row_bytes = png_row_bytes(png);
   require(filtered.size() == (row_bytes + 1) * png.height, "wrong amount of image data");
   png.samples.resize(row_bytes * png.height);
   const std::vector<std::uint8_t> zeros(row_bytes);
@@ -54,7 +58,10 @@ void read_header(TinyPng& png, std::span<const std::uint8_t> data) {
   png.height = big_endian(data.subspan(4));
   png.bit_depth = data[8];
   png.color_type = data[9];
-  require(png.color_type == 0 && (png.bit_depth == 8 || png.bit_depth == 16) && data[12] == 0, "kind of picture");
+  const bool depth = png.bit_depth == 8 || (png.color_type == 0 && (png.bit_depth == 1 || png.bit_depth == 16)) ||
+                     (png.color_type == 3 && (png.bit_depth == 1 || png.bit_depth == 2 || png.bit_depth == 4));
+  const bool type = png.color_type == 0 || png.color_type == 3 || png.color_type == 6;
+  require(depth && type && data[10] == 0 && data[11] == 0 && data[12] == 0, "kind of picture");
 }
 
 }  // namespace
@@ -74,11 +81,13 @@ TinyPng read_tiny_png(std::span<const std::uint8_t> file) {
     require(crc32_z(0, named.data(), named.size()) == big_endian(file.subspan(8 + length)), "chunk checksum");
     png.chunks.emplace_back(named.begin(), named.begin() + 4);
     if (png.chunks.back() == "IHDR") read_header(png, data);
+    if (png.chunks.back() == "PLTE") png.palette.assign(data.begin(), data.end());
+    if (png.chunks.back() == "tRNS") png.alphas.assign(data.begin(), data.end());
     if (png.chunks.back() == "IDAT") deflated.insert(deflated.end(), data.begin(), data.end());
     file = file.subspan(std::size_t{12} + length);
   }
   require(!png.chunks.empty() && png.chunks.front() == "IHDR" && png.chunks.back() == "IEND", "first or last chunk");
-  std::vector<std::uint8_t> filtered((std::size_t{png.width} * (png.bit_depth / 8) + 1) * png.height);
+  std::vector<std::uint8_t> filtered((png_row_bytes(png) + 1) * png.height);
   uLongf size = filtered.size();
   require(uncompress(filtered.data(), &size, deflated.data(), deflated.size()) == Z_OK, "deflate");
   filtered.resize(size);

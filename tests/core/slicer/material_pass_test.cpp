@@ -60,7 +60,7 @@ class MaterialPassTest : public testing::Test {
   void run(const std::vector<Span>& spans, const CancellationToken& cancel = {}) {
     for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
     stats_ = {};
-    MaterialPass(field_).run(spans, lattice_, 7.0, planes_, stats_, cancel);
+    MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, cancel}, spans);
   }
 
   float sample(int plane, std::uint32_t x, std::uint32_t y) const {
@@ -96,24 +96,24 @@ TEST_F(MaterialPassTest, EvaluatesVoxelCentresAndLeavesTheOutsideZero) {
   EXPECT_DOUBLE_EQ(stats_.max_residual_mm, 7e-9);
 }
 
-TEST_F(MaterialPassTest, HintsAreTheLeftNeighbourThenTheRowBelow) {
-  run({{1, 3, 5}, {2, 4, 6}, {2, 20, 21}, {2, 22, 23}, {4, 4, 5}});
+TEST_F(MaterialPassTest, HintsAreTheLeftNeighbourThenTheNearestEndOfARun) {
+  run({{1, 3, 5}, {2, 4, 6}, {2, 20, 21}, {2, 38, 39}, {4, 4, 5}});
   const auto x_of = [&](std::size_t i) { return field_.hints[i] ? (*field_.hints[i])[0] : -99; };
   EXPECT_EQ(x_of(0), -99);      // First of all.
   EXPECT_EQ(x_of(1), x_mm(3));  // The left neighbour.
   EXPECT_EQ(x_of(2), x_mm(4));  // Straight below.
   EXPECT_EQ(x_of(3), x_mm(4));  // The left neighbour again, of this row.
   EXPECT_EQ((*field_.hints[3])[1], y_mm(2));
-  EXPECT_EQ(x_of(4), x_mm(4));  // 16 columns away in the row below.
+  EXPECT_EQ(x_of(4), x_mm(5));  // The end of the run before, 15 columns away.
   EXPECT_EQ(x_of(5), -99);      // 18 columns away: too far.
   EXPECT_EQ(x_of(6), -99);      // The row below is empty.
 }
 
-TEST_F(MaterialPassTest, AfterAGapTheRowBelowIsTheHint) {
+TEST_F(MaterialPassTest, AfterAGapTheLastSolvedVoxelIsTheHint) {
   field_.unreachable = [&](const Vec3& p) { return p.y() == y_mm(2) && p.x() == x_mm(4); };
   run({{1, 3, 8}, {2, 3, 8}});
-  EXPECT_EQ((*field_.hints[7])[0], x_mm(5));  // Voxel (5, 2), right of the gap.
-  EXPECT_EQ((*field_.hints[7])[1], y_mm(1));
+  EXPECT_EQ((*field_.hints[7])[0], x_mm(3));  // Of voxel (5, 2), right of the gap.
+  EXPECT_EQ((*field_.hints[7])[1], y_mm(2));
 }
 
 TEST_F(MaterialPassTest, UnresolvedVoxelsTakeTheNearestSolvedSample) {
@@ -154,8 +154,8 @@ TEST_F(MaterialPassTest, ALayerKnowsNothingOfTheOneBefore) {
   MaterialPass pass(field_);
   const std::vector<Span> low = {{1, 3, 5}}, high = {{2, 3, 5}};
   for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
-  pass.run(low, lattice_, 7, planes_, stats_, {});
-  pass.run(high, lattice_, 8, planes_, stats_, {});
+  pass.run({lattice_, 7, planes_, stats_, {}}, low);
+  pass.run({lattice_, 8, planes_, stats_, {}}, high);
   EXPECT_EQ(field_.hints[2], std::nullopt);
 }
 

@@ -89,10 +89,35 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kEnumValueUnknown, "planes[1].content", "unknown"},
         Spoiled{"ChannelAsBits", [](SliceJob& job) { job.planes[1].sample_type = SampleType::kBit; },
                 ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for UINT8, UINT16 or FLOAT32"},
+        Spoiled{"MaterialsWithoutAny", [](SliceJob& job) { job.planes[1].content = PlaneContent::kMaterials; },
+                ErrorCode::kMaterialsMissing, "printing.materials", "planes[1] shows them"},
+        Spoiled{"MaskOfAnUnknownMaterial",
+                [](SliceJob& job) {
+                  job.printing = Printing{.materials = {{"resin", 0xffffffff}}, .map = {}, .halftone = {}};
+                  job.planes[0].content = PlaneContent::kMaterialMask;
+                  job.planes[0].material = 2;
+                },
+                ErrorCode::kMaterialUnknown, "planes[0].material_mask.material", "there is no material 2"},
+        Spoiled{"MaterialsInTooFewBits",
+                [](SliceJob& job) {
+                  job.printing = Printing{.materials = {{"a", 1}, {"b", 2}}, .map = {}, .halftone = {}};
+                  job.printing->map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
+                  job.planes[0].content = PlaneContent::kMaterials;
+                },
+                ErrorCode::kEncodingUnsupported, "planes[0].sample_type", "too few bits"},
+        Spoiled{"MaterialsAsTiff",
+                [](SliceJob& job) {
+                  job.printing = Printing{.materials = {{"resin", 0xffffffff}}, .map = {}, .halftone = {}};
+                  job.planes[0].content = PlaneContent::kMaterials;
+                  job.planes[0].encoding = Encoding::kTiff;
+                },
+                ErrorCode::kEncodingUnsupported, "planes[0].encoding", "ask for PNG"},
+        Spoiled{"ChannelAsRgba", [](SliceJob& job) { job.planes[1].encoding = Encoding::kPngRgba; },
+                ErrorCode::kEncodingUnsupported, "planes[1].encoding", "materials only"},
         Spoiled{"OccupancyAsBytes", [](SliceJob& job) { job.planes[0].sample_type = SampleType::kUint8; },
                 ErrorCode::kEncodingUnsupported, "planes[0].sample_type", "ask for BIT"},
         Spoiled{"UnknownSampleType", [](SliceJob& job) { job.planes[1].sample_type = static_cast<SampleType>(50); },
-                ErrorCode::kEnumValueUnknown, "planes[1].sample_type", "unknown; ask for BIT, UINT8"},
+                ErrorCode::kEnumValueUnknown, "planes[1].sample_type", "unknown; ask for BIT, UINT2"},
         Spoiled{"FloatsAsPng", [](SliceJob& job) { job.planes[2].encoding = Encoding::kPng; },
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "PNG holds no floats"},
         Spoiled{"BytesAsExr", [](SliceJob& job) { job.planes[1].encoding = Encoding::kExr; },
@@ -121,7 +146,8 @@ INSTANTIATE_TEST_SUITE_P(
                 },
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "ask for EXR"},
         Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
-                ErrorCode::kEnumValueUnknown, "planes[0].encoding", "ask for RAW, RAW_ZSTD, PNG, TIFF or EXR"},
+                ErrorCode::kEnumValueUnknown, "planes[0].encoding",
+                "ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR"},
         Spoiled{"EmptyRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {2, 2};
@@ -172,6 +198,14 @@ INSTANTIATE_TEST_SUITE_P(
                 "grid.extent.columns", "70000 is more than the limit of 65536"},
         Spoiled{"GridOfNothing", [](SliceJob& job) { job.grid.extent.layers = 0; }, ErrorCode::kGridExtentZero,
                 "grid.extent.layers", "at least one voxel"},
+        Spoiled{"HalftonesTooLarge",
+                [](SliceJob& job) {
+                  job.grid.extent = {16384, 16384, 1};
+                  job.planes.resize(1);
+                  job.printing = Printing{.materials = {{"a", 1}, {"b", 2}}, .map = {}, .halftone = {}};
+                  job.printing->map.kind = DirectMap{{{0, 1}, {1, 2}}, 0};
+                },
+                ErrorCode::kLayerBytesTooLarge, "planes", "bytes of samples a layer"},
         Spoiled{"LayerTooLarge",
                 [](SliceJob& job) {
                   job.grid.extent = {16384, 16384, 1};
@@ -205,9 +239,9 @@ TEST(ValidateJobOfGoodJobs, SaysThatASolidHasNoChannels) {
   }
 }
 
-TEST(ValidateJobOfGoodJobs, TakesPngIfItIsBuiltIn) {
+TEST(ValidateJobOfGoodJobs, TakesTiffIfItIsBuiltIn) {
   SliceJob job = good_job();
-  job.planes[0].encoding = Encoding::kPng;
+  job.planes[0].encoding = Encoding::kTiff;
   if (image_files_available()) {
     EXPECT_NO_THROW(validate_job(two_channels(), job));
   } else {

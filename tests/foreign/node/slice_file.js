@@ -63,7 +63,7 @@ function crc32(bytes) {
   return ~crc >>> 0;
 }
 
-/** The samples of an 8-bit grey PNG whose rows aren't filtered, as ccslice writes them. */
+/** The samples of an 8-bit grey PNG. Of the filters those that ccslice uses: 0, none, and 2, the difference to the row above. */
 function greyPng(file) {
   let width = 0;
   const deflated = [];
@@ -76,7 +76,14 @@ function greyPng(file) {
   }
   const filtered = zlib.inflateSync(Buffer.concat(deflated));
   const rows = [];
-  for (let at = 0; at < filtered.length; at += width + 1) rows.push(filtered.subarray(at + 1, at + 1 + width));
+  let above = Buffer.alloc(width);
+  for (let at = 0; at < filtered.length; at += width + 1) {
+    const filter = filtered[at];
+    expect(filter === 0 || filter === 2, `row filter ${filter}`);
+    const row = filtered.subarray(at + 1, at + 1 + width);
+    above = filter === 0 ? row : row.map((difference, i) => difference + above[i]);
+    rows.push(above);
+  }
   return Buffer.concat(rows);
 }
 
@@ -186,5 +193,5 @@ async function main(address, file, channel) {
 
 main(...process.argv.slice(2)).catch((error) => {
   console.error(error);
-  process.exitCode = 1;
+  process.exit(1);  // Open channels would keep the process alive.
 });

@@ -5,7 +5,7 @@
 
     PYTHONPATH=<folder of the stubs> tests/foreign/python/slice_bar.py localhost:50051
 
-The stubs come from the contract (packages python3-grpcio, python3-protobuf, python3-zstandard, protobuf-compiler-grpc):
+The stubs come from the contract (packages python3-grpcio, python3-protobuf, python3-zstandard, python3-pil, protobuf-compiler-grpc):
 
     protoc -I proto -I tests/foreign/proto --python_out=STUBS --grpc_python_out=STUBS \\
         --plugin=protoc-gen-grpc_python=/usr/bin/grpc_python_plugin \\
@@ -15,13 +15,14 @@ Prints one JSON document of what it got.
 """
 
 import hashlib
+import io
 import json
-import struct
 import sys
 import zlib
 
 import grpc
 import zstandard
+from PIL import Image
 
 from ccslice.v1 import mesh_pb2, points_pb2, service_pb2_grpc, slice_pb2
 from google.rpc import error_details_pb2, status_pb2
@@ -84,18 +85,10 @@ def planes():
 
 
 def grey_png(file):
-    """The samples of an 8-bit grey PNG whose rows aren't filtered, as ccslice writes them."""
-    at, width, deflated = 8, 0, b""
-    while at < len(file):
-        length, name = struct.unpack(">I4s", file[at:at + 8])
-        content = file[at + 8:at + 8 + length]
-        if name == b"IHDR":
-            width = struct.unpack(">I", content[:4])[0]
-        if name == b"IDAT":
-            deflated += content
-        at += length + 12
-    rows = zlib.decompress(deflated)
-    return b"".join(rows[row + 1:row + 1 + width] for row in range(0, len(rows), width + 1))
+    """The samples of an 8-bit grey PNG."""
+    picture = Image.open(io.BytesIO(file))
+    assert picture.mode == "L"
+    return picture.tobytes()
 
 
 def decoded(encoded, encoding):

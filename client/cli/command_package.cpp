@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/cli/commands.h"
+#include "client/cli/console.h"
+#include "client/cli/gcvf.h"
+#include "client/cli/json.h"
+#include "client/cli/layer_stack.h"
+#include "client/cli/output_file.h"
+#include "client/cli/text_values.h"
+#include "client/cli/three_mf.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct PackageOptions {
+  std::string folder;
+  std::string output;
+  std::optional<double> chord_tolerance_mm = std::nullopt;
+  bool force = false;
+};
+
+client::Surface boundary_of(Session& session, const LayerStack& stack, const PackageOptions& options) {
+  v1::TessellateBoundaryRequest request;
+  request.set_mesh_id(stack.mesh_id());
+  for (const double entry : stack.placement()) request.mutable_placement()->add_matrix(entry);
+  if (options.chord_tolerance_mm) request.set_chord_tolerance_mm(*options.chord_tolerance_mm);
+  return session.client().tessellate(request, session.call());
+}
+
+std::uint64_t write_package(Session& session, const PackageOptions& options, const LayerStack& stack) {
+  if (options.output.ends_with(".gcvf")) {
+    if (!session.quiet()) print_note("note: .gcvf is experimental; no printer's software has read one of ours yet");
+    return write_gcvf(stack, options.output);
+  }
+  require_mixing_ratios(stack);
+  return write_three_mf(stack, boundary_of(session, stack, options), options.output);
+}
+
+void run_package(Session& session, const PackageOptions& options) {
+  if (!options.output.ends_with(".gcvf") && !options.output.ends_with(".3mf")) {
+    throw UsageError("--output must end with .gcvf or .3mf, not '" + options.output + "'");
+  }
+  refuse_to_overwrite(options.output, options.force);
+  const LayerStack stack(options.folder);
+  const std::uint64_t bytes = write_package(session, options, stack);
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("file", options.output).member("layers", stack.layers()).member("size_bytes", bytes);
+    return print_line(json.end_object().text());
+  }
+  print_line(options.output + ": " + show_count(stack.layers()) + " layers, " + show_bytes(bytes));
+}
+
+}  // namespace
+
+Command add_package(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<PackageOptions>();
+  CLI::App* app = parent.add_subcommand("package", "Pack a folder of layers into one file: .gcvf or volumetric .3mf");
+  app->add_option("folder", options->folder, "Folder that `slice` filled")->required();
+  app->add_option("-o,--output", options->output,
+                  "File to write: .gcvf (experimental; of RGBA pictures of materials), or .3mf (the boundary, and "
+                  "8-bit PNG pictures of channels as mixing ratios; asks the server for the boundary)")
+      ->required();
+  app->add_option("--chord-tolerance", options->chord_tolerance_mm,
+                  "Of a .3mf's boundary: largest distance from a triangle to the limit surface in mm (default 0.05)");
+  app->add_flag("--force", options->force, "Replace the file if it is there");
+  add_server_options(*app, common);
+  app->footer(
+      "Examples:\n  ccslice slice ring.ccmesh --pitch 0.2 --channel hardness -o ring\n"
+      "  ccslice package ring -o ring.3mf");
+  return {app, [options](Session& session) { run_package(session, *options); }};
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,180 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/contact_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "client/cli/console.h"
+#include "client/cli/pixel_font.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr std::uint32_t kMostLayers = 24;
+constexpr int kSheetWidth = 1200, kSheetHeight = 900;
+constexpr int kLargestTile = 480;
+constexpr int kGap = 8;
+constexpr int kCaptionHeight = kGlyphHeight + 6;
+constexpr int kNarrowestCell = 15 * kGlyphAdvance;  // Room for a caption.
+
+int cell_width(const SheetLayout& layout) { return std::max(layout.tile_width, kNarrowestCell); }
+
+class Sheet {
+ public:
+  Sheet(const VoxelBlock& block, const SheetLayout& layout)
+      : block_(block),
+        layout_(layout),
+        has_values_(std::any_of(block.value.begin(), block.value.end(), [](std::uint8_t v) { return v != 0; })) {
+    const int columns = std::min(layout.columns, block.size[2]);
+    const int rows = (block.size[2] + layout.columns - 1) / layout.columns;
+    picture_.width = kGap + columns * (cell_width(layout) + kGap);
+    picture_.height = kGap + rows * (layout.tile_height + kCaptionHeight + kGap);
+    picture_.rgb.assign(3 * static_cast<std::size_t>(picture_.width) * static_cast<std::size_t>(picture_.height), 255);
+  }
+
+  void draw_layer(int layer, const SheetCaption& caption) {
+    const int left = kGap + layer % layout_.columns * (cell_width(layout_) + kGap);
+    const int top = kGap + layer / layout_.columns * (layout_.tile_height + kCaptionHeight + kGap);
+    draw_text(caption.number, left, top, picture_);
+    draw_text(caption.height, left + cell_width(layout_) - text_width(caption.height), top, picture_);
+    const int tile_left = left + (cell_width(layout_) - layout_.tile_width) / 2;
+    for (int row = 0; row < layout_.tile_height; ++row) {
+      for (int column = 0; column < layout_.tile_width; ++column) {
+        const int x = static_cast<int>((column + 0.5) / layout_.tile_width * block_.size[0]);
+        const int y = static_cast<int>((row + 0.5) / layout_.tile_height * block_.size[1]);
+        set(tile_left + column, top + kCaptionHeight + row, colour_of(block_.index(x, y, layer)));
+      }
+    }
+  }
+
+  Picture take() { return std::move(picture_); }
+
+ private:
+  Colour colour_of(std::size_t voxel) const {
+    if (block_.inside[voxel] == 0) return Colour::Constant(0.93);
+    return has_values_ ? material_colour(block_.value[voxel] / 255.0) : kPlainMaterial;
+  }
+
+  void set(int column, int row, const Colour& colour) {
+    std::size_t at = 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(picture_.width) +
+                          static_cast<std::size_t>(column));
+    for (const double component : colour) picture_.rgb[at++] = to_byte(component);
+  }
+
+  const VoxelBlock& block_;
+  const SheetLayout layout_;
+  const bool has_values_;
+  Picture picture_;
+};
+
+/// The first channel that a map reads; nothing if there is none.
+std::string channel_of(const v1::MaterialMap& map) {
+  switch (map.kind_case()) {
+    case v1::MaterialMap::kDirect: return map.direct().shares(0).channel();
+    case v1::MaterialMap::kBlend: return map.blend().channel();
+    case v1::MaterialMap::kCurve: return map.curve().channel();
+    case v1::MaterialMap::kColour: return map.colour().red_channel();
+    default: return {};
+  }
+}
+
+/// The first channel of the job's planes as `channel`, with the range that it is shown in; nothing if there is none.
+std::string channel_of(const v1::SliceHeader& header, v1::ValueRange& range) {
+  for (const v1::PlaneSpec& plane : header.planes()) {
+    if (plane.has_materials() || plane.has_material_mask()) return channel_of(header.printing().map());
+    if (plane.has_channels()) return plane.channels().names(0);
+    if (!plane.has_channel()) continue;
+    if (plane.has_value_range()) range = plane.value_range();
+    return plane.channel().name();
+  }
+  return {};
+}
+
+/// A grid over the job's whose layers lie at the heights of those that are spread.
+v1::GridSpec sheet_grid(const v1::Grid& grid, const SpreadLayers& layers, const SheetLayout& layout) {
+  v1::GridSpec sheet;
+  const v1::VoxelPitch& fine = grid.pitch();
+  v1::GridExtent& extent = *sheet.mutable_extent();
+  extent.set_columns(std::min(grid.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)));
+  extent.set_rows(std::min(grid.extent().rows(), static_cast<std::uint32_t>(layout.tile_height)));
+  extent.set_layers(layers.count);
+  v1::VoxelPitch& pitch = *sheet.mutable_pitch();
+  pitch.set_x_mm(fine.x_mm() * grid.extent().columns() / extent.columns());
+  pitch.set_y_mm(fine.y_mm() * grid.extent().rows() / extent.rows());
+  pitch.set_z_mm(fine.z_mm() * layers.stride);
+  *sheet.mutable_origin_mm() = grid.origin_mm();
+  sheet.mutable_origin_mm()->set_z(grid.origin_mm().z() +
+                                   (layers.first + 0.5 - 0.5 * static_cast<double>(layers.stride)) * fine.z_mm());
+  return sheet;
+}
+
+v1::SliceRangeRequest sheet_request(const v1::SliceRangeRequest& job, const v1::SliceHeader& header,
+                                    const SpreadLayers& layers, const SheetLayout& layout) {
+  v1::SliceRangeRequest request;
+  request.set_mesh_id(job.mesh_id());
+  *request.mutable_placement() = job.placement();
+  *request.mutable_grid() = sheet_grid(header.grid(), layers, layout);
+  request.set_layer_count(layers.count);
+  v1::ValueRange range;
+  ask_for_block(request, channel_of(header, range));
+  if (range.min() < range.max()) *request.mutable_planes(1)->mutable_value_range() = range;
+  return request;
+}
+
+}  // namespace
+
+SpreadLayers spread_layers(std::uint32_t first, std::uint32_t count) {
+  SpreadLayers layers;
+  layers.stride = (count + kMostLayers - 1) / kMostLayers;
+  layers.count = (count + layers.stride - 1) / layers.stride;
+  const std::uint32_t covered = (layers.count - 1) * layers.stride + 1;
+  layers.first = first + (count - covered) / 2;
+  return layers;
+}
+
+SheetLayout lay_out_sheet(int count, double width_mm, double height_mm) {
+  SheetLayout best;
+  double best_scale = 0;
+  for (int columns = 1; columns <= std::min(count, kSheetWidth / (kNarrowestCell + kGap)); ++columns) {
+    const int rows = (count + columns - 1) / columns;
+    const double width = std::min(kLargestTile, kSheetWidth / columns - kGap);
+    const double height = std::min(kLargestTile, kSheetHeight / rows - kGap - kCaptionHeight);
+    const double scale = std::min(width / width_mm, height / height_mm);
+    if (scale <= best_scale) continue;
+    best_scale = scale;
+    best = {columns, std::max(1, static_cast<int>(std::lround(scale * width_mm))),
+            std::max(1, static_cast<int>(std::lround(scale * height_mm)))};
+  }
+  return best;
+}
+
+Picture draw_contact_sheet(const VoxelBlock& block, const std::vector<SheetCaption>& captions,
+                           const SheetLayout& layout) {
+  Sheet sheet(block, layout);
+  for (int layer = 0; layer < block.size[2]; ++layer) {
+    sheet.draw_layer(layer, captions[static_cast<std::size_t>(layer)]);
+  }
+  return sheet.take();
+}
+
+Picture contact_sheet(Session& session, const v1::SliceRangeRequest& job, const v1::SliceHeader& header) {
+  const v1::Grid& grid = header.grid();
+  const SpreadLayers layers = spread_layers(job.first_layer(), job.layer_count());
+  const SheetLayout layout =
+      lay_out_sheet(static_cast<int>(layers.count), grid.pitch().x_mm() * grid.extent().columns(),
+                    grid.pitch().y_mm() * grid.extent().rows());
+  std::vector<SheetCaption> captions;
+  for (std::uint32_t i = 0; i < layers.count; ++i) {
+    const std::uint32_t layer = layers.first + i * layers.stride;
+    const double z_mm = grid.origin_mm().z() + (layer + 0.5) * grid.pitch().z_mm();
+    captions.push_back({std::to_string(layer), show_number(z_mm) + " mm"});
+  }
+  const VoxelBlock block =
+      slice_block(session, sheet_request(job, header, layers, layout), "drawing the contact sheet");
+  return draw_contact_sheet(block, captions, layout);
+}
+
+}  // namespace ccslice::cli

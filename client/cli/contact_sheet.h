@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A contact sheet: up to two dozen layers of a job, evenly spread, scaled down side by side, each with its number and
+// its height in mm. Row 0 is on top, as in the layers' own pictures. Where the job has a channel, its first one colours
+// the material from low (dark blue) to high (yellow).
+//
+// The layers are sliced once more at the same heights, no finer than the sheet shows them: that takes a moment, and
+// works for whatever encodings the job has.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/picture.h"
+#include "client/cli/session.h"
+#include "client/cli/voxel_block.h"
+
+namespace ccslice::cli {
+
+/// Layers first, first + stride, ...
+struct SpreadLayers {
+  std::uint32_t first = 0, stride = 1, count = 1;
+};
+
+/// Up to 24 of `count` layers, as many left out below as above them (one more above at most). REQUIRES: count > 0.
+SpreadLayers spread_layers(std::uint32_t first, std::uint32_t count);
+
+/// Places and sizes in dots.
+struct SheetLayout {
+  int columns = 1;
+  int tile_width = 1, tile_height = 1;
+};
+
+/// As large as `count` tiles of this shape can be on a sheet of about 1200 x 900. REQUIRES: count > 0, sizes > 0.
+SheetLayout lay_out_sheet(int count, double width_mm, double height_mm);
+
+struct SheetCaption {
+  std::string number, height;
+};
+
+/// REQUIRES: block.size > 0, a caption for each of the block's layers.
+Picture draw_contact_sheet(const VoxelBlock& block, const std::vector<SheetCaption>& captions,
+                           const SheetLayout& layout);
+
+/// The sheet of a job that was sliced. `header` is the one that its layers came with. Throws ClientError.
+Picture contact_sheet(Session& session, const v1::SliceRangeRequest& job, const v1::SliceHeader& header);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/job_journal.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+#include <optional>
+#include <system_error>
+
+#include "client/cli/json.h"
+#include "client/cli/json_fields.h"
+#include "client/cli/output_file.h"
+#include "client/mesh_bytes.h"
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using google::protobuf::Struct;
+
+std::uint64_t count(const Struct& object, const char* name) { return static_cast<std::uint64_t>(number(object, name)); }
+
+/// Whether the file that `entry` names is there as it says.
+bool is_whole(const fs::path& folder, const Struct& entry) {
+  const fs::path path = folder / fs::path(text(entry, "file")).filename();
+  std::error_code status;
+  if (fs::file_size(path, status) != count(entry, "file_bytes") || status) return false;
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return client::sha256_of(bytes) == text(entry, "sha256");
+}
+
+bool is_whole_layer(const fs::path& folder, const Struct& layer) {
+  const auto& planes = items(layer, "planes");
+  const bool contours = layer.fields().contains("contours");
+  return (!contours || is_whole(folder, field(layer, "contours").struct_value())) &&
+         std::ranges::all_of(planes, [&](const auto& plane) { return is_whole(folder, plane.struct_value()); });
+}
+
+client::SliceOutcome counts_of(const Struct& layer) {
+  client::SliceOutcome counts;
+  counts.layers = 1;
+  counts.empty_layers = field(layer, "empty").bool_value();
+  counts.voxel_count = count(layer, "voxel_count");
+  counts.voxels_interpolated = count(layer, "voxels_interpolated");
+  counts.voxels_unresolved = count(layer, "voxels_unresolved");
+  counts.max_residual_mm = number(layer, "max_residual_mm");
+  for (const auto& voxels : items(layer, "material_voxels")) {
+    counts.material_voxels.push_back(static_cast<std::uint64_t>(voxels.number_value()));
+  }
+  for (const auto& plane : items(layer, "planes")) {
+    counts.encoded_bytes += count(plane.struct_value(), "file_bytes");
+  }
+  return counts;
+}
+
+std::string first_line(const std::string& job_id) {
+  JsonWriter json;
+  return json.begin_object().member("format", "ccslice-journal").member("job", job_id).end_object().text();
+}
+
+}  // namespace
+
+JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan) {
+  const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString();
+  return {client::sha256_of(job), request.layer_count()};
+}
+
+FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
+  FinishedLayers finished;
+  std::ifstream file(folder / JobJournal::kName);
+  std::string line;
+  if (!std::getline(file, line)) return finished;
+  if (line != first_line(job.id)) {
+    throw Error(ErrorCode::kFileUnwritable, folder.string() +
+                                                " holds layers of another job, or of another version of the server; "
+                                                "take another folder, or --force to replace them");
+  }
+  while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
+    const std::optional<Struct> layer = parse_object(line);
+    if (!layer || !is_whole_layer(folder, *layer)) break;
+    finished.counts.add_counts(counts_of(*layer));
+    finished.manifest_entries.push_back(line);
+  }
+  return finished;
+}
+
+JobJournal::JobJournal(const fs::path& folder, const JobKey& job, const FinishedLayers& finished)
+    : path_(folder / kName) {
+  std::string text = first_line(job.id) + "\n";
+  for (const std::string& entry : finished.manifest_entries) text += entry + "\n";
+  write_file(path_, text);
+  file_.open(path_, std::ios::binary | std::ios::app);
+  check();
+}
+
+void JobJournal::add(const std::string& manifest_entry) {
+  file_ << manifest_entry << '\n' << std::flush;
+  check();
+}
+
+void JobJournal::remove() {
+  file_.close();
+  std::error_code ignored;
+  fs::remove(path_, ignored);
+}
+
+void JobJournal::check() {
+  if (!file_) throw Error(ErrorCode::kFileUnwritable, "cannot write " + path_.string() + ": " + std::strerror(errno));
+}
+
+}  // namespace ccslice::cli

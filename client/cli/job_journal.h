@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What lets an interrupted job go on: `journal.jsonl` in the folder of its layers, which says of every layer that is
+// there whole what manifest.json will say of it.
+//
+//   {"format":"ccslice-journal","job":"<JobKey.id>"}
+//   {"layer":0, ... "planes":[{"file":"layer_0000_occupancy.png","file_bytes":812,"sha256":"..."}]}
+//   ...
+//
+// A line is written once the layer's files are. The journal goes when manifest.json comes.
+
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+
+namespace ccslice::cli {
+
+struct JobKey {
+  std::string id;  // The same for the same layers of the same job by the same engine.
+  std::uint32_t layers = 0;
+};
+
+JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan);
+
+/// Layers that an earlier run finished: the first ones of the job.
+struct FinishedLayers {
+  std::vector<std::string> manifest_entries;  // A JSON object each.
+  client::SliceOutcome counts;                // Of these layers; the header is empty.
+};
+
+/// Nothing if there is no journal. Layers count as long as their files are there with the size and digest that the
+/// journal says; the job's last layer never does, as somebody has to tell the header. Throws Error{kFileUnwritable} if
+/// it is another job's.
+FinishedLayers read_journal(const std::filesystem::path& folder, const JobKey& job);
+
+class JobJournal {
+ public:
+  static constexpr const char* kName = "journal.jsonl";
+
+  /// Begins anew with the finished layers. All throw Error{kFileUnwritable}.
+  JobJournal(const std::filesystem::path& folder, const JobKey& job, const FinishedLayers& finished);
+  void add(const std::string& manifest_entry);
+  void remove();
+
+ private:
+  void check();
+
+  const std::filesystem::path path_;
+  std::ofstream file_;
+};
+
+}  // namespace ccslice::cli

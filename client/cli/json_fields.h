@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Our own JSON files read back: a field that is missing or of another kind is empty.
+
+#pragma once
+
+#include <google/protobuf/struct.pb.h>
+
+#include <optional>
+#include <string>
+
+namespace ccslice::cli {
+
+/// Nothing if `json` is no object.
+std::optional<google::protobuf::Struct> parse_object(const std::string& json);
+
+const google::protobuf::Value& field(const google::protobuf::Struct& object, const char* name);
+double number(const google::protobuf::Struct& object, const char* name);
+const std::string& text(const google::protobuf::Struct& object, const char* name);
+/// Of an array.
+const google::protobuf::RepeatedPtrField<google::protobuf::Value>& items(const google::protobuf::Struct& object,
+                                                                         const char* name);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/layer_stack.h"
+
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "client/cli/json_fields.h"
+#include "client/mesh_bytes.h"
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using google::protobuf::Struct;
+
+std::string read_whole(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw Error(ErrorCode::kFileUnreadable, "cannot read " + path.string());
+  return bytes;
+}
+
+std::array<double, 3> triple(const Struct& object, const char* name) {
+  const auto& values = items(object, name);
+  if (values.size() != 3) return {};
+  return {values[0].number_value(), values[1].number_value(), values[2].number_value()};
+}
+
+}  // namespace
+
+LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
+  if (!fs::exists(folder_ / "manifest.json")) {
+    throw Error(ErrorCode::kFileUnreadable, folder_.string() +
+                                                " holds no manifest.json: it is no folder of layers, or the job isn't "
+                                                "complete (ccslice slice --resume goes on with it)");
+  }
+  const std::optional<Struct> manifest = parse_object(read_whole(folder_ / "manifest.json"));
+  if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("is no manifest of layers");
+  mesh_id_ = text(*manifest, "mesh_id");
+  for (const auto& entry : items(*manifest, "placement")) placement_.push_back(entry.number_value());
+  for (const auto& value : items(*manifest, "planes")) {
+    const Struct& plane = value.struct_value();
+    planes_.push_back(
+        {text(plane, "content"), text(plane, "channel"), text(plane, "sample_type"), text(plane, "encoding")});
+  }
+  read_materials(*manifest);
+  read_layers(*manifest);
+  read_grid(*manifest);
+}
+
+void LayerStack::read_grid(const Struct& manifest) {
+  const Struct& grid = field(manifest, "grid").struct_value();
+  columns_ = static_cast<std::uint32_t>(number(grid, "columns"));
+  rows_ = static_cast<std::uint32_t>(number(grid, "rows"));
+  origin_mm_ = triple(grid, "origin_mm");
+  pitch_mm_ = triple(grid, "pitch_mm");
+  const auto& layers = items(manifest, "layers");
+  origin_mm_[2] = number(layers[0].struct_value(), "z_mm") - 0.5 * pitch_mm_[2];
+  if (columns_ == 0 || rows_ == 0 || !(pitch_mm_[0] > 0 && pitch_mm_[1] > 0 && pitch_mm_[2] > 0)) fail("has no grid");
+}
+
+void LayerStack::read_materials(const Struct& manifest) {
+  for (const auto& value : items(manifest, "materials")) {
+    const Struct& material = value.struct_value();
+    const std::string rgba = text(material, "rgba");  // #RRGGBBAA.
+    if (rgba.size() != 9) fail("has a material without a colour");
+    materials_.push_back({text(material, "name"), static_cast<std::uint32_t>(std::stoul(rgba.substr(1), nullptr, 16)),
+                          static_cast<std::uint64_t>(number(material, "voxel_count"))});
+  }
+}
+
+void LayerStack::read_layers(const Struct& manifest) {
+  for (const auto& value : items(manifest, "layers")) {
+    std::vector<File>& files = files_.emplace_back();
+    for (const auto& plane : items(value.struct_value(), "planes")) {
+      files.push_back({text(plane.struct_value(), "file"), text(plane.struct_value(), "sha256")});
+    }
+    if (files.size() != planes_.size()) fail("lacks files of a layer");
+  }
+  if (files_.empty()) fail("has no layers");
+}
+
+std::string LayerStack::picture(std::uint32_t layer, std::size_t plane) const {
+  const File& file = files_[layer][plane];
+  std::string bytes = read_whole(folder_ / fs::path(file.name).filename());
+  if (client::sha256_of(bytes) != file.sha256) fail("doesn't fit " + file.name + ", which has changed since");
+  return bytes;
+}
+
+void LayerStack::fail(const std::string& what) const {
+  throw Error(ErrorCode::kFileSyntax, (folder_ / "manifest.json").string() + " " + what);
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A folder of layers (layer_folder.h) read back, to be packed for other programs.
+
+#pragma once
+
+#include <google/protobuf/struct.pb.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace ccslice::cli {
+
+struct StackMaterial {
+  std::string name;
+  std::uint32_t rgba = 0;
+  std::uint64_t voxels = 0;  // In all layers.
+};
+
+struct StackPlane {
+  std::string content;  // As in manifest.json: "channel", "materials", ...
+  std::string channel;  // Of "channel".
+  std::string sample_type, encoding;
+};
+
+/// All functions throw Error{kFileUnreadable, kFileSyntax, kFileUnsupported}.
+class LayerStack {
+ public:
+  /// Reads manifest.json.
+  explicit LayerStack(std::filesystem::path folder);
+
+  std::uint32_t columns() const { return columns_; }
+  std::uint32_t rows() const { return rows_; }
+  std::uint32_t layers() const { return static_cast<std::uint32_t>(files_.size()); }
+  /// Lower corner of the first voxel of the first layer here, and the pitch, mm.
+  const std::array<double, 3>& origin_mm() const { return origin_mm_; }
+  const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
+  const std::string& mesh_id() const { return mesh_id_; }
+  /// Of the job: 12 or 16 numbers, or none.
+  const std::vector<double>& placement() const { return placement_; }
+  const std::vector<StackPlane>& planes() const { return planes_; }
+  const std::vector<StackMaterial>& materials() const { return materials_; }
+
+  /// The bytes of a picture. Compares them with their digest.
+  std::string picture(std::uint32_t layer, std::size_t plane) const;
+
+ private:
+  struct File {
+    std::string name, sha256;
+  };
+  void read_grid(const google::protobuf::Struct& manifest);
+  void read_layers(const google::protobuf::Struct& manifest);
+  void read_materials(const google::protobuf::Struct& manifest);
+  [[noreturn]] void fail(const std::string& what) const;
+
+  const std::filesystem::path folder_;
+  std::uint32_t columns_ = 0, rows_ = 0;
+  std::array<double, 3> origin_mm_{}, pitch_mm_{};
+  std::string mesh_id_;
+  std::vector<double> placement_;
+  std::vector<StackPlane> planes_;
+  std::vector<StackMaterial> materials_;
+  std::vector<std::vector<File>> files_;  // By layer and plane.
+};
+
+}  // namespace ccslice::cli

@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace ccslice::cli {
+
+using Colour = Vec3;  // Red, green, blue from 0 to 1.
+
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;  // Rows from the top, 3 bytes a place.
+};
+
+/// The colour of a material channel from low (0) to high (1): dark blue, blue green, green, yellow; even in lightness,
+/// so that it reads in grey too.
+Colour material_colour(double t);
+
+/// Material that has no channel to be coloured by.
+inline const Colour kPlainMaterial(0.93, 0.62, 0.25);
+
+/// A component from 0 to 1 (clamped) as a byte.
+std::uint8_t to_byte(double component);
+
+}  // namespace ccslice::cli

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/printing.h"
+
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+std::uint32_t parse_colour(const std::string& option, const std::string& text) {
+  std::uint32_t colour = 0;
+  const std::string_view digits = std::string_view(text).substr(text.empty() ? 0 : 1);
+  const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), colour, 16);
+  const bool whole = status == std::errc() && end == digits.data() + digits.size();
+  if (!text.starts_with('#') || !whole || (digits.size() != 6 && digits.size() != 8)) {
+    throw UsageError(option + " takes a colour as #RRGGBB or #RRGGBBAA, not '" + text + "'");
+  }
+  return digits.size() == 8 ? colour : colour << 8 | 0xff;
+}
+
+/// What stands before and after the last '='.
+std::pair<std::string, std::string> parse_pair(const std::string& option, const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
+    throw UsageError(option + " takes pairs with '=', as in its help, not '" + text + "'");
+  }
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+void parse_direct(const std::string& pairs, v1::DirectMap& map) {
+  for (const std::string& text : split(pairs, ',')) {
+    const auto [channel, material] = parse_pair("--map", text);
+    if (channel == "rest") {
+      map.set_rest_material(material);
+      continue;
+    }
+    v1::DirectShare& share = *map.add_shares();
+    share.set_channel(channel);
+    share.set_material(material);
+  }
+}
+
+void parse_blend(const std::string& channel, const std::string& stops, v1::BlendMap& map) {
+  map.set_channel(channel);
+  for (const std::string& text : split(stops, ',')) {
+    const auto [value, material] = parse_pair("--map", text);
+    v1::BlendStop& stop = *map.add_stops();
+    stop.set_value(parse_number("--map", value));
+    stop.set_material(material);
+  }
+}
+
+void parse_curve(const std::string& channel, const std::string& materials, const std::string& points,
+                 v1::CurveMap& map) {
+  map.set_channel(channel);
+  const std::vector<std::string> names = split(materials, '/');
+  if (names.size() != 2) throw UsageError("--map curve takes MATERIAL/BASE, not '" + materials + "'");
+  map.set_material(names[0]);
+  map.set_base(names[1]);
+  for (const std::string& text : split(points, ',')) {
+    const auto [property, fraction] = parse_pair("--map", text);
+    v1::CurvePoint& point = *map.add_points();
+    point.set_property(parse_number("--map", property));
+    point.set_fraction(parse_number("--map", fraction));
+  }
+}
+
+void parse_colour_map(const std::string& channels, const std::string& full_value, v1::ColourMap& map) {
+  const std::vector<std::string> names = split(channels, ',');
+  if (names.size() != 3) throw UsageError("--map colour takes three channels, not '" + channels + "'");
+  map.set_red_channel(names[0]);
+  map.set_green_channel(names[1]);
+  map.set_blue_channel(names[2]);
+  if (!full_value.empty()) map.set_full_value(parse_number("--map", full_value));
+}
+
+v1::MaterialMap parse_map(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ':');
+  v1::MaterialMap map;
+  if (parts[0] == "direct" && parts.size() == 2) {
+    parse_direct(parts[1], *map.mutable_direct());
+  } else if (parts[0] == "blend" && parts.size() == 3) {
+    parse_blend(parts[1], parts[2], *map.mutable_blend());
+  } else if (parts[0] == "curve" && parts.size() == 4) {
+    parse_curve(parts[1], parts[2], parts[3], *map.mutable_curve());
+  } else if (parts[0] == "colour" && (parts.size() == 2 || parts.size() == 3)) {
+    parse_colour_map(parts[1], parts.size() == 3 ? parts[2] : "", *map.mutable_colour());
+  } else {
+    throw UsageError("--map takes direct:..., blend:..., curve:... or colour:..., as in its help, not '" + text + "'");
+  }
+  return map;
+}
+
+v1::HalftoneMethod method_of(const std::string& name) {
+  if (name == "error-diffusion") return v1::HALFTONE_METHOD_ERROR_DIFFUSION;
+  if (name == "nearest") return v1::HALFTONE_METHOD_NEAREST;
+  if (name == "white-noise") return v1::HALFTONE_METHOD_WHITE_NOISE;
+  return v1::HALFTONE_METHOD_BLUE_NOISE;
+}
+
+}  // namespace
+
+void add_printing_options(CLI::App& command, PrintingOptions& options) {
+  CLI::Option* material =
+      command
+          .add_option(
+              "--material", options.materials,
+              "A material that the printer holds: NAME=#RRGGBB. May be repeated, up to 8 times. Gives a picture "
+              "of one material a voxel")
+          ->allow_extra_args(false)
+          ->group("Materials");
+  command
+      .add_option("--map", options.map,
+                  "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
+                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]")
+      ->needs(material)
+      ->group("Materials");
+  command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
+      ->check(CLI::IsMember({"blue-noise", "error-diffusion", "nearest", "white-noise"}))
+      ->capture_default_str()
+      ->group("Materials");
+  command.add_option("--seed", options.seed, "Another pattern of the same fractions")
+      ->capture_default_str()
+      ->group("Materials");
+  command.add_flag("--strict", options.strict, "Refuse values that give no fractions instead of clamping them")
+      ->group("Materials");
+  command.add_option("--background", options.background, "Colour outside, #RRGGBB (default: black)")
+      ->group("Materials");
+}
+
+std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
+  if (options.materials.empty()) return std::nullopt;
+  v1::Printing printing;
+  for (const std::string& text : options.materials) {
+    const auto [name, colour] = parse_pair("--material", text);
+    v1::PrintMaterial& material = *printing.add_materials();
+    material.set_name(name);
+    material.set_rgba(parse_colour("--material", colour));
+  }
+  if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
+  if (!options.map.empty()) *printing.mutable_map() = parse_map(options.map);
+  if (options.strict && printing.has_map()) printing.mutable_map()->set_strict(true);
+  printing.mutable_halftone()->set_method(method_of(options.halftone));
+  printing.mutable_halftone()->set_seed(options.seed);
+  return printing;
+}
+
+}  // namespace ccslice::cli

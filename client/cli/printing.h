@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What is printed with: the options of `plan` and `slice` for materials, their mixing and halftoning.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/material.pb.h"
+
+namespace ccslice::cli {
+
+struct PrintingOptions {
+  std::vector<std::string> materials;  // NAME=#RRGGBB[AA].
+  std::string map;                     // blend:..., curve:..., direct:..., colour:...
+  std::string halftone = "blue-noise";
+  std::uint64_t seed = 0;
+  bool strict = false;
+  std::string background;  // #RRGGBB[AA].
+};
+
+void add_printing_options(CLI::App& command, PrintingOptions& options);
+
+/// Nothing if no material is named. Throws UsageError.
+std::optional<v1::Printing> parse_printing(const PrintingOptions& options);
+
+}  // namespace ccslice::cli

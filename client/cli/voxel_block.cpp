@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/voxel_block.h"
+
+#include "client/cli/console.h"
+
+namespace ccslice::cli {
+namespace {
+
+void append_layer(const v1::GridExtent& extent, const client::Layer& layer, VoxelBlock& block) {
+  block.size = {static_cast<int>(extent.columns()), static_cast<int>(extent.rows()), block.size[2] + 1};
+  const std::size_t columns = extent.columns(), stride = (columns + 7) / 8;
+  const std::string& inside = layer.planes[0].samples;
+  for (std::size_t row = 0; row < extent.rows(); ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      const auto bits = static_cast<unsigned char>(inside[row * stride + column / 8]);
+      block.inside.push_back(bits >> (7 - column % 8) & 1);
+    }
+  }
+  if (layer.planes.size() > 1) {
+    const std::string& values = layer.planes[1].samples;
+    block.value.insert(block.value.end(), values.begin(), values.end());
+  } else {
+    block.value.resize(block.inside.size());
+  }
+}
+
+}  // namespace
+
+void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel) {
+  request.add_planes()->mutable_occupancy();
+  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
+  if (!channel.empty()) {
+    request.add_planes()->mutable_channel()->set_name(channel);
+    request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  }
+  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+}
+
+VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what) {
+  VoxelBlock block;
+  Progress progress(what, "layers", request.layer_count(), session.quiet());
+  session.client().slice(
+      request,
+      [&](const v1::SliceHeader& header, const client::Layer& layer) {
+        append_layer(header.grid().extent(), layer, block);
+        progress.update(static_cast<std::uint64_t>(block.size[2]));
+      },
+      session.call());
+  return block;
+}
+
+}  // namespace ccslice::cli

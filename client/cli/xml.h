@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "client/cli/json.h"
+
+namespace ccslice::cli {
+
+/// Writes one XML document, in order.
+class XmlWriter {
+ public:
+  XmlWriter() : text_("<?xml version=\"1.0\" encoding=\"UTF-8\"?>") {}
+
+  XmlWriter& begin(std::string_view name);
+  /// Of the element that was begun last. REQUIRES: nothing in it yet.
+  XmlWriter& attribute(std::string_view name, std::string_view value);
+  template <class Number>
+  requires std::is_arithmetic_v<Number> XmlWriter& attribute(std::string_view name, Number value) {
+    return attribute(name, number_text(value));
+  }
+  XmlWriter& end();
+  /// One that holds text only.
+  XmlWriter& element(std::string_view name, std::string_view content);
+  template <class Number>
+  requires std::is_arithmetic_v<Number> XmlWriter& element(std::string_view name, Number value) {
+    return element(name, number_text(value));
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  template <class Number>
+  static std::string number_text(Number value) {
+    if constexpr (std::is_integral_v<Number>) {
+      return std::to_string(value);
+    } else {
+      return shortest(value);
+    }
+  }
+  void close_tag();
+  void append_escaped(std::string_view text);
+
+  std::string text_;
+  std::vector<std::string> open_;
+  bool tag_open_ = false;
+};
+
+}  // namespace ccslice::cli

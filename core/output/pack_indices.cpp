@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/pack_indices.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/output/byte_counts.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint32_t kRowsPerPoll = 64;
+
+template <std::uint32_t kBits>
+void pack_row(const std::uint8_t* in, std::uint32_t width, std::uint8_t* out) {
+  constexpr std::uint32_t kPerByte = 8 / kBits;
+  const std::uint32_t whole = width / kPerByte;
+  for (std::uint32_t byte = 0; byte < whole; ++byte) {
+    std::uint32_t value = 0;
+    for (std::uint32_t k = 0; k < kPerByte; ++k) value = value << kBits | in[byte * kPerByte + k];
+    out[byte] = static_cast<std::uint8_t>(value);
+  }
+  const std::uint32_t left = width - whole * kPerByte;
+  if (left == 0) return;
+  std::uint32_t value = 0;
+  for (std::uint32_t k = 0; k < left; ++k) value = value << kBits | in[whole * kPerByte + k];
+  out[whole] = static_cast<std::uint8_t>(value << kBits * (kPerByte - left));
+}
+
+using PackRow = void (*)(const std::uint8_t*, std::uint32_t, std::uint8_t*);
+
+PackRow row_packer(std::uint32_t bits) {
+  switch (bits) {
+    case 1: return pack_row<1>;
+    case 2: return pack_row<2>;
+    case 4: return pack_row<4>;
+    default: return [](const std::uint8_t* in, std::uint32_t width, std::uint8_t* out) { std::copy_n(in, width, out); };
+  }
+}
+
+}  // namespace
+
+std::uint32_t bits_per_index(SampleType type) {
+  switch (type) {
+    case SampleType::kBit: return 1;
+    case SampleType::kUint2: return 2;
+    case SampleType::kUint4: return 4;
+    case SampleType::kUint8: return 8;
+    case SampleType::kUint16:
+    case SampleType::kFloat32: return 0;
+  }
+  return 0;
+}
+
+SampleType smallest_index_type(std::size_t materials) {
+  if (materials < 2) return SampleType::kBit;
+  if (materials < 4) return SampleType::kUint2;
+  return materials < 16 ? SampleType::kUint4 : SampleType::kUint8;
+}
+
+void require_known_materials(const IndexImage& image) {
+  std::uint8_t largest = 0;
+  for (const std::uint8_t index : image.indices) largest = std::max(largest, index);
+  if (largest < image.palette.size()) return;
+  throw Error(ErrorCode::kInternal, "a voxel of material " + std::to_string(largest) + " where there are " +
+                                        std::to_string(image.palette.size() - 1));
+}
+
+std::vector<std::uint64_t> count_materials(const IndexImage& image, const CancellationToken& cancel) {
+  require_known_materials(image);
+  ByteCounts counts;
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    counts.add(image.indices.subspan(std::size_t{image.width} * y, image.width));
+  }
+  std::vector<std::uint64_t> voxels;
+  for (std::size_t number = 0; number < image.palette.size(); ++number) voxels.push_back(counts[number]);
+  return voxels;
+}
+
+void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
+               const CancellationToken& cancel) {
+  const std::size_t row_bytes = (std::size_t{image.width} + 7) / 8;
+  std::vector<std::uint8_t> row(image.width);
+  packed.resize(row_bytes * image.height);
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    const auto indices = image.indices.subspan(std::size_t{image.width} * y, image.width);
+    std::transform(indices.begin(), indices.end(), row.begin(), [&](std::uint8_t index) { return index == material; });
+    pack_row<1>(row.data(), image.width, &packed[row_bytes * y]);
+  }
+}
+
+void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,
+                  const CancellationToken& cancel) {
+  const std::size_t row_bytes = (std::size_t{image.width} * bits + 7) / 8;
+  const PackRow pack = row_packer(bits);
+  packed.resize(row_bytes * image.height);
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    pack(&image.indices[std::size_t{image.width} * y], image.width, &packed[row_bytes * y]);
+  }
+}
+
+}  // namespace ccslice

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/png.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "core/output/pack_indices.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint8_t kGrey = 0, kIndexed = 3, kRgba = 6;  // Colour types.
+constexpr std::uint8_t kNone = 0, kUp = 2;                  // Filter types.
+constexpr std::uint32_t kRowsPerPoll = 64;
+
+void put_number(std::uint32_t number, std::vector<std::uint8_t>& out) {
+  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(number >> shift));
+}
+
+void put_chunk(std::string_view type, std::span<const std::uint8_t> data, std::vector<std::uint8_t>& out) {
+  put_number(static_cast<std::uint32_t>(data.size()), out);
+  const std::size_t begin = out.size();
+  out.insert(out.end(), type.begin(), type.end());
+  out.insert(out.end(), data.begin(), data.end());
+  put_number(static_cast<std::uint32_t>(crc32_z(0, out.data() + begin, out.size() - begin)), out);
+}
+
+/// Signature and IHDR.
+std::vector<std::uint8_t> begin_file(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
+                                     std::uint8_t colour_type) {
+  std::vector<std::uint8_t> file = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  std::vector<std::uint8_t> header;
+  put_number(width, header);
+  put_number(height, header);
+  // Deflate, filters by row, not interlaced.
+  header.insert(header.end(), {static_cast<std::uint8_t>(bits), colour_type, 0, 0, 0});
+  put_chunk("IHDR", header, file);
+  return file;
+}
+
+std::vector<std::uint8_t> end_file(std::vector<std::uint8_t> file, std::span<const std::uint8_t> picture) {
+  file.reserve(file.size() + picture.size() + 24);
+  put_chunk("IDAT", picture, file);
+  put_chunk("IEND", {}, file);
+  return file;
+}
+
+Colour colour_of(std::uint32_t rgba) {
+  return {static_cast<std::uint8_t>(rgba >> 24), static_cast<std::uint8_t>(rgba >> 16),
+          static_cast<std::uint8_t>(rgba >> 8), static_cast<std::uint8_t>(rgba)};
+}
+
+void put_palette(std::span<const std::uint32_t> palette, std::vector<std::uint8_t>& file) {
+  std::vector<std::uint8_t> colours, alphas;
+  for (const std::uint32_t rgba : palette) {
+    const Colour colour = colour_of(rgba);
+    colours.insert(colours.end(), colour.begin(), colour.begin() + 3);
+    alphas.push_back(colour[3]);
+  }
+  put_chunk("PLTE", colours, file);
+  if (std::ranges::any_of(alphas, [](std::uint8_t alpha) { return alpha != 255; })) put_chunk("tRNS", alphas, file);
+}
+
+std::size_t png_row_bytes(const SampleImage& image) {
+  return image.type == SampleType::kUint16 ? std::size_t{image.width} * 2 : image.width;
+}
+
+/// Row y as PNG's samples of 8 or 16 bits.
+void spread_row(const SampleImage& image, std::uint32_t y, std::span<std::uint8_t> out) {
+  const std::size_t row_bytes = image.samples.size() / image.height;
+  const std::uint8_t* const in = image.samples.data() + row_bytes * y;
+  switch (image.type) {
+    case SampleType::kBit:
+      for (std::size_t x = 0; x < out.size(); ++x) out[x] = in[x / 8] >> (7 - x % 8) & 1 ? 255 : 0;
+      break;
+    case SampleType::kUint16:  // PNG has the high byte first.
+      for (std::size_t i = 0; i < out.size(); ++i) out[i] = in[i ^ 1];
+      break;
+    default: std::copy_n(in, out.size(), out.begin());
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const CancellationToken& cancel) {
+  const std::size_t row_bytes = png_row_bytes(image);
+  above_.assign(row_bytes, 0);
+  std::vector<std::uint8_t> here(row_bytes);
+  row_.resize(1 + row_bytes);
+  row_[0] = kUp;
+  stream_.start_bytes();
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    spread_row(image, y, here);
+    for (std::size_t i = 0; i < row_bytes; ++i) row_[1 + i] = static_cast<std::uint8_t>(here[i] - above_[i]);
+    stream_.append(row_);
+    std::swap(here, above_);
+  }
+  return end_file(begin_file(image.width, image.height, image.type == SampleType::kUint16 ? 16 : 8, kGrey),
+                  stream_.finish());
+}
+
+void PngEncoder::append_plain_rows(const SampleImage& image, const CancellationToken& cancel) {
+  constexpr std::uint8_t kFilter[] = {kNone};
+  const std::size_t row_bytes = image.samples.size() / image.height;
+  stream_.start_bytes();
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    stream_.append(kFilter);
+    stream_.append(image.samples.subspan(row_bytes * y, row_bytes));
+  }
+}
+
+std::vector<std::uint8_t> PngEncoder::bitmap(const SampleImage& image, const CancellationToken& cancel) {
+  append_plain_rows(image, cancel);
+  return end_file(begin_file(image.width, image.height, 1, kGrey), stream_.finish());
+}
+
+std::vector<std::uint8_t> PngEncoder::indexed(const SampleImage& image, std::span<const std::uint32_t> palette,
+                                              const CancellationToken& cancel) {
+  append_plain_rows(image, cancel);
+  std::vector<std::uint8_t> file = begin_file(image.width, image.height, bits_per_index(image.type), kIndexed);
+  put_palette(palette, file);
+  return end_file(std::move(file), stream_.finish());
+}
+
+std::vector<std::uint8_t> PngEncoder::rgba(const IndexImage& image, const CancellationToken& cancel) {
+  std::array<Colour, kMostRgbaColours> palette;
+  std::ranges::transform(image.palette, palette.begin(), colour_of);
+  constexpr std::uint8_t kFilter[] = {ZlibStream::kSeparator};
+  stream_.start_colours(std::span(palette).first(image.palette.size()), std::size_t{1} + image.width);
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    stream_.append(kFilter);
+    stream_.append(image.indices.subspan(std::size_t{image.width} * y, image.width));
+  }
+  return end_file(begin_file(image.width, image.height, 8, kRgba), stream_.finish());
+}
+
+}  // namespace ccslice

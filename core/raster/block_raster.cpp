@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/raster/block_raster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ccslice {
+namespace {
+
+constexpr double kMostSagitta = 0.2;  // Voxels between a face and its triangles, where finer ones can help.
+
+/// The first index in [low, high] that isn't below `at`, or high.
+std::uint32_t first_from(double at, std::uint32_t low, std::uint32_t high) {
+  return static_cast<std::uint32_t>(std::ceil(std::clamp(at, static_cast<double>(low), static_cast<double>(high))));
+}
+
+/// The nodes of a face: where an axis is 0, or at its end.
+struct Face {
+  std::size_t origin, along_s, along_t;
+
+  Face(std::size_t axis, std::size_t side)
+      : origin(side * (kBlockNodes - 1) * kBlockStride[axis]),
+        along_s(kBlockStride[(axis + 1) % 3]),
+        along_t(kBlockStride[(axis + 2) % 3]) {}
+  std::size_t node(std::size_t s, std::size_t t) const { return origin + s * along_s + t * along_t; }
+};
+
+/// Calls visit(s, t) for the lower corner of each quadrilateral between every step-th node of a face.
+template <typename Visit>
+void for_each_quad(std::size_t step, Visit visit) {
+  for (std::size_t t = 0; t + 1 < kBlockNodes; t += step) {
+    for (std::size_t s = 0; s + 1 < kBlockNodes; s += step) visit(s, t);
+  }
+}
+
+/// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate.
+double sagitta(const BlockPoints& p, std::size_t step) {
+  const std::size_t half = step / 2;
+  double most = 0;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const Face face(side / 2, side % 2);
+    for_each_quad(step, [&](std::size_t s, std::size_t t) {
+      const auto off = [&](std::size_t from, std::size_t to, std::size_t node) {
+        most = std::max(most, (0.5 * (p[from] + p[to]) - p[node]).cwiseAbs().maxCoeff());
+      };
+      const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
+                        d = face.node(s + step, t + step);
+      off(a, b, face.node(s + half, t));
+      off(a, c, face.node(s, t + half));
+      off(c, d, face.node(s + half, t + step));
+      off(b, d, face.node(s + step, t + half));
+      off(a, d, face.node(s + half, t + half));
+      off(b, c, face.node(s + half, t + half));
+    });
+  }
+  return most;
+}
+
+/// From node to node of a triangle's side: as coarse as the block's bulges allow.
+std::size_t step_for(const BlockPoints& points) {
+  for (std::size_t step = kBlockNodes - 1; step > 1; step /= 2) {
+    if (sagitta(points, step) <= kMostSagitta) return step;
+  }
+  return 1;
+}
+
+}  // namespace
+
+void BlockRaster::scan(const BlockPoints& points, const VoxelWindow& window, std::vector<VoxelRun>& runs) {
+  load(points, window);
+  if (first_layer_ >= end_layer_ || first_row_ >= end_row_) return;
+  const std::size_t count = std::size_t{end_row_ - first_row_} * (end_layer_ - first_layer_);
+  if (rows_.size() < count) rows_.resize(count);
+  for (std::size_t r = 0; r < count; ++r) rows_[r].count = 0;
+  const std::size_t step = step_for(points);
+  for (std::size_t side = 0; side < 6; ++side) scan_face(side / 2, side % 2, step);
+  Row* row = rows_.data();
+  for (std::uint32_t layer = first_layer_; layer < end_layer_; ++layer) {
+    for (std::uint32_t y = first_row_; y < end_row_; ++y) append_runs(*row++, layer, y, window.columns, runs);
+  }
+}
+
+void BlockRaster::load(const BlockPoints& points, const VoxelWindow& window) {
+  Box3 box;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3& p = points[n];
+    box.extend(p);
+    nodes_[n] = {p.x(), p.y(), p.z(), first_from(p.z(), window.first_layer, window.end_layer)};
+  }
+  first_layer_ = first_from(box.min().z(), window.first_layer, window.end_layer);
+  end_layer_ = first_from(box.max().z(), window.first_layer, window.end_layer);
+  first_row_ = first_from(box.min().y(), 0, window.rows);
+  end_row_ = first_from(box.max().y(), 0, window.rows);
+}
+
+/// Each quadrilateral by its shorter diagonal: blocks that share it choose alike.
+void BlockRaster::scan_face(std::size_t axis, std::size_t side, std::size_t step) {
+  const Face face(axis, side);
+  for_each_quad(step, [&](std::size_t s, std::size_t t) {
+    const Node &a = nodes_[face.node(s, t)], &b = nodes_[face.node(s + step, t)], &c = nodes_[face.node(s, t + step)],
+               &d = nodes_[face.node(s + step, t + step)];
+    const auto squared = [](const Node& p, const Node& q) {
+      return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y) + (p.z - q.z) * (p.z - q.z);
+    };
+    const bool a_to_d = squared(a, d) <= squared(b, c);
+    scan_triangle(a, b, a_to_d ? d : c);
+    scan_triangle(a_to_d ? a : b, d, c);
+  });
+}
+
+void BlockRaster::scan_triangle(const Node& a, const Node& b, const Node& c) {
+  if (a.layer == b.layer && b.layer == c.layer) return;
+  const Node *low = &a, *middle = &b, *high = &c;
+  if (middle->z < low->z) std::swap(low, middle);
+  if (high->z < middle->z) std::swap(middle, high);
+  if (middle->z < low->z) std::swap(low, middle);
+  cross_layers(*low, *high, *low, *middle);
+  cross_layers(*low, *high, *middle, *high);
+}
+
+/// The layers between `from` and `to` cross a triangle's edge between them and its longest one.
+void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& from, const Node& to) {
+  if (from.layer >= to.layer) return;
+  const double of_long = 1 / (high.z - low.z), of_short = 1 / (to.z - from.z);
+  for (std::uint32_t layer = from.layer; layer < to.layer; ++layer) {
+    const double s = (layer - low.z) * of_long, t = (layer - from.z) * of_short;
+    cross_rows(layer, low.y + s * (high.y - low.y), low.x + s * (high.x - low.x), from.y + t * (to.y - from.y),
+               from.x + t * (to.x - from.x));
+  }
+}
+
+void BlockRaster::cross_rows(std::uint32_t layer, double y0, double x0, double y1, double x1) {
+  if (y1 < y0) {
+    std::swap(y0, y1);
+    std::swap(x0, x1);
+  }
+  const std::uint32_t begin = first_from(y0, first_row_, end_row_), end = first_from(y1, first_row_, end_row_);
+  if (begin >= end) return;
+  const double slope = (x1 - x0) / (y1 - y0);
+  Row* row = &rows_[std::size_t{layer - first_layer_} * (end_row_ - first_row_) + (begin - first_row_)];
+  for (std::uint32_t y = begin; y < end; ++y, ++row) {
+    if (row->count < kMostCrossings) row->columns[row->count] = x0 + (y - y0) * slope;
+    ++row->count;
+  }
+}
+
+void BlockRaster::append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
+                              std::vector<VoxelRun>& runs) {
+  if (row.count == 0 || row.count > kMostCrossings) return;
+  std::sort(row.columns.begin(), row.columns.begin() + row.count);
+  for (std::size_t k = 0; k + 1 < row.count; k += 2) {
+    const std::uint32_t begin = first_from(row.columns[k], 0, columns);
+    const std::uint32_t end = first_from(row.columns[k + 1], 0, columns);
+    if (begin < end) runs.push_back({layer, y, begin, end});
+  }
+}
+
+}  // namespace ccslice

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which piece of a cell paints which voxel of a layer.
+//
+// Pieces' runs (slicer/cell_pieces.h) nearly tile the voxels inside the contours. Where two meet or miss each other by
+// a few voxels, because their triangles differ, either may paint these if both would paint them alike; where a piece
+// ends at the end of a run of voxels, as a bulging boundary has it, it may paint a few beyond. Nothing is extended into
+// a hole, whose material may be another. What then stays unpainted is the rest.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/raster/occupancy.h"
+#include "core/slicer/cell_pieces.h"
+
+namespace ccslice {
+
+/// Of one layer. Memory is kept.
+class PaintedRows {
+ public:
+  /// `spans`: the voxels inside, as rasterize() yields them. `rows`: of the grid.
+  void resolve(const CellPieces& pieces, std::uint32_t layer, std::uint32_t rows, std::span<const Span> spans);
+
+  /// By row, then by column.
+  std::span<const PieceRun> painted() const { return painted_; }
+  std::span<const Span> rest() const { return rest_; }
+
+ private:
+  void sort_by_row(std::span<const PieceRun> runs, std::uint32_t rows);
+  void enter_row(std::uint32_t row);
+  void resolve_span(const Span& span);
+  std::uint32_t paint_next(const PieceRun& next, std::uint32_t at, const Span& span);
+  void compare_overlap(const PieceRun& next, std::uint32_t begin, std::uint32_t end);
+  void close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after);
+  bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) const;
+  const PieceRun* painted_before(std::uint32_t column) const;
+  void paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
+  void leave(std::uint32_t begin, std::uint32_t end);
+  Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
+
+  const CellPieces* pieces_ = nullptr;
+  std::uint32_t layer_ = 0, row_ = 0;
+  std::vector<PieceRun> painted_;
+  std::vector<Span> rest_;
+  std::vector<PieceRun> by_row_;         // By row, then by piece.
+  std::vector<std::size_t> row_begins_;  // In by_row_, and one more.
+  std::span<PieceRun> found_;            // What is left of those of the row at hand, by column.
+};
+
+}  // namespace ccslice

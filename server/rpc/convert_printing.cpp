@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/convert_printing.h"
+
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "server/rpc/convert.h"
+
+namespace ccslice::server {
+namespace {
+
+const std::string kMap = "printing.map";
+
+// The parts of a map. Fields are those of the request.
+class MapReader {
+ public:
+  MapReader(const Printing& printing, const SolidSummary& solid) : printing_(printing), solid_(solid) {}
+
+  DirectMap read(const v1::DirectMap& message) const {
+    const std::string path = kMap + ".direct";
+    DirectMap map;
+    for (int i = 0; i < message.shares_size(); ++i) {
+      const std::string share = path + ".shares[" + std::to_string(i) + "]";
+      map.shares.push_back({to_channel(message.shares(i).channel(), solid_, share + ".channel"),
+                            to_material(message.shares(i).material(), printing_, share + ".material")});
+    }
+    if (message.rest_material().empty()) return map;
+    map.rest_material = to_material(message.rest_material(), printing_, path + ".rest_material");
+    return map;
+  }
+
+  BlendMap read(const v1::BlendMap& message) const {
+    const std::string path = kMap + ".blend";
+    BlendMap map;
+    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    for (int i = 0; i < message.stops_size(); ++i) {
+      const std::string field = path + ".stops[" + std::to_string(i) + "].material";
+      map.stops.push_back({message.stops(i).value(), to_material(message.stops(i).material(), printing_, field)});
+    }
+    return map;
+  }
+
+  CurveMap read(const v1::CurveMap& message) const {
+    const std::string path = kMap + ".curve";
+    CurveMap map;
+    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    map.material = to_material(message.material(), printing_, path + ".material");
+    map.base = to_material(message.base(), printing_, path + ".base");
+    for (const v1::CurvePoint& point : message.points()) map.points.push_back({point.property(), point.fraction()});
+    return map;
+  }
+
+  ColourMap read(const v1::ColourMap& message) const {
+    const std::string path = kMap + ".colour";
+    ColourMap map;
+    map.red = to_channel(message.red_channel(), solid_, path + ".red_channel");
+    map.green = to_channel(message.green_channel(), solid_, path + ".green_channel");
+    map.blue = to_channel(message.blue_channel(), solid_, path + ".blue_channel");
+    if (message.full_value() != 0) map.full_value = message.full_value();
+    return map;
+  }
+
+ private:
+  const Printing& printing_;
+  const SolidSummary& solid_;
+};
+
+MaterialMap to_map(const v1::MaterialMap& message, const Printing& printing, const SolidSummary& solid) {
+  const MapReader reader(printing, solid);
+  MaterialMap map;
+  map.strict = message.strict();
+  switch (message.kind_case()) {
+    case v1::MaterialMap::kDirect: map.kind = reader.read(message.direct()); return map;
+    case v1::MaterialMap::kBlend: map.kind = reader.read(message.blend()); return map;
+    case v1::MaterialMap::kCurve: map.kind = reader.read(message.curve()); return map;
+    case v1::MaterialMap::kColour: map.kind = reader.read(message.colour()); return map;
+    case v1::MaterialMap::KIND_NOT_SET: break;
+  }
+  throw Error(ErrorCode::kMaterialMapInvalid, kMap + ": has no kind; give direct, blend, curve or colour", kMap);
+}
+
+HalftoneMethod to_method(v1::HalftoneMethod method) {
+  switch (method) {
+    case v1::HALFTONE_METHOD_UNSPECIFIED:
+    case v1::HALFTONE_METHOD_BLUE_NOISE: return HalftoneMethod::kBlueNoise;
+    case v1::HALFTONE_METHOD_ERROR_DIFFUSION: return HalftoneMethod::kErrorDiffusion;
+    case v1::HALFTONE_METHOD_NEAREST: return HalftoneMethod::kNearest;
+    case v1::HALFTONE_METHOD_WHITE_NOISE: return HalftoneMethod::kWhiteNoise;
+    default: break;
+  }
+  const std::string field = "printing.halftone.method";
+  throw Error(ErrorCode::kEnumValueUnknown,
+              field + ": " + std::to_string(static_cast<int>(method)) +
+                  " is no method that this server knows; ask for BLUE_NOISE, ERROR_DIFFUSION, NEAREST or WHITE_NOISE",
+              field);
+}
+
+v1::HalftoneMethod to_message(HalftoneMethod method) {
+  switch (method) {
+    case HalftoneMethod::kBlueNoise: return v1::HALFTONE_METHOD_BLUE_NOISE;
+    case HalftoneMethod::kErrorDiffusion: return v1::HALFTONE_METHOD_ERROR_DIFFUSION;
+    case HalftoneMethod::kNearest: return v1::HALFTONE_METHOD_NEAREST;
+    case HalftoneMethod::kWhiteNoise: return v1::HALFTONE_METHOD_WHITE_NOISE;
+  }
+  return v1::HALFTONE_METHOD_UNSPECIFIED;
+}
+
+// The way back.
+class MapWriter {
+ public:
+  MapWriter(const Printing& printing, const SolidSummary& solid, v1::MaterialMap& message)
+      : printing_(printing), solid_(solid), message_(message) {}
+
+  void operator()(std::monostate) const {}
+
+  void operator()(const DirectMap& map) const {
+    v1::DirectMap& direct = *message_.mutable_direct();
+    for (const DirectMap::Share& share : map.shares) {
+      v1::DirectShare& written = *direct.add_shares();
+      written.set_channel(channel(share.channel));
+      written.set_material(material(share.material));
+    }
+    if (map.rest_material != 0) direct.set_rest_material(material(map.rest_material));
+  }
+
+  void operator()(const BlendMap& map) const {
+    v1::BlendMap& blend = *message_.mutable_blend();
+    blend.set_channel(channel(map.channel));
+    for (const BlendMap::Stop& stop : map.stops) {
+      v1::BlendStop& written = *blend.add_stops();
+      written.set_value(stop.value);
+      written.set_material(material(stop.material));
+    }
+  }
+
+  void operator()(const CurveMap& map) const {
+    v1::CurveMap& curve = *message_.mutable_curve();
+    curve.set_channel(channel(map.channel));
+    curve.set_material(material(map.material));
+    curve.set_base(material(map.base));
+    for (const CurveMap::Point& point : map.points) {
+      v1::CurvePoint& written = *curve.add_points();
+      written.set_property(point.property);
+      written.set_fraction(point.fraction);
+    }
+  }
+
+  void operator()(const ColourMap& map) const {
+    v1::ColourMap& colour = *message_.mutable_colour();
+    colour.set_red_channel(channel(map.red));
+    colour.set_green_channel(channel(map.green));
+    colour.set_blue_channel(channel(map.blue));
+    colour.set_full_value(map.full_value);
+  }
+
+ private:
+  const std::string& channel(std::uint32_t index) const { return solid_.channels[index].name; }
+  const std::string& material(std::uint32_t number) const { return printing_.materials[number - 1].name; }
+
+  const Printing& printing_;
+  const SolidSummary& solid_;
+  v1::MaterialMap& message_;
+};
+
+}  // namespace
+
+std::uint32_t to_material(const std::string& name, const Printing& printing, const std::string& field) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < printing.materials.size(); ++i) {
+    if (printing.materials[i].name == name) return static_cast<std::uint32_t>(i + 1);
+    if (i < kMaxEchoItems) names.push_back('"' + echoed(printing.materials[i].name) + '"');
+  }
+  throw Error(ErrorCode::kMaterialUnknown,
+              field + ": there is no material \"" + echoed(name) + "\"; printing.materials has " +
+                  (names.empty() ? "none" : echoed_list(names, printing.materials.size())),
+              field);
+}
+
+Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {
+  Printing printing;
+  for (const v1::PrintMaterial& material : message.materials()) {
+    printing.materials.push_back({material.name(), material.rgba()});
+  }
+  if (message.has_background_rgba()) printing.background_rgba = message.background_rgba();
+  validate_materials(printing);
+  if (message.has_map()) printing.map = to_map(message.map(), printing, solid);
+  printing.halftone = {to_method(message.halftone().method()), message.halftone().seed()};
+  return printing;
+}
+
+v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
+  v1::Printing message;
+  for (const PrintMaterial& material : value.materials) {
+    v1::PrintMaterial& written = *message.add_materials();
+    written.set_name(material.name);
+    written.set_rgba(material.rgba);
+  }
+  if (!std::holds_alternative<std::monostate>(value.map.kind)) {
+    std::visit(MapWriter(value, solid, *message.mutable_map()), value.map.kind);
+    message.mutable_map()->set_strict(value.map.strict);
+  }
+  message.mutable_halftone()->set_method(to_message(value.halftone.method));
+  message.mutable_halftone()->set_seed(value.halftone.seed);
+  message.set_background_rgba(value.background_rgba);
+  return message;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/printer.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/number_text.h"
+#include "server/rpc/convert.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr const char* kCustom = "custom";
+constexpr double kSamePitch = 1e-3;  // Relative: names round 25.4 mm / 600.
+constexpr int kDigits = 4;
+
+void refuse_details(const v1::PrinterProfile& message) {
+  if (!message.has_pitch() && !message.has_tray_mm() && message.max_materials() == 0 && message.min_layers() == 0)
+    return;
+  throw ServiceError(
+      ServiceErrorCode::kPrinterInvalid,
+      "printer: \"" + echoed(message.name()) + "\" is known; give its name alone, or call your own \"custom\"",
+      "printer");
+}
+
+PrinterProfile custom_printer(const v1::PrinterProfile& message) {
+  PrinterProfile printer{kCustom, message.title(), {}, Vec3::Zero(), message.max_materials(), message.min_layers()};
+  if (!message.has_pitch()) {
+    throw ServiceError(ServiceErrorCode::kPrinterInvalid,
+                       "printer.pitch: missing; say how large a custom printer's voxels are", "printer.pitch");
+  }
+  printer.pitch = {message.pitch().x_mm(), message.pitch().y_mm(), message.pitch().z_mm()};
+  printer.tray_mm = Vec3(message.tray_mm().x(), message.tray_mm().y(), message.tray_mm().z());
+  if ((printer.tray_mm.array() >= 0).all() && printer.tray_mm.allFinite()) return printer;
+  throw ServiceError(ServiceErrorCode::kPrinterInvalid,
+                     "printer.tray_mm: negative or not finite; leave it out for no bound", "printer.tray_mm");
+}
+
+std::string show(const VoxelPitch& pitch) {
+  return number_text(pitch.x_mm, kDigits) + " x " + number_text(pitch.y_mm, kDigits) + " x " +
+         number_text(pitch.z_mm, kDigits) + " mm";
+}
+
+bool same(double a, double b) { return std::abs(a - b) <= kSamePitch * b; }
+
+v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
+  v1::PlanWarning& warning = *plan.add_warnings();
+  warning.set_kind(kind);
+  warning.set_message(message);
+  return warning;
+}
+
+void warn_of_pitch(const VoxelPitch& pitch, const PrinterProfile& printer, v1::PlanSlicesResponse& plan) {
+  const VoxelPitch& own = printer.pitch;
+  if (same(pitch.x_mm, own.x_mm) && same(pitch.y_mm, own.y_mm) && same(pitch.z_mm, own.z_mm)) return;
+  const std::string fault = "the pitch is " + show(pitch) + ", that of " + printer.name + " " + show(own);
+  if (same(pitch.x_mm, own.y_mm) && same(pitch.y_mm, own.x_mm)) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_AXES_MIXED_UP, fault + ": x and y are mixed up; swap them");
+  } else {
+    add_warning(plan, v1::PLAN_WARNING_KIND_PRINTER_PITCH,
+                fault + ": the part will come out distorted; leave out grid.pitch");
+  }
+}
+
+}  // namespace
+
+PrinterProfile to_printer(const v1::PrinterProfile& message) {
+  if (message.name() == kCustom) return custom_printer(message);
+  if (const PrinterProfile* known = find_printer_profile(message.name())) {
+    refuse_details(message);
+    return *known;
+  }
+  std::string names;
+  for (const PrinterProfile& profile : printer_profiles()) names += profile.name + ", ";
+  throw ServiceError(
+      ServiceErrorCode::kPrinterUnknown,
+      "printer.name: there is no profile \"" + echoed(message.name()) + "\"; there are " + names + kCustom,
+      "printer.name");
+}
+
+v1::PrinterProfile to_message(const PrinterProfile& value) {
+  v1::PrinterProfile message;
+  message.set_name(value.name);
+  message.set_title(value.title);
+  message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
+  message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
+  message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
+  *message.mutable_tray_mm() = to_message(value.tray_mm);
+  message.set_max_materials(value.max_materials);
+  message.set_min_layers(value.min_layers);
+  return message;
+}
+
+v1::GridSpec with_printer_pitch(const v1::GridSpec& grid, const PrinterProfile& printer) {
+  v1::GridSpec result = grid;
+  if (!grid.has_pitch()) *result.mutable_pitch() = to_message(printer).pitch();
+  return result;
+}
+
+void warn_of_printer(const SliceJob& job, const PrinterProfile& printer, v1::PlanSlicesResponse& plan) {
+  const std::size_t materials = job.printing ? job.printing->materials.size() : 0;
+  if (printer.max_materials > 0 && materials > printer.max_materials) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_TOO_MANY_MATERIALS,
+                std::to_string(materials) + " materials are more than the " + std::to_string(printer.max_materials) +
+                    " that " + printer.name + " takes; leave some out");
+  }
+  if (job.grid.extent.layers < printer.min_layers) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS,
+                std::to_string(job.grid.extent.layers) + " layers are fewer than the " +
+                    std::to_string(printer.min_layers) + " that " + printer.name +
+                    " takes; scale the part, or give the grid more layers");
+  }
+  const Vec3 size = job.grid.part_box.sizes(), &tray = printer.tray_mm;
+  if (((size.array() > tray.array()) && (tray.array() > 0)).any()) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY,
+                "the part takes " + number_text(size.x(), kDigits) + " x " + number_text(size.y(), kDigits) + " x " +
+                    number_text(size.z(), kDigits) + " mm, the tray of " + printer.name + " is " +
+                    number_text(tray.x(), kDigits) + " x " + number_text(tray.y(), kDigits) + " x " +
+                    number_text(tray.z(), kDigits) + " mm; turn, scale or split the part");
+  }
+  warn_of_pitch(job.grid.pitch, printer, plan);
+}
+
+}  // namespace ccslice::server

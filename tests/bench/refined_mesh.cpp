@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/bench/refined_mesh.h"
+
+#include <array>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+#include "core/mesh/cell_complex.h"
+#include "core/subdivision/refine.h"
+
+namespace ccslice::bench {
+namespace {
+
+/// Positions and channels of all vertices, one after the other.
+std::vector<double> points_of(const ControlMesh& mesh) {
+  const std::size_t channels = mesh.channel_count();
+  std::vector<double> points;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    for (const double x : mesh.positions[v]) points.push_back(x);
+    for (std::size_t c = 0; c < channels; ++c) points.push_back(mesh.channel_values[v * channels + c]);
+  }
+  return points;
+}
+
+void set_points(const std::vector<double>& points, ControlMesh& mesh) {
+  const std::size_t dimension = 3 + mesh.channel_count();
+  mesh.positions.clear();
+  mesh.channel_values.clear();
+  for (std::size_t at = 0; at < points.size(); at += dimension) {
+    mesh.positions.push_back(Vec3::Map(points.data() + at));
+    for (std::size_t c = 3; c < dimension; ++c) mesh.channel_values.push_back(static_cast<float>(points[at + c]));
+  }
+}
+
+void set_cells(const CellComplex& complex, ControlMesh& mesh) {
+  mesh.cell_kinds.assign(complex.cell_count(), CellKind::kHex);
+  mesh.cell_vertices.clear();
+  for (std::uint32_t cell = 0; cell < complex.cell_count(); ++cell) {
+    const std::span<const std::uint32_t> corners = complex.cell_vertices(cell);
+    for (std::uint8_t vtk = 0; vtk < 8; ++vtk) mesh.cell_vertices.push_back(corners[vtk_to_bits(vtk)]);
+  }
+  mesh.sharp_edges.clear();
+  for (std::uint32_t edge = 0; edge < complex.edge_count(); ++edge) {
+    if (complex.edge_sharp(edge)) mesh.sharp_edges.push_back(complex.edge_vertices(edge));
+  }
+  mesh.sharp_vertices.clear();
+  for (std::uint32_t vertex = 0; vertex < complex.vertex_count(); ++vertex) {
+    if (complex.vertex_sharp(vertex)) mesh.sharp_vertices.push_back(vertex);
+  }
+}
+
+void refine_once(ControlMesh& mesh) {
+  const CellComplex complex = make_cell_complex(mesh);
+  std::vector<std::uint32_t> cells(complex.cell_count());
+  std::iota(cells.begin(), cells.end(), 0u);
+  const Refinement refined = refine(complex, cells);
+  const std::size_t dimension = 3 + mesh.channel_count();
+  const std::vector<double> points = points_of(mesh);
+  std::vector<double> children(refined.stencils.rows() * dimension);
+  refined.stencils.apply(0, refined.stencils.rows(), points.data(), dimension, children.data());
+  set_points(children, mesh);
+  set_cells(refined.complex, mesh);
+}
+
+}  // namespace
+
+ControlMesh refine_mesh(const ControlMesh& mesh, int times) {
+  ControlMesh result = mesh;
+  for (int i = 0; i < times; ++i) refine_once(result);
+  return result;
+}
+
+ControlMesh stack_meshes(const ControlMesh& mesh, int count, double distance_mm) {
+  ControlMesh stack = mesh;
+  for (int copy = 1; copy < count; ++copy) {
+    const auto first = static_cast<std::uint32_t>(stack.vertex_count());
+    for (const Vec3& p : mesh.positions) stack.positions.push_back(p + Vec3(0, 0, copy * distance_mm));
+    stack.channel_values.insert(stack.channel_values.end(), mesh.channel_values.begin(), mesh.channel_values.end());
+    stack.cell_kinds.insert(stack.cell_kinds.end(), mesh.cell_kinds.begin(), mesh.cell_kinds.end());
+    for (const std::uint32_t v : mesh.cell_vertices) stack.cell_vertices.push_back(first + v);
+    for (const auto& [a, b] : mesh.sharp_edges) stack.sharp_edges.push_back({first + a, first + b});
+    for (const std::uint32_t v : mesh.sharp_vertices) stack.sharp_vertices.push_back(first + v);
+  }
+  return stack;
+}
+
+}  // namespace ccslice::bench

@@ -1,0 +1,214 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// scaling_bench: how costs grow with the mesh, with cells that a layer does not touch and with threads; preparing and
+// memory by class of cell, peak memory of whole processes, and the time to the first layer. A table of figures, each
+// beside its bar. Exit code 1 if one is missed.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/mesh/models.h"
+#include "core/slicer/slice_range.h"
+#include "tests/bench/bars.h"
+#include "tests/bench/clocks.h"
+#include "tests/bench/our_method.h"
+#include "tests/bench/own_process.h"
+#include "tests/bench/printer_job.h"
+#include "tests/bench/refined_mesh.h"
+#include "tests/bench/served_job.h"
+#include "tests/oracle/real_meshes.h"
+
+namespace ccslice::bench {
+namespace {
+
+constexpr int kMostRefinements = 3;  // 512 * 8^3 = 262,144 cells.
+constexpr double kPrintedMm = 40;    // Meshes from files are scaled to this length.
+constexpr int kThreads = 2;
+
+struct Options {
+  std::vector<std::string> parts;
+  std::string octree = "bone_octree.vtk";
+  int runs = 3;
+  std::uint32_t slabs = 2;
+  // Of this program as a process of its own:
+  std::string child, mesh;
+  int refinements = 0;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Everything but encoding.
+StageCost slice_slabs(const PrinterJob& job, const std::vector<std::uint32_t>& slabs) {
+  OurMethod method(job);
+  StageCost cost;
+  for (const std::uint32_t first : slabs) method.run_materials(method.shape_slab(first, cost), cost);
+  return cost;
+}
+
+double ns_per_voxel(const StageCost& cost) {
+  return (cost.contour_ns + cost.raster_ns + cost.material_ns) / static_cast<double>(cost.voxels);
+}
+
+void measure_cells(const Options& options, BarTable& table) {
+  std::vector<double> ns;
+  double voxels = 0;
+  for (int times = 0; times <= kMostRefinements; ++times) {
+    const PrinterJob job = make_printer_job("ring", refine_mesh(make_ring(), times));
+    const std::string cells = std::to_string(job.solid->cell_count()) + " cells";
+    const StageCost cost = slice_slabs(job, spread_slabs(job.job.grid, options.slabs));
+    const auto now = static_cast<double>(cost.voxels);  // Contours may differ by their tolerance.
+    if (times > 0 && std::abs(now - voxels) > 1e-4 * voxels) throw std::runtime_error("refining changed the ring");
+    voxels = now;
+    ns.push_back(ns_per_voxel(cost));
+    table.note("ring of " + cells + ": contours, raster, materials", ns.back(), "ns/voxel");
+    if (times < kMostRefinements) continue;
+    const double count = job.solid->cell_count();
+    table.add("slicing, 262,144 cells against 512", ns.back() / ns.front(), "times", Bound::kAtMost, 1.5);
+    table.add("preparing, per regular cell", 1e-3 * job.prepare_ns / count, "us CPU", Bound::kAtMost, 5);
+    table.add("memory, per regular cell", static_cast<double>(job.solid->summary().memory_bytes) / 1024 / count, "KiB",
+              Bound::kAtMost, 1.5);
+  }
+  const PrinterJob grid = sample_printer_job("grid");
+  table.add("preparing, per irregular cell (grid)", 1e-3 * grid.prepare_ns / grid.solid->cell_count(), "us CPU",
+            Bound::kAtMost, 200);
+}
+
+/// The same layers of one ring, alone and below 63 others.
+void measure_untouched_cells(const Options& options, BarTable& table) {
+  constexpr int kCopies = 64;
+  const PrinterJob alone = make_printer_job("ring", make_ring());
+  const std::vector<std::uint32_t> slabs = spread_slabs(alone.job.grid, options.slabs);
+  const double distance_mm = alone.solid->summary().bounding_box.sizes().z() + 1;
+  const PrinterJob stack = make_printer_job("rings", stack_meshes(make_ring(), kCopies, distance_mm));
+  std::vector<double> ratios;
+  for (int run = 0; run < options.runs; ++run) {
+    const double alone_ns = ns_per_voxel(slice_slabs(alone, slabs));
+    ratios.push_back(ns_per_voxel(slice_slabs(stack, slabs)) / alone_ns);
+  }
+  table.add("layers of a ring below 63 others, against alone", median(ratios), "times", Bound::kAtMost, 1.1);
+}
+
+double range_seconds(const PrinterJob& job, int threads, std::uint32_t layers) {
+  const Stopwatch watch;
+  slice_range(job.solid, job.job, 0, std::min(layers, job.job.grid.extent.layers), [](Layer&&) {}, {threads, {}});
+  return watch.seconds();
+}
+
+void measure_threads(const Options& options, BarTable& table) {
+  const PrinterJob job = sample_printer_job("ring");
+  constexpr std::uint32_t kLayers = 16 * kSlabLayers;
+  std::vector<double> ratios;
+  for (int run = 0; run < options.runs; ++run) {
+    const double one_s = range_seconds(job, 1, kLayers);
+    ratios.push_back(one_s / range_seconds(job, kThreads, kLayers));
+  }
+  table.add("slicing the ring, two threads against one", median(ratios), "times", Bound::kAtLeast, 1.85);
+}
+
+void measure_first_layers(const Options& options, BarTable& table) {
+  JobServer server(kThreads);
+  for (const SampleModel& model : sample_models()) {
+    const PrinterJob job = sample_printer_job(std::string(model.name));
+    server.upload(job);
+    std::vector<double> seconds, middle_seconds;
+    for (int run = 0; run < options.runs; ++run) {
+      seconds.push_back(server.first_layer_seconds(job, 0));
+      middle_seconds.push_back(server.first_layer_seconds(job, job.job.grid.extent.layers / 2));
+    }
+    table.add("first layer of a cached " + job.name, 1e3 * median(seconds), "ms", Bound::kAtMost, 50);
+    table.add("first layer of a cached " + job.name + ", from its middle on", 1e3 * median(middle_seconds), "ms",
+              Bound::kAtMost, 50);
+  }
+}
+
+ProcessCost run_child(const std::string& what, const std::string& mesh, int refinements) {
+  return run_own_process({"--child", what, "--mesh", mesh, "--refinements", std::to_string(refinements)});
+}
+
+void measure_processes(const Options& options, BarTable& table) {
+  const ProcessCost base = run_child("make", "ring", kMostRefinements);
+  const ProcessCost prepare = run_child("prepare", "ring", kMostRefinements);
+  table.note("peak memory before preparing 262,144 cells: their control mesh", base.peak_mib, "MiB");
+  table.add("preparing 262,144 cells", prepare.wall_seconds - base.wall_seconds, "s", Bound::kAtMost, 3);
+  table.note("preparing 262,144 cells, CPU", prepare.cpu_seconds - base.cpu_seconds, "s");
+  table.add("slicing 262,144 cells, peak memory", run_child("slice", "ring", kMostRefinements).peak_mib, "MiB",
+            Bound::kAtMost, 1024);
+  if (!oracle::read_real_mesh_ungraded(options.octree)) {
+    std::printf("%s isn't there: not measured\n", options.octree.c_str());
+    return;
+  }
+  const ProcessCost octree = run_child("prepare", options.octree, 0);
+  table.add(options.octree + ", prepared, peak memory", octree.peak_mib, "MiB", Bound::kAtMost, 256);
+  table.note(options.octree + ", prepared, CPU", octree.cpu_seconds, "s");
+  table.add(options.octree + ", sliced, peak memory", run_child("slice", options.octree, 0).peak_mib, "MiB",
+            Bound::kAtMost, 1024);
+}
+
+/// In a process of its own: makes the mesh, prepares it, slices some slabs of it on all threads.
+void run_as_child(const Options& options) {
+  std::optional<ControlMesh> mesh = oracle::read_real_mesh(options.mesh);
+  if (!mesh) throw std::runtime_error(options.mesh + " isn't there");
+  ControlMesh refined = refine_mesh(*mesh, options.refinements);
+  mesh.reset();
+  if (!find_sample_model(options.mesh)) oracle::scale_to(kPrintedMm, refined);
+  if (options.child == "make") return;
+  if (options.child == "prepare") {
+    LimitSolid::prepare(std::move(refined));
+    return;
+  }
+  const PrinterJob job = make_printer_job(options.mesh, std::move(refined));
+  const std::uint32_t layers = job.job.grid.extent.layers, count = std::min(layers, 2 * kThreads * kSlabLayers);
+  slice_range(job.solid, job.job, (layers - count) / 2, count, [](Layer&&) {}, {kThreads, {}});
+}
+
+int run(const Options& options) {
+  const auto wanted = [&](const char* part) {
+    return options.parts.empty() || std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+  };
+  BarTable table;
+  if (wanted("memory")) measure_processes(options, table);
+  if (wanted("cells")) measure_cells(options, table);
+  if (wanted("untouched")) measure_untouched_cells(options, table);
+  if (wanted("threads")) measure_threads(options, table);
+  if (wanted("latency")) measure_first_layers(options, table);
+  std::printf("%d bars missed\n", table.missed());
+  return table.missed() > 0 ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace ccslice::bench
+
+int main(int argc, char** argv) {
+  using namespace ccslice::bench;
+  CLI::App app("How costs grow with cells and threads, memory, and the time to the first layer");
+  Options options;
+  app.add_option("--parts", options.parts, "Some of memory, cells, untouched, threads, latency (default: all)")
+      ->delimiter(',');
+  app.add_option("--octree", options.octree,
+                 "A large irregular mesh: in CCSLICE_SHARED_MESHES_DIR, or an absolute path");
+  app.add_option("--runs", options.runs, "Medians of so many")->check(CLI::Range(1, 99));
+  app.add_option("--slabs", options.slabs, "Of each mesh");
+  app.add_option("--child", options.child)->group("");
+  app.add_option("--mesh", options.mesh)->group("");
+  app.add_option("--refinements", options.refinements)->group("");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (options.child.empty()) return run(options);
+    run_as_child(options);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "scaling_bench: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include "client/cli/job.h"
+#include "client/cli/printing.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+v1::MaterialMap map_of(const std::string& text) {
+  return parse_printing({.materials = {"a=#102030"}, .map = text, .background = ""})->map();
+}
+
+TEST(PrintingOptions, NameMaterialsAndColours) {
+  EXPECT_FALSE(parse_printing({.map = "", .background = ""}));
+  const auto printing = parse_printing({.materials = {"soft=#102030", "a=b=#A0b0C080"},
+                                        .map = "",
+                                        .halftone = "error-diffusion",
+                                        .seed = 7,
+                                        .background = "#ffffff"});
+  ASSERT_TRUE(printing);
+  EXPECT_EQ(printing->materials(0).name(), "soft");
+  EXPECT_EQ(printing->materials(0).rgba(), 0x102030ffu);
+  EXPECT_EQ(printing->materials(1).name(), "a=b");
+  EXPECT_EQ(printing->materials(1).rgba(), 0xa0b0c080u);
+  EXPECT_EQ(printing->background_rgba(), 0xffffffffu);
+  EXPECT_EQ(printing->halftone().method(), v1::HALFTONE_METHOD_ERROR_DIFFUSION);
+  EXPECT_EQ(printing->halftone().seed(), 7u);
+  EXPECT_FALSE(printing->has_map());
+  for (const char* bad : {"soft", "soft=", "=#102030", "soft=102030", "soft=#10203", "soft=#10203g", "soft=#"}) {
+    EXPECT_THROW(parse_printing({.materials = {bad}, .map = "", .background = ""}), UsageError) << bad;
+  }
+}
+
+TEST(PrintingOptions, ReadEveryKindOfMap) {
+  const v1::MaterialMap blend = map_of("blend:hardness:0=soft,0.5=mid,1=hard");
+  EXPECT_EQ(blend.blend().channel(), "hardness");
+  EXPECT_EQ(blend.blend().stops_size(), 3);
+  EXPECT_EQ(blend.blend().stops(1).value(), 0.5);
+  EXPECT_EQ(blend.blend().stops(2).material(), "hard");
+  const v1::MaterialMap curve = map_of("curve:stiffness:hard/soft:20=0,95.5=1");
+  EXPECT_EQ(curve.curve().material(), "hard");
+  EXPECT_EQ(curve.curve().base(), "soft");
+  EXPECT_EQ(curve.curve().points(1).property(), 95.5);
+  const v1::MaterialMap direct = map_of("direct:x=soft,y=hard,rest=clear");
+  EXPECT_EQ(direct.direct().shares_size(), 2);
+  EXPECT_EQ(direct.direct().shares(1).channel(), "y");
+  EXPECT_EQ(direct.direct().rest_material(), "clear");
+  const v1::MaterialMap colour = map_of("colour:r,g,b:255");
+  EXPECT_EQ(colour.colour().blue_channel(), "b");
+  EXPECT_EQ(colour.colour().full_value(), 255);
+  for (const char* bad :
+       {"blend", "blend:x", "blend:x:soft", "blend:x:y=soft", "curve:x:hard:0=1", "colour:r,g", "mix:x:0=a"}) {
+    EXPECT_THROW(map_of(bad), UsageError) << bad;
+  }
+}
+
+TEST(PrintingOptions, GiveAPictureOfMaterialsAndMasks) {
+  const auto printing = parse_printing({.materials = {"a=#102030", "b=#405060"}, .map = "", .background = ""});
+  const auto planes = parse_planes({.masks = true}, false, &*printing);
+  ASSERT_EQ(planes.size(), 3u);
+  EXPECT_TRUE(planes[0].has_materials());
+  EXPECT_EQ(planes[0].encoding(), v1::PLANE_ENCODING_PNG);
+  EXPECT_EQ(planes[2].material_mask().material(), "b");
+  EXPECT_EQ(parse_planes({.encoding = "png-rgba"}, false, &*printing)[0].encoding(), v1::PLANE_ENCODING_PNG_RGBA);
+  EXPECT_THROW(parse_planes({.masks = true}, false), UsageError);
+  EXPECT_THROW(parse_planes({.encoding = "tiff"}, false, &*printing), UsageError);
+}
+
+}  // namespace
+}  // namespace ccslice::cli

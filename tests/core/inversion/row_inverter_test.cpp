@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/inversion/row_inverter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kAcceptedMm = 1.01e-6;  // What inversion accepts, and rounding.
+
+/// A solid whose channels are its own coordinates, rounded to what a channel holds exactly: a value that isn't its
+/// point shows how far off the parameter is.
+std::shared_ptr<const LimitSolid> coordinate_solid(ControlMesh mesh) {
+  for (Vec3& p : mesh.positions) {
+    for (double& coordinate : p) coordinate = std::round(1024 * coordinate) / 1024;
+  }
+  oracle::grade_by_coordinates(mesh);
+  return LimitSolid::prepare(std::move(mesh));
+}
+
+struct Rows {
+  explicit Rows(const LimitSolid& the_solid, const InversionOptions& options = {})
+      : solid(the_solid), inverter(solid, options), rows(inverter, solid, options) {}
+
+  const SolvedRow& solve(const Vec3& first, const Vec3& step, std::uint32_t count,
+                         const std::optional<CellParam>& hint = {}) {
+    rows.solve(first, step, count, hint, {}, {}, row);
+    return row;
+  }
+
+  /// Every point resolved as point_inverter.h resolves it alone, with its own coordinates for channels.
+  void expect_exact(const Vec3& first, const Vec3& step, std::uint32_t count, const std::string& name) {
+    solve(first, step, count);
+    PointInverter alone(solid);
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Vec3 point = first + k * step;
+      const std::optional<InversionResult> found = alone.invert(point);
+      const bool resolved = row.points[k] != RowPoint::kUnresolved;
+      ASSERT_EQ(resolved, found.has_value()) << name << " point " << k << " at " << point.transpose();
+      if (!resolved) continue;
+      const double off = (Vec3::Map(&row.values[3 * k]) - point).norm();
+      EXPECT_LT(off, found->residual_mm + kAcceptedMm) << name << " point " << k;
+      EXPECT_LT(off, row.max_residual_mm + 1e-9) << name << " point " << k;
+    }
+  }
+
+  const LimitSolid& solid;
+  PointInverter inverter;
+  RowInverter rows;
+  SolvedRow row;
+};
+
+TEST(RowInverter, FindsEveryPointOfRowsThroughTheCatalogue) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> u(0, 1), direction(-1, 1);
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = coordinate_solid(mesh);
+    Rows rows(*solid);
+    LimitEvaluator evaluator(*solid);
+    std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+    for (int i = 0; i < 12; ++i) {
+      const Vec3 middle = evaluator.geo({cell(random), Vec3(u(random), u(random), u(random))});
+      const Vec3 step = (i % 2 ? 0.05 : 0.4) * Vec3(direction(random), direction(random), direction(random));
+      rows.expect_exact(middle - 40 * step, step, 81, name);
+    }
+  }
+}
+
+TEST(RowInverter, MarchesThroughASolidWithoutSearchingEachPoint) {
+  ControlMesh mesh = oracle::box_mesh(4, 4, 4);
+  oracle::sharpen_by_cells(mesh, 1);
+  const auto solid = coordinate_solid(std::move(mesh));
+  Rows rows(*solid);
+  const SolvedRow& row = rows.solve(Vec3(0.01, 17, 23), Vec3(0.04, 0, 0), 999);
+  const auto searched = std::count(row.points.begin(), row.points.end(), RowPoint::kFull);
+  EXPECT_GE(searched, 4);
+  EXPECT_LE(searched, 8);  // One on entering each of the four cells, or two.
+  EXPECT_EQ(std::count(row.points.begin(), row.points.end(), RowPoint::kUnresolved), 0);
+  EXPECT_LE(row.max_residual_mm, 1e-6);
+  for (std::size_t k = 0; k < 999; ++k) {
+    EXPECT_LT((Vec3::Map(&row.values[3 * k]) - Vec3(0.01 + 0.04 * static_cast<double>(k), 17, 23)).norm(), kAcceptedMm);
+  }
+}
+
+TEST(RowInverter, FollowsAHint) {
+  const auto solid = coordinate_solid(oracle::box_mesh(3, 3, 3));
+  Rows rows(*solid);
+  const Vec3 first(15, 15, 15), step(0.03, 0, 0);
+  const std::optional<CellParam> at = rows.solve(first, step, 1).last;
+  ASSERT_TRUE(at);
+  EXPECT_EQ(rows.row.points[0], RowPoint::kFull);
+  EXPECT_EQ(rows.solve(first, step, 2, at).points, std::vector(2, RowPoint::kCoherent));
+}
+
+TEST(RowInverter, SaysWhichPointsItDoesNotReach) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2);
+  oracle::sharpen_by_cells(mesh, 1);
+  const auto solid = coordinate_solid(std::move(mesh));
+  Rows rows(*solid);
+  const SolvedRow& row = rows.solve(Vec3(-1.9, 5, 5), Vec3(0.2, 0, 0), 120);
+  for (std::uint32_t k = 0; k < 120; ++k) {
+    const double x = -1.9 + 0.2 * k;
+    EXPECT_EQ(row.points[k] == RowPoint::kUnresolved, x < 0 || x > 20) << x;
+  }
+  EXPECT_EQ(rows.solve(Vec3(100, 0, 0), Vec3(0.1, 0, 0), 5).last, std::nullopt);
+}
+
+TEST(RowInverter, GivesFoldedPlacesToTheLowestCell) {
+  ControlMesh mesh = oracle::folding_box_mesh();
+  mesh.allow_folds = true;
+  const auto solid = LimitSolid::prepare(mesh);
+  ASSERT_GT(solid->summary().folding_cells, 0u);
+  Rows rows(*solid);
+  const Vec3 point = solid->summary().folds.front().position, step(0.02, 0, 0);
+  PointInverter alone(*solid);
+  for (std::uint32_t k = 0; k < 20; ++k) {
+    const auto expected = alone.invert(point + k * step);
+    ASSERT_TRUE(expected);
+    rows.solve(point, step, k + 1);
+    ASSERT_TRUE(rows.row.last);
+    EXPECT_EQ(rows.row.last->cell, expected->at.cell);
+  }
+}
+
+TEST(RowInverter, TakesRowsOfOnePointAndOfNone) {
+  const auto solid = coordinate_solid(oracle::box_mesh(3, 3, 3));
+  Rows rows(*solid);
+  EXPECT_TRUE(rows.solve(Vec3(15, 15, 15), Vec3(0.03, 0, 0), 0).points.empty());
+  EXPECT_EQ(rows.solve(Vec3(15, 15, 15), Vec3(0, 0, 0), 3).points.size(), 3u);
+  EXPECT_LT((Vec3::Map(&rows.row.values[6]) - Vec3(15, 15, 15)).norm(), kAcceptedMm);
+}
+
+}  // namespace
+}  // namespace ccslice

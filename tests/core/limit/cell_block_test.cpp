@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/cell_block.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
+
+Vec3 parameter(const ParamBox& box, std::size_t node) {
+  Vec3 uvw;
+  for (int a = 0; a < 3; ++a) {
+    const auto place = static_cast<double>(node / kBlockStride[static_cast<std::size_t>(a)] % kBlockNodes);
+    uvw[a] = box.low[a] + place / (kBlockNodes - 1) * (box.high[a] - box.low[a]);
+  }
+  return uvw;
+}
+
+double at(const BlockValues& values, std::size_t slot) { return values[slot / kLanes][slot % kLanes]; }
+
+void expect_samples(LimitEvaluator& evaluator, CellBlockSampler& sampler, std::uint32_t cell, const ParamBox& box,
+                    const std::string& where) {
+  CellBlock block;
+  sampler.sample(cell, box, block);
+  std::vector<double> channels(evaluator.solid().channel_count());
+  for (std::size_t node = 0; node < kNodes; ++node) {
+    const CellParam param{cell, parameter(box, node)};
+    const Vec3 position = evaluator.geo(param);
+    evaluator.mat(param, channels);
+    const std::size_t slot = block_slot(node);
+    for (std::size_t a = 0; a < 3; ++a) {
+      ASSERT_NEAR(at(block.position[a], slot), position[static_cast<Eigen::Index>(a)], 1e-11) << where << " " << node;
+    }
+    ASSERT_NEAR(at(block.values[0], slot), channels[1], 1e-12) << where << " " << node;
+    ASSERT_NEAR(at(block.values[1], slot), channels[0], 1e-12) << where << " " << node;
+  }
+}
+
+TEST(CellBlock, KeepsEvenAndOddNodesApart) {
+  std::set<std::size_t> slots;
+  for (std::size_t node = 0; node < kNodes; ++node) {
+    slots.insert(block_slot(node));
+    EXPECT_EQ(block_slot(node) < kBlockSlots / 2, node % 2 == 0);
+  }
+  EXPECT_EQ(slots.size(), kNodes);
+  EXPECT_EQ(block_slot(kNodes - 1), kEvenBlockNodes - 1);
+}
+
+TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
+  const ParamBox whole, inner{Vec3(0.1, 0.3, 0.55), Vec3(0.2, 0.45, 0.9)}, octant{Vec3(0.5, 0, 0), Vec3(1, 0.5, 0.5)},
+      thin{Vec3(0, 0.25, 0.5), Vec3(1, 0.375, 0.5625)}, corner{Vec3(0.75, 0.75, 0.75), Vec3(1, 1, 1)};
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    if (solid->channel_count() < 2) continue;
+    LimitEvaluator evaluator(*solid), other(*solid);
+    CellBlockSampler sampler(evaluator, {1, 0});
+    const std::uint32_t step = std::max(1u, solid->cell_count() / 6);
+    for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += step) {
+      for (const ParamBox& box : {whole, inner, octant, thin, corner}) expect_samples(other, sampler, cell, box, name);
+    }
+  }
+}
+
+TEST(CellBlock, FillsSpareSlotsWithNodes) {
+  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
+  LimitEvaluator evaluator(*solid);
+  CellBlockSampler sampler(evaluator, {0});
+  CellBlock block;
+  sampler.sample(0, {}, block);
+  EXPECT_EQ(at(block.values[0], 63), at(block.values[0], block_slot(124)));
+  EXPECT_EQ(at(block.values[0], 127), at(block.values[0], block_slot(123)));
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/png.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "core/output/encode.h"
+#include "core/output/pack_indices.h"
+#include "tests/core/output/tiny_png.h"
+
+namespace ccslice {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+const std::vector<std::uint32_t> kPalette = {0x000000ff, 0x00ffffff, 0xff00ffff, 0xffff00ff, 0xffffffff,
+                                             0x102030ff, 0x405060ff, 0x708090ff, 0xa0b0c0ff};
+
+/// Dithered inside an ellipse.
+Bytes halftoned(std::uint32_t width, std::uint32_t height, std::size_t materials) {
+  std::mt19937 random(21);
+  Bytes indices;
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const double u = 2.0 * x / width - 1, v = 2.0 * y / height - 1;
+      indices.push_back(u * u + v * v > 0.9 ? 0 : static_cast<std::uint8_t>(1 + random() % materials));
+    }
+  }
+  return indices;
+}
+
+struct Case {
+  std::uint32_t width, height;
+  std::size_t materials;
+};
+
+const Case kCases[] = {{1, 1, 1}, {3, 2, 2}, {61, 40, 1}, {975, 487, 3}, {33, 300, 8}, {8191, 9, 5}};
+
+TEST(Png, RgbaShowsEachMaterialInItsColourAndNoOther) {
+  for (const Case& c : kCases) {
+    const Bytes indices = halftoned(c.width, c.height, c.materials);
+    const std::span<const std::uint32_t> palette(kPalette.data(), c.materials + 1);
+    const SampleType type = smallest_index_type(c.materials);
+    const EncodedPlane plane = PlaneEncoder().encode({c.width, c.height, indices, palette}, type, Encoding::kPngRgba);
+    const TinyPng png = read_tiny_png(plane.bytes);
+    EXPECT_EQ(png.color_type, 6);
+    EXPECT_EQ(png.bit_depth, 8);
+    EXPECT_THAT(png.chunks, testing::ElementsAre("IHDR", "IDAT", "IEND"));
+    ASSERT_EQ(png.samples.size(), 4 * indices.size());
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      std::uint32_t rgba = 0;
+      for (std::size_t k = 0; k < 4; ++k) rgba = rgba << 8 | png.samples[4 * i + k];
+      ASSERT_EQ(rgba, palette[indices[i]]) << i << " of " << c.width << "x" << c.height;
+    }
+    EXPECT_EQ(plane.raw_bytes, sample_bytes(type, c.width, c.height));
+  }
+}
+
+TEST(Png, IndexedHoldsThePackedNumbersAndThePalette) {
+  for (const Case& c : kCases) {
+    const Bytes indices = halftoned(c.width, c.height, c.materials);
+    const IndexImage image{c.width, c.height, indices, std::span(kPalette).first(c.materials + 1)};
+    for (const SampleType type : {SampleType::kBit, SampleType::kUint2, SampleType::kUint4, SampleType::kUint8}) {
+      if (index_encoding_obstacle(type, Encoding::kPng, c.materials)) continue;
+      const EncodedPlane plane = PlaneEncoder().encode(image, type, Encoding::kPng);
+      const TinyPng png = read_tiny_png(plane.bytes);
+      Bytes packed;
+      pack_indices(image, bits_per_index(type), packed, {});
+      EXPECT_EQ(png.color_type, 3);
+      EXPECT_EQ(png.bit_depth, static_cast<int>(bits_per_index(type)));
+      EXPECT_EQ(png.samples, packed);
+      EXPECT_EQ(plane.crc32, crc32_of(packed));
+      ASSERT_EQ(png.palette.size(), 3 * (c.materials + 1));
+      EXPECT_EQ(png.palette[4], kPalette[1] >> 16 & 0xff);
+      EXPECT_TRUE(png.alphas.empty());
+    }
+  }
+}
+
+TEST(Png, IndexedKeepsAlpha) {
+  const std::vector<std::uint32_t> palette = {0xffffff00, 0x112233ff, 0x44556680};
+  const EncodedPlane plane = PlaneEncoder().encode({3, 1, Bytes{0, 1, 2}, palette}, SampleType::kUint2, Encoding::kPng);
+  EXPECT_THAT(read_tiny_png(plane.bytes).alphas, testing::ElementsAre(0, 255, 128));
+}
+
+TEST(Png, AMaskIsOneBitAVoxel) {
+  const Bytes indices = halftoned(975, 487, 3);
+  const IndexImage image{975, 487, indices, std::span(kPalette).first(4)};
+  for (std::uint32_t material = 1; material <= 3; ++material) {
+    const EncodedPlane plane = PlaneEncoder().encode_mask(image, material, Encoding::kPng);
+    const TinyPng png = read_tiny_png(plane.bytes);
+    Bytes mask;
+    pack_mask(image, material, mask, {});
+    EXPECT_EQ(png.color_type, 0);
+    EXPECT_EQ(png.bit_depth, 1);
+    EXPECT_EQ(png.samples, mask);
+    EXPECT_EQ(plane.crc32, crc32_of(mask));
+  }
+}
+
+TEST(Png, HasTheSameBytesOnEveryMachine) {
+  const Bytes indices = halftoned(975, 487, 3);
+  const IndexImage image{975, 487, indices, std::span(kPalette).first(4)};
+  EXPECT_EQ(crc32_of(PlaneEncoder().encode(image, SampleType::kUint2, Encoding::kPng).bytes), 1145017453u);
+  EXPECT_EQ(crc32_of(PlaneEncoder().encode(image, SampleType::kUint2, Encoding::kPngRgba).bytes), 1870881467u);
+}
+
+/// What any reader shows for a picture: four bytes a voxel.
+Bytes colours_of(const IndexImage& image) {
+  Bytes colours;
+  for (const std::uint8_t index : image.indices) {
+    for (int shift = 24; shift >= 0; shift -= 8) {
+      colours.push_back(static_cast<std::uint8_t>(image.palette[index] >> shift));
+    }
+  }
+  return colours;
+}
+
+class PictureFolder {
+ public:
+  PictureFolder() { std::filesystem::create_directories(path_); }
+  ~PictureFolder() { std::filesystem::remove_all(path_); }
+
+  void add(const std::string& name, const Bytes& png, const Bytes& colours) {
+    write(name + ".png", png);
+    write(name + ".rgba", colours);
+  }
+  std::string path() const { return path_.string(); }
+
+ private:
+  void write(const std::string& name, const Bytes& bytes) {
+    std::ofstream(path_ / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  }
+  const std::filesystem::path path_ =
+      std::filesystem::temp_directory_path() / ("ccslice_pictures_" + std::to_string(getpid()));
+};
+
+TEST(Png, OtherProgramsSeeTheSame) {
+  PictureFolder folder;
+  for (const Case& c : kCases) {
+    const std::string size = std::to_string(c.width) + "x" + std::to_string(c.height);
+    const Bytes indices = halftoned(c.width, c.height, c.materials);
+    const IndexImage image{c.width, c.height, indices, std::span(kPalette).first(c.materials + 1)};
+    const SampleType type = smallest_index_type(c.materials);
+    folder.add("rgba_" + size, PlaneEncoder().encode(image, type, Encoding::kPngRgba).bytes, colours_of(image));
+    folder.add("indexed_" + size, PlaneEncoder().encode(image, type, Encoding::kPng).bytes, colours_of(image));
+    Bytes mask;
+    for (const std::uint8_t index : indices) mask.push_back(index == 1);
+    const std::vector<std::uint32_t> black_and_white = {0x000000ff, 0xffffffff};
+    folder.add("mask_" + size, PlaneEncoder().encode_mask(image, 1, Encoding::kPng).bytes,
+               colours_of({c.width, c.height, mask, black_and_white}));
+    std::vector<std::uint32_t> greys(256);
+    for (std::uint32_t i = 0; i < 256; ++i) greys[i] = i * 0x01010100 | 0xff;
+    const SampleImage grey{SampleType::kUint8, c.width, c.height, indices};
+    folder.add("grey_" + size, PlaneEncoder().encode(grey, Encoding::kPng).bytes,
+               colours_of({c.width, c.height, indices, greys}));
+  }
+  EXPECT_EQ(std::system(("/usr/bin/python3 " CCSLICE_CHECK_PNG_READERS " " + folder.path()).c_str()), 0);
+}
+
+TEST(Png, StopsWhenCancelled) {
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  const Bytes indices = {0, 1};
+  const IndexImage image{2, 1, indices, std::span(kPalette).first(2)};
+  for (const Encoding encoding : {Encoding::kPng, Encoding::kPngRgba}) {
+    EXPECT_THROW(PlaneEncoder().encode(image, SampleType::kBit, encoding, cancel), Error);
+  }
+  EXPECT_THROW(PlaneEncoder().encode_mask(image, 1, Encoding::kPng, cancel), Error);
+}
+
+}  // namespace
+}  // namespace ccslice

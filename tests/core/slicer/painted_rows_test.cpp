@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/painted_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/mesh/models.h"
+#include "tests/core/slicer/test_jobs.h"
+
+namespace ccslice {
+namespace {
+
+// A sharp box with a linear gradient along x: pieces are its cells, exact to rounding. 24 x 16 x 8 mm in 6 x 4 x 2
+// cells, at a pitch that puts no voxel centre on a face between cells.
+class PaintedRowsTest : public testing::Test {
+ protected:
+  PaintedRowsTest()
+      : solid_(LimitSolid::prepare(make_box())),
+        job_(job_of(solid_, {0.15, 0.15, 0.15})),
+        pieces_(solid_, job_.placement, job_.grid, {{0, 1e-3}}) {
+    pieces_.build(0, 16, {});
+  }
+
+  void resolve(std::vector<Span> spans) { rows_.resolve(pieces_, 5, job_.grid.extent.rows, spans); }
+
+  std::uint64_t painted() const {
+    std::uint64_t voxels = 0;
+    for (const PieceRun& run : rows_.painted()) voxels += run.end - run.begin;
+    return voxels;
+  }
+
+  Solid solid_;
+  SliceJob job_;
+  CellPieces pieces_;
+  PaintedRows rows_;
+};
+
+TEST_F(PaintedRowsTest, PaintAllThatIsInside) {
+  std::vector<Span> spans;
+  for (std::uint32_t y = 0; y < job_.grid.extent.rows; ++y) spans.push_back({y, 0, job_.grid.extent.columns});
+  resolve(spans);
+  EXPECT_EQ(painted(), std::uint64_t{job_.grid.extent.rows} * job_.grid.extent.columns);
+  EXPECT_EQ(rows_.painted().size(), 6u * job_.grid.extent.rows);
+  EXPECT_TRUE(rows_.rest().empty());
+}
+
+TEST_F(PaintedRowsTest, PaintNothingElse) {
+  resolve({{10, 20, 25}, {10, 31, 32}, {11, 0, 30}});
+  EXPECT_EQ(painted(), 36u);
+  ASSERT_EQ(rows_.painted().size(), 4u);
+  EXPECT_EQ(rows_.painted()[0].begin, 20u);
+  EXPECT_EQ(rows_.painted()[0].end, 25u);
+  EXPECT_EQ(rows_.painted()[1].row, 10u);
+  EXPECT_EQ(rows_.painted()[1].end, 32u);
+  EXPECT_EQ(rows_.painted()[2].row, 11u);
+  EXPECT_TRUE(rows_.rest().empty());
+}
+
+TEST_F(PaintedRowsTest, AreEmptyForAnEmptyLayer) {
+  resolve({});
+  EXPECT_TRUE(rows_.painted().empty());
+  EXPECT_TRUE(rows_.rest().empty());
+}
+
+// Beyond the solid no piece reaches farther than a share of its own size.
+TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
+  GridRequest request;
+  request.pitch = job_.grid.pitch;
+  request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
+  request.extent = GridExtent{200, 40, 16};
+  const Grid grid = plan_grid(*solid_, job_.placement, request);
+  CellPieces pieces(solid_, job_.placement, grid, {{0, 1e-3}});
+  pieces.build(0, 16, {});
+  rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
+  ASSERT_EQ(rows_.painted().size(), 2u);
+  EXPECT_EQ(rows_.painted()[0].begin, 39u);  // A voxel before the first piece, which has 26 along the row.
+  EXPECT_EQ(rows_.painted()[1].begin, 40u);
+  ASSERT_EQ(rows_.rest().size(), 2u);
+  EXPECT_EQ(rows_.rest()[0].y, 4u);
+  EXPECT_EQ(rows_.rest()[0].begin, 10u);
+  EXPECT_EQ(rows_.rest()[0].end, 40u);
+  EXPECT_EQ(rows_.rest()[1].y, 5u);
+  EXPECT_EQ(rows_.rest()[1].end, 12u);
+}
+
+}  // namespace
+}  // namespace ccslice

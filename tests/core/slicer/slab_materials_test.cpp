@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/slab_materials.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/models.h"
+#include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kTolerance = 1.0 / 1024;
+
+struct Comparison {
+  std::uint64_t voxels = 0, interpolated = 0;
+  double worst = 0;  // Share of the channel's range.
+};
+
+/// Every third layer against the same one with every voxel inverted.
+Comparison compare(const Solid& solid, SliceJob job) {
+  const ChannelRange& range = solid->summary().channels[0];
+  job.material_tolerance = kTolerance;
+  SliceJob exact_job = job;
+  exact_job.material_tolerance = 0;
+  LayerSlicer slicer(solid, job), exact(solid, exact_job);
+  Comparison result;
+  for (std::uint32_t k = 1; k < job.grid.extent.layers; k += 3) {
+    const Layer a = slicer.slice(k, {}), b = exact.slice(k, {});
+    result.voxels += a.stats.voxels_inside;
+    result.interpolated += a.stats.voxels_interpolated;
+    EXPECT_EQ(a.stats.voxels_interpolated + a.stats.voxels_coherent + a.stats.voxels_full + a.stats.voxels_unresolved,
+              a.stats.voxels_inside);
+    std::vector<float> x(a.planes[1].bytes.size() / sizeof(float)), y(x.size());
+    std::memcpy(x.data(), a.planes[1].bytes.data(), a.planes[1].bytes.size());
+    std::memcpy(y.data(), b.planes[1].bytes.data(), b.planes[1].bytes.size());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      result.worst = std::max(result.worst, std::abs(x[i] - y[i]) / (range.max - range.min));
+    }
+  }
+  return result;
+}
+
+Placement tilted() {
+  Placement placement = Placement::Identity();
+  placement.linear() = Mat3(Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized())) * Vec3(1, 1.2, -0.9).asDiagonal();
+  placement.translation() = Vec3(5, -3, 40);
+  return placement;
+}
+
+// All cells have irregular edges or vertices.
+TEST(SlabMaterials, PaintASmoothBoxWithinTheTolerance) {
+  ControlMesh mesh = oracle::box_mesh(2, 3, 2);
+  oracle::grade_by_coordinates(mesh);
+  const Solid solid = LimitSolid::prepare(mesh);
+  for (const Placement& placement : {Placement(Placement::Identity()), tilted()}) {
+    const Comparison found = compare(solid, job_of(solid, {0.3, 0.35, 0.25}, placement));
+    EXPECT_LE(found.worst, kTolerance);
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.98 * static_cast<double>(found.voxels));
+  }
+}
+
+TEST(SlabMaterials, InvertWhereTheSolidFolds) {
+  ControlMesh mesh = oracle::folding_box_mesh();
+  mesh.allow_folds = true;
+  oracle::grade_by_coordinates(mesh);
+  const Solid solid = LimitSolid::prepare(mesh);
+  const Comparison found = compare(solid, job_of(solid, {0.8, 0.8, 0.8}));
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LT(found.interpolated, found.voxels);
+}
+
+// Cells of some hundred voxels.
+TEST(SlabMaterials, LeaveSmallCellsToTiles) {
+  const Solid solid = LimitSolid::prepare(make_ring({64, 16, 16}));
+  const Comparison found = compare(solid, job_of(solid, {0.3, 0.3, 0.3}));
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(found.interpolated, 0u);
+}
+
+class PaintedSlabs : public testing::Test {
+ protected:
+  PaintedSlabs() : solid_(LimitSolid::prepare(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
+    job_.material_tolerance = kTolerance;
+  }
+  Solid solid_;
+  SliceJob job_;
+};
+
+TEST_F(PaintedSlabs, DependOnThemselvesAlone) {
+  LayerSlicer upwards(solid_, job_), downwards(solid_, job_);
+  std::vector<Layer> up, down;
+  for (std::uint32_t k = 0; k < job_.grid.extent.layers; ++k) up.push_back(upwards.slice(k, {}));
+  for (std::uint32_t k = job_.grid.extent.layers; k-- > 0;) down.push_back(downwards.slice(k, {}));
+  std::reverse(down.begin(), down.end());
+  for (std::size_t k = 0; k < up.size(); ++k) {
+    EXPECT_TRUE(up[k].planes[1].bytes == down[k].planes[1].bytes) << k;
+    EXPECT_EQ(up[k].stats.voxels_interpolated, down[k].stats.voxels_interpolated) << k;
+  }
+}
+
+TEST_F(PaintedSlabs, CanBeCancelled) {
+  auto field = make_material_field(solid_, job_.placement, 2e-3);
+  SlabMaterials materials(solid_, job_.placement, *field, job_.grid, {{0, 1e-3}});
+  const CancellationToken token = CancellationToken::make();
+  token.cancel();
+  const std::vector<std::span<const Span>> layers(kSlabLayers);
+  EXPECT_THROW(materials.solve(0, layers, token), Error);
+  EXPECT_NO_THROW(materials.solve(0, layers, {}));
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+/// A block of 10 mm whose channel x goes from 0 to 10, blended from soft to hard.
+class Materials : public ::testing::Test {
+ protected:
+  Materials() {
+    request_.clear_planes();
+    request_.add_planes()->mutable_materials();
+    request_.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    v1::Printing& printing = *request_.mutable_printing();
+    add_material("soft", 0xff0000ff);
+    add_material("hard", 0x00ff00ff);
+    v1::BlendMap& blend = *printing.mutable_map()->mutable_blend();
+    blend.set_channel("x");
+    add_stop(0, "soft");
+    add_stop(10, "hard");
+  }
+
+  void add_material(const std::string& name, std::uint32_t rgba) {
+    v1::PrintMaterial& material = *request_.mutable_printing()->add_materials();
+    material.set_name(name);
+    material.set_rgba(rgba);
+  }
+  v1::BlendMap& blend() { return *request_.mutable_printing()->mutable_map()->mutable_blend(); }
+  void add_stop(double value, const std::string& material) {
+    v1::BlendStop& stop = *blend().add_stops();
+    stop.set_value(value);
+    stop.set_material(material);
+  }
+
+  void expect(const std::string& reason, const std::string& field) {
+    const Failure failure = server_.slice_failure(request_);
+    EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT) << failure.message;
+    EXPECT_EQ(failure.reason, reason) << failure.message;
+    EXPECT_EQ(failure.field, field) << failure.message;
+  }
+
+  TestServer server_;
+  v1::SliceRangeRequest request_ = slice_request(server_.upload_good(make_box(2, 10)), 0.25, 0, 40);
+};
+
+TEST_F(Materials, AreCountedAndAddUpToTheOccupancy) {
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.planes(0).sample_type(), v1::SAMPLE_TYPE_UINT2);
+  EXPECT_TRUE(sliced.header.planes(0).has_materials());
+  EXPECT_EQ(sliced.header.printing().halftone().method(), v1::HALFTONE_METHOD_BLUE_NOISE);
+  EXPECT_EQ(sliced.header.printing().background_rgba(), 0x000000ffu);
+  EXPECT_EQ(sliced.header.printing().map().blend().stops(1).material(), "hard");
+  ASSERT_EQ(sliced.ends.size(), 40u);
+  for (const auto& [index, end] : sliced.ends) {
+    ASSERT_EQ(end.statistics().material_voxels_size(), 2);
+    EXPECT_EQ(end.statistics().material_voxels(0) + end.statistics().material_voxels(1), end.voxel_count());
+    EXPECT_NEAR(static_cast<double>(end.statistics().material_voxels(1)), 800, 80);
+    EXPECT_EQ(sliced.planes.at(index)[0].size(), 400u);
+  }
+}
+
+TEST_F(Materials, HaveMasks) {
+  request_.add_planes()->mutable_material_mask()->set_material("hard");
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.planes(1).material_mask().material(), "hard");
+  EXPECT_EQ(sliced.header.planes(1).sample_type(), v1::SAMPLE_TYPE_BIT);
+}
+
+TEST_F(Materials, AreRefusedWithReasonsOfTheirOwn) {
+  const v1::SliceRangeRequest good = request_;
+  add_material("hard", 0x0000ffff);
+  expect("MATERIAL_NAME_REPEATED", "printing.materials[2].name");
+  request_.mutable_printing()->mutable_materials(2)->set_name("");
+  expect("MATERIAL_NAME_INVALID", "printing.materials[2].name");
+  request_.mutable_printing()->mutable_materials(2)->set_name("clear");
+  request_.mutable_printing()->mutable_materials(2)->set_rgba(0x00ff00ff);
+  expect("MATERIAL_COLOUR_REPEATED", "printing.materials[2].rgba");
+  for (std::uint32_t i = 3; i < 9; ++i) add_material(std::to_string(i), i);
+  expect("TOO_MANY_MATERIALS", "printing.materials");
+  request_.mutable_printing()->clear_materials();
+  expect("MATERIALS_MISSING", "printing.materials");
+  request_.clear_printing();
+  expect("MATERIALS_MISSING", "printing.materials");
+  request_ = good;
+  request_.mutable_planes(0)->mutable_material_mask()->set_material("gold");
+  expect("MATERIAL_UNKNOWN", "planes[0].material_mask.material");
+  request_ = good;
+  request_.mutable_printing()->mutable_halftone()->set_method(static_cast<v1::HalftoneMethod>(77));
+  expect("ENUM_VALUE_UNKNOWN", "printing.halftone.method");
+}
+
+TEST_F(Materials, NeedAMapThatMakesSense) {
+  const v1::SliceRangeRequest good = request_;
+  blend().set_channel("colour");
+  expect("CHANNEL_UNKNOWN", "printing.map.blend.channel");
+  request_ = good;
+  blend().mutable_stops(1)->set_material("gold");
+  expect("MATERIAL_UNKNOWN", "printing.map.blend.stops[1].material");
+  request_ = good;
+  blend().mutable_stops(1)->set_value(std::numeric_limits<double>::quiet_NaN());
+  expect("MATERIAL_MAP_NON_FINITE", "printing.map.blend.stops[1].value");
+  blend().mutable_stops(1)->set_value(-1);
+  expect("MATERIAL_MAP_INVALID", "printing.map.blend.stops[1].value");
+  request_.mutable_printing()->mutable_map()->Clear();
+  expect("MATERIAL_MAP_INVALID", "printing.map");
+  request_.mutable_printing()->clear_map();
+  expect("MATERIAL_MAP_MISSING", "printing.map");
+}
+
+TEST_F(Materials, OfStrictMapsFailWhereTheFractionsDo) {
+  blend().mutable_stops(1)->set_value(5);
+  EXPECT_TRUE(server_.slice(request_).status.ok());
+  request_.mutable_printing()->mutable_map()->set_strict(true);
+  expect("FRACTIONS_OUT_OF_RANGE", "printing.map.strict");
+}
+
+}  // namespace
+}  // namespace ccslice::server
