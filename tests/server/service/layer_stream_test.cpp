@@ -89,7 +89,7 @@ TEST(LayerStream, DeliversEveryLayerInOrderHoweverLongEachTakes) {
     Executor executor(threads);
     const LayerRange range{.first = 3, .count = 61};
     Consumer consumer;
-    const auto make = [] {
+    const auto make = [](const CancellationToken&) {
       return [](std::uint32_t index, const CancellationToken&) {
         std::this_thread::sleep_for(std::chrono::microseconds(index * 7919 % 700));
         return make_layer(index);
@@ -107,21 +107,22 @@ TEST(LayerStream, StartsSlabsAtMultiplesOfTheirSizeSoThatWorkersKeepTheirState) 
   Executor executor(2);
   Consumer consumer;
   std::atomic<int> makes = 0;
-  const auto make = [&] {
+  const auto make = [&](const CancellationToken&) {
     ++makes;
     return [](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
   };
-  const auto stream = LayerStream::start(executor, {.first = 0, .count = 800}, {.slab_layers = 8, .window_slabs = 3},
+  // The window holds all: a stream that waits for its consumer lets functions go, as often as the consumer is late.
+  const auto stream = LayerStream::start(executor, {.first = 0, .count = 800}, {.slab_layers = 8, .window_slabs = 100},
                                          make, consumer.notify());
   LayerStream::Pull last{};
   EXPECT_EQ(consumer.pull_all(*stream, last).size(), 800u);
-  EXPECT_LE(makes, 3) << "finished slabs hand their function on";
+  EXPECT_LE(makes, 2) << "a worker's finished slab hands its function on";
 }
 
 TEST(LayerStream, AConsumerThatNeverPullsHoldsTheWindowAndNoThread) {
   Executor executor(2);
   std::atomic<int> computed = 0;
-  const auto make = [&] {
+  const auto make = [&](const CancellationToken&) {
     return [&](std::uint32_t index, const CancellationToken&) {
       ++computed;
       return make_layer(index);
@@ -140,7 +141,7 @@ TEST(LayerStream, AConsumerThatNeverPullsHoldsTheWindowAndNoThread) {
 TEST(LayerStream, AFailedLayerFailsTheStreamAfterTheLayersBeforeIt) {
   Executor executor(3);
   Consumer consumer;
-  const auto make = [] {
+  const auto make = [](const CancellationToken&) {
     return [](std::uint32_t index, const CancellationToken&) {
       if (index == 19) throw Error(ErrorCode::kInternal, "layer 19");
       return make_layer(index);
@@ -154,19 +155,15 @@ TEST(LayerStream, AFailedLayerFailsTheStreamAfterTheLayersBeforeIt) {
   EXPECT_THROW(std::rethrow_exception(stream->error()), Error);
 }
 
-/// Cancels a stream while layers of 5 s are being computed; how long it takes until all is quiet.
-std::chrono::nanoseconds time_to_cancel(Census& census) {
+void work_for_5_s(const CancellationToken& cancel) {
+  for (const auto end = SteadyClock::now() + 5s; SteadyClock::now() < end; std::this_thread::sleep_for(1ms)) {
+    cancel.throw_if_cancelled();
+  }
+}
+
+/// Cancels a stream whose workers are busy for 5 s; how long it takes until all is quiet.
+std::chrono::nanoseconds time_to_cancel(const LayerStream::MakeCompute& make) {
   Executor executor(2);
-  std::atomic<int> computed = 0;
-  const auto make = [&] {
-    return [&, own = census.count()](std::uint32_t index, const CancellationToken& cancel) {
-      ++computed;
-      for (const auto end = SteadyClock::now() + 5s; SteadyClock::now() < end; std::this_thread::sleep_for(1ms)) {
-        cancel.throw_if_cancelled();
-      }
-      return make_layer(index);
-    };
-  };
   Consumer consumer;
   auto stream = LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make,
                                    consumer.notify());
@@ -181,7 +178,6 @@ std::chrono::nanoseconds time_to_cancel(Census& census) {
   canceller.join();
   executor.wait_idle();
   const auto taken = SteadyClock::now() - start;
-  EXPECT_LE(computed, 2);
   try {
     std::rethrow_exception(stream->error());
   } catch (const Error& error) {
@@ -191,21 +187,44 @@ std::chrono::nanoseconds time_to_cancel(Census& census) {
   return taken;
 }
 
+/// Of three attempts: other programs may keep the processor for a while.
+std::chrono::nanoseconds least_time_to_cancel(const LayerStream::MakeCompute& make) {
+  std::chrono::nanoseconds least = 1h;
+  for (int attempt = 0; attempt < 3; ++attempt) least = std::min(least, time_to_cancel(make));
+  return least;
+}
+
 TEST(LayerStream, CancellingStopsTheWorkWithin100MsAndLeaksNothing) {
   Census census;
-  std::chrono::nanoseconds fastest = 1h;
-  for (int attempt = 0; attempt < 3; ++attempt) {  // Other programs may keep the processor for a while.
-    fastest = std::min(fastest, time_to_cancel(census));
-  }
-  EXPECT_LT(fastest, 100ms);
+  std::atomic<int> computed = 0;
+  const auto make = [&](const CancellationToken&) {
+    return [&, own = census.count()](std::uint32_t index, const CancellationToken& cancel) {
+      ++computed;
+      work_for_5_s(cancel);
+      return make_layer(index);
+    };
+  };
+  EXPECT_LT(least_time_to_cancel(make), 100ms);
+  EXPECT_LE(computed, 3 * 2);
   EXPECT_EQ(census.alive(), 0);
+}
+
+TEST(LayerStream, CancellingStopsWhatComesBeforeTheFirstLayerWithin100Ms) {
+  std::atomic<int> made = 0;
+  const auto make = [&](const CancellationToken& cancel) {
+    work_for_5_s(cancel);
+    ++made;
+    return [](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
+  };
+  EXPECT_LT(least_time_to_cancel(make), 100ms);
+  EXPECT_EQ(made, 0);
 }
 
 TEST(LayerStream, AVanishedConsumerLeavesNothingBehind) {
   Census census;
   {
     Executor executor(2);
-    const auto make = [&census] {
+    const auto make = [&census](const CancellationToken&) {
       return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
     };
     LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make, [] {});
@@ -218,7 +237,7 @@ TEST(LayerStream, StreamsShareTheThreadsLayerByLayer) {
   std::mutex mutex;
   std::vector<char> order;
   const auto make = [&](char name) {
-    return [&, name] {
+    return [&, name](const CancellationToken&) {
       return [&, name](std::uint32_t index, const CancellationToken&) {
         std::lock_guard lock(mutex);
         order.push_back(name);
@@ -249,7 +268,7 @@ TEST(LayerStreamConsistency, ManyStreamsManyCancelsUnderLoad) {
       std::mt19937 own(own_seed);
       for (int round = 0; round < 20; ++round) {
         Consumer consumer;
-        const auto make = [&census] {
+        const auto make = [&census](const CancellationToken&) {
           return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
         };
         const LayerRange range{.first = static_cast<std::uint32_t>(own() % 20),
@@ -287,7 +306,7 @@ TEST(LayerStream, CountsContoursThatNobodyCouldForesee) {
   Executor executor(kThreads);
   std::atomic<std::uint32_t> computed = 0;
   Census scratch;
-  const auto make = [&]() -> LayerStream::ComputeLayer {
+  const auto make = [&](const CancellationToken&) -> LayerStream::ComputeLayer {
     return [&computed, own = scratch.count()](std::uint32_t layer, const CancellationToken&) {
       ++computed;
       return make_layer_of_contours(layer, kLayerBytes);
@@ -306,7 +325,7 @@ TEST(LayerStream, CountsContoursThatNobodyCouldForesee) {
 
 TEST(LayerStream, AFailureAheadDoesntKeepParkedLayersFromComing) {
   Executor executor(3);
-  const auto make = []() -> LayerStream::ComputeLayer {
+  const auto make = [](const CancellationToken&) -> LayerStream::ComputeLayer {
     return [](std::uint32_t layer, const CancellationToken&) {
       if (layer == 12) throw std::runtime_error("layer 12");
       if (layer < 8) std::this_thread::sleep_for(1ms);
@@ -326,7 +345,7 @@ TEST(LayerStream, AFailureAheadDoesntKeepParkedLayersFromComing) {
 
 TEST(LayerStream, ALayerLargerThanTheWindowStillComes) {
   Executor executor(3);
-  const auto make = []() -> LayerStream::ComputeLayer {
+  const auto make = [](const CancellationToken&) -> LayerStream::ComputeLayer {
     return [](std::uint32_t layer, const CancellationToken&) { return make_layer_of_contours(layer, 10'000); };
   };
   Consumer consumer;
