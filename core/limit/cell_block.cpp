@@ -69,9 +69,8 @@ void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock
     }
   }
   const Vec3 middle = 0.5 * (box.low + box.high);
-  if (PatchPlace place; patch_of_box(evaluator_->solid().data(), cell, box)) {
-    const Patch* patch = evaluator_->patch_at({cell, middle}, place);
-    return sample_patch(*patch, place, middle, block);
+  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
+    return sample_patch(evaluator_->patch(cell, *place), *place, middle, block);
   }
   sample_patches(cell, block);
 }
@@ -111,8 +110,7 @@ void CellBlockSampler::sample_patches(std::uint32_t cell, CellBlock& block) noex
     while (end < kBlockSlots && end < begin + kLanes && order_[end].first == order_[begin].first) ++end;
     std::array<std::size_t, kLanes> slots;
     for (std::size_t lane = 0; lane < kLanes; ++lane) slots[lane] = order_[std::min(begin + lane, end - 1)].second;
-    PatchPlace unused;
-    sample_slots(*evaluator_->patch_at({cell, parameter(first)}, unused), slots, block);
+    sample_slots(evaluator_->patch(cell, places_[first]), slots, block);
   }
 }
 

@@ -147,4 +147,8 @@ const Patch* LimitEvaluator::patch_at(const CellParam& at, PatchPlace& place) no
   return place.at_vertex || place.at_line ? nullptr : &state_->patch(at.cell, place.path);
 }
 
+const Patch& LimitEvaluator::patch(std::uint32_t cell, const PatchPlace& place) noexcept {
+  return state_->patch(cell, place.path);
+}
+
 }  // namespace ccslice

@@ -45,6 +45,8 @@ class LimitEvaluator {
   /// The regular patch that holds a parameter, and the place in it; nothing on an irregular line or vertex itself.
   /// Valid until the next call.
   const Patch* patch_at(const CellParam& at, PatchPlace& place) noexcept;
+  /// The patch at a place of the cell that find_patch() yielded. REQUIRES: on no irregular line or vertex itself.
+  const Patch& patch(std::uint32_t cell, const PatchPlace& place) noexcept;
 
   const LimitSolid& solid() const noexcept;
 

@@ -102,7 +102,8 @@ PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
       a_(data.operators.max_ring_points() * dimension),
       b_(a_.size()),
       vertex_ring_(a_.size()),
-      grid_(64 * dimension) {
+      grid_(64 * dimension),
+      walk_ring_(a_.size()) {
   line_layers_.reserve(a_.size());
 }
 
@@ -118,18 +119,21 @@ void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) cons
 }
 
 const VertexOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
-  gather(data_.ring(cell), a_.data());
-  std::uint32_t op = cell.op;
-  const auto step = [&](std::uint8_t child) -> const VertexOperator::Child& {
-    const VertexOperator& now = data_.operators.vertices()[op];
+  if (walk_.cell != &cell || walk_.level > path.level) {
+    gather(data_.ring(cell), walk_ring_.data());
+    walk_ = {&cell, 0, cell.op};
+  }
+  const auto child_of = [&](std::size_t child, double* out) -> const VertexOperator::Child& {
+    const VertexOperator& now = data_.operators.vertices()[walk_.op];
     const VertexOperator::Child& next = now.children[child];
-    now.stencils.apply(next.first_row, next.count, a_.data(), dimension_, b_.data());
-    std::swap(a_, b_);
-    op = next.op;
+    now.stencils.apply(next.first_row, next.count, walk_ring_.data(), dimension_, out);
     return next;
   };
-  for (int n = 0; n < path.level; ++n) step(0);
-  return step(path.child);
+  for (; walk_.level < path.level; ++walk_.level) {
+    walk_.op = child_of(0, b_.data()).op;
+    std::swap(walk_ring_, b_);
+  }
+  return child_of(path.child, a_.data());
 }
 
 void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {
@@ -142,20 +146,26 @@ void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms)
 }
 
 std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& path) noexcept {
+  if (line_.cell == &cell && line_.level == path.level && line_.child == path.child) return line_.op;
+  std::uint32_t layer_points = cell.ring_count / 4;
+  line_ = {&cell, path.level, path.child, cell.op};
   if (cell.cell_class == CellClass::kLine) {
     gather(data_.ring(cell), a_.data());
-    fill_layers(cell.ring_count / 4, cell.phantoms);
-    return cell.op;
-  }
-  if (line_.cell != &cell || line_.level != path.level || line_.child != path.child) {
-    const VertexOperator::Child& child = descend_vertex(cell, path);
-    fill_layers(child.layer_points, child.phantoms);
-    line_ = {&cell, path.level, path.child, child.op};
-    line_layers_.assign(a_.begin(), a_.begin() + static_cast<std::ptrdiff_t>(4 * child.layer_points * dimension_));
+    fill_layers(layer_points, cell.phantoms);
   } else {
-    std::copy(line_layers_.begin(), line_layers_.end(), a_.begin());
+    const VertexOperator::Child& child = descend_vertex(cell, path);
+    layer_points = child.layer_points;
+    fill_layers(layer_points, child.phantoms);
+    line_.op = child.op;
   }
+  line_layers_.assign(a_.begin(), a_.begin() + static_cast<std::ptrdiff_t>(4 * layer_points * dimension_));
   return line_.op;
+}
+
+std::uint32_t PatchBuilder::copy_line(const LimitCell& cell, const PatchPath& path) noexcept {
+  const std::uint32_t op = load_line(cell, path);
+  std::copy(line_layers_.begin(), line_layers_.end(), a_.begin());
+  return op;
 }
 
 std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept {
@@ -187,7 +197,7 @@ void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* g
     gather(data_.ring(cell), grid);
     fill_phantoms(grid, 3, dimension_, cell.phantoms);
   } else if (path.line_child != 0) {
-    const std::uint32_t op = descend_line(load_line(cell, path), path.line_level);
+    const std::uint32_t op = descend_line(copy_line(cell, path), path.line_level);
     finish_line(op, path.line_child, grid);
   } else {
     const VertexOperator::Child& child = descend_vertex(cell, path);
@@ -211,7 +221,7 @@ void PatchBuilder::limit_at_line(const LimitCell& cell, const PatchPath& path, d
   std::array<double, 4> basis, unused;
   bspline_basis(w, basis, unused);
   std::fill(out, out + dimension_, 0.0);
-  const double* p = a_.data();
+  const double* p = line_layers_.data();
   for (std::size_t layer = 0; layer < 4; ++layer) {
     for (const double weight : limit) {
       for (std::size_t d = 0; d < dimension_; ++d) out[d] += basis[layer] * weight * *p++;

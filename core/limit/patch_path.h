@@ -91,13 +91,15 @@ class PatchBuilder {
 
  private:
   void gather(std::span<const std::uint32_t> ring, double* out) const noexcept;
-  /// The sub-cell of a vertex cell: fills `a_` with its grid or layers.
+  /// The sub-cell of a vertex cell: fills `a_` with its grid or layers. Goes on from the level met last.
   const VertexOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
   std::uint32_t descend_line(std::uint32_t op, int levels) noexcept;
   void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
-  /// Loads the four layers of a line cell or sub-cell into `a_`; returns its operator.
+  /// Has the four layers of a line cell or sub-cell in `line_layers_`; returns its operator.
   std::uint32_t load_line(const LimitCell& cell, const PatchPath& path) noexcept;
+  /// The same, and copies them to `a_`.
+  std::uint32_t copy_line(const LimitCell& cell, const PatchPath& path) noexcept;
   /// The line cell or sub-cell whose layers are in `a_`.
   template <typename OnPatch, typename OnRest>
   void visit_line(PatchPath path, std::uint32_t op, int line_levels, OnPatch on_patch, OnRest on_rest);
@@ -107,7 +109,14 @@ class PatchBuilder {
   std::vector<double> a_, b_;               // Ring points, ping and pong.
   std::vector<double> vertex_ring_, grid_;  // visit_patches().
 
-  /// The line sub-cell that load_line() met last: patches of one come together.
+  // What was met last: patches of a cell, and of a line sub-cell, come together, by level.
+  struct VertexWalk {
+    const LimitCell* cell = nullptr;
+    int level = 0;
+    std::uint32_t op = 0;  // At this level.
+  };
+  VertexWalk walk_;
+  std::vector<double> walk_ring_;
   struct LoadedLine {
     const LimitCell* cell = nullptr;
     std::uint8_t level = 0, child = 0;
@@ -140,7 +149,7 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
     return;
   }
   if (cell.cell_class == CellClass::kLine) {
-    visit_line({}, load_line(cell, {}), line_levels, on_patch, on_rest);
+    visit_line({}, copy_line(cell, {}), line_levels, on_patch, on_rest);
     return;
   }
   gather(data_.ring(cell), vertex_ring_.data());

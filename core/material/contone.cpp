@@ -68,7 +68,13 @@ ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
     : channel_(spec.channel),
       type_(spec.sample_type),
       range_(value_range(spec, channel)),
-      channel_range_{channel.min, channel.max} {}
+      channel_range_{channel.min, channel.max} {
+  if (type_ == SampleType::kFloat32) return;
+  const std::uint32_t largest = type_ == SampleType::kUint8 ? 255 : 65535;
+  factor_ = range_.max > range_.min ? largest / (range_.max - range_.min) : 0;
+  low_ = quantize(channel.min, range_, largest);
+  high_ = quantize(channel.max, range_, largest) + 0.5;
+}
 
 void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
   width_ = width;
@@ -106,11 +112,8 @@ void ContonePlane::set_cubic(std::size_t index, std::uint32_t count, double t0, 
   if (type_ == SampleType::kFloat32) {
     return write_cubic<float, double>({t0, dt, c, channel.min, channel.max}, count, &samples_[4 * index]);
   }
-  const std::uint32_t largest = type_ == SampleType::kUint8 ? 255 : 65535;
-  const double factor = range_.max > range_.min ? largest / (range_.max - range_.min) : 0;
-  CubicRow row{t0, dt, {(c[0] - range_.min) * factor + 0.5, c[1] * factor, c[2] * factor, c[3] * factor}, 0, 0};
-  row.low = quantize(channel.min, range_, largest);
-  row.high = quantize(channel.max, range_, largest) + 0.5;
+  const CubicRow row{
+      t0, dt, {(c[0] - range_.min) * factor_ + 0.5, c[1] * factor_, c[2] * factor_, c[3] * factor_}, low_, high_};
   if (type_ == SampleType::kUint8) return write_cubic<std::uint8_t, float>(row, count, &samples_[index]);
   write_cubic<std::uint16_t, double>(row, count, &samples_[2 * index]);
 }

@@ -150,7 +150,11 @@ void BlockRaster::cross_rows(std::uint32_t layer, double y0, double x0, double y
 void BlockRaster::append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
                               std::vector<VoxelRun>& runs) {
   if (row.count == 0 || row.count > kMostCrossings) return;
-  std::sort(row.columns.begin(), row.columns.begin() + row.count);
+  if (row.count == 2) {  // Nearly always.
+    if (row.columns[1] < row.columns[0]) std::swap(row.columns[0], row.columns[1]);
+  } else {
+    std::sort(row.columns.begin(), row.columns.begin() + row.count);
+  }
   for (std::size_t k = 0; k + 1 < row.count; k += 2) {
     const std::uint32_t begin = first_from(row.columns[k], 0, columns);
     const std::uint32_t end = first_from(row.columns[k + 1], 0, columns);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <mutex>
 #include <utility>
 
 #include "core/limit/solid_data.h"
@@ -12,36 +14,8 @@
 namespace ccslice {
 namespace {
 
-constexpr double kShareOfTolerance = 0.45;  // What errors at the nodes may take of it.
 // Smaller cells, in voxels, are left to whoever fits across cells: that fails early beside irregular lines only.
 constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;
-constexpr double kSmallestPiece = 128;       // Parts of fewer voxels aren't halved any more.
-constexpr double kSmallestPredicted = 16;    // Nor are parts whose pieces would have fewer than this.
-constexpr double kSmallestAmbiguous = 2048;  // Nor parts of fewer that may fold.
-constexpr double kMostRows = 1024;           // Of a piece.
-constexpr double kMostReach = 8;             // Columns.
-constexpr double kMargin = 0.06;             // Of a block's size: its faces lie that near to its nodes' box.
-constexpr std::size_t kPatchCacheBytes = 8 << 20;
-constexpr unsigned kAllAxes = 7;
-
-Placement voxel_of_mesh(const Placement& placement, const Grid& grid) {
-  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
-  Placement result;
-  result.linear() = pitch.cwiseInverse().asDiagonal() * placement.linear();
-  result.translation() = (placement.translation() - grid.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5);
-  return result;
-}
-
-std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channels) {
-  std::vector<std::uint32_t> ids;
-  for (const ChannelTolerance& channel : channels) ids.push_back(channel.channel);
-  return ids;
-}
-
-Box3 grown(const Box3& box) {
-  const Vec3 margin = kMargin * box.diagonal() + Vec3::Ones();
-  return Box3(box.min() - margin, box.max() + margin);
-}
 
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) {
   const std::array<double, 4> c = along_row(polynomial, place.y(), place.z());
@@ -51,31 +25,28 @@ double value_at(const CubicPolynomial& polynomial, const Vec3& place) {
 }  // namespace
 
 CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-                       std::vector<ChannelTolerance> channels)
+                       std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store)
     : solid_(std::move(solid)),
       grid_(grid),
       voxel_of_mesh_(voxel_of_mesh(placement, grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
       channels_(std::move(channels)),
-      evaluator_(*solid_, kPatchCacheBytes),
-      sampler_(evaluator_, channel_ids(channels_)) {}
+      store_(std::move(store)),
+      fitter_(solid_, placement, grid, channels_) {}
 
 void CellPieces::build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
   first_layer_ = first_layer;
   end_layer_ = end_layer;
   pieces_.clear();
   polynomials_.clear();
+  found_.clear();
   hole_boxes_.clear();
+  hole_cells_.clear();
   runs_.resize(end_layer - first_layer);
   for (std::vector<PieceRun>& runs : runs_) runs.clear();
   collect_cells();
-  for (const std::uint32_t cell : cells_) {
-    if (is_small(cell)) {
-      hole_boxes_.push_back(grown(solid_->data().cell_boxes.box(cell).transformed(voxel_of_mesh_)));
-    } else {
-      add(cell, {}, cancel);
-    }
-  }
+  collect_parts(cancel);
+  scan_pieces(cancel);
   holes_ = pieces_.empty() ? BoxTree() : BoxTree(hole_boxes_, cancel);
 }
 
@@ -99,40 +70,60 @@ bool CellPieces::is_small(std::uint32_t cell) const {
   return std::abs(voxel_of_mesh_.linear().determinant() * mesh_of_cell) < smallest;
 }
 
-void CellPieces::add(std::uint32_t cell, const ParamBox& box, const CancellationToken& cancel) {
-  cancel.throw_if_cancelled();
-  sample(cell, box);
-  const BlockShape shape = shape_of(points_);
-  if (!meets_slab(grown(shape.box))) return;
-  const unsigned axes = fit_or_split(shape);
-  for (unsigned child = 0; axes != 0 && child < 8; ++child) {
-    if (child & ~axes) continue;
-    ParamBox part = box;
-    for (int a = 0; a < 3; ++a) {
-      if (!(axes >> a & 1)) continue;
-      (child >> a & 1 ? part.low : part.high)[a] = 0.5 * (box.low[a] + box.high[a]);
-    }
-    add(cell, part, cancel);
-  }
+Box3 CellPieces::place_of(std::uint32_t cell) const {
+  const Box3 box = solid_->data().cell_boxes.box(cell).transformed(voxel_of_mesh_);
+  return Box3(box.min() - Vec3::Ones(), box.max() + Vec3::Ones());
 }
 
-/// Fills block_, and its points in voxels.
-void CellPieces::sample(std::uint32_t cell, const ParamBox& box) {
-  sampler_.sample(cell, box, block_);
-  for (int a = 0; a < 3; ++a) {
-    const auto i = static_cast<std::size_t>(a);
-    for (std::size_t g = 0; g < kBlockGroups; ++g) {
-      Lanes voxel = block_.position[0][g] * voxel_of_mesh_.linear()(a, 0) + voxel_of_mesh_.translation()[a];
-      for (int b = 1; b < 3; ++b) {
-        voxel = multiply_add(block_.position[static_cast<std::size_t>(b)][g], voxel_of_mesh_.linear()(a, b), voxel);
-      }
-      places_[i][g] = voxel;
+/// Cells that another worker has in hand come last: what it finds out needn't be found out again.
+void CellPieces::collect_parts(const CancellationToken& cancel) {
+  busy_cells_.clear();
+  for (const std::uint32_t cell : cells_) {
+    if (is_small(cell)) {
+      add_hole(place_of(cell), cell, nullptr);
+      continue;
+    }
+    const std::shared_ptr<CellParts> known = store_->parts_of(cell, place_of(cell));
+    if (const std::unique_lock lock(known->mutex, std::try_to_lock); lock) {
+      collect_parts_of(cell, *known, cancel);
+    } else {
+      busy_cells_.push_back(cell);
     }
   }
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    const std::size_t slot = block_slot(n), group = slot / kLanes, lane = slot % kLanes;
-    points_[n] = {places_[0][group][lane], places_[1][group][lane], places_[2][group][lane]};
+  for (const std::uint32_t cell : busy_cells_) {
+    const std::shared_ptr<CellParts> known = store_->parts_of(cell, place_of(cell));
+    const std::scoped_lock lock(known->mutex);
+    collect_parts_of(cell, *known, cancel);
   }
+  std::stable_sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.cell < b.cell; });
+}
+
+/// Pieces and holes that meet the slab.
+void CellPieces::collect_parts_of(std::uint32_t cell, CellParts& known, const CancellationToken& cancel) {
+  std::vector<CellPart>& parts = known.parts;
+  bool examined = false;
+  parts_.assign(1, 0);
+  while (!parts_.empty()) {
+    const std::uint32_t at = parts_.back();
+    parts_.pop_back();
+    if (!meets_slab(parts[at].place)) continue;
+    if (parts[at].kind == CellPart::Kind::kUnknown) {
+      cancel.throw_if_cancelled();
+      fitter_.examine(cell, parts, at);
+      examined = true;
+      if (!meets_slab(parts[at].place)) continue;
+    }
+    const CellPart& part = parts[at];
+    if (part.kind == CellPart::Kind::kPiece) found_.push_back({cell, part.piece});
+    if (part.kind == CellPart::Kind::kHole) add_hole(part.place, cell, part.map);
+    for (std::uint32_t child = part.end_child; child > part.first_child; --child) parts_.push_back(child - 1);
+  }
+  if (examined) store_->set_memory(cell, known);
+}
+
+void CellPieces::add_hole(const Box3& place, std::uint32_t cell, std::shared_ptr<const ParameterMap> map) {
+  hole_boxes_.push_back(place);
+  hole_cells_.push_back({cell, std::move(map)});
 }
 
 bool CellPieces::meets_slab(const Box3& voxels) const {
@@ -140,66 +131,48 @@ bool CellPieces::meets_slab(const Box3& voxels) const {
       Box3(Vec3(0, 0, first_layer_), Vec3(grid_.extent.columns - 1.0, grid_.extent.rows - 1.0, end_layer_ - 1.0)));
 }
 
-/// Makes a piece of the block, or a hole. Or else returns the axes to halve it along.
-unsigned CellPieces::fit_or_split(const BlockShape& shape) {
-  const auto leave_out = [&] {
-    hole_boxes_.push_back(grown(shape.box));
-    return 0u;
-  };
-  if (solid_->data().is_ambiguous(grown(shape.box).transformed(mesh_of_voxel_))) {
-    return shape.voxels > kSmallestAmbiguous ? kAllAxes : leave_out();
+void CellPieces::scan_pieces(const CancellationToken& cancel) {
+  const VoxelWindow window{grid_.extent.columns, grid_.extent.rows, first_layer_, end_layer_};
+  for (const Found& found : found_) {
+    cancel.throw_if_cancelled();
+    const auto p = static_cast<std::uint32_t>(pieces_.size());
+    pieces_.push_back({found.piece->frame, found.piece->reach});
+    polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
+    scanned_.clear();
+    raster_.scan(found.piece->points, window, scanned_);
+    for (const VoxelRun& run : scanned_) runs_[run.layer - first_layer_].push_back({run.row, run.begin, run.end, p});
   }
-  if (shape.flat) return leave_out();
-  if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
-  const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
-  const std::size_t first_polynomial = polynomials_.size();
-  const double error = fit(frame);
-  if (error <= 1 && shape.bent_axes == 0) {
-    add_piece(shape, frame, first_polynomial);
-    return 0;
-  }
-  polynomials_.resize(first_polynomial);
-  // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
-  const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
-  if (shape.voxels < kSmallestPiece || predicted < kSmallestPredicted) return leave_out();
-  return axes_to_halve(shape, error <= 1, error);
 }
 
-/// Halving along one axis is enough where little is missing.
-unsigned CellPieces::axes_to_halve(const BlockShape& shape, bool fits, double error) const {
-  constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
-  if (fits) return shape.bent_axes;
-  return shape.bent_axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
+/// Of the hole whose middle is nearest; of several, in the lowest cell.
+std::optional<CellParam> CellPieces::parameter_in_hole(const Vec3& voxel) const {
+  std::optional<CellParam> nearest;
+  double nearest_distance = std::numeric_limits<double>::infinity();
+  bool known = true;
+  holes_.visit_at(voxel, 0, [&](std::uint32_t hole) {
+    const auto& [cell, map] = hole_cells_[hole];
+    if (map == nullptr) {
+      known = false;
+      return;
+    }
+    const double distance = (voxel - map->voxel).squaredNorm();
+    if (distance > nearest_distance || (distance == nearest_distance && nearest->cell <= cell)) return;
+    nearest_distance = distance;
+    nearest = CellParam{cell, (*map)(voxel)};
+  });
+  return known ? nearest : std::nullopt;
 }
 
-/// Appends polynomials. Returns the error as a share of what is allowed, of the first channel that is beyond it.
-double CellPieces::fit(const TileFrame& frame) {
-  for (int a = 0; a < 3; ++a) {
-    for (Lanes& place : places_[static_cast<std::size_t>(a)]) place = (place - frame.centre[a]) * frame.scale[a];
-  }
-  fitter_.factorize(places_);
-  double worst = 0;
-  for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
-    polynomials_.emplace_back();
-    const double error = fitter_.fit(block_.values[c], polynomials_.back());
-    worst = std::max(worst, error / (kShareOfTolerance * channels_[c].tolerance));
-  }
-  return worst;
-}
-
-void CellPieces::add_piece(const BlockShape& shape, const TileFrame& frame, std::size_t first_polynomial) {
-  scanned_.clear();
-  raster_.scan(points_, {grid_.extent.columns, grid_.extent.rows, first_layer_, end_layer_}, scanned_);
-  const auto piece = static_cast<std::uint32_t>(pieces_.size());
-  for (const VoxelRun& run : scanned_) runs_[run.layer - first_layer_].push_back({run.row, run.begin, run.end, piece});
-  pieces_.push_back({frame, first_polynomial, static_cast<std::uint32_t>(std::min(shape.reach(), kMostReach))});
+CellParam CellPieces::parameter_near(std::uint32_t piece, const Vec3& voxel) const {
+  const Found& found = found_[piece];
+  return {found.cell, found.piece->parameters(voxel)};
 }
 
 bool CellPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const {
-  const Vec3 at_a = pieces_[a].frame(voxel), at_b = pieces_[b].frame(voxel);
+  const Vec3 at_a = piece(a).frame(voxel), at_b = piece(b).frame(voxel);
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double difference = value_at(polynomials(a)[c], at_a) - value_at(polynomials(b)[c], at_b);
-    if (!(std::abs(difference) <= 2 * kShareOfTolerance * channels_[c].tolerance)) return false;
+    if (!(std::abs(difference) <= 2 * kPieceShareOfTolerance * channels_[c].tolerance)) return false;
   }
   return true;
 }

@@ -128,9 +128,10 @@ struct LayerSlicer::Shared {
   SliceJob job;
   std::shared_ptr<const ContourIndex> contour_index;
   std::optional<HalftonePlan> halftone;  // Of jobs that show materials.
+  std::shared_ptr<PieceStore> pieces;
 };
 
-/// The contours of consecutive layers, and what is inside them.
+/// The contours of a layer, and what is inside them.
 struct LayerShape {
   Contours contours;  // Only if the job delivers them.
   std::vector<Span> spans;
@@ -152,7 +153,7 @@ struct LayerSlicer::State {
   std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
   std::optional<SlabMaterials> slabs;     // ... interpolated, slab by slab.
   std::uint32_t slab_first = 0;
-  std::vector<LayerShape> slab;
+  std::vector<std::optional<LayerShape>> slab;  // Those of its layers that were met.
 
   explicit State(std::shared_ptr<const Shared> the_shared)
       : shared(std::move(the_shared)),
@@ -169,7 +170,8 @@ struct LayerSlicer::State {
     if (job.material_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take());
+      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take(),
+                    shared->pieces);
     }
   }
 
@@ -196,27 +198,29 @@ struct LayerSlicer::State {
   }
 
   /// Interpolation works on whole slabs, whatever the range that is asked for.
-  const LayerShape& shape_of_slab(std::uint32_t layer, const CancellationToken& cancel) {
+  void enter_slab(std::uint32_t layer, const CancellationToken& cancel) {
     const std::uint32_t first = layer - layer % kSlabLayers;
-    if (slab.empty() || slab_first != first) {
-      slab.clear();
-      std::vector<LayerShape> shapes;
-      const std::uint32_t end = std::min(first + kSlabLayers, job.grid.extent.layers);
-      for (std::uint32_t k = first; k < end; ++k) shapes.push_back(shape(k, cancel));
-      std::vector<std::span<const Span>> spans;
-      for (const LayerShape& each : shapes) spans.emplace_back(each.spans);
-      slabs->solve(first, spans, cancel);
-      slab = std::move(shapes);
-      slab_first = first;
-    }
-    return slab[layer - first];
+    if (!slab.empty() && slab_first == first) return;
+    slab.clear();
+    const std::uint32_t end = std::min(first + kSlabLayers, job.grid.extent.layers);
+    slabs->start(first, end, cancel);
+    slab.resize(end - first);
+    slab_first = first;
+  }
+
+  const LayerShape& shape_in_slab(std::uint32_t layer, const CancellationToken& cancel) {
+    std::optional<LayerShape>& known = slab[layer - slab_first];
+    if (!known) known = shape(layer, cancel);
+    return *known;
   }
 
   void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
     for (ContonePlane& plane : contone) plane.clear(lattice.width, lattice.height, cancel);
     const LayerTarget target{lattice, layer.z_mm, contone, layer.stats, cancel};
     if (materials) materials->run(target, spans);
-    if (slabs) slabs->paint(target, layer.index, spans);
+    if (!slabs) return;
+    slabs->paint(target, layer.index,
+                 [&](std::uint32_t k) { return std::span<const Span>(shape_in_slab(k, cancel).spans); });
   }
 
   void choose_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
@@ -276,7 +280,7 @@ LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, 
         const VoxelPitch& pitch = job.grid.pitch;
         if (shows_materials(job)) halftone.emplace(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
         return std::make_shared<const Shared>(
-            Shared{std::move(solid), std::move(job), std::move(index), std::move(halftone)});
+            Shared{std::move(solid), std::move(job), std::move(index), std::move(halftone), make_piece_store()});
       }()) {}
 LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}
 LayerSlicer::~LayerSlicer() = default;
@@ -290,9 +294,10 @@ Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& can
   Layer layer;
   layer.index = layer_index;
   layer.z_mm = state_->job.grid.layer_z_mm(layer_index);
+  if (state_->slabs) state_->enter_slab(layer_index, cancel);
   LayerShape own;
   if (!state_->slabs) own = state_->shape(layer_index, cancel);
-  const LayerShape& shape = state_->slabs ? state_->shape_of_slab(layer_index, cancel) : own;
+  const LayerShape& shape = state_->slabs ? state_->shape_in_slab(layer_index, cancel) : own;
   layer.stats = shape.stats;
   layer.contours = shape.contours;
   state_->evaluate_materials(shape.spans, layer, cancel);

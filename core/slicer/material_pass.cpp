@@ -43,8 +43,16 @@ void MaterialPass::start_row(std::uint32_t y) {
 
 void MaterialPass::solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint) {
   if (row_ != run.y) start_row(run.y);
-  std::optional<CellParam> near = nearest_entry(run.begin);
-  if (!near) near = hint;
+  const std::optional<CellParam> near = nearest_entry(run.begin);
+  solve_near(target, run, near ? near : hint);
+}
+
+void MaterialPass::solve_from(const LayerTarget& target, const HintedRun& run) {
+  if (row_ != run.run.y) start_row(run.run.y);
+  solve_near(target, run.run, run.hint);
+}
+
+void MaterialPass::solve_near(const LayerTarget& target, const Span& run, const std::optional<CellParam>& near) {
   const Vec3 first = target.lattice.centre(run.begin, run.y, target.z_mm);
   const Vec3 step = target.lattice.centre(run.begin + 1, run.y, target.z_mm) - first;
   field_->solve_row(first, step, run.end - run.begin, near, beside(run), target.cancel, solved_);

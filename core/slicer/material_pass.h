@@ -35,6 +35,12 @@ struct LayerTarget {
   const CancellationToken& cancel;
 };
 
+/// A run of voxels to invert, and the parameter of its first one, about.
+struct HintedRun {
+  Span run;
+  CellParam hint;
+};
+
 class MaterialPass {
  public:
   /// REQUIRES: field outlives the pass.
@@ -43,6 +49,8 @@ class MaterialPass {
   void start_layer();
   /// Sets the samples of a run's voxels in the target's planes and counts in its stats. Throws Error{kCancelled}.
   void solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint = {});
+  /// The same, from a hint that is better than what neighbours say.
+  void solve_from(const LayerTarget& target, const HintedRun& run);
   /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them.
   /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
   void finish_layer(const LayerTarget& target, std::span<const Span> spans) const;
@@ -52,6 +60,7 @@ class MaterialPass {
 
  private:
   void start_row(std::uint32_t y);
+  void solve_near(const LayerTarget& target, const Span& run, const std::optional<CellParam>& near);
   void keep(const LayerTarget& target, const Span& run);
   std::span<const RowEntry> beside(const Span& run);
   std::optional<CellParam> nearest_entry(std::int64_t column) const;

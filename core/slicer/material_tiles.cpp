@@ -24,6 +24,8 @@ std::uint32_t tile_voxels(double pitch_mm) {
   return size;
 }
 
+bool is_before(const Span& a, const Span& b) { return a.y != b.y ? a.y < b.y : a.begin < b.begin; }
+
 std::uint32_t tiles_over(std::uint32_t voxels, std::uint32_t size) { return (voxels + size - 1) / size; }
 
 }  // namespace
@@ -196,19 +198,31 @@ Box3 MaterialTiles::world_box(const VoxelBox& box) const {
 }
 
 void MaterialTiles::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
-                          std::span<const Span> inside) {
+                          std::span<const HintedRun> alone, std::span<const Span> inside) {
   PaintJob job{target, layer, {target, layer, channels_}, {}, {}};
   exact_.start_layer();
-  target.stats.max_residual_mm = std::max(target.stats.max_residual_mm, max_residual_mm_);
+  if (!spans.empty()) target.stats.max_residual_mm = std::max(target.stats.max_residual_mm, max_residual_mm_);
   for (const Span& span : spans) {
-    for (std::uint32_t column = span.begin / tile_size_[0]; column * tile_size_[0] < span.end; ++column) {
-      const std::uint32_t tile_row = span.y / tile_size_[1];
-      const Node& node = tiles_[std::size_t{tile_columns_} * tile_row + column];
-      paint_piece(job, node, tile_box(column, tile_row), span.y, span.begin, span.end);
-    }
+    for (; !alone.empty() && is_before(alone.front().run, span); alone = alone.subspan(1))
+      paint_alone(job, alone.front());
+    paint_tiles(job, span);
   }
+  for (const HintedRun& each : alone) paint_alone(job, each);
   finish_exact_run(job);
   exact_.finish_layer(target, inside);
+}
+
+void MaterialTiles::paint_tiles(PaintJob& job, const Span& span) {
+  const std::uint32_t tile_row = span.y / tile_size_[1];
+  for (std::uint32_t column = span.begin / tile_size_[0]; column * tile_size_[0] < span.end; ++column) {
+    const Node& node = tiles_[std::size_t{tile_columns_} * tile_row + column];
+    paint_piece(job, node, tile_box(column, tile_row), span.y, span.begin, span.end);
+  }
+}
+
+void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
+  finish_exact_run(job);
+  exact_.solve_from(job.target, alone);
 }
 
 void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row,

@@ -44,10 +44,12 @@ class MaterialTiles {
   /// Throws Error{kCancelled}.
   void solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers, const CancellationToken& cancel);
 
-  /// Sets the samples of all voxels of one layer of the slab, and counts. `spans`: those that solve() saw; `inside`:
-  /// all that have samples then, from which those that aren't reached take theirs. Throws Error{kCancelled}, and
-  /// Error{kInternal} if even the last resort finds nothing.
-  void paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans, std::span<const Span> inside);
+  /// Sets the samples of all voxels of one layer of the slab, and counts. `spans`: those that solve() saw; `alone`:
+  /// others, to be inverted one by one, by row, then by column; `inside`: all that have samples then, from which those
+  /// that aren't reached take theirs. Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds
+  /// nothing.
+  void paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
+             std::span<const HintedRun> alone, std::span<const Span> inside);
 
  private:
   using Voxel = std::array<std::uint32_t, 3>;  // Column, row, layer.
@@ -116,6 +118,8 @@ class MaterialTiles {
 
   void paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row, std::uint32_t begin,
                    std::uint32_t end);
+  void paint_tiles(PaintJob& job, const Span& span);
+  void paint_alone(PaintJob& job, const HintedRun& alone);
   void paint_exactly(PaintJob& job, const std::optional<CellParam>& hint, const Span& run);
   void finish_exact_run(PaintJob& job);
 

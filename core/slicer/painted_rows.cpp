@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint32_t kRounding = 1;  // Columns between pieces that rounding alone may lose.
+constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kMostAlone = 32;  // Voxels of a run that needs no tile.
+constexpr std::uint32_t kRounding = 1;    // Columns between pieces that rounding alone may lose.
 
 }  // namespace
 
@@ -20,12 +23,38 @@ void PaintedRows::resolve(const CellPieces& pieces, std::uint32_t layer, std::ui
   layer_ = layer;
   row_ = kNoRow;
   painted_.clear();
+  alone_.clear();
   rest_.clear();
+  beside_rest_.clear();
   sort_by_row(pieces.runs(layer), rows);
   for (const Span& span : spans) {
     if (span.y != row_) enter_row(span.y);
     resolve_span(span);
   }
+  sort_out_rest();
+}
+
+/// Moves what has a hint from rest_ to alone_.
+void PaintedRows::sort_out_rest() {
+  std::size_t kept = 0;
+  for (std::size_t r = 0; r < rest_.size(); ++r) {
+    const Span run = rest_[r];
+    const Vec3 first(run.begin, run.y, layer_);
+    std::optional<CellParam> hint;
+    if (run.end - run.begin > kMostAlone) {
+      hint.reset();
+    } else if (pieces_->is_in_hole(first)) {
+      hint = pieces_->parameter_in_hole(first);
+    } else if (beside_rest_[r] != kNoPiece) {
+      hint = pieces_->parameter_near(beside_rest_[r], first);
+    }
+    if (hint) {
+      alone_.push_back({run, *hint});
+    } else {
+      rest_[kept++] = run;
+    }
+  }
+  rest_.resize(kept);
 }
 
 void PaintedRows::sort_by_row(std::span<const PieceRun> runs, std::uint32_t rows) {
@@ -115,6 +144,9 @@ void PaintedRows::paint(std::uint32_t begin, std::uint32_t end, std::uint32_t pi
   } else {
     painted_.push_back({row_, begin, end, piece});
   }
+  if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == begin && beside_rest_.back() == kNoPiece) {
+    beside_rest_.back() = piece;
+  }
 }
 
 void PaintedRows::leave(std::uint32_t begin, std::uint32_t end) {
@@ -122,7 +154,9 @@ void PaintedRows::leave(std::uint32_t begin, std::uint32_t end) {
   if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == begin) {
     rest_.back().end = end;
   } else {
+    const PieceRun* before = painted_before(begin);
     rest_.push_back({row_, begin, end});
+    beside_rest_.push_back(before == nullptr ? kNoPiece : before->piece);
   }
 }
 

@@ -17,6 +17,7 @@
 
 #include "core/raster/occupancy.h"
 #include "core/slicer/cell_pieces.h"
+#include "core/slicer/material_pass.h"
 
 namespace ccslice {
 
@@ -28,6 +29,9 @@ class PaintedRows {
 
   /// By row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
+  /// Unpainted: few together, in small holes or beside pieces,
+  std::span<const HintedRun> alone() const { return alone_; }
+  /// and others.
   std::span<const Span> rest() const { return rest_; }
 
  private:
@@ -41,15 +45,18 @@ class PaintedRows {
   const PieceRun* painted_before(std::uint32_t column) const;
   void paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
   void leave(std::uint32_t begin, std::uint32_t end);
+  void sort_out_rest();
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
 
   const CellPieces* pieces_ = nullptr;
   std::uint32_t layer_ = 0, row_ = 0;
   std::vector<PieceRun> painted_;
+  std::vector<HintedRun> alone_;
   std::vector<Span> rest_;
-  std::vector<PieceRun> by_row_;         // By row, then by piece.
-  std::vector<std::size_t> row_begins_;  // In by_row_, and one more.
-  std::span<PieceRun> found_;            // What is left of those of the row at hand, by column.
+  std::vector<std::uint32_t> beside_rest_;  // The piece beside each of them, or none.
+  std::vector<PieceRun> by_row_;            // By row, then by piece.
+  std::vector<std::size_t> row_begins_;     // In by_row_, and one more.
+  std::span<PieceRun> found_;               // What is left of those of the row at hand, by column.
 };
 
 }  // namespace ccslice

@@ -16,27 +16,42 @@ constexpr std::size_t kRunsPerPoll = 4096;
 }  // namespace
 
 SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
-                             const Grid& grid, const std::vector<ChannelTolerance>& channels)
-    : grid_(grid), pieces_(std::move(solid), placement, grid, channels), tiles_(field, grid, channels) {}
+                             const Grid& grid, const std::vector<ChannelTolerance>& channels,
+                             std::shared_ptr<PieceStore> store)
+    : grid_(grid),
+      pieces_(std::move(solid), placement, grid, channels, std::move(store)),
+      tiles_(field, grid, channels) {}
 
-void SlabMaterials::solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers,
-                          const CancellationToken& cancel) {
+void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
   first_layer_ = first_layer;
-  pieces_.build(first_layer, first_layer + static_cast<std::uint32_t>(layers.size()), cancel);
-  rows_.resize(layers.size());
-  std::vector<std::span<const Span>> rests;
-  for (std::size_t l = 0; l < layers.size(); ++l) {
-    cancel.throw_if_cancelled();
-    rows_[l].resolve(pieces_, first_layer + static_cast<std::uint32_t>(l), grid_.extent.rows, layers[l]);
-    rests.push_back(rows_[l].rest());
-  }
-  tiles_.solve(first_layer, rests, cancel);
+  layers_.resize(end_layer - first_layer);
+  for (Layer& layer : layers_) layer.resolved = false;
+  tiles_solved_ = false;
+  pieces_.build(first_layer, end_layer, cancel);
 }
 
-void SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans) {
-  const PaintedRows& rows = rows_[layer - first_layer_];
+const PaintedRows& SlabMaterials::rows_of(std::uint32_t layer, const SpansOfLayer& spans_of) {
+  Layer& found = layers_[layer - first_layer_];
+  if (!found.resolved) found.rows.resolve(pieces_, layer, grid_.extent.rows, spans_of(layer));
+  found.resolved = true;
+  return found.rows;
+}
+
+void SlabMaterials::solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel) {
+  std::vector<std::span<const Span>> rests;
+  for (std::uint32_t l = 0; l < layers_.size(); ++l) {
+    cancel.throw_if_cancelled();
+    rests.push_back(rows_of(first_layer_ + l, spans_of).rest());
+  }
+  tiles_.solve(first_layer_, rests, cancel);
+  tiles_solved_ = true;
+}
+
+void SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
+  const PaintedRows& rows = rows_of(layer, spans_of);
+  if (!rows.rest().empty() && !tiles_solved_) solve_tiles(spans_of, target.cancel);
   paint_pieces(target, layer, rows.painted());
-  tiles_.paint(target, layer, rows.rest(), spans);
+  tiles_.paint(target, layer, rows.rest(), rows.alone(), spans_of(layer));
 }
 
 void SlabMaterials::paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const {

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -26,33 +27,46 @@
 #include "core/slicer/material_pass.h"
 #include "core/slicer/material_tiles.h"
 #include "core/slicer/painted_rows.h"
+#include "core/slicer/piece_store.h"
 
 namespace ccslice {
 
 /// One thread.
 class SlabMaterials {
  public:
-  /// REQUIRES: field outlives this and is of the same solid and placement; channels not empty, each once, all
-  /// tolerances positive.
+  /// `store`: of workers on the same job only. REQUIRES: field outlives this and is of the same solid and placement;
+  /// channels not empty, each once, all tolerances positive.
   SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
-                const Grid& grid, const std::vector<ChannelTolerance>& channels);
+                const Grid& grid, const std::vector<ChannelTolerance>& channels,
+                std::shared_ptr<PieceStore> store = make_piece_store());
 
-  /// Fits the slab of layers [first_layer, first_layer + layers.size()), whose spans rasterize() yielded.
-  /// Throws Error{kCancelled}.
-  void solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers, const CancellationToken& cancel);
+  /// The spans of a layer of the slab, as rasterize() yields them. They stay where they are.
+  using SpansOfLayer = std::function<std::span<const Span>(std::uint32_t layer)>;
 
-  /// Sets the samples of all voxels of one layer of the slab, and counts. `spans`: those that solve() saw.
-  /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  void paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans);
+  /// Starts on the slab of layers [first_layer, end_layer). Throws Error{kCancelled}.
+  void start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
+
+  /// Sets the samples of all voxels of one layer of the slab, and counts. Asks for its spans, and for those of all
+  /// layers of the slab if tiles are needed: a first layer needn't wait for the others otherwise. Throws
+  /// Error{kCancelled}, Error{kInternal} if even the last resort finds nothing, and what spans_of throws.
+  void paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
 
  private:
+  struct Layer {
+    bool resolved = false;
+    PaintedRows rows;
+  };
+
+  const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of);
+  void solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const;
 
   const Grid grid_;
   CellPieces pieces_;
   MaterialTiles tiles_;  // Of the rest.
   std::uint32_t first_layer_ = 0;
-  std::vector<PaintedRows> rows_;  // By layer.
+  std::vector<Layer> layers_;
+  bool tiles_solved_ = false;
 };
 
 }  // namespace ccslice

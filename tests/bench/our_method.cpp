@@ -81,9 +81,8 @@ std::vector<LayerShape> OurMethod::shape_slab(std::uint32_t first_layer, StageCo
 }
 
 void OurMethod::solve_materials(std::span<const LayerShape> slab) {
-  std::vector<std::span<const Span>> spans;
-  for (const LayerShape& shape : slab) spans.emplace_back(shape.spans);
-  slabs_.solve(slab.front().layer, spans, {});
+  slab_ = slab;
+  slabs_.start(slab.front().layer, slab.back().layer + 1, {});
 }
 
 void OurMethod::run_materials(std::span<const LayerShape> slab, StageCost& cost) {
@@ -109,7 +108,8 @@ std::vector<float> OurMethod::values(const LayerShape& shape, std::uint32_t chan
 void OurMethod::paint(const LayerShape& shape, ContonePlane& plane) {
   plane.clear(lattice_.width, lattice_.height);
   const CancellationToken never;
-  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never}, shape.layer, shape.spans);
+  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never}, shape.layer,
+               [&](std::uint32_t layer) { return std::span<const Span>(slab_[layer - slab_.front().layer].spans); });
 }
 
 }  // namespace ccslice::bench

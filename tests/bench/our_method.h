@@ -48,7 +48,7 @@ class OurMethod {
   LayerShape shape(std::uint32_t layer, StageCost& cost);
   /// The same of a whole slab.
   std::vector<LayerShape> shape_slab(std::uint32_t first_layer, StageCost& cost);
-  /// Fits the materials of the slab.
+  /// Fits the materials of the slab, which has to stay where it is until the next one.
   void solve_materials(std::span<const LayerShape> slab);
   /// The same, timed, and paints channel 0 as 8-bit samples.
   void run_materials(std::span<const LayerShape> slab, StageCost& cost);
@@ -71,6 +71,7 @@ class OurMethod {
   ContourTracer tracer_;
   std::unique_ptr<MaterialField> field_;
   SlabMaterials slabs_;
+  std::span<const LayerShape> slab_;  // That was solved last.
   ContonePlane bytes_;
   std::vector<ContonePlane> floats_;  // By channel.
   LayerStats stats_;

@@ -108,7 +108,7 @@ class MaterialTilesTest : public testing::Test {
       plane_.clear(grid_.extent.columns, grid_.extent.rows);
       const LayerTarget target{grid_.lattice(), grid_.layer_z_mm(first_layer + l), std::span(&plane_, 1), result.stats,
                                cancel};
-      tiles.paint(target, first_layer + l, layers[l], layers[l]);
+      tiles.paint(target, first_layer + l, layers[l], {}, layers[l]);
       add(layers[l], first_layer + l, result);
     }
     result.inversions = field_.inversions - before;

@@ -21,7 +21,7 @@ class PaintedRowsTest : public testing::Test {
   PaintedRowsTest()
       : solid_(LimitSolid::prepare(make_box())),
         job_(job_of(solid_, {0.15, 0.15, 0.15})),
-        pieces_(solid_, job_.placement, job_.grid, {{0, 1e-3}}) {
+        pieces_(solid_, job_.placement, job_.grid, {{0, 1e-3}}, make_piece_store()) {
     pieces_.build(0, 16, {});
   }
 
@@ -73,18 +73,21 @@ TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
   request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
   request.extent = GridExtent{200, 40, 16};
   const Grid grid = plan_grid(*solid_, job_.placement, request);
-  CellPieces pieces(solid_, job_.placement, grid, {{0, 1e-3}});
+  CellPieces pieces(solid_, job_.placement, grid, {{0, 1e-3}}, make_piece_store());
   pieces.build(0, 16, {});
   rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
   ASSERT_EQ(rows_.painted().size(), 2u);
   EXPECT_EQ(rows_.painted()[0].begin, 39u);  // A voxel before the first piece, which has 26 along the row.
   EXPECT_EQ(rows_.painted()[1].begin, 40u);
-  ASSERT_EQ(rows_.rest().size(), 2u);
-  EXPECT_EQ(rows_.rest()[0].y, 4u);
-  EXPECT_EQ(rows_.rest()[0].begin, 10u);
-  EXPECT_EQ(rows_.rest()[0].end, 40u);
-  EXPECT_EQ(rows_.rest()[1].y, 5u);
-  EXPECT_EQ(rows_.rest()[1].end, 12u);
+  ASSERT_EQ(rows_.alone().size(), 1u);  // Few enough, and beside a piece.
+  EXPECT_EQ(rows_.alone()[0].run.y, 4u);
+  EXPECT_EQ(rows_.alone()[0].run.begin, 10u);
+  EXPECT_EQ(rows_.alone()[0].run.end, 40u);
+  EXPECT_EQ(rows_.alone()[0].hint.uvw.x(), 0);
+  ASSERT_EQ(rows_.rest().size(), 1u);
+  EXPECT_EQ(rows_.rest()[0].y, 5u);
+  EXPECT_EQ(rows_.rest()[0].begin, 0u);
+  EXPECT_EQ(rows_.rest()[0].end, 12u);
 }
 
 }  // namespace

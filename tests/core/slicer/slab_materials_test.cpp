@@ -112,9 +112,8 @@ TEST_F(PaintedSlabs, CanBeCancelled) {
   SlabMaterials materials(solid_, job_.placement, *field, job_.grid, {{0, 1e-3}});
   const CancellationToken token = CancellationToken::make();
   token.cancel();
-  const std::vector<std::span<const Span>> layers(kSlabLayers);
-  EXPECT_THROW(materials.solve(0, layers, token), Error);
-  EXPECT_NO_THROW(materials.solve(0, layers, {}));
+  EXPECT_THROW(materials.start(0, kSlabLayers, token), Error);
+  EXPECT_NO_THROW(materials.start(0, kSlabLayers, {}));
 }
 
 }  // namespace

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/cell_fitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kSmallestPiece = 128;       // Parts of fewer voxels aren't halved any more.
+constexpr double kSmallestPredicted = 16;    // Nor are parts whose pieces would have fewer than this.
+constexpr double kSmallestAmbiguous = 2048;  // Nor parts of fewer that may fold.
+constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
+constexpr double kMostRows = 1024;           // Of a piece.
+constexpr double kMostReach = 8;             // Columns.
+constexpr double kMargin = 0.06;             // Of a part's size: its faces lie that near to its nodes' box,
+constexpr double kMarginOfHalf = 0.2;        // and to that of its parent's nodes.
+constexpr std::size_t kPatchCacheBytes = 8 << 20;
+constexpr unsigned kAllAxes = 7;
+
+std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channels) {
+  std::vector<std::uint32_t> ids;
+  for (const ChannelTolerance& channel : channels) ids.push_back(channel.channel);
+  return ids;
+}
+
+Box3 grown(const Box3& box, double share) {
+  const Vec3 margin = share * box.diagonal() + Vec3::Ones();
+  return Box3(box.min() - margin, box.max() + margin);
+}
+
+}  // namespace
+
+Placement voxel_of_mesh(const Placement& placement, const Grid& grid) {
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  Placement result;
+  result.linear() = pitch.cwiseInverse().asDiagonal() * placement.linear();
+  result.translation() = (placement.translation() - grid.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5);
+  return result;
+}
+
+CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
+                       std::vector<ChannelTolerance> channels)
+    : solid_(std::move(solid)),
+      voxel_of_mesh_(voxel_of_mesh(placement, grid)),
+      mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
+      channels_(std::move(channels)),
+      evaluator_(std::make_unique<LimitEvaluator>(*solid_, kPatchCacheBytes)),
+      sampler_(*evaluator_, channel_ids(channels_)) {}
+
+void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::uint32_t part) {
+  sample(cell, parts[part].parameters);
+  const BlockShape shape = shape_of(points_);
+  CellPart examined = parts[part];
+  examined.place = examined.place.intersection(grown(shape.box, kMargin));
+  const unsigned axes = fit_or_split(shape, examined);
+  parts[part] = std::move(examined);
+  if (axes != 0) append_halves(parts, part, axes);
+}
+
+/// Fills block_, and its points in voxels.
+void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
+  sampler_.sample(cell, box, block_);
+  for (int a = 0; a < 3; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    for (std::size_t g = 0; g < kBlockGroups; ++g) {
+      Lanes voxel = block_.position[0][g] * voxel_of_mesh_.linear()(a, 0) + voxel_of_mesh_.translation()[a];
+      for (int b = 1; b < 3; ++b) {
+        voxel = multiply_add(block_.position[static_cast<std::size_t>(b)][g], voxel_of_mesh_.linear()(a, b), voxel);
+      }
+      places_[i][g] = voxel;
+    }
+  }
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    const std::size_t slot = block_slot(n), group = slot / kLanes, lane = slot % kLanes;
+    points_[n] = {places_[0][group][lane], places_[1][group][lane], places_[2][group][lane]};
+  }
+}
+
+/// Makes a piece of the part, or a hole. Or else returns the axes to halve it along.
+unsigned CellFitter::fit_or_split(const BlockShape& shape, CellPart& part) {
+  part.kind = CellPart::Kind::kHole;
+  const Box3 around = grown(shape.box, kMargin);
+  if (solid_->data().is_ambiguous(around.transformed(mesh_of_voxel_))) {
+    return shape.voxels > kSmallestAmbiguous ? kAllAxes : 0;
+  }
+  if (shape.flat) return 0;
+  if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
+  const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
+  const double error = fit(frame);
+  if (error <= 1 && shape.bent_axes == 0) {
+    part.kind = CellPart::Kind::kPiece;
+    const auto reach = static_cast<std::uint32_t>(std::min(shape.reach(), kMostReach));
+    part.piece = std::make_shared<const CellPiece>(
+        CellPiece{frame, parameters_of(shape, part.parameters), polynomials_, reach, points_});
+    return 0;
+  }
+  // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
+  const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
+  if (shape.voxels < kSmallestPiece || predicted < kSmallestPredicted) {
+    if (shape.voxels < kMostAlone)
+      part.map = std::make_shared<const ParameterMap>(parameters_of(shape, part.parameters));
+    return 0;
+  }
+  return axes_to_halve(shape, error <= 1, error);
+}
+
+ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& box) const {
+  const Vec3 size = box.high - box.low;
+  return {points_[points_.size() / 2], box.low + 0.5 * size, size.asDiagonal() * shape.inverse_axes};
+}
+
+/// Halving along one axis is enough where little is missing.
+unsigned CellFitter::axes_to_halve(const BlockShape& shape, bool fits, double error) const {
+  constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
+  if (fits) return shape.bent_axes;
+  return shape.bent_axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
+}
+
+/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it.
+double CellFitter::fit(const TileFrame& frame) {
+  for (int a = 0; a < 3; ++a) {
+    for (Lanes& place : places_[static_cast<std::size_t>(a)]) place = (place - frame.centre[a]) * frame.scale[a];
+  }
+  fitter_.factorize(places_);
+  polynomials_.clear();
+  double worst = 0;
+  for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
+    polynomials_.emplace_back();
+    const double error = fitter_.fit(block_.values[c], polynomials_.back());
+    worst = std::max(worst, error / (kPieceShareOfTolerance * channels_[c].tolerance));
+  }
+  return worst;
+}
+
+void CellFitter::append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const {
+  const auto first = static_cast<std::uint32_t>(parts.size());
+  const ParamBox whole = parts[part].parameters;
+  for (unsigned child = 0; child < 8; ++child) {
+    if (child & ~axes) continue;
+    CellPart& half = parts.emplace_back();
+    half.parameters = whole;
+    for (int a = 0; a < 3; ++a) {
+      if (!(axes >> a & 1)) continue;
+      (child >> a & 1 ? half.parameters.low : half.parameters.high)[a] = 0.5 * (whole.low[a] + whole.high[a]);
+    }
+    half.place = place_of_half(child, axes);
+  }
+  parts[part].kind = CellPart::Kind::kHalved;
+  parts[part].first_child = first;
+  parts[part].end_child = static_cast<std::uint32_t>(parts.size());
+}
+
+/// By those of the nodes at hand that are its own, too.
+Box3 CellFitter::place_of_half(unsigned child, unsigned axes) const {
+  constexpr std::size_t kMiddle = kBlockNodes / 2;
+  Box3 box;
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    bool own = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t at = n / kBlockStride[a] % kBlockNodes;
+      if (axes >> a & 1) own = own && (child >> a & 1 ? at >= kMiddle : at <= kMiddle);
+    }
+    if (own) box.extend(points_[n]);
+  }
+  return grown(box, kMarginOfHalf);
+}
+
+}  // namespace ccslice

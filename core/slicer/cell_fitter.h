@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A cell is cut into parts over each of which a cubic polynomial of the voxel stands for a channel.
+//
+// A part is sampled forward (limit/cell_block.h): positions and channels at 5 x 5 x 5 parameters, no inversion. A cubic
+// of the position is fitted to every other sample and judged at all of them (material/block_fitter.h). If the error is
+// above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the part is halved
+// along the axes that gain most, and so on. The map from parameters to points is smooth even where its inverse isn't,
+// beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
+//
+// Parts that would get smaller than some hundred voxels, and all that lies near folds and overlaps, are left out:
+// holes.
+//
+// Parts depend on the solid, the placed grid and the cell alone, whoever asks for them, in whatever order.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/block_nodes.h"
+#include "core/limit/cell_block.h"
+#include "core/limit/limit_evaluator.h"
+#include "core/limit/limit_solid.h"
+#include "core/material/block_fitter.h"
+#include "core/material/tile_polynomial.h"
+#include "core/raster/block_shape.h"
+#include "core/slicer/channel_tolerance.h"
+#include "core/slicer/grid.h"
+
+namespace ccslice {
+
+/// A cell's parameters about the middle of one of its parts, to first order.
+struct ParameterMap {
+  Vec3 voxel = Vec3::Zero();  // The middle,
+  Vec3 uvw = Vec3::Zero();    // and its parameters.
+  Mat3 slope = Mat3::Zero();
+
+  /// Within the cell.
+  Vec3 operator()(const Vec3& at) const { return (uvw + slope * (at - voxel)).cwiseMax(0).cwiseMin(1); }
+};
+
+/// A part that has its polynomials.
+struct CellPiece {
+  TileFrame frame;
+  ParameterMap parameters;
+  std::vector<CubicPolynomial> polynomials;  // One a channel.
+  std::uint32_t reach = 0;                   // Columns that the polynomials may be followed beyond the piece.
+  BlockPoints points;                        // Voxels.
+};
+
+/// A box of a cell's parameters.
+struct CellPart {
+  enum class Kind : std::uint8_t { kUnknown, kPiece, kHole, kHalved };
+
+  ParamBox parameters;
+  Box3 place;  // Voxels: holds the part. By its parent's nodes; from examine() on by its own, too.
+  Kind kind = Kind::kUnknown;
+  std::uint32_t first_child = 0, end_child = 0;  // kHalved.
+  std::shared_ptr<const CellPiece> piece;        // kPiece.
+  std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
+};
+
+/// What a world in millimetres is in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
+Placement voxel_of_mesh(const Placement& placement, const Grid& grid);
+
+/// What errors at the nodes may take of a channel's tolerance.
+inline constexpr double kPieceShareOfTolerance = 0.45;
+
+/// One thread.
+class CellFitter {
+ public:
+  /// REQUIRES: placement passes validate_placement(); channels not empty, all tolerances positive.
+  CellFitter(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
+             std::vector<ChannelTolerance> channels);
+
+  /// Makes the part a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `parts` are
+  /// of this cell.
+  void examine(std::uint32_t cell, std::vector<CellPart>& parts, std::uint32_t part);
+
+ private:
+  void sample(std::uint32_t cell, const ParamBox& box);
+  unsigned fit_or_split(const BlockShape& shape, CellPart& part);
+  ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
+  unsigned axes_to_halve(const BlockShape& shape, bool fits, double error) const;
+  double fit(const TileFrame& frame);
+  void append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const;
+  Box3 place_of_half(unsigned child, unsigned axes) const;
+
+  std::shared_ptr<const LimitSolid> solid_;
+  const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const std::vector<ChannelTolerance> channels_;
+  std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when the fitter is moved: the sampler points to it.
+  CellBlockSampler sampler_;
+
+  // Of the part at hand.
+  CellBlock block_;
+  std::array<BlockValues, 3> places_;
+  BlockPoints points_;
+  BlockFitter fitter_;
+  std::vector<CubicPolynomial> polynomials_;
+};
+
+}  // namespace ccslice

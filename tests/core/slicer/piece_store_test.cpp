@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/piece_store.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/models.h"
+#include "core/slicer/cell_pieces.h"
+#include "tests/core/slicer/test_jobs.h"
+
+namespace ccslice {
+namespace {
+
+const Box3 kPlace(Vec3::Zero(), Vec3::Ones());
+
+TEST(PieceStore, KeepsCellsAsTheyAreLeft) {
+  PieceStore store(1 << 20);
+  const std::shared_ptr<CellParts> parts = store.parts_of(7, kPlace);
+  ASSERT_EQ(parts->parts.size(), 1u);
+  EXPECT_EQ(parts->parts[0].kind, CellPart::Kind::kUnknown);
+  EXPECT_EQ(parts->parts[0].place.max(), kPlace.max());
+  EXPECT_EQ(store.parts_of(7, kPlace), parts);
+  EXPECT_NE(store.parts_of(8, kPlace), parts);
+}
+
+TEST(PieceStore, ForgetsTheCellsAskedForLongestAgo) {
+  const std::size_t one = [] {
+    PieceStore store(1 << 20);
+    store.parts_of(0, kPlace);
+    return store.memory_bytes();
+  }();
+  PieceStore store(3 * one);
+  const std::shared_ptr<CellParts> first = store.parts_of(1, kPlace), second = store.parts_of(2, kPlace);
+  store.parts_of(3, kPlace);
+  EXPECT_EQ(store.parts_of(1, kPlace), first);
+  store.parts_of(4, kPlace);
+  EXPECT_EQ(store.memory_bytes(), 3 * one);
+  EXPECT_EQ(store.parts_of(1, kPlace), first);
+  EXPECT_NE(store.parts_of(2, kPlace), second);
+}
+
+TEST(PieceStore, CountsWhatIsAddedToTheCellsThatItKeeps) {
+  PieceStore store(1 << 20);
+  const std::shared_ptr<CellParts> parts = store.parts_of(1, kPlace);
+  const std::size_t before = store.memory_bytes();
+  parts->parts.resize(100);
+  store.set_memory(1, *parts);
+  EXPECT_GE(store.memory_bytes(), before + 90 * sizeof(CellPart));
+  CellParts other;
+  store.set_memory(1, other);
+  store.set_memory(2, other);
+  EXPECT_GE(store.memory_bytes(), before + 90 * sizeof(CellPart));
+}
+
+/// Slabs of a bracket: what its pieces are and which voxels they hold.
+class SharedPieces : public testing::Test {
+ protected:
+  struct Slab {
+    std::vector<std::uint32_t> runs;
+    std::vector<double> coefficients;
+    bool operator==(const Slab&) const = default;
+  };
+
+  SharedPieces() : solid_(LimitSolid::prepare(make_bracket())), job_(job_of(solid_, {0.2, 0.2, 0.06})) {}
+
+  std::uint32_t slabs() const { return (job_.grid.extent.layers + kSlabLayers - 1) / kSlabLayers; }
+
+  CellPieces worker(std::shared_ptr<PieceStore> store) const {
+    return CellPieces(solid_, job_.placement, job_.grid, {{0, 1e-3}}, std::move(store));
+  }
+
+  Slab slab(CellPieces& pieces, std::uint32_t index) const {
+    const std::uint32_t first = index * kSlabLayers, end = std::min(first + kSlabLayers, job_.grid.extent.layers);
+    pieces.build(first, end, {});
+    Slab result;
+    for (std::uint32_t layer = first; layer < end; ++layer) {
+      for (const PieceRun& run : pieces.runs(layer)) {
+        result.runs.insert(result.runs.end(), {layer, run.row, run.begin, run.end, run.piece});
+        const CubicPolynomial& polynomial = pieces.polynomials(run.piece)[0];
+        result.coefficients.insert(result.coefficients.end(), polynomial.begin(), polynomial.end());
+      }
+    }
+    return result;
+  }
+
+  Solid solid_;
+  SliceJob job_;
+};
+
+TEST_F(SharedPieces, AreTheSameWhateverTheStoreHolds) {
+  CellPieces forgetful = worker(std::make_shared<PieceStore>(1)), keeping = worker(make_piece_store());
+  std::vector<Slab> alone;
+  for (std::uint32_t s = 0; s < slabs(); ++s) alone.push_back(slab(forgetful, s));
+  for (std::uint32_t s = 0; s < slabs(); ++s) EXPECT_EQ(slab(keeping, s), alone[s]) << s;
+  for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(keeping, s), alone[s]) << s;
+  CellPieces downwards = worker(make_piece_store());
+  for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(downwards, s), alone[s]) << s;
+}
+
+TEST_F(SharedPieces, AreTheSameForAWorkerThatIsMoved) {
+  CellPieces here = worker(make_piece_store()), other = worker(make_piece_store());
+  slab(here, 0);
+  CellPieces there(std::move(here));
+  const Slab found = slab(there, 2);
+  EXPECT_FALSE(found.runs.empty());
+  EXPECT_EQ(found, slab(other, 2));
+}
+
+TEST_F(SharedPieces, AreTheSameForWorkersAtOnce) {
+  CellPieces alone = worker(make_piece_store());
+  const std::shared_ptr<PieceStore> store = make_piece_store();
+  std::vector<Slab> slabs_found(slabs());
+  std::vector<std::thread> threads;
+  for (std::uint32_t t = 0; t < 3; ++t) {
+    threads.emplace_back([&, t] {
+      CellPieces pieces = worker(store);
+      for (std::uint32_t s = t; s < slabs(); s += 3) slabs_found[s] = slab(pieces, s);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::uint32_t s = 0; s < slabs(); ++s) EXPECT_EQ(slabs_found[s], slab(alone, s)) << s;
+}
+
+}  // namespace
+}  // namespace ccslice
