@@ -65,6 +65,22 @@ void run_exactly(const PrinterJob& job, OurMethod& ours, std::uint32_t layer, Mo
   run.exact_ns -= shape.contour_ns + shape.raster_ns;
 }
 
+/// Consecutive slabs; some of them by the literal method, too.
+void run_slabs(const PrinterJob& job, OurMethod& ours, LiteralMethod& literal, const std::vector<std::uint32_t>& slabs,
+               const Sampling& sampling, ModelRun& run) {
+  const std::vector<std::uint32_t> chosen =
+      spread(static_cast<std::uint32_t>(slabs.size()), sampling.literal_slabs / sampling.slab_runs);
+  for (std::uint32_t s = 0; s < slabs.size(); ++s) {
+    const std::vector<LayerShape> slab = ours.shape_slab(slabs[s], run.material);
+    ours.run_materials(slab, run.material);
+    if (!std::binary_search(chosen.begin(), chosen.end(), s)) continue;
+    run_exactly(job, ours, slab.back().layer, run);
+    for (const std::uint32_t k : kLiteralLayers) {
+      if (k < slab.size()) run_rows(ours, literal, slab[k], sampling, run);
+    }
+  }
+}
+
 /// A range round the middle, of as many whole slabs as keep all threads busy.
 LayerRange middle_range(const Grid& grid, int threads) {
   const std::uint32_t layers = grid.extent.layers;
@@ -108,13 +124,9 @@ ModelRun run_model(const PrinterJob& job, const Sampling& sampling, JobServer& s
   OurMethod ours(job);
   LiteralMethod literal(job);
   for (const std::uint32_t layer : spread(run.grid.layers, sampling.shape_layers)) ours.shape(layer, run.shape);
-  for (const std::uint32_t first : spread_slabs(job.job.grid, sampling.slabs)) {
-    const std::vector<LayerShape> slab = ours.shape_slab(first, run.material);
-    ours.run_materials(slab, run.material);
-    run_exactly(job, ours, slab.back().layer, run);
-    for (const std::uint32_t k : kLiteralLayers) {
-      if (k < slab.size()) run_rows(ours, literal, slab[k], sampling, run);
-    }
+  for (const std::vector<std::uint32_t>& slabs :
+       spread_slab_runs(job.job.grid, sampling.slab_runs, sampling.slabs_a_run)) {
+    run_slabs(job, ours, literal, slabs, sampling, run);
   }
   run.job = run_job(job, sampling, server, threads, run.voxels());
   return run;

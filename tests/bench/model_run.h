@@ -18,13 +18,15 @@ namespace ccslice::bench {
 /// How much is looked at.
 struct Sampling {
   std::uint32_t shape_layers;   // Contours and rasterization.
-  std::uint32_t slabs;          // Materials, ours.
-  std::uint32_t bands_a_layer;  // Literal method, of kBandRows rows, in kLiteralLayers layers of each slab.
+  std::uint32_t slab_runs;      // Materials, ours: runs of consecutive slabs, as a job has them,
+  std::uint32_t slabs_a_run;    // so long, or as long as the model is high.
+  std::uint32_t literal_slabs;  // Literal method: so many of these slabs,
+  std::uint32_t bands_a_layer;  // of kBandRows rows, in kLiteralLayers layers of each.
   std::uint32_t single_rows;    // Without coherence, in each of these layers.
   double longest_whole_job_s;   // A job that would take longer is sliced in part.
 };
-inline constexpr Sampling kQuickSampling = {64, 3, 6, 1, 4};
-inline constexpr Sampling kFullSampling = {1u << 30, 12, 12, 2, 1e9};
+inline constexpr Sampling kQuickSampling = {64, 3, 3, 3, 6, 1, 4};
+inline constexpr Sampling kFullSampling = {1u << 30, 1, 1u << 16, 12, 12, 2, 1e9};
 
 /// Single-thread costs of a set of layers, and what they came to.
 struct ModelRun {
@@ -33,7 +35,7 @@ struct ModelRun {
   GridExtent grid;
   double prepare_ns = 0;
   StageCost shape;      // Contours and rasterization of `shape.layers` layers.
-  StageCost material;   // Materials of whole slabs.
+  StageCost material;   // Materials of whole slabs, one after another.
   double exact_ns = 0;  // Materials with every voxel inverted (tolerance 0), of some layers of these slabs, ...
   std::uint64_t exact_voxels = 0;    // ... and their voxels.
   LiteralCost literal, literal_off;  // With and without coherence, of rows of the same slabs.

@@ -42,6 +42,18 @@ std::vector<std::uint32_t> spread_slabs(const Grid& grid, std::uint32_t count) {
   return first_layers;
 }
 
+std::vector<std::vector<std::uint32_t>> spread_slab_runs(const Grid& grid, std::uint32_t runs,
+                                                         std::uint32_t slabs_a_run) {
+  const std::uint32_t slabs = (grid.extent.layers + kSlabLayers - 1) / kSlabLayers;
+  const std::uint32_t length = std::min(slabs, slabs_a_run);
+  std::vector<std::vector<std::uint32_t>> result;
+  for (const std::uint32_t first : spread(slabs - length + 1, runs)) {
+    std::vector<std::uint32_t>& run = result.emplace_back();
+    for (std::uint32_t slab = first; slab < first + length; ++slab) run.push_back(slab * kSlabLayers);
+  }
+  return result;
+}
+
 std::vector<std::uint32_t> spread(std::uint32_t total, std::uint32_t count) {
   constexpr double kGoldenRatio = 0.6180339887498949;
   std::vector<std::uint32_t> places;

@@ -36,6 +36,11 @@ PrinterJob sample_printer_job(const std::string& name);
 /// First layers of about `count` slabs, spread like places.
 std::vector<std::uint32_t> spread_slabs(const Grid& grid, std::uint32_t count);
 
+/// First layers of `runs` runs of consecutive slabs, spread like places: of all slabs, if there are no more than
+/// `slabs_a_run`.
+std::vector<std::vector<std::uint32_t>> spread_slab_runs(const Grid& grid, std::uint32_t runs,
+                                                         std::uint32_t slabs_a_run);
+
 /// `count` of `total` places (or all, if there are fewer), ascending, spread by the golden ratio: evenly, but out of
 /// step with whatever repeats.
 std::vector<std::uint32_t> spread(std::uint32_t total, std::uint32_t count);
