@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // scaling_bench: how costs grow with the mesh, with cells that a layer does not touch and with threads; preparing and
-// memory by class of cell, peak memory of whole processes, and the time to the first layer. A table of figures, each
-// beside its bar. Exit code 1 if one is missed.
+// memory by class of cell, peak memory of whole processes, the time to the first layer, and whole jobs in printers'
+// pictures against contone ones. A table of figures, each beside its bar. Exit code 1 if one is missed.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -132,6 +132,26 @@ void measure_first_layers(const Options& options, BarTable& table) {
   }
 }
 
+/// Whole jobs over loopback, in turns: printers' pictures against contone samples.
+void measure_printed_jobs(const Options& options, BarTable& table) {
+  JobServer server(kThreads);
+  for (const SampleModel& model : sample_models()) {
+    const PrinterJob job = sample_printer_job(std::string(model.name));
+    const LayerRange all{0, job.job.grid.extent.layers};
+    server.run(job, {0, 1}, JobPictures::kIndexed);  // The upload, and the blue-noise mask.
+    std::vector<double> contone, indexed, rgba;
+    for (int run = 0; run < options.runs; ++run) {
+      contone.push_back(server.run(job, all).slice_seconds);
+      indexed.push_back(server.run(job, all, JobPictures::kIndexed).slice_seconds / contone.back());
+      rgba.push_back(server.run(job, all, JobPictures::kRgba).slice_seconds / contone.back());
+    }
+    table.note(job.name + ", contone raw + zstd", median(contone), "s");
+    table.add(job.name + ", halftoned, indexed PNG of 2 bits, against contone", median(indexed), "times",
+              Bound::kAtMost, 1.5);
+    table.add(job.name + ", halftoned, RGBA PNG, against contone", median(rgba), "times", Bound::kAtMost, 3);
+  }
+}
+
 ProcessCost run_child(const std::string& what, const std::string& mesh, int refinements) {
   return run_own_process({"--child", what, "--mesh", mesh, "--refinements", std::to_string(refinements)});
 }
@@ -182,6 +202,7 @@ int run(const Options& options) {
   if (wanted("untouched")) measure_untouched_cells(options, table);
   if (wanted("threads")) measure_threads(options, table);
   if (wanted("latency")) measure_first_layers(options, table);
+  if (wanted("printing")) measure_printed_jobs(options, table);
   std::printf("%d bars missed\n", table.missed());
   return table.missed() > 0 ? 1 : 0;
 }
@@ -193,7 +214,8 @@ int main(int argc, char** argv) {
   using namespace ccslice::bench;
   CLI::App app("How costs grow with cells and threads, memory, and the time to the first layer");
   Options options;
-  app.add_option("--parts", options.parts, "Some of memory, cells, untouched, threads, latency (default: all)")
+  app.add_option("--parts", options.parts,
+                 "Some of memory, cells, untouched, threads, latency, printing (default: all)")
       ->delimiter(',');
   app.add_option("--octree", options.octree,
                  "A large irregular mesh: in CCSLICE_SHARED_MESHES_DIR, or an absolute path");

@@ -3,9 +3,11 @@
 
 #include "tests/bench/served_job.h"
 
+#include <array>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "client/cli/mesh_convert.h"
 #include "client/mesh_bytes.h"
@@ -14,18 +16,46 @@
 namespace ccslice::bench {
 namespace {
 
-v1::SliceRangeRequest request_for(const PrinterJob& job, const std::string& mesh_id, const LayerRange& range) {
+void ask_for_contone(const ChannelRange& channel, v1::SliceRangeRequest& request) {
+  request.add_planes()->mutable_occupancy();
+  v1::PlaneSpec& plane = *request.add_planes();
+  plane.mutable_channel()->set_name(channel.name);
+  plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  for (v1::PlaneSpec& each : *request.mutable_planes()) each.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+}
+
+void ask_for_materials(const ChannelRange& channel, v1::PlaneEncoding encoding, v1::SliceRangeRequest& request) {
+  v1::PlaneSpec& plane = *request.add_planes();
+  plane.mutable_materials();
+  plane.set_encoding(encoding);
+  v1::BlendMap& blend = *request.mutable_printing()->mutable_map()->mutable_blend();
+  blend.set_channel(channel.name);
+  const std::array<std::pair<const char*, std::uint32_t>, 3> materials = {
+      {{"soft", 0xff0000ff}, {"middle", 0x00ff00ff}, {"hard", 0x0000ffff}}};
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    v1::PrintMaterial& material = *request.mutable_printing()->add_materials();
+    material.set_name(materials[i].first);
+    material.set_rgba(materials[i].second);
+    v1::BlendStop& stop = *blend.add_stops();
+    stop.set_value(channel.min + (channel.max - channel.min) * static_cast<double>(i) / (materials.size() - 1));
+    stop.set_material(materials[i].first);
+  }
+}
+
+v1::SliceRangeRequest request_for(const PrinterJob& job, const std::string& mesh_id, const LayerRange& range,
+                                  JobPictures pictures = JobPictures::kContone) {
   v1::SliceRangeRequest request;
   request.set_mesh_id(mesh_id);
   v1::VoxelPitch& pitch = *request.mutable_grid()->mutable_pitch();
   pitch.set_x_mm(job.job.grid.pitch.x_mm);
   pitch.set_y_mm(job.job.grid.pitch.y_mm);
   pitch.set_z_mm(job.job.grid.pitch.z_mm);
-  request.add_planes()->mutable_occupancy();
-  v1::PlaneSpec& channel = *request.add_planes();
-  channel.mutable_channel()->set_name(job.solid->summary().channels[0].name);
-  channel.set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  const ChannelRange& channel = job.solid->summary().channels[0];
+  switch (pictures) {
+    case JobPictures::kContone: ask_for_contone(channel, request); break;
+    case JobPictures::kIndexed: ask_for_materials(channel, v1::PLANE_ENCODING_PNG, request); break;
+    case JobPictures::kRgba: ask_for_materials(channel, v1::PLANE_ENCODING_PNG_RGBA, request); break;
+  }
   request.set_first_layer(range.first);
   request.set_layer_count(range.count);
   return request;
@@ -44,7 +74,7 @@ JobServer::JobServer(int threads)
 
 void JobServer::upload(const PrinterJob& job) { client_.ensure_uploaded(mesh_bytes(job)); }
 
-ServedCost JobServer::run(const PrinterJob& job, const LayerRange& range) {
+ServedCost JobServer::run(const PrinterJob& job, const LayerRange& range, JobPictures pictures) {
   ServedCost cost;
   const auto mesh = mesh_bytes(job);
   const Stopwatch upload;
@@ -52,7 +82,7 @@ ServedCost JobServer::run(const PrinterJob& job, const LayerRange& range) {
   cost.upload_seconds = upload.seconds();
   const Stopwatch slicing;
   const client::SliceOutcome outcome =
-      client_.slice(request_for(job, mesh->id(), range), [](const v1::SliceHeader&, const client::Layer&) {});
+      client_.slice(request_for(job, mesh->id(), range, pictures), [](const v1::SliceHeader&, const client::Layer&) {});
   cost.slice_seconds = slicing.seconds();
   cost.layers = outcome.layers;
   cost.voxels = outcome.voxel_count;

@@ -19,6 +19,13 @@ struct LayerRange {
   std::uint32_t first = 0, count = 0;
 };
 
+/// What is asked for of every layer.
+enum class JobPictures {
+  kContone,  // The occupancy and one channel of 8 bits, raw samples + zstd.
+  kIndexed,  // Three materials mixed along the channel by blue noise, as indexed PNG pictures of 2 bits,
+  kRgba,     // or as RGBA ones.
+};
+
 /// What a job took. Wall time.
 struct ServedCost {
   double upload_seconds = 0;  // Preparation included.
@@ -32,7 +39,7 @@ class JobServer {
 
   void upload(const PrinterJob& job);
   /// Uploads the part, unless the server holds it, and slices the range.
-  ServedCost run(const PrinterJob& job, const LayerRange& range);
+  ServedCost run(const PrinterJob& job, const LayerRange& range, JobPictures pictures = JobPictures::kContone);
   /// From the call for all layers from `first` on to the first one's arrival; the call is cancelled then. REQUIRES: the
   /// server holds the part.
   double first_layer_seconds(const PrinterJob& job, std::uint32_t first);
