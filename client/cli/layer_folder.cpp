@@ -225,7 +225,10 @@ std::string LayerFolder::manifest_entry(const client::Layer& layer, const std::s
 
 void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
   layers_.end_array();
-  write_file_in_folder(kManifest, manifest(outcome, placement, layers_.text()));
+  const std::string text = manifest(outcome, placement, layers_.text());
+  sync_folder(path_);
+  write_file_on_disk(path_ / kManifest, text);
+  written_bytes_ += text.size();
   journal_->remove();
 }
 

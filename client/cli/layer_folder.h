@@ -10,8 +10,8 @@
 //   manifest.json               grid, planes, and for every layer its height, counts, files and checksums
 //   journal.jsonl               only while the job isn't complete (job_journal.h)
 //
-// Layer numbers are the grid's, padded with zeros. manifest.json is written last: a folder without it is incomplete.
-// Every file appears whole or not at all.
+// Layer numbers are the grid's, padded with zeros. manifest.json is written last, once all else is on the disk: a
+// folder without it is incomplete. Every file appears whole or not at all.
 
 #pragma once
 

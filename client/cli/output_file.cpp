@@ -3,6 +3,9 @@
 
 #include "client/cli/output_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 #include <system_error>
@@ -14,6 +17,20 @@ namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& why) {
   throw Error(ErrorCode::kFileUnwritable, "cannot write " + path.string() + ": " + why);
+}
+
+/// Calls sync(descriptor) for what is at `path`.
+template <typename Sync>
+void sync_path(const std::filesystem::path& path, const Sync& sync) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) fail(path, std::strerror(errno));
+  const int error = sync(descriptor) == 0 ? 0 : errno;
+  ::close(descriptor);
+  if (error != 0) fail(path, std::strerror(error));
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
 }
 
 }  // namespace
@@ -37,11 +54,19 @@ void NewFile::write(std::string_view bytes) {
 }
 
 void NewFile::finish() {
-  file_.close();
+  if (file_.is_open()) file_.close();
   if (!file_) fail(path_, std::strerror(errno));
   std::error_code status;
   std::filesystem::rename(temporary_, path_, status);
   if (status) fail(path_, status.message());
+}
+
+void NewFile::finish_on_disk() {
+  file_.close();
+  if (!file_) fail(path_, std::strerror(errno));
+  sync_path(temporary_, ::fsync);
+  finish();
+  sync_path(folder_of(path_), ::fsync);
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
@@ -49,6 +74,14 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
   file.write(bytes);
   file.finish();
 }
+
+void write_file_on_disk(const std::filesystem::path& path, std::string_view bytes) {
+  NewFile file(path);
+  file.write(bytes);
+  file.finish_on_disk();
+}
+
+void sync_folder(const std::filesystem::path& folder) { sync_path(folder, ::syncfs); }
 
 void refuse_to_overwrite(const std::filesystem::path& path, bool force) {
   if (!force && std::filesystem::exists(path)) fail(path, "it is there already; --force overwrites it");

@@ -23,6 +23,8 @@ class NewFile {
   void write(std::string_view bytes);
   std::uint64_t size() const { return size_; }
   void finish();
+  /// The same, and on the disk, name and contents, whatever happens to the machine then.
+  void finish_on_disk();
 
  private:
   const std::filesystem::path path_, temporary_;
@@ -31,6 +33,12 @@ class NewFile {
 };
 
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// As NewFile::finish_on_disk().
+void write_file_on_disk(const std::filesystem::path& path, std::string_view bytes);
+
+/// Waits until all that was written to the folder's file system is on the disk. Throws Error{kFileUnwritable}.
+void sync_folder(const std::filesystem::path& folder);
 
 /// Throws Error{kFileUnwritable} if there is something at `path`, unless `force`.
 void refuse_to_overwrite(const std::filesystem::path& path, bool force);

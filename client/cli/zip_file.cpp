@@ -116,7 +116,7 @@ std::uint64_t ZipFile::finish() {
   put(end, std::uint16_t{0});  // No comment.
   file_.write(directory_);
   file_.write(end);
-  file_.finish();
+  file_.finish_on_disk();
   return file_.size();
 }
 
