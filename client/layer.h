@@ -36,6 +36,10 @@ struct Layer {
   v1::LayerEnd end;  // Counts and statistics.
 };
 
+/// What the layers of a job hold: the whole grid, if the server doesn't say.
+v1::VoxelRegion region_of(const v1::SliceHeader& header);
+v1::VoxelRegion region_of(const v1::PlanSlicesResponse& plan);
+
 /// Bytes of a decoded plane on a grid. REQUIRES: a sample type other than UNSPECIFIED.
 std::uint64_t sample_bytes(const v1::PlaneSpec& spec, const v1::GridExtent& extent);
 

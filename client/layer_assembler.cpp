@@ -19,7 +19,18 @@ void require(bool holds, const std::string& otherwise) {
   }
 }
 
+template <typename Message>
+v1::VoxelRegion region_or_grid(const Message& message) {
+  if (message.has_region()) return message.region();
+  v1::VoxelRegion whole;
+  *whole.mutable_extent() = message.grid().extent();
+  return whole;
+}
+
 }  // namespace
+
+v1::VoxelRegion region_of(const v1::SliceHeader& header) { return region_or_grid(header); }
+v1::VoxelRegion region_of(const v1::PlanSlicesResponse& plan) { return region_or_grid(plan); }
 
 std::optional<Layer> LayerAssembler::add(v1::SliceRangeResponse&& message) {
   require(!complete_, "messages after the summary");
@@ -95,7 +106,7 @@ Layer LayerAssembler::end(v1::LayerEnd&& end) {
     Plane& plane = layer.planes[static_cast<std::size_t>(i)];
     require(plane.encoded.size() == begun_.encoded_bytes(i), "a plane shorter than announced");
     plane.result = end.planes(i);
-    decode_plane(header_.grid().extent(), plane);
+    decode_plane(region_of(header_).extent(), plane);
   }
   layer.end = std::move(end);
   ++next_layer_;

@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Writes the README's pictures of the samples, cut open, to docs/pictures (or to the folder that is given). Needs
+# Writes the README's pictures of the samples, cut open, to docs/pictures (or to the folder that is given): in a scale
+# of colours, and halftoned into three materials, as [Luu19, Fig. 8] has them. Needs
 # build/release: cmake --preset release && cmake --build --preset release --target ccsliced ccslice
 
 set -euo pipefail
@@ -22,20 +23,26 @@ trap clean_up EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-# picture MODEL CHANNEL OPTIONS...
+# The ends and the middle of the scale.
+readonly materials=(--material soft=#440154 --material middle=#22928c --material hard=#fde725)
+
+# picture MODEL CHANNEL VOXELS COARSE_VOXELS OPTIONS...
 picture() {
-  local model=$1 channel=$2
-  shift 2
+  local model=$1 channel=$2 voxels=$3 coarse_voxels=$4
+  shift 4
   build/release/client/ccslice models "$model" --output "$scratch/$model.ccmesh" --quiet
   build/release/client/ccslice picture "$scratch/$model.ccmesh" --channel "$channel" --width 560 "$@" \
-    --output "$out/$model.png" --force --quiet
+    --voxels "$voxels" --output "$out/$model.png" --force --quiet
+  build/release/client/ccslice picture "$scratch/$model.ccmesh" --width 480 "$@" \
+    "${materials[@]}" --map "blend:$channel:0=soft,0.5=middle,1=hard" \
+    --voxels "$coarse_voxels" --output "$out/$model-halftoned.png" --force --quiet
 }
 
 mkdir -p "$out"
 start_server "$scratch/server.log"
 
-picture bracket stiffness --voxels 480 --view=-75,50 --cut z=0.4 --cut x=0.5
-picture coyote stiffness --voxels 280 --rotate y=-90 --rotate z=-90 --view=-60,20 --cut y=0.5
-picture engine hardness --voxels 240 --view=-60,35 --cut y=0.5
-picture grid stiffness --voxels 240 --view=-60,25 --cut z=0.87 --cut x=0.5
-picture ring hardness --voxels 280 --view=-60,35 --cut x=0.5 --cut y=0.5
+picture bracket stiffness 480 240 --view=-75,50 --cut z=0.4 --cut x=0.5
+picture coyote stiffness 280 160 --rotate y=-90 --rotate z=-90 --view=-60,20 --cut y=0.5
+picture engine hardness 240 120 --view=-60,35 --cut y=0.5
+picture grid stiffness 240 160 --view=-60,25 --cut z=0.87 --cut x=0.5
+picture ring hardness 280 140 --view=-60,35 --cut x=0.5 --cut y=0.5

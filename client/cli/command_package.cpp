@@ -37,7 +37,7 @@ std::uint64_t write_package(Session& session, const PackageOptions& options, con
     if (!session.quiet()) print_note("note: .gcvf is experimental; no printer's software has read one of ours yet");
     return write_gcvf(stack, options.output);
   }
-  require_mixing_ratios(stack);
+  require_three_mf_stack(stack);
   return write_three_mf(stack, boundary_of(session, stack, options), options.output);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "client/cli/part_box.h"
 #include "client/cli/placement.h"
 #include "client/cli/png_file.h"
+#include "client/cli/printing.h"
 #include "client/cli/text_values.h"
 #include "client/cli/voxel_block.h"
 
@@ -26,6 +28,7 @@ namespace {
 struct PictureOptions {
   MeshOptions mesh;
   PlacementOptions placement;
+  PrintingOptions printing;
   std::string channel, view, output;
   std::vector<std::string> cuts;
   std::uint32_t width = 640, voxels = 240;
@@ -62,7 +65,11 @@ v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& 
   pitch.set_x_mm(longest / options.voxels);
   pitch.set_y_mm(longest / options.voxels);
   pitch.set_z_mm(longest / options.voxels);
-  ask_for_block(request, options.channel);
+  if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
+    ask_for_material_block(request, *printing);
+  } else {
+    ask_for_block(request, options.channel);
+  }
   return request;
 }
 
@@ -101,7 +108,9 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<PictureOptions>();
   CLI::App* app = parent.add_subcommand("picture", "Write a picture of a part, whole or cut open, as a PNG file");
   add_mesh_options(*app, options->mesh);
-  app->add_option("--channel", options->channel, "Colour by this material channel");
+  app->add_option("--channel", options->channel,
+                  "Colour by this material channel; with --material cuts show the halftoned voxels in the materials' "
+                  "colours instead");
   app->add_option("--cut", options->cuts,
                   "AXIS=FRACTION: cut away what lies on the viewer's side of a plane across x, y or z at a fraction of "
                   "the part's extent; may be repeated: then what lies on that side of all")
@@ -119,8 +128,12 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
   app->add_option("-o,--output", options->output, "File to write")->required();
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_placement_options(*app, options->placement);
+  add_printing_options(*app, options->printing);
   add_server_options(*app, common);
-  app->footer("Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png");
+  app->footer(
+      "Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png\n"
+      "  ccslice picture engine.ccmesh --cut y=0.5 --material soft=#ffd700 --material hard=#202080 \\\n"
+      "      --map blend:hardness:0=soft,1=hard -o halftoned.png");
   return {app, [options](Session& session) { run_picture(session, *options); }};
 }
 

@@ -29,6 +29,7 @@ struct JobOptions {
   PlacementOptions placement;
   GridOptions grid;
   PlaneOptions planes;
+  LayoutOptions layout;
   PrintingOptions printing;
 };
 
@@ -55,6 +56,7 @@ void add_job_options(CLI::App& app, JobOptions& options) {
   add_grid_options(app, options.grid);
   add_placement_options(app, options.placement);
   add_plane_options(app, options.planes);
+  add_layout_options(app, options.layout);
   add_printing_options(app, options.printing);
 }
 
@@ -64,6 +66,8 @@ v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
   *request.mutable_placement() = parse_placement(options.placement);
   *request.mutable_grid() = parse_grid(options.grid);
   if (!options.grid.printer.empty()) request.mutable_printer()->set_name(options.grid.printer);
+  if (const std::optional<v1::Region> region = parse_region(options.grid)) *request.mutable_region() = *region;
+  *request.mutable_layout() = parse_layout(options.layout);
   const std::optional<v1::Printing> printing = parse_printing(options.printing);
   if (printing) *request.mutable_printing() = *printing;
   for (v1::PlaneSpec& plane : parse_planes(options.planes, contours, printing ? &*printing : nullptr)) {
@@ -90,11 +94,12 @@ ContourFormat contour_format_of(const std::string& name) {
 }
 
 LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse& plan) {
-  if (options.layers.empty()) return {0, plan.layer_count() - 1};
+  const std::uint32_t first = client::region_of(plan).first_layer(), last = first + plan.layer_count() - 1;
+  if (options.layers.empty()) return {first, last};
   const LayerRange range = parse_layer_range("--layers", options.layers);
-  if (range.last >= plan.layer_count()) {
-    throw UsageError("--layers " + options.layers + ": this job has layers 0 to " +
-                     std::to_string(plan.layer_count() - 1));
+  if (range.first < first || range.last > last) {
+    throw UsageError("--layers " + options.layers + ": this job has layers " + std::to_string(first) + " to " +
+                     std::to_string(last));
   }
   return range;
 }
@@ -107,6 +112,8 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   *request.mutable_planes() = plan.planes();
   if (plan.has_printer()) *request.mutable_printer() = plan.printer();
   if (plan.has_printing()) *request.mutable_printing() = plan.printing();
+  if (plan.has_region()) *request.mutable_region() = plan.region();
+  *request.mutable_layout() = plan.layout();
   request.set_contours(contours);
   if (plan.has_contour_tolerance_mm()) request.set_contour_tolerance_mm(plan.contour_tolerance_mm());
   if (plan.has_material_tolerance()) request.set_material_tolerance(plan.material_tolerance());
@@ -197,8 +204,8 @@ void run_slice(Session& session, const SliceOptions& options) {
   }
   const LayerRange range = layer_range(options, plan);
   const v1::SliceRangeRequest request = slice_request(job, range, with_contours);
-  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours, plan.layer_count(), existing,
-                     job_key_of(request, plan));
+  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours,
+                     plan.grid().extent().layers(), existing, job_key_of(request, plan));
   client::SlicePin pin{plan.engine_version(), plan.grid()};
   const auto start = std::chrono::steady_clock::now();
   SliceResult result;
@@ -221,7 +228,7 @@ Command add_plan(CLI::App& parent, CommonOptions& common) {
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice plan ring.ccmesh --pitch 0.0423,0.0846,0.03\n  ccslice plan part.vtk --dpi 600,300 "
-      "--layer-height 0.027 --rotate x=90");
+      "--layer-height 0.027 --rotate x=90\n  ccslice plan part.vtk --pitch 0.05 --region 10,10,0,30,20,4");
   return {app, [options](Session& session) { run_plan(session, *options); }};
 }
 
@@ -233,7 +240,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
                   "Folder for the layers, a contact sheet of them and, written last, manifest.json")
       ->required();
   app->add_option("--layers", options->layers,
-                  "FIRST..LAST, both included, or one layer, counted from 0 (default: all)");
+                  "FIRST..LAST, both included, or one layer, counted from 0 in the grid (default: all of the job)");
   app->add_option("--contours", options->contours, "Write the outlines too: json or csv")
       ->check(CLI::IsMember({"none", "json", "csv"}))
       ->capture_default_str()
@@ -249,7 +256,8 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"
       "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 \\\n"
       "      --occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
-      "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part");
+      "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part\n"
+      "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }
 

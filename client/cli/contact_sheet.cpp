@@ -55,6 +55,7 @@ class Sheet {
  private:
   Colour colour_of(std::size_t voxel) const {
     if (block_.inside[voxel] == 0) return Colour::Constant(0.93);
+    if (!block_.palette.empty()) return block_.palette[block_.value[voxel] - 1u];
     return has_values_ ? material_colour(block_.value[voxel] / 255.0) : kPlainMaterial;
   }
 
@@ -70,21 +71,14 @@ class Sheet {
   Picture picture_;
 };
 
-/// The first channel that a map reads; nothing if there is none.
-std::string channel_of(const v1::MaterialMap& map) {
-  switch (map.kind_case()) {
-    case v1::MaterialMap::kDirect: return map.direct().shares(0).channel();
-    case v1::MaterialMap::kBlend: return map.blend().channel();
-    case v1::MaterialMap::kCurve: return map.curve().channel();
-    case v1::MaterialMap::kColour: return map.colour().red_channel();
-    default: return {};
-  }
+bool shows_materials(const v1::SliceHeader& header) {
+  return std::ranges::any_of(
+      header.planes(), [](const v1::PlaneSpec& plane) { return plane.has_materials() || plane.has_material_mask(); });
 }
 
 /// The first channel of the job's planes as `channel`, with the range that it is shown in; nothing if there is none.
 std::string channel_of(const v1::SliceHeader& header, v1::ValueRange& range) {
   for (const v1::PlaneSpec& plane : header.planes()) {
-    if (plane.has_materials() || plane.has_material_mask()) return channel_of(header.printing().map());
     if (plane.has_channels()) return plane.channels().names(0);
     if (!plane.has_channel()) continue;
     if (plane.has_value_range()) range = plane.value_range();
@@ -93,19 +87,22 @@ std::string channel_of(const v1::SliceHeader& header, v1::ValueRange& range) {
   return {};
 }
 
-/// A grid over the job's whose layers lie at the heights of those that are spread.
-v1::GridSpec sheet_grid(const v1::Grid& grid, const SpreadLayers& layers, const SheetLayout& layout) {
+/// A grid over the job's region whose layers lie at the heights of those that are spread.
+v1::GridSpec sheet_grid(const v1::SliceHeader& header, const SpreadLayers& layers, const SheetLayout& layout) {
   v1::GridSpec sheet;
+  const v1::Grid& grid = header.grid();
+  const v1::VoxelRegion region = client::region_of(header);
   const v1::VoxelPitch& fine = grid.pitch();
   v1::GridExtent& extent = *sheet.mutable_extent();
-  extent.set_columns(std::min(grid.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)));
-  extent.set_rows(std::min(grid.extent().rows(), static_cast<std::uint32_t>(layout.tile_height)));
+  extent.set_columns(std::min(region.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)));
+  extent.set_rows(std::min(region.extent().rows(), static_cast<std::uint32_t>(layout.tile_height)));
   extent.set_layers(layers.count);
   v1::VoxelPitch& pitch = *sheet.mutable_pitch();
-  pitch.set_x_mm(fine.x_mm() * grid.extent().columns() / extent.columns());
-  pitch.set_y_mm(fine.y_mm() * grid.extent().rows() / extent.rows());
+  pitch.set_x_mm(fine.x_mm() * region.extent().columns() / extent.columns());
+  pitch.set_y_mm(fine.y_mm() * region.extent().rows() / extent.rows());
   pitch.set_z_mm(fine.z_mm() * layers.stride);
-  *sheet.mutable_origin_mm() = grid.origin_mm();
+  sheet.mutable_origin_mm()->set_x(grid.origin_mm().x() + region.first_column() * fine.x_mm());
+  sheet.mutable_origin_mm()->set_y(grid.origin_mm().y() + region.first_row() * fine.y_mm());
   sheet.mutable_origin_mm()->set_z(grid.origin_mm().z() +
                                    (layers.first + 0.5 - 0.5 * static_cast<double>(layers.stride)) * fine.z_mm());
   return sheet;
@@ -116,8 +113,16 @@ v1::SliceRangeRequest sheet_request(const v1::SliceRangeRequest& job, const v1::
   v1::SliceRangeRequest request;
   request.set_mesh_id(job.mesh_id());
   *request.mutable_placement() = job.placement();
-  *request.mutable_grid() = sheet_grid(header.grid(), layers, layout);
+  *request.mutable_grid() = sheet_grid(header, layers, layout);
+  *request.mutable_layout() = job.layout();
   request.set_layer_count(layers.count);
+  if (shows_materials(header)) {
+    ask_for_material_block(request, header.printing());
+    // A blue-noise mask for the sheet's own pitch would take the server a second.
+    v1::Halftone& halftone = *request.mutable_printing()->mutable_halftone();
+    if (halftone.method() == v1::HALFTONE_METHOD_BLUE_NOISE) halftone.set_method(v1::HALFTONE_METHOD_ERROR_DIFFUSION);
+    return request;
+  }
   v1::ValueRange range;
   ask_for_block(request, channel_of(header, range));
   if (range.min() < range.max()) *request.mutable_planes(1)->mutable_value_range() = range;
@@ -162,10 +167,10 @@ Picture draw_contact_sheet(const VoxelBlock& block, const std::vector<SheetCapti
 
 Picture contact_sheet(Session& session, const v1::SliceRangeRequest& job, const v1::SliceHeader& header) {
   const v1::Grid& grid = header.grid();
+  const v1::GridExtent extent = client::region_of(header).extent();
   const SpreadLayers layers = spread_layers(job.first_layer(), job.layer_count());
-  const SheetLayout layout =
-      lay_out_sheet(static_cast<int>(layers.count), grid.pitch().x_mm() * grid.extent().columns(),
-                    grid.pitch().y_mm() * grid.extent().rows());
+  const SheetLayout layout = lay_out_sheet(static_cast<int>(layers.count), grid.pitch().x_mm() * extent.columns(),
+                                           grid.pitch().y_mm() * extent.rows());
   std::vector<SheetCaption> captions;
   for (std::uint32_t i = 0; i < layers.count; ++i) {
     const std::uint32_t layer = layers.first + i * layers.stride;

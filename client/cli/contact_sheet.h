@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A contact sheet: up to two dozen layers of a job, evenly spread, scaled down side by side, each with its number and
-// its height in mm. Row 0 is on top, as in the layers' own pictures. Where the job has a channel, its first one colours
-// the material from low (dark blue) to high (yellow).
+// its height in mm, laid out as the layers' own pictures. Where the job shows materials, they are halftoned at the
+// sheet's own scale, in their own colours. Otherwise its first channel, if it has one, colours the material from low
+// (dark blue) to high (yellow).
 //
 // The layers are sliced once more at the same heights, no finer than the sheet shows them: that takes a moment, and
 // works for whatever encodings the job has.

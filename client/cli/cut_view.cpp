@@ -190,8 +190,12 @@ constexpr double kSurface = 0.5;
 
 class Tracer {
  public:
-  Tracer(const Field& field, const Camera& camera, bool has_values)
-      : field_(field), camera_(camera), has_values_(has_values) {}
+  Tracer(const VoxelBlock& block, const Field& field, const Camera& camera)
+      : block_(block),
+        field_(field),
+        camera_(camera),
+        has_values_(block.palette.empty() &&
+                    std::any_of(block.value.begin(), block.value.end(), [](std::uint8_t v) { return v != 0; })) {}
 
   /// White where there is nothing.
   Colour trace(double column, double row) const {
@@ -241,10 +245,33 @@ class Tracer {
   /// With a dark line along its edge.
   Colour cut_face(const Vec3& p) const {
     constexpr double kLine = 0.72;
-    const Colour colour = has_values_ ? material_colour(field_.value(p)) : kPlainMaterial;
+    const Colour colour = !block_.palette.empty() ? printed_material(p)
+                          : has_values_           ? material_colour(field_.value(p))
+                                                  : kPlainMaterial;
     return field_.density(p) < kLine ? Colour(0.25 * colour) : colour;
   }
 
+  /// The colour of the voxel inside that is nearest, just behind the cut.
+  Colour printed_material(const Vec3& p) const {
+    constexpr double kBehind = 0.3;  // Voxels.
+    const Vec3 place = p - kBehind * camera_.toward() - Vec3::Constant(kMargin);
+    double nearest = std::numeric_limits<double>::infinity();
+    Colour colour = kPlainMaterial;
+    for (int n = 0; n < 27; ++n) {
+      const Vec3 voxel = (place + Vec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)).array().round();
+      const double distance = (voxel - place).squaredNorm();
+      if (distance >= nearest || (voxel.array() < 0).any()) continue;
+      const int x = static_cast<int>(voxel.x()), y = static_cast<int>(voxel.y()), z = static_cast<int>(voxel.z());
+      if (x >= block_.size[0] || y >= block_.size[1] || z >= block_.size[2]) continue;
+      const std::size_t index = block_.index(x, y, z);
+      if (block_.inside[index] == 0) continue;
+      nearest = distance;
+      colour = block_.palette[block_.value[index] - 1u];
+    }
+    return colour;
+  }
+
+  const VoxelBlock& block_;
   const Field& field_;
   const Camera& camera_;
   const bool has_values_;
@@ -255,8 +282,7 @@ class Tracer {
 Picture draw_cut_view(const VoxelBlock& block, const CutView& view) {
   const Field field(block);
   const Camera camera(block, view, field.last());
-  const bool has_values = std::any_of(block.value.begin(), block.value.end(), [](std::uint8_t v) { return v != 0; });
-  const Tracer tracer(field, camera, has_values);
+  const Tracer tracer(block, field, camera);
   Picture picture{camera.width(), camera.height(), {}};
   for (int row = 0; row < picture.height; ++row) {
     for (int column = 0; column < picture.width; ++column) {

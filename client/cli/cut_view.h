@@ -4,8 +4,9 @@
 // A picture of a part made of voxels, seen from afar along parallel rays, with a corner of it cut away.
 //
 // A ray starts where it enters the block of voxels or where it leaves what is cut away. If it starts inside the part,
-// the cut shows the material there, in colours from dark blue over green to yellow; else it goes on to the surface,
-// where the smoothed occupancy is one half, which is shaded by its gradient and tinted by its material.
+// the cut shows the material there, in colours from dark blue over green to yellow, or in that of the voxel's printed
+// material; else it goes on to the surface, where the smoothed occupancy is one half, which is shaded by its gradient
+// and tinted by its channel.
 
 #pragma once
 

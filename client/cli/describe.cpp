@@ -78,12 +78,19 @@ std::string describe(const v1::GetServerInfoResponse& info) {
 
 std::string describe(const v1::PlanSlicesResponse& plan) {
   const v1::Grid& grid = plan.grid();
-  std::string text = show_count(grid.extent().columns()) + " x " + show_count(grid.extent().rows()) + " voxels, " +
+  const v1::VoxelRegion region = client::region_of(plan);
+  std::string text = show_count(region.extent().columns()) + " x " + show_count(region.extent().rows()) + " voxels, " +
                      show_count(plan.layer_count()) + " layers";
   text += "\n  pitch      " + show_size(grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()) + " mm";
   text += "\n  grid       " + show_size(plan.size_mm().x(), plan.size_mm().y(), plan.size_mm().z()) + " mm, from (" +
           show_number(grid.origin_mm().x()) + ", " + show_number(grid.origin_mm().y()) + ", " +
           show_number(grid.origin_mm().z()) + ")";
+  if (region.extent().SerializeAsString() != grid.extent().SerializeAsString()) {
+    text += "\n  region     from column " + std::to_string(region.first_column()) + ", row " +
+            std::to_string(region.first_row()) + ", layer " + std::to_string(region.first_layer()) + " of " +
+            show_count(grid.extent().columns()) + " x " + show_count(grid.extent().rows()) + " x " +
+            show_count(grid.extent().layers());
+  }
   text += "\n  part       " + describe_box(grid.part_box());
   if (plan.raw_bytes() > 0) {
     text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +

@@ -3,6 +3,9 @@
 
 #include "client/cli/job.h"
 
+#include <cstddef>
+#include <utility>
+
 #include "client/cli/text_values.h"
 
 namespace ccslice::cli {
@@ -111,6 +114,34 @@ void add_grid_options(CLI::App& command, GridOptions& options) {
       ->group("Grid");
   command.add_option("--extent", options.extent, "Voxels: COLUMNS,ROWS,LAYERS (default: as the part needs)")
       ->group("Grid");
+  CLI::Option* region =
+      command
+          .add_option("--region", options.region,
+                      "Only this box of the grid: X0,Y0,Z0,X1,Y1,Z1 in mm of the printer's frame, lower and upper "
+                      "corner; the voxels whose centres are in it, the same as in the whole, in smaller pictures of "
+                      "fewer layers. Layers keep their numbers")
+          ->group("Grid");
+  command
+      .add_option("--region-voxels", options.region_voxels,
+                  "Likewise in voxels: COLUMN,ROW,LAYER of its first one, from 0, and COLUMNS,ROWS,LAYERS")
+      ->group("Grid")
+      ->excludes(region);
+}
+
+void add_layout_options(CLI::App& command, LayoutOptions& options) {
+  command
+      .add_option("--row-order", options.row_order,
+                  "Which row of a picture is on top: ascending has the lowest y there, descending the highest, as the "
+                  "layer is seen from above")
+      ->check(CLI::IsMember({"ascending", "descending"}))
+      ->capture_default_str()
+      ->group("Pictures");
+  command
+      .add_option("--flip", options.flip,
+                  "Mirror the pictures along x, y or xy, for machines that want them so. The part itself, outlines and "
+                  "numbers of voxels stay as they are: --scale mirrors a part")
+      ->check(CLI::IsMember({"x", "y", "xy"}))
+      ->group("Pictures");
 }
 
 void add_plane_options(CLI::App& command, PlaneOptions& options) {
@@ -165,12 +196,45 @@ v1::GridSpec parse_grid(const GridOptions& options) {
     grid.mutable_origin_mm()->set_z(origin[2]);
   }
   if (!options.extent.empty()) {
-    const std::vector<std::uint32_t> extent = parse_counts("--extent", options.extent);
+    const std::vector<std::uint32_t> extent = parse_counts("--extent", options.extent, "columns,rows,layers");
     grid.mutable_extent()->set_columns(extent[0]);
     grid.mutable_extent()->set_rows(extent[1]);
     grid.mutable_extent()->set_layers(extent[2]);
   }
   return grid;
+}
+
+std::optional<v1::Region> parse_region(const GridOptions& options) {
+  v1::Region region;
+  if (!options.region.empty()) {
+    const std::vector<double> box = parse_numbers("--region", options.region, 6, 6);
+    for (const auto& [corner, first] : {std::pair{region.mutable_box_mm()->mutable_min_mm(), std::size_t{0}},
+                                        std::pair{region.mutable_box_mm()->mutable_max_mm(), std::size_t{3}}}) {
+      corner->set_x(box[first]);
+      corner->set_y(box[first + 1]);
+      corner->set_z(box[first + 2]);
+    }
+    return region;
+  }
+  if (options.region_voxels.empty()) return std::nullopt;
+  const std::vector<std::uint32_t> voxels =
+      parse_counts("--region-voxels", options.region_voxels, "column,row,layer,columns,rows,layers");
+  region.mutable_voxels()->set_first_column(voxels[0]);
+  region.mutable_voxels()->set_first_row(voxels[1]);
+  region.mutable_voxels()->set_first_layer(voxels[2]);
+  region.mutable_voxels()->mutable_extent()->set_columns(voxels[3]);
+  region.mutable_voxels()->mutable_extent()->set_rows(voxels[4]);
+  region.mutable_voxels()->mutable_extent()->set_layers(voxels[5]);
+  return region;
+}
+
+v1::PictureLayout parse_layout(const LayoutOptions& options) {
+  v1::PictureLayout layout;
+  const bool descending = options.row_order == "descending";
+  layout.set_row_order(descending ? v1::ROW_ORDER_DESCENDING_Y : v1::ROW_ORDER_ASCENDING_Y);
+  layout.set_flip_x(options.flip.find('x') != std::string::npos);
+  layout.set_flip_y(options.flip.find('y') != std::string::npos);
+  return layout;
 }
 
 std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only, const v1::Printing* printing) {

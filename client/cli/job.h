@@ -16,12 +16,19 @@
 namespace ccslice::cli {
 
 struct GridOptions {
-  std::string printer;         // Name of a profile.
+  std::string printer = {};    // Name of a profile.
   std::string pitch;           // "0.05" or "0.0423,0.0846,0.03", mm.
   std::string dpi;             // "600" or "600,300".
   double layer_height_mm = 0;  // With dpi.
   std::string origin;
   std::string extent;
+  std::string region = {};         // mm.
+  std::string region_voxels = {};  // Of the grid.
+};
+
+struct LayoutOptions {
+  std::string row_order = "ascending";
+  std::string flip = {};  // "x", "y" or "xy".
 };
 
 struct PlaneOptions {
@@ -35,12 +42,16 @@ struct PlaneOptions {
 };
 
 void add_grid_options(CLI::App& command, GridOptions& options);
+void add_layout_options(CLI::App& command, LayoutOptions& options);
 void add_plane_options(CLI::App& command, PlaneOptions& options);
 void add_material_tolerance_option(CLI::App& command, std::optional<double>& tolerance);
 
 // All throw UsageError.
 
 v1::GridSpec parse_grid(const GridOptions& options);
+/// Nothing if none is given.
+std::optional<v1::Region> parse_region(const GridOptions& options);
+v1::PictureLayout parse_layout(const LayoutOptions& options);
 /// Occupancy first, then the channels in order, then all of them in one, then the materials of `printing` (null if
 /// there are none), and a mask for each; occupancy if nothing is named and `contours_only` isn't set.
 std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only,

@@ -51,6 +51,8 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
   read_materials(*manifest);
   read_layers(*manifest);
   read_grid(*manifest);
+  if (manifest->fields().contains("region")) read_region(*manifest);
+  read_layout(*manifest);
 }
 
 void LayerStack::read_grid(const Struct& manifest) {
@@ -62,6 +64,25 @@ void LayerStack::read_grid(const Struct& manifest) {
   const auto& layers = items(manifest, "layers");
   origin_mm_[2] = number(layers[0].struct_value(), "z_mm") - 0.5 * pitch_mm_[2];
   if (columns_ == 0 || rows_ == 0 || !(pitch_mm_[0] > 0 && pitch_mm_[1] > 0 && pitch_mm_[2] > 0)) fail("has no grid");
+}
+
+void LayerStack::read_region(const Struct& manifest) {
+  const Struct& region = field(manifest, "region").struct_value();
+  const auto columns = static_cast<std::uint32_t>(number(region, "columns"));
+  const auto rows = static_cast<std::uint32_t>(number(region, "rows"));
+  const double grid_layers = number(field(manifest, "grid").struct_value(), "layers");
+  if (columns == 0 || rows == 0) fail("has an empty region");
+  is_region_ = columns != columns_ || rows != rows_ || number(region, "layers") != grid_layers;
+  columns_ = columns;
+  rows_ = rows;
+  origin_mm_[0] += number(region, "first_column") * pitch_mm_[0];
+  origin_mm_[1] += number(region, "first_row") * pitch_mm_[1];
+}
+
+void LayerStack::read_layout(const Struct& manifest) {
+  const Struct& layout = field(manifest, "layout").struct_value();
+  columns_descend_ = field(layout, "flip_x").bool_value();
+  rows_descend_ = field(layout, "flip_y").bool_value() != (text(layout, "row_order") == "descending");
 }
 
 void LayerStack::read_materials(const Struct& manifest) {

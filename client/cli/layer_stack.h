@@ -33,13 +33,19 @@ class LayerStack {
   /// Reads manifest.json.
   explicit LayerStack(std::filesystem::path folder);
 
+  /// Of the pictures.
   std::uint32_t columns() const { return columns_; }
   std::uint32_t rows() const { return rows_; }
   std::uint32_t layers() const { return static_cast<std::uint32_t>(files_.size()); }
-  /// Lower corner of the first voxel of the first layer here, and the pitch, mm.
+  /// Lower corner of the voxel with the lowest x and y of the first layer here, and the pitch, mm.
   const std::array<double, 3>& origin_mm() const { return origin_mm_; }
   const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
   const std::string& mesh_id() const { return mesh_id_; }
+  /// Less than the grid was asked for.
+  bool is_region() const { return is_region_; }
+  /// The pictures have the highest x, or y, first.
+  bool columns_descend() const { return columns_descend_; }
+  bool rows_descend() const { return rows_descend_; }
   /// Of the job: 12 or 16 numbers, or none.
   const std::vector<double>& placement() const { return placement_; }
   const std::vector<StackPlane>& planes() const { return planes_; }
@@ -53,6 +59,8 @@ class LayerStack {
     std::string name, sha256;
   };
   void read_grid(const google::protobuf::Struct& manifest);
+  void read_region(const google::protobuf::Struct& manifest);
+  void read_layout(const google::protobuf::Struct& manifest);
   void read_layers(const google::protobuf::Struct& manifest);
   void read_materials(const google::protobuf::Struct& manifest);
   [[noreturn]] void fail(const std::string& what) const;
@@ -60,6 +68,7 @@ class LayerStack {
   const std::filesystem::path folder_;
   std::uint32_t columns_ = 0, rows_ = 0;
   std::array<double, 3> origin_mm_{}, pitch_mm_{};
+  bool is_region_ = false, columns_descend_ = false, rows_descend_ = false;
   std::string mesh_id_;
   std::vector<double> placement_;
   std::vector<StackPlane> planes_;

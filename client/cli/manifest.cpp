@@ -150,6 +150,10 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   json.member("mesh_id", outcome.header.mesh_id()).member("engine_version", outcome.header.engine_version());
   json.key("grid");
   add_json(outcome.header.grid(), json);
+  json.key("region");
+  add_json(client::region_of(outcome.header), json);
+  json.key("layout");
+  add_json(outcome.header.layout(), json);
   json.key("placement").begin_array();
   for (const double entry : placement.matrix()) json.value(entry);
   json.end_array().key("planes").begin_array();
@@ -180,6 +184,18 @@ void add_json(const v1::Grid& grid, JsonWriter& json) {
   json.member("layers", grid.extent().layers()).key("part_box");
   add_json(grid.part_box(), json);
   json.end_object();
+}
+
+void add_json(const v1::VoxelRegion& region, JsonWriter& json) {
+  json.begin_object().member("first_column", region.first_column()).member("first_row", region.first_row());
+  json.member("first_layer", region.first_layer()).member("columns", region.extent().columns());
+  json.member("rows", region.extent().rows()).member("layers", region.extent().layers()).end_object();
+}
+
+void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
+  const bool descending = layout.row_order() == v1::ROW_ORDER_DESCENDING_Y;
+  json.begin_object().member("row_order", descending ? "descending" : "ascending");
+  json.member("flip_x", layout.flip_x()).member("flip_y", layout.flip_y()).end_object();
 }
 
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
@@ -228,6 +244,10 @@ void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {
   json.begin_object().key("grid");
   add_json(plan.grid(), json);
+  json.key("region");
+  add_json(client::region_of(plan), json);
+  json.key("layout");
+  add_json(plan.layout(), json);
   json.key("size_mm");
   add_vector(plan.size_mm(), json);
   json.member("layer_count", plan.layer_count()).member("raw_bytes_per_layer", plan.raw_bytes_per_layer());

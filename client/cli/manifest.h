@@ -19,6 +19,8 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
 
 /// An object.
 void add_json(const v1::Grid& grid, JsonWriter& json);
+void add_json(const v1::VoxelRegion& region, JsonWriter& json);
+void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);

@@ -45,7 +45,10 @@ Mat3 scaling(const std::string& text) {
 }  // namespace
 
 void add_placement_options(CLI::App& command, PlacementOptions& options) {
-  command.add_option("--scale", options.scale, "Factor, or one for each axis; first of all")->group("Placement");
+  command
+      .add_option("--scale", options.scale,
+                  "Factor, or one for each axis; first of all. Negative ones mirror: 1,1,-1 turns z over")
+      ->group("Placement");
   command
       .add_option("--rotate", options.rotate,
                   "AXIS=DEGREES about the mesh's origin, as in x=90; may be repeated, in order")

@@ -62,14 +62,15 @@ LayerRange parse_layer_range(const std::string& option, std::string_view text) {
   return {*first, *last};
 }
 
-std::vector<std::uint32_t> parse_counts(const std::string& option, std::string_view text) {
+std::vector<std::uint32_t> parse_counts(const std::string& option, std::string_view text, const std::string& names) {
   std::vector<std::uint32_t> counts;
-  for (const std::string& part : split(text, ',')) {
+  const std::vector<std::string> parts = split(text, ',');
+  for (const std::string& part : parts) {
     const auto count = whole_number<std::uint32_t>(part);
     if (count) counts.push_back(*count);
   }
-  if (counts.size() != 3 || split(text, ',').size() != 3) {
-    throw UsageError(option + " takes columns,rows,layers, as in 800,600,20, not " + quoted(text));
+  if (counts.size() != parts.size() || counts.size() != split(names, ',').size()) {
+    throw UsageError(option + " takes whole numbers, " + names + ", not " + quoted(text));
   }
   return counts;
 }

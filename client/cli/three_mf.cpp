@@ -86,9 +86,15 @@ std::string to_unit_cube(const LayerStack& stack) {
   const std::array<double, 3> size = {stack.columns() * stack.pitch_mm()[0], stack.rows() * stack.pitch_mm()[1],
                                       stack.layers() * stack.pitch_mm()[2]};
   const std::array<double, 3>& origin = stack.origin_mm();
-  return shortest(1 / size[0]) + " 0 0 0 " + shortest(-1 / size[1]) + " 0 0 0 " + shortest(1 / size[2]) + " " +
-         shortest(-origin[0] / size[0]) + " " + shortest(1 + origin[1] / size[1]) + " " +
-         shortest(-origin[2] / size[2]);
+  // The sheets' first row is where v is 1.
+  const std::array<bool, 3> turned = {stack.columns_descend(), !stack.rows_descend(), false};
+  std::array<double, 3> scale{}, offset{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    scale[axis] = (turned[axis] ? -1 : 1) / size[axis];
+    offset[axis] = (turned[axis] ? 1 : 0) - origin[axis] * scale[axis];
+  }
+  return shortest(scale[0]) + " 0 0 0 " + shortest(scale[1]) + " 0 0 0 " + shortest(scale[2]) + " " +
+         shortest(offset[0]) + " " + shortest(offset[1]) + " " + shortest(offset[2]);
 }
 
 class ModelWriter {
@@ -189,7 +195,12 @@ class ModelWriter {
 
 }  // namespace
 
-void require_mixing_ratios(const LayerStack& stack) {
+void require_three_mf_stack(const LayerStack& stack) {
+  if (stack.is_region()) {
+    throw Error(ErrorCode::kFileUnsupported,
+                "a .3mf file holds the whole boundary, and these layers are a region of the grid; slice without "
+                "--region and --region-voxels");
+  }
   if (!ratio_planes(stack).empty()) return;
   throw Error(ErrorCode::kFileUnsupported,
               "a .3mf file is made of 8-bit PNG pictures of channels, and there are none here; slice with --channel "
@@ -198,7 +209,7 @@ void require_mixing_ratios(const LayerStack& stack) {
 
 std::uint64_t write_three_mf(const LayerStack& stack, const client::Surface& boundary,
                              const std::filesystem::path& path) {
-  require_mixing_ratios(stack);
+  require_three_mf_stack(stack);
   const std::vector<std::size_t> planes = ratio_planes(stack);
   ZipFile zip(path);
   zip.add_compressed("[Content_Types].xml", content_types());

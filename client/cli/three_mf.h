@@ -12,8 +12,8 @@
 // Every 8-bit grey picture of a channel is the ratio of a material of the channel's name, 0 to 1. With one channel
 // there is a second material, `rest`, which takes what is left of 1.
 //
-// The first row of a picture has the lowest y, while V = 1 is the first row of a 3MF sheet: the transform turns V
-// round.
+// The first row of a picture has the lowest y, unless the job's layout says otherwise, while V = 1 is the first row of
+// a 3MF sheet: the transform turns V round, and U where columns descend.
 
 #pragma once
 
@@ -30,7 +30,7 @@ namespace ccslice::cli {
 std::uint64_t write_three_mf(const LayerStack& stack, const client::Surface& boundary,
                              const std::filesystem::path& path);
 
-/// Throws Error{kFileUnsupported} if the stack has no pictures for it.
-void require_mixing_ratios(const LayerStack& stack);
+/// Throws Error{kFileUnsupported} if the stack has no pictures for it, or is of a region.
+void require_three_mf_stack(const LayerStack& stack);
 
 }  // namespace ccslice::cli

@@ -26,25 +26,38 @@ void append_layer(const v1::GridExtent& extent, const client::Layer& layer, Voxe
   }
 }
 
+v1::PlaneSpec& add_plane(v1::SliceRangeRequest& request, v1::SampleType type) {
+  v1::PlaneSpec& plane = *request.add_planes();
+  plane.set_sample_type(type);
+  plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  return plane;
+}
+
+Colour colour_of(std::uint32_t rgba) { return Colour(rgba >> 24, rgba >> 16 & 0xff, rgba >> 8 & 0xff) / 255; }
+
 }  // namespace
 
 void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel) {
-  request.add_planes()->mutable_occupancy();
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
-  if (!channel.empty()) {
-    request.add_planes()->mutable_channel()->set_name(channel);
-    request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  }
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  if (!channel.empty()) add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_channel()->set_name(channel);
+}
+
+void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing) {
+  *request.mutable_printing() = printing;
+  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_materials();
 }
 
 VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what) {
   VoxelBlock block;
+  for (const v1::PrintMaterial& material : request.printing().materials()) {
+    block.palette.push_back(colour_of(material.rgba()));
+  }
   Progress progress(what, "layers", request.layer_count(), session.quiet());
   session.client().slice(
       request,
       [&](const v1::SliceHeader& header, const client::Layer& layer) {
-        append_layer(header.grid().extent(), layer, block);
+        append_layer(client::region_of(header).extent(), layer, block);
         progress.update(static_cast<std::uint64_t>(block.size[2]));
       },
       session.call());

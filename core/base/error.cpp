@@ -67,6 +67,10 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMaterialMapInvalid: return "MATERIAL_MAP_INVALID";
     case ErrorCode::kMaterialMapNonFinite: return "MATERIAL_MAP_NON_FINITE";
     case ErrorCode::kFractionsOutOfRange: return "FRACTIONS_OUT_OF_RANGE";
+    case ErrorCode::kRegionAmbiguous: return "REGION_AMBIGUOUS";
+    case ErrorCode::kRegionNonFinite: return "REGION_NON_FINITE";
+    case ErrorCode::kRegionEmpty: return "REGION_EMPTY";
+    case ErrorCode::kRegionOutOfGrid: return "REGION_OUT_OF_GRID";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

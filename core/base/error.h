@@ -80,6 +80,10 @@ enum class ErrorCode : int {
   kMaterialMapInvalid = 236,      // A map without kind, or with entries that can't be.
   kMaterialMapNonFinite = 237,    // NaN or infinity in a map.
   kFractionsOutOfRange = 238,     // Strict maps: values that give no fractions.
+  kRegionAmbiguous = 239,         // A region in voxels and in mm, or in neither.
+  kRegionNonFinite = 240,         // NaN or infinite corner of a region.
+  kRegionEmpty = 241,             // A region without voxels.
+  kRegionOutOfGrid = 242,         // A region outside of the grid.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

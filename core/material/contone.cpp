@@ -17,8 +17,9 @@ std::size_t bytes_per_sample(SampleType type) noexcept {
   return type == SampleType::kUint8 ? 1 : type == SampleType::kUint16 ? 2 : 4;
 }
 
-/// Values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, clamped to [low, high].
+/// Values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, k >= first, clamped to [low, high].
 struct CubicRow {
+  std::uint32_t first;
   double t0, dt;
   std::array<double, 4> c;
   double low, high;
@@ -35,7 +36,7 @@ void write_blocks(const CubicRow& row, std::uint32_t count, std::uint8_t* out) n
   std::array<Sample, kBlock> block;
   for (std::uint32_t begin = 0; begin < count; begin += kBlock) {
     for (std::uint32_t k = 0; k < kBlock; ++k) {
-      const Real t = t0 + dt * static_cast<Real>(static_cast<std::int32_t>(begin + k));
+      const Real t = t0 + dt * static_cast<Real>(static_cast<std::int32_t>(row.first + begin + k));
       const Real value = ((c3 * t + c2) * t + c1) * t + c0;
       block[k] = static_cast<Sample>(static_cast<Wide>(std::min(std::max(value, low), high)));
     }
@@ -106,14 +107,15 @@ void ContonePlane::set_run(std::size_t index, std::uint32_t count, std::span<con
   for (std::uint32_t k = 0; k < count; ++k) set(index + k, channel_values.subspan(k * channel_count, channel_count));
 }
 
-void ContonePlane::set_cubic(std::size_t index, std::uint32_t count, double t0, double dt,
+void ContonePlane::set_cubic(std::size_t index, std::uint32_t first, std::uint32_t count, double t0, double dt,
                              const std::array<double, 4>& c) noexcept {
   const ValueRange& channel = channel_range_;
   if (type_ == SampleType::kFloat32) {
-    return write_cubic<float, double>({t0, dt, c, channel.min, channel.max}, count, &samples_[4 * index]);
+    return write_cubic<float, double>({first, t0, dt, c, channel.min, channel.max}, count, &samples_[4 * index]);
   }
-  const CubicRow row{
-      t0, dt, {(c[0] - range_.min) * factor_ + 0.5, c[1] * factor_, c[2] * factor_, c[3] * factor_}, low_, high_};
+  const CubicRow row{first, t0,
+                     dt,    {(c[0] - range_.min) * factor_ + 0.5, c[1] * factor_, c[2] * factor_, c[3] * factor_},
+                     low_,  high_};
   if (type_ == SampleType::kUint8) return write_cubic<std::uint8_t, float>(row, count, &samples_[index]);
   write_cubic<std::uint16_t, double>(row, count, &samples_[2 * index]);
 }

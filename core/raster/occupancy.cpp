@@ -65,12 +65,13 @@ struct CrossingEdge {
   std::uint32_t begin, end;
 };
 
-/// Calls visit(edge) for every edge that passes a row.
+/// Calls visit(edge) for every edge that passes one of the rows, and these.
 template <class Visit>
-void for_each_edge(const Contours& contours, const LayerLattice& lattice, Visit&& visit) {
+void for_each_edge(const Contours& contours, const LayerLattice& lattice, const RowRange& rows, Visit&& visit) {
   const double rows_per_mm = 1 / lattice.dy_mm;
   const auto row_from = [&](const Vec2& p) {
-    return first_centre_from(p.y(), lattice.y0_mm, lattice.dy_mm, rows_per_mm, lattice.height);
+    const std::uint32_t row = first_centre_from(p.y(), lattice.y0_mm, lattice.dy_mm, rows_per_mm, lattice.height);
+    return std::clamp(row, rows.begin, rows.end);
   };
   for (const ContourLoop& loop : contours.loops) {
     if (loop.points.empty()) continue;
@@ -102,15 +103,15 @@ void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std
 
 }  // namespace
 
-std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattice) {
+std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows) {
   std::vector<std::size_t> row_begin(lattice.height + std::size_t{2});
-  for_each_edge(contours, lattice, [&](const CrossingEdge& edge) {
+  for_each_edge(contours, lattice, rows, [&](const CrossingEdge& edge) {
     for (std::uint32_t row = edge.begin; row < edge.end; ++row) ++row_begin[row + 2];
   });
   for (std::size_t row = 2; row < row_begin.size(); ++row) row_begin[row] += row_begin[row - 1];
 
   std::vector<RowCrossing> crossings(row_begin.back());
-  for_each_edge(contours, lattice, [&](const CrossingEdge& edge) {
+  for_each_edge(contours, lattice, rows, [&](const CrossingEdge& edge) {
     const RisingEdge rising(edge.low, edge.high, lattice);
     for (std::uint32_t row = edge.begin; row < edge.end; ++row) {
       crossings[row_begin[row + 1]++] = {rising.columns_left(row), edge.up ? 1 : -1};

@@ -16,6 +16,7 @@ namespace {
 
 // Smaller cells, in voxels, are left to whoever fits across cells: that fails early beside irregular lines only.
 constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;
+constexpr double kMargin = 0.2;  // Of a cell's size: its parts' places end that near to its box.
 
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) {
   const std::array<double, 4> c = along_row(polynomial, place.y(), place.z());
@@ -25,9 +26,10 @@ double value_at(const CubicPolynomial& polynomial, const Vec3& place) {
 }  // namespace
 
 CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-                       std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store)
+                       std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store, const RowRange& rows)
     : solid_(std::move(solid)),
       grid_(grid),
+      rows_(rows),
       voxel_of_mesh_(voxel_of_mesh(placement, grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
       channels_(std::move(channels)),
@@ -47,20 +49,29 @@ void CellPieces::build(std::uint32_t first_layer, std::uint32_t end_layer, const
   collect_cells();
   collect_parts(cancel);
   scan_pieces(cancel);
-  holes_ = pieces_.empty() ? BoxTree() : BoxTree(hole_boxes_, cancel);
+  // Holes of small cells alone say nothing; whether there are others, or pieces, shows in the rows where it matters.
+  const bool matters =
+      !pieces_.empty() || std::ranges::any_of(hole_cells_, [](const Hole& hole) { return hole.map != nullptr; });
+  holes_ = matters ? BoxTree(hole_boxes_, cancel) : BoxTree();
 }
 
-/// Those whose boxes meet the slab, by id.
+/// Those whose boxes meet the slab, and whose pieces or holes may meet the rows, by id.
 void CellPieces::collect_cells() {
   const BoxTree& boxes = solid_->data().cell_boxes;
   const Box3 slab(Vec3(-1, -1, first_layer_ - 1.0),
                   Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(end_layer_)));
   cells_.clear();
   boxes.any_meeting(slab.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
-    if (boxes.box(cell).transformed(voxel_of_mesh_).intersects(slab)) cells_.push_back(cell);
+    const Box3 voxels = boxes.box(cell).transformed(voxel_of_mesh_);
+    if (voxels.intersects(slab) && meets_rows(voxels)) cells_.push_back(cell);
     return false;
   });
   std::sort(cells_.begin(), cells_.end());
+}
+
+bool CellPieces::meets_rows(const Box3& cell) const {
+  const double margin = kMargin * cell.diagonal().norm() + 1;
+  return cell.max().y() + margin >= rows_.begin && cell.min().y() - margin <= rows_.end;
 }
 
 bool CellPieces::is_small(std::uint32_t cell) const {

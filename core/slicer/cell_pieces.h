@@ -18,6 +18,7 @@
 #include "core/limit/box_tree.h"
 #include "core/limit/limit_solid.h"
 #include "core/raster/block_raster.h"
+#include "core/raster/occupancy.h"
 #include "core/slicer/cell_fitter.h"
 #include "core/slicer/channel_tolerance.h"
 #include "core/slicer/grid.h"
@@ -39,10 +40,10 @@ struct SlabPiece {
 /// One thread.
 class CellPieces {
  public:
-  /// `store`: of workers on the same solid, placement, grid and channels only.
-  /// REQUIRES: placement passes validate_placement(); channels not empty, all tolerances positive.
+  /// `store`: of workers on the same solid, placement, grid and channels only. `rows`: those where pieces and holes
+  /// have to be complete. REQUIRES: placement passes validate_placement(); channels not empty, all tolerances positive.
   CellPieces(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-             std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store);
+             std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store, const RowRange& rows = {});
 
   /// Throws Error{kCancelled}.
   void build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
@@ -75,6 +76,7 @@ class CellPieces {
   };
 
   void collect_cells();
+  bool meets_rows(const Box3& cell) const;
   bool is_small(std::uint32_t cell) const;
   Box3 place_of(std::uint32_t cell) const;
   void collect_parts(const CancellationToken& cancel);
@@ -85,6 +87,7 @@ class CellPieces {
 
   std::shared_ptr<const LimitSolid> solid_;
   const Grid grid_;
+  const RowRange rows_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;
   const std::vector<ChannelTolerance> channels_;
   const std::shared_ptr<PieceStore> store_;

@@ -12,7 +12,7 @@
 
 #include "core/material/tile_polynomial.h"
 #include "core/slicer/channel_tolerance.h"
-#include "core/slicer/material_pass.h"
+#include "core/slicer/layer_target.h"
 
 namespace ccslice {
 
@@ -21,7 +21,8 @@ class CubicPainter {
   /// REQUIRES: target outlives the painter; each of its planes shows one of the channels.
   CubicPainter(const LayerTarget& target, std::uint32_t layer, std::span<const ChannelTolerance> channels);
 
-  /// Voxels [begin, end) of a row, in all planes; counts them as interpolated. `polynomials`: one a channel.
+  /// Those of the voxels [begin, end) of a row that the planes hold; counts them as interpolated. `polynomials`: one a
+  /// channel.
   void paint(const TileFrame& frame, std::span<const CubicPolynomial> polynomials, std::uint32_t row,
              std::uint32_t begin, std::uint32_t end) const;
 

@@ -4,6 +4,7 @@
 #include "core/slicer/halftone_pass.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <string>
 
@@ -28,18 +29,21 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
 void HalftonePass::run(const Place& place, std::span<const Span> spans, std::span<const ContonePlane> channels,
                        const CancellationToken& cancel) {
   cancel.throw_if_cancelled();
-  width_ = place.lattice.width;
-  height_ = place.lattice.height;
-  indices_.assign(std::size_t{width_} * height_, 0);
+  window_ = place.window;
+  indices_.assign(std::size_t{window_.columns} * window_.rows, 0);
   std::fill(histogram_.begin(), histogram_.end(), 0);
-  halftoner_.start_layer(width_, place.layer);
+  halftoner_.start_layer(place.lattice.width, place.layer);
   while (!spans.empty()) {
     cancel.throw_if_cancelled();
     const auto end = std::find_if(spans.begin(), spans.end(), [&](const Span& span) { return span.y != spans[0].y; });
-    const auto row = spans.first(static_cast<std::size_t>(end - spans.begin()));
-    run_row(place, row, channels);
-    count(row);
-    spans = spans.subspan(row.size());
+    row_.clear();
+    for (const Span& span : spans.first(static_cast<std::size_t>(end - spans.begin()))) {
+      const Span part = window_.clipped(span);
+      if (part.begin < part.end) row_.push_back(part);
+    }
+    if (!row_.empty()) run_row(place, row_, channels);
+    count(place, row_);
+    spans = {end, spans.end()};
   }
 }
 
@@ -59,24 +63,28 @@ void HalftonePass::run_block(const Place& place, const Span& run, std::uint32_t 
                              std::span<const ContonePlane> channels) {
   const std::uint32_t left = block * kBlock;
   const std::uint32_t begin = std::max(run.begin, left) - left, end = std::min(run.end, left + kBlock) - left;
-  const std::size_t index = std::size_t{width_} * run.y + left;
+  const std::size_t index = window_.index(left + begin, run.y);
   for (std::size_t channel = 0; channel < channels.size(); ++channel) {
     const std::uint8_t* samples = channels[channel].image().samples.data();
-    std::memcpy(&values_[channel][begin], samples + sizeof(float) * (index + begin), sizeof(float) * (end - begin));
+    std::memcpy(&values_[channel][begin], samples + sizeof(float) * index, sizeof(float) * (end - begin));
   }
   if (plan_.printing().map.strict) {
     const auto misfit = plan_.mixture().first_misfit(values_, begin, end);
     if (misfit) refuse(place, left + static_cast<std::uint32_t>(*misfit), run.y, *misfit);
   }
   plan_.mixture().evaluate(values_, fractions_);
-  halftoner_.choose(block, begin, end, fractions_, indices_.data() + index);
+  std::array<std::uint8_t, kBlock> chosen;
+  halftoner_.choose(block, begin, end, fractions_, chosen.data());
+  std::copy(chosen.begin() + begin, chosen.begin() + end, indices_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-void HalftonePass::count(std::span<const Span> row) {
+void HalftonePass::count(const Place& place, std::span<const Span> row) {
   for (const Span& run : row) {
-    const auto begin = indices_.begin() + static_cast<std::ptrdiff_t>(std::size_t{width_} * run.y);
+    const Span part = place.counted.clipped(run);
+    if (part.begin == part.end) continue;
+    const auto begin = indices_.begin() + static_cast<std::ptrdiff_t>(window_.index(part.begin, part.y));
     for (std::size_t m = 0; m < histogram_.size(); ++m) {
-      histogram_[m] += static_cast<std::uint64_t>(std::count(begin + run.begin, begin + run.end, m + 1));
+      histogram_[m] += static_cast<std::uint64_t>(std::count(begin, begin + (part.end - part.begin), m + 1));
     }
   }
 }

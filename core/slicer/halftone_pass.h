@@ -13,6 +13,7 @@
 #include "core/halftone/halftone.h"
 #include "core/material/contone.h"
 #include "core/output/plane.h"
+#include "core/raster/layer_window.h"
 #include "core/raster/occupancy.h"
 
 namespace ccslice {
@@ -24,33 +25,36 @@ class HalftonePass {
     LayerLattice lattice;
     std::uint32_t layer;
     double z_mm;
+    LayerWindow window;   // What the channels' planes and the picture hold,
+    LayerWindow counted;  // and what of it the histogram is of.
   };
 
   /// REQUIRES: plan outlives the pass.
   explicit HalftonePass(const HalftonePlan& plan);
 
-  /// `spans`: all voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the lattice's size, of
-  /// plan.mixture().channels() in that order. Throws Error{kCancelled}, and of strict maps
-  /// Error{kFractionsOutOfRange}.
+  /// `spans`: voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the window, of
+  /// plan.mixture().channels() in that order. Error diffusion REQUIRES a window of all columns, from row 0 on. Throws
+  /// Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
   void run(const Place& place, std::span<const Span> spans, std::span<const ContonePlane> channels,
            const CancellationToken& cancel);
 
   /// Of the layer that was run last.
-  IndexImage image() const noexcept { return {width_, height_, indices_, palette_}; }
+  IndexImage image() const noexcept { return {window_.columns, window_.rows, indices_, palette_}; }
   /// Voxels of material 1, 2, ...
   const std::vector<std::uint64_t>& histogram() const noexcept { return histogram_; }
 
  private:
   void run_row(const Place& place, std::span<const Span> row, std::span<const ContonePlane> channels);
   void run_block(const Place& place, const Span& run, std::uint32_t block, std::span<const ContonePlane> channels);
-  void count(std::span<const Span> row);
+  void count(const Place& place, std::span<const Span> row);
   [[noreturn]] void refuse(const Place& place, std::uint32_t x, std::uint32_t y, std::size_t voxel) const;
 
   const HalftonePlan& plan_;
   Halftoner halftoner_;
   std::vector<std::uint32_t> palette_;
-  std::uint32_t width_ = 0, height_ = 0;
+  LayerWindow window_;
   std::vector<std::uint8_t> indices_;
+  std::vector<Span> row_;  // What the window holds of the row at hand.
   std::vector<std::uint64_t> histogram_;
   std::vector<MixRow> values_;  // Of the block at hand, by channel.
   Fractions fractions_{};

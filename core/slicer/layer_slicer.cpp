@@ -122,6 +122,35 @@ class ToleranceList {
 
 }  // namespace
 
+namespace {
+
+/// What of a layer is worked on, for a region of it.
+struct LayerScope {
+  RowRange rows;       // Whose voxels are found and solved,
+  LayerWindow window;  // what is made of them,
+  LayerWindow region;  // and what is delivered.
+};
+
+LayerScope whole_scope(const SliceJob& job) {
+  return {{0, job.grid.extent.rows}, window_of(job.grid.lattice()), region_of(job).window()};
+}
+
+LayerScope scope_of(const SliceJob& job) {
+  LayerScope scope{{}, region_of(job).window(), region_of(job).window()};
+  // Errors come from all voxels before.
+  if (shows_materials(job) && job.printing->halftone.method == HalftoneMethod::kErrorDiffusion) {
+    scope.window = {0, 0, job.grid.extent.columns, scope.region.end_row()};
+  }
+  const std::uint32_t last_block = (scope.window.end_row() - 1) / kRowsTogether;
+  scope.rows.begin = scope.window.first_row - scope.window.first_row % kRowsTogether;
+  scope.rows.end = std::min((last_block + 1) * kRowsTogether, job.grid.extent.rows);
+  return scope;
+}
+
+}  // namespace
+
+VoxelRegion region_of(const SliceJob& job) { return job.region.value_or(whole_region(job.grid)); }
+
 // What all workers on a job read.
 struct LayerSlicer::Shared {
   std::shared_ptr<const LimitSolid> solid;
@@ -142,23 +171,26 @@ struct LayerSlicer::State {
   std::shared_ptr<const Shared> shared;
   const SliceJob& job;
   LayerLattice lattice;
+  LayerScope scope;
   ContourTracer tracer;
   PlaneEncoder encoder;
   // Of jobs that want a channel:
   std::vector<ContonePlane> contone;  // One a channel of each plane, in the order of the planes,
   std::size_t shown_contone = 0;      // so many; then those that halftoning reads.
   std::optional<HalftonePass> halftone;
-  std::vector<std::uint8_t> interleaved;
+  std::vector<std::uint8_t> interleaved, arranged;
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
   std::optional<SlabMaterials> slabs;     // ... interpolated, slab by slab.
   std::uint32_t slab_first = 0;
   std::vector<std::optional<LayerShape>> slab;  // Those of its layers that were met.
+  std::unique_ptr<State> whole;                 // For layers of a region that need others of their voxels.
 
-  explicit State(std::shared_ptr<const Shared> the_shared)
+  State(std::shared_ptr<const Shared> the_shared, const LayerScope& the_scope)
       : shared(std::move(the_shared)),
         job(shared->job),
         lattice(job.grid.lattice()),
+        scope(the_scope),
         tracer(*shared->solid, shared->contour_index) {
     const std::vector<ChannelRange>& channels = shared->solid->summary().channels;
     for (const PlaneSpec& plane : all_contone_planes(job)) contone.emplace_back(plane, channels[plane.channel]);
@@ -170,8 +202,8 @@ struct LayerSlicer::State {
     if (job.material_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take(),
-                    shared->pieces);
+      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take(), shared->pieces,
+                    scope.rows);
     }
   }
 
@@ -188,11 +220,15 @@ struct LayerSlicer::State {
   LayerShape shape(std::uint32_t layer, const CancellationToken& cancel) {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
+    result.spans = rasterize(result.contours, lattice, scope.rows);
+    if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
     result.stats.contour_loops = result.contours.loops.size();
     for (const ContourLoop& loop : result.contours.loops) result.stats.contour_points += loop.points.size();
     result.stats.contour_leaves_unresolved = result.contours.unresolved_leaves;
-    result.spans = rasterize(result.contours, lattice);
-    for (const Span& span : result.spans) result.stats.voxels_inside += span.end - span.begin;
+    for (const Span& span : result.spans) {
+      const Span part = scope.region.clipped(span);
+      result.stats.voxels_inside += part.end - part.begin;
+    }
     if (!job.contours) result.contours = {};
     return result;
   }
@@ -214,37 +250,43 @@ struct LayerSlicer::State {
     return *known;
   }
 
-  void evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
-    for (ContonePlane& plane : contone) plane.clear(lattice.width, lattice.height, cancel);
-    const LayerTarget target{lattice, layer.z_mm, contone, layer.stats, cancel};
-    if (materials) materials->run(target, spans);
-    if (!slabs) return;
-    slabs->paint(target, layer.index,
-                 [&](std::uint32_t k) { return std::span<const Span>(shape_in_slab(k, cancel).spans); });
+  /// False if the window alone can't say all.
+  bool evaluate_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
+    for (ContonePlane& plane : contone) plane.clear(scope.window.columns, scope.window.rows, cancel);
+    const LayerTarget target{lattice, layer.z_mm, contone, layer.stats, cancel, scope.window, scope.region};
+    if (materials) return materials->run(target, spans);
+    return !slabs || slabs->paint(target, layer.index, [&](std::uint32_t k) {
+      return std::span<const Span>(shape_in_slab(k, cancel).spans);
+    });
   }
 
   void choose_materials(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
     if (!halftone) return;
-    halftone->run({lattice, layer.index, layer.z_mm}, spans, std::span(contone).subspan(shown_contone), cancel);
+    halftone->run({lattice, layer.index, layer.z_mm, scope.window, scope.region}, spans,
+                  std::span(contone).subspan(shown_contone), cancel);
     layer.stats.material_voxels = halftone->histogram();
   }
+
+  Arrangement arrangement() const { return {scope.window, scope.region, job.order}; }
 
   void encode(std::span<const Span> spans, Layer& layer, const CancellationToken& cancel) {
     std::span<const ContonePlane> left = std::span(contone).first(shown_contone);
     BitImage bits;
+    std::vector<std::uint8_t> indices;
+    const IndexImage materials_image = halftone ? index_image(indices, cancel) : IndexImage{};
     for (const PlaneSpec& plane : job.planes) {
       if (plane.content == PlaneContent::kMaterials) {
-        layer.planes.push_back(encoder.encode(halftone->image(), plane.sample_type, plane.encoding, cancel));
+        layer.planes.push_back(encoder.encode(materials_image, plane.sample_type, plane.encoding, cancel));
         continue;
       }
       if (plane.content == PlaneContent::kMaterialMask) {
-        layer.planes.push_back(encoder.encode_mask(halftone->image(), plane.material, plane.encoding, cancel));
+        layer.planes.push_back(encoder.encode_mask(materials_image, plane.material, plane.encoding, cancel));
         continue;
       }
       SampleImage image;
       std::vector<std::string> names;
       if (plane.content == PlaneContent::kOccupancy) {
-        if (bits.bits.empty()) bits = to_bit_image(spans, lattice.width, lattice.height);
+        if (bits.bits.empty()) bits = arranged_bits(spans, arrangement());
         image = {SampleType::kBit, bits.width, bits.height, bits.bits};
       } else {
         names = channel_names(plane);
@@ -254,6 +296,14 @@ struct LayerSlicer::State {
       }
       layer.planes.push_back(encoder.encode(image, plane.encoding, cancel));
     }
+  }
+
+  IndexImage index_image(std::vector<std::uint8_t>& indices, const CancellationToken& cancel) const {
+    IndexImage image = halftone->image();
+    image.indices = arrange(image.indices, 1, arrangement(), indices, cancel);
+    image.width = scope.region.columns;
+    image.height = scope.region.rows;
+    return image;
   }
 
   std::vector<std::string> channel_names(const PlaneSpec& plane) const {
@@ -266,10 +316,35 @@ struct LayerSlicer::State {
 
   SampleImage contone_image(std::span<const ContonePlane> planes, const CancellationToken& cancel) {
     SampleImage image = planes.front().image();
-    if (planes.size() == 1) return image;
-    interleave(planes, interleaved, cancel);
-    image.samples = interleaved;
+    if (planes.size() > 1) {
+      interleave(planes, interleaved, cancel);
+      image.samples = interleaved;
+    }
+    const std::size_t bytes = sample_bytes(image.type, 1, 1, static_cast<std::uint32_t>(planes.size()));
+    image.samples = arrange(image.samples, bytes, arrangement(), arranged, cancel);
+    image.width = scope.region.columns;
+    image.height = scope.region.rows;
     return image;
+  }
+
+  Layer slice(std::uint32_t index, const CancellationToken& cancel) {
+    cancel.throw_if_cancelled();
+    Layer layer;
+    layer.index = index;
+    layer.z_mm = job.grid.layer_z_mm(index);
+    if (slabs) enter_slab(index, cancel);
+    LayerShape own;
+    if (!slabs) own = shape(index, cancel);
+    const LayerShape& shape = slabs ? shape_in_slab(index, cancel) : own;
+    layer.stats = shape.stats;
+    layer.contours = shape.contours;
+    if (!evaluate_materials(shape.spans, layer, cancel)) {
+      if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
+      return whole->slice(index, cancel);
+    }
+    choose_materials(shape.spans, layer, cancel);
+    encode(shape.spans, layer, cancel);
+    return layer;
   }
 };
 
@@ -282,29 +357,18 @@ LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, 
         return std::make_shared<const Shared>(
             Shared{std::move(solid), std::move(job), std::move(index), std::move(halftone), make_piece_store()});
       }()) {}
-LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}
+LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared)
+    : state_([&] {
+        const LayerScope scope = scope_of(shared->job);
+        return std::make_unique<State>(std::move(shared), scope);
+      }()) {}
 LayerSlicer::~LayerSlicer() = default;
 LayerSlicer::LayerSlicer(LayerSlicer&&) noexcept = default;
 LayerSlicer& LayerSlicer::operator=(LayerSlicer&&) noexcept = default;
 
 LayerSlicer LayerSlicer::twin() const { return LayerSlicer(state_->shared); }
 
-Layer LayerSlicer::slice(std::uint32_t layer_index, const CancellationToken& cancel) {
-  cancel.throw_if_cancelled();
-  Layer layer;
-  layer.index = layer_index;
-  layer.z_mm = state_->job.grid.layer_z_mm(layer_index);
-  if (state_->slabs) state_->enter_slab(layer_index, cancel);
-  LayerShape own;
-  if (!state_->slabs) own = state_->shape(layer_index, cancel);
-  const LayerShape& shape = state_->slabs ? state_->shape_in_slab(layer_index, cancel) : own;
-  layer.stats = shape.stats;
-  layer.contours = shape.contours;
-  state_->evaluate_materials(shape.spans, layer, cancel);
-  state_->choose_materials(shape.spans, layer, cancel);
-  state_->encode(shape.spans, layer, cancel);
-  return layer;
-}
+Layer LayerSlicer::slice(std::uint32_t layer, const CancellationToken& cancel) { return state_->slice(layer, cancel); }
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs;

@@ -3,7 +3,7 @@
 //
 // A layer from first to last: contours -> occupancy -> materials -> halftone -> encoded planes [Luu19, Fig. 1]. A layer
 // depends on the job and its absolute index only, so any split of a range over threads, calls or replicas gives the
-// same bytes.
+// same bytes. A region is a crop of the whole, to the bit; rows far from it are left out of the work.
 
 #pragma once
 
@@ -17,17 +17,25 @@
 #include "core/contour/contour.h"
 #include "core/limit/limit_solid.h"
 #include "core/material/printing.h"
+#include "core/output/arrange.h"
 #include "core/output/plane.h"
 #include "core/slicer/grid.h"
+#include "core/slicer/region.h"
 
 namespace ccslice {
 
 /// Layers worked on together start at multiples of this absolute index.
 inline constexpr std::uint32_t kSlabLayers = 16;
 
+/// Nothing goes on from row to row past multiples of this absolute index, so that a region's rows can do without most
+/// others.
+inline constexpr std::uint32_t kRowsTogether = 64;
+
 struct SliceJob {
   Placement placement = Placement::Identity();
   Grid grid;
+  std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
+  PictureOrder order;                 // Of the pictures. Indices, contours and counts stay those of the grid.
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;  // REQUIRED by planes of materials.
   bool contours = false;             // Deliver the polylines too.
@@ -37,13 +45,18 @@ struct SliceJob {
                                              // others.
 };
 
+/// The job's region, or all of its grid.
+VoxelRegion region_of(const SliceJob& job);
+
+/// Of the region.
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
   std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.
   std::uint64_t voxels_interpolated = 0;  // Between inverted ones, within the tolerance.
   std::uint64_t voxels_unresolved = 0;    // Inside the contours, not reached: took the nearest solved parameter.
-  double max_residual_mm = 0;             // Over all inverted voxels, unresolved ones excluded, world mm.
+  double max_residual_mm = 0;             // Over all inverted voxels, unresolved ones excluded, world mm. Includes
+                                          // voxels that were inverted for those of the region.
   std::uint64_t contour_loops = 0;
   std::uint64_t contour_points = 0;
   std::uint64_t contour_leaves_unresolved = 0;
@@ -55,13 +68,14 @@ struct Layer {
   double z_mm = 0;
   LayerStats stats;
   std::vector<EncodedPlane> planes;  // In the order of SliceJob::planes.
-  Contours contours;                 // Empty unless asked for. xy are world x and y.
+  Contours contours;                 // Empty unless asked for. xy are world x and y. Of a region: all loops whose
+                                     // bounding boxes meet it, as they are.
 };
 
 /// Checks a job against its solid and the limits. Throws what validate_placement(), validate_pitch() and
-/// validate_extent() and validate_printing() throw, and Error{kNothingRequested, kTooManyPlanes, kChannelUnknown,
-/// kValueRangeInvalid, kValueRangeUnexpected, kEnumValueUnknown, kEncodingUnsupported, kToleranceInvalid,
-/// kLayerBytesTooLarge}. Fields are named as in a SliceRangeRequest.
+/// validate_extent(), validate_region() and validate_printing() throw, and Error{kNothingRequested, kTooManyPlanes,
+/// kChannelUnknown, kValueRangeInvalid, kValueRangeUnexpected, kEnumValueUnknown, kEncodingUnsupported,
+/// kToleranceInvalid, kLayerBytesTooLarge}. Fields are named as in a SliceRangeRequest.
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 
@@ -78,7 +92,7 @@ class LayerSlicer {
   /// height). Safe to call while this one slices.
   LayerSlicer twin() const;
 
-  /// REQUIRES: layer < job.grid.extent.layers. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
+  /// REQUIRES: layer is one of the region. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
   /// kFractionsOutOfRange.
   Layer slice(std::uint32_t layer, const CancellationToken& cancel);
 

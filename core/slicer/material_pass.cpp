@@ -21,10 +21,10 @@ std::span<const RowEntry> within(std::span<const RowEntry> entries, std::int64_t
 
 }  // namespace
 
-void MaterialPass::run(const LayerTarget& target, std::span<const Span> spans) {
+bool MaterialPass::run(const LayerTarget& target, std::span<const Span> spans) {
   start_layer();
   for (const Span& span : spans) solve(target, span);
-  finish_layer(target, spans);
+  return finish_layer(target, spans);
 }
 
 void MaterialPass::start_layer() {
@@ -37,7 +37,7 @@ void MaterialPass::start_layer() {
 void MaterialPass::start_row(std::uint32_t y) {
   entries_.swap(entries_below_);
   entries_.clear();
-  if (row_ && *row_ + 1 != y) entries_below_.clear();
+  if ((row_ && *row_ + 1 != y) || y % kRowsTogether == 0) entries_below_.clear();
   row_ = y;
 }
 
@@ -68,20 +68,25 @@ std::span<const RowEntry> MaterialPass::beside(const Span& run) {
 }
 
 void MaterialPass::keep(const LayerTarget& target, const Span& run) {
-  const std::size_t index = std::size_t{target.lattice.width} * run.y + run.begin;
-  const std::uint32_t count = run.end - run.begin;
   LayerStats& stats = target.stats;
   stats.max_residual_mm = std::max(stats.max_residual_mm, solved_.max_residual_mm);
-  for (std::uint32_t k = 0; k < count; ++k) {
-    switch (solved_.points[k]) {
-      case RowPoint::kUnresolved: unresolved_.add(run.y, run.begin + k); break;
-      case RowPoint::kCoherent: ++stats.voxels_coherent; break;
-      case RowPoint::kFull: ++stats.voxels_full; break;
-    }
+  for (std::uint32_t k = 0; k < run.end - run.begin; ++k) {
+    if (solved_.points[k] == RowPoint::kUnresolved) unresolved_.add(run.y, run.begin + k);
+  }
+  const Span counted = target.counted.clipped(run);
+  for (std::uint32_t x = counted.begin; x < counted.end; ++x) {
+    const RowPoint point = solved_.points[x - run.begin];
+    stats.voxels_coherent += point == RowPoint::kCoherent;
+    stats.voxels_full += point == RowPoint::kFull;
   }
   for (const RowEntry& entry : solved_.entries) entries_.push_back({entry.point + run.begin, entry.at});
   if (solved_.last) entries_.push_back({std::int64_t{run.end} - 1, *solved_.last});
-  for (ContonePlane& plane : target.planes) plane.set_run(index, count, solved_.values, field_->channel_count());
+  const Span held = target.window.clipped(run);
+  if (held.begin == held.end) return;
+  const std::size_t channels = field_->channel_count();
+  const auto values = std::span(solved_.values).subspan((held.begin - run.begin) * channels);
+  const std::size_t index = target.window.index(held.begin, run.y);
+  for (ContonePlane& plane : target.planes) plane.set_run(index, held.end - held.begin, values, channels);
 }
 
 std::optional<CellParam> MaterialPass::nearest_entry(std::int64_t column) const {
@@ -98,8 +103,8 @@ std::optional<CellParam> MaterialPass::nearest_entry(std::int64_t column) const 
   return hint;
 }
 
-void MaterialPass::finish_layer(const LayerTarget& target, std::span<const Span> spans) const {
-  unresolved_.fill(*field_, spans, target.lattice, target.z_mm, target.planes, target.stats, target.cancel);
+bool MaterialPass::finish_layer(const LayerTarget& target, std::span<const Span> spans) const {
+  return unresolved_.fill(*field_, spans, target);
 }
 
 }  // namespace ccslice

@@ -5,8 +5,9 @@
 //
 // Runs come by row, from 0 up, and within a row from left to right; each is solved as a row of points
 // (row_inverter.h). The hint of a run's first voxel (coherence, [Luu19, 3.2.2]) is the nearest place where the row or
-// the row below entered a patch, or a run ended, at most 16 columns away; failing that, the caller's. So hints, and
-// with them every last bit of the result, follow from the layer's content alone.
+// the row below entered a patch, or a run ended, at most 16 columns away; failing that, the caller's. Rows at
+// multiples of 64 have none below. So hints, and with them every last bit of the result, follow from the layer's
+// content alone, and that of a row from the rows since the last such multiple.
 //
 // Voxels where inversion finds nothing: unresolved_voxels.h.
 
@@ -18,22 +19,12 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
-#include "core/material/contone.h"
 #include "core/raster/occupancy.h"
-#include "core/slicer/layer_slicer.h"
+#include "core/slicer/layer_target.h"
 #include "core/slicer/material_field.h"
 #include "core/slicer/unresolved_voxels.h"
 
 namespace ccslice {
-
-/// A layer to fill. The references must outlive it.
-struct LayerTarget {
-  LayerLattice lattice;
-  double z_mm;
-  std::span<ContonePlane> planes;
-  LayerStats& stats;
-  const CancellationToken& cancel;
-};
 
 /// A run of voxels to invert, and the parameter of its first one, about.
 struct HintedRun {
@@ -47,16 +38,17 @@ class MaterialPass {
   explicit MaterialPass(MaterialField& field) : field_(&field) {}
 
   void start_layer();
-  /// Sets the samples of a run's voxels in the target's planes and counts in its stats. Throws Error{kCancelled}.
+  /// Sets the samples of those of a run's voxels that the target's planes hold, and counts. Throws Error{kCancelled}.
   void solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint = {});
   /// The same, from a hint that is better than what neighbours say.
   void solve_from(const LayerTarget& target, const HintedRun& run);
-  /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them.
-  /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  void finish_layer(const LayerTarget& target, std::span<const Span> spans) const;
+  /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them. False if
+  /// the planes hold such voxels, but not the whole layer, as would be needed. Throws Error{kCancelled}, and
+  /// Error{kInternal} if even the last resort finds nothing.
+  bool finish_layer(const LayerTarget& target, std::span<const Span> spans) const;
 
   /// All voxels of `spans`: start, solve, finish.
-  void run(const LayerTarget& target, std::span<const Span> spans);
+  bool run(const LayerTarget& target, std::span<const Span> spans);
 
  private:
   void start_row(std::uint32_t y);

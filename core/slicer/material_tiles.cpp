@@ -13,10 +13,10 @@
 namespace ccslice {
 namespace {
 
-constexpr double kTileMm = 2.8;             // Tiles of whole jobs: at most this long each way, powers of two of voxels.
-constexpr std::uint32_t kLargestTile = 64;  // Voxels.
-constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inverted voxel by voxel.
-constexpr double kShareOfTolerance = 0.125;   // What leave-one-out errors may take of it.
+constexpr double kTileMm = 2.8;  // Tiles of whole jobs: at most this long each way, powers of two of voxels.
+constexpr std::uint32_t kLargestTile = kRowsTogether;  // Voxels.
+constexpr std::uint64_t kSmallestTile = 128;           // Tiles of fewer voxels are inverted voxel by voxel.
+constexpr double kShareOfTolerance = 0.125;            // What leave-one-out errors may take of it.
 
 std::uint32_t tile_voxels(double pitch_mm) {
   std::uint32_t size = 1;
@@ -61,7 +61,6 @@ void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<c
   max_residual_mm_ = 0;
   cursors_.assign(layers.size(), 0);
   features_collected_ = false;
-  tile_hints_.assign(tile_columns_, std::nullopt);
   for (std::uint32_t row = 0; row < tile_rows_; ++row) {
     bucket_row(row, layers);
     first_hint_.reset();
@@ -71,12 +70,11 @@ void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<c
       runs_.swap(buckets_[column]);
       pool_.clear();
       pool_values_.clear();
-      if (tile_hints_[column]) first_hint_ = tile_hints_[column];
       features_loaded_ = false;
       tile_runs_ = runs_.size();
       tile_ = std::size_t{tile_columns_} * row + column;
       tiles_[tile_] = build(tile_box(column, row), 0, 0);
-      if (!pool_.empty()) tile_hints_[column] = first_hint_ = pool_.back().at;
+      if (!pool_.empty()) first_hint_ = pool_.back().at;
     }
   }
 }
@@ -197,19 +195,20 @@ Box3 MaterialTiles::world_box(const VoxelBox& box) const {
   return Box3(centre(box.low), centre({box.high[0] - 1, box.high[1] - 1, box.high[2] - 1}));
 }
 
-void MaterialTiles::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
+bool MaterialTiles::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
                           std::span<const HintedRun> alone, std::span<const Span> inside) {
   PaintJob job{target, layer, {target, layer, channels_}, {}, {}};
   exact_.start_layer();
   if (!spans.empty()) target.stats.max_residual_mm = std::max(target.stats.max_residual_mm, max_residual_mm_);
   for (const Span& span : spans) {
+    if (span.y >= target.window.end_row()) break;
     for (; !alone.empty() && is_before(alone.front().run, span); alone = alone.subspan(1))
       paint_alone(job, alone.front());
     paint_tiles(job, span);
   }
   for (const HintedRun& each : alone) paint_alone(job, each);
   finish_exact_run(job);
-  exact_.finish_layer(target, inside);
+  return exact_.finish_layer(target, inside);
 }
 
 void MaterialTiles::paint_tiles(PaintJob& job, const Span& span) {

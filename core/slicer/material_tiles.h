@@ -12,6 +12,7 @@
 // the boundary cuts needs nothing outside: its samples lie inside like its voxels.
 //
 // The tiles follow from the slab's occupancy alone, which follows from its absolute layers: same bytes for any split.
+// Those of a row of tiles follow from its own voxels alone.
 
 #pragma once
 
@@ -44,11 +45,11 @@ class MaterialTiles {
   /// Throws Error{kCancelled}.
   void solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers, const CancellationToken& cancel);
 
-  /// Sets the samples of all voxels of one layer of the slab, and counts. `spans`: those that solve() saw; `alone`:
-  /// others, to be inverted one by one, by row, then by column; `inside`: all that have samples then, from which those
-  /// that aren't reached take theirs. Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds
-  /// nothing.
-  void paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
+  /// Sets the samples of those voxels of one layer of the slab that the target's planes hold, and counts. `spans`:
+  /// those that solve() saw; `alone`: others, to be inverted one by one, by row, then by column; `inside`: all that
+  /// have samples then, from which those that aren't reached take theirs. False if those need more of the layer than
+  /// the planes hold. Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
+  bool paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
              std::span<const HintedRun> alone, std::span<const Span> inside);
 
  private:
@@ -158,8 +159,7 @@ class MaterialTiles {
   std::array<std::vector<float>, 3> candidate_places_;  // in the frame,
   ConnectedRuns parts_;
   std::vector<PartEnds> part_ends_;
-  std::vector<float> candidate_distances_;            // squared, to the nearest chosen one.
-  std::vector<std::optional<CellParam>> tile_hints_;  // A parameter of each tile column, of the last row that has one.
+  std::vector<float> candidate_distances_;  // squared, to the nearest chosen one.
   std::optional<CellParam> first_hint_;
   std::vector<Vec3> places_;
   std::vector<double> fit_values_, values_;

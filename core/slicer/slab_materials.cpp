@@ -17,9 +17,9 @@ constexpr std::size_t kRunsPerPoll = 4096;
 
 SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
                              const Grid& grid, const std::vector<ChannelTolerance>& channels,
-                             std::shared_ptr<PieceStore> store)
+                             std::shared_ptr<PieceStore> store, const RowRange& rows)
     : grid_(grid),
-      pieces_(std::move(solid), placement, grid, channels, std::move(store)),
+      pieces_(std::move(solid), placement, grid, channels, std::move(store), rows),
       tiles_(field, grid, channels) {}
 
 void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
@@ -47,11 +47,11 @@ void SlabMaterials::solve_tiles(const SpansOfLayer& spans_of, const Cancellation
   tiles_solved_ = true;
 }
 
-void SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
+bool SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
   const PaintedRows& rows = rows_of(layer, spans_of);
   if (!rows.rest().empty() && !tiles_solved_) solve_tiles(spans_of, target.cancel);
   paint_pieces(target, layer, rows.painted());
-  tiles_.paint(target, layer, rows.rest(), rows.alone(), spans_of(layer));
+  return tiles_.paint(target, layer, rows.rest(), rows.alone(), spans_of(layer));
 }
 
 void SlabMaterials::paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const {

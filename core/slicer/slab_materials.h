@@ -34,22 +34,24 @@ namespace ccslice {
 /// One thread.
 class SlabMaterials {
  public:
-  /// `store`: of workers on the same job only. REQUIRES: field outlives this and is of the same solid and placement;
-  /// channels not empty, each once, all tolerances positive.
+  /// `store`: of workers on the same job only. `rows`: those that will be painted, from a multiple of kRowsTogether to
+  /// another or to the grid's end. REQUIRES: field outlives this and is of the same solid and placement; channels not
+  /// empty, each once, all tolerances positive.
   SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
                 const Grid& grid, const std::vector<ChannelTolerance>& channels,
-                std::shared_ptr<PieceStore> store = make_piece_store());
+                std::shared_ptr<PieceStore> store = make_piece_store(), const RowRange& rows = {});
 
-  /// The spans of a layer of the slab, as rasterize() yields them. They stay where they are.
+  /// The spans of a layer of the slab, as rasterize() yields them for the rows. They stay where they are.
   using SpansOfLayer = std::function<std::span<const Span>(std::uint32_t layer)>;
 
   /// Starts on the slab of layers [first_layer, end_layer). Throws Error{kCancelled}.
   void start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
 
-  /// Sets the samples of all voxels of one layer of the slab, and counts. Asks for its spans, and for those of all
-  /// layers of the slab if tiles are needed: a first layer needn't wait for the others otherwise. Throws
-  /// Error{kCancelled}, Error{kInternal} if even the last resort finds nothing, and what spans_of throws.
-  void paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
+  /// Sets the samples of those voxels of one layer of the slab that the target's planes hold, and counts. Asks for its
+  /// spans, and for those of all layers of the slab if tiles are needed: a first layer needn't wait for the others
+  /// otherwise. False if some voxels need more of the layer than the planes hold. Throws Error{kCancelled},
+  /// Error{kInternal} if even the last resort finds nothing, and what spans_of throws.
+  bool paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
 
  private:
   struct Layer {

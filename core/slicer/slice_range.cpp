@@ -15,18 +15,22 @@
 
 namespace ccslice {
 
-void validate_layer_range(const Grid& grid, std::uint32_t first, std::uint32_t count) {
+void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_t count) {
   if (count == 0) throw Error(ErrorCode::kLayerRangeEmpty, "layer_count: 0; ask for at least one layer", "layer_count");
-  if (std::uint64_t{first} + count <= grid.extent.layers) return;
+  const VoxelRegion region = region_of(job);
+  const bool starts_within = first >= region.first_layer && first < region.end_layer();
+  if (starts_within && std::uint64_t{first} + count <= region.end_layer()) return;
   throw Error(ErrorCode::kLayerRangeOutOfBounds,
-              "first_layer + layer_count: " + std::to_string(std::uint64_t{first} + count) + " is beyond the grid's " +
-                  std::to_string(grid.extent.layers) + " layers",
-              first >= grid.extent.layers ? "first_layer" : "layer_count");
+              "first_layer, layer_count: layers " + std::to_string(first) + " to " +
+                  std::to_string(std::uint64_t{first} + count - 1) + " are beyond the " +
+                  (job.region ? "region's, " : "grid's, ") + std::to_string(region.first_layer) + " to " +
+                  std::to_string(region.end_layer() - 1),
+              starts_within ? "layer_count" : "first_layer");
 }
 
 void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
-  validate_layer_range(job.grid, first, count);
+  validate_layer_range(job, first, count);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   const LayerSlicer prototype(solid, job, options.cancel);
   tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });

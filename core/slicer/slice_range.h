@@ -27,7 +27,8 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer,
                  const SliceRangeOptions& options = {});
 
-/// Throws Error{kLayerRangeEmpty, kLayerRangeOutOfBounds} unless [first, first + count) holds layers of the grid only.
-void validate_layer_range(const Grid& grid, std::uint32_t first, std::uint32_t count);
+/// Throws Error{kLayerRangeEmpty, kLayerRangeOutOfBounds} unless [first, first + count) holds layers of the job's
+/// region only.
+void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_t count);
 
 }  // namespace ccslice

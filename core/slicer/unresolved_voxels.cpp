@@ -3,6 +3,7 @@
 
 #include "core/slicer/unresolved_voxels.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -24,37 +25,44 @@ void UnresolvedVoxels::add(std::uint32_t row, std::uint32_t column) {
   }
 }
 
-void UnresolvedVoxels::fill(MaterialField& field, std::span<const Span> spans, const LayerLattice& lattice, double z_mm,
-                            std::span<ContonePlane> planes, LayerStats& stats, const CancellationToken& cancel) const {
-  if (runs_.empty()) return;
-  for (const Span& run : runs_) stats.voxels_unresolved += run.end - run.begin;
-  NearestSolved solved(spans, runs_, lattice);
-  if (solved.empty()) return fill_from_solid(field, lattice, z_mm, planes, cancel);
+bool UnresolvedVoxels::fill(MaterialField& field, std::span<const Span> spans, const LayerTarget& target) const {
+  if (runs_.empty()) return true;
+  if (!target.is_whole()) {
+    return std::ranges::all_of(runs_, [&](const Span& run) {
+      const Span held = target.window.clipped(run);
+      return held.begin == held.end;
+    });
+  }
+  for (const Span& run : runs_) target.stats.voxels_unresolved += target.count(run);
+  NearestSolved solved(spans, runs_, target.lattice);
+  if (solved.empty()) {
+    fill_from_solid(field, target);
+    return true;
+  }
   for (const Span& run : runs_) {
     for (std::uint32_t x = run.begin; x < run.end; ++x) {
-      if ((x - run.begin) % kVoxelsPerPoll == 0) cancel.throw_if_cancelled();
+      if ((x - run.begin) % kVoxelsPerPoll == 0) target.cancel.throw_if_cancelled();
       const NearestSolved::Voxel source = solved.nearest(x, run.y);
-      const std::size_t from = std::size_t{lattice.width} * source.y + source.x;
-      const std::size_t to = std::size_t{lattice.width} * run.y + x;
-      for (ContonePlane& plane : planes) plane.copy(from, to);
+      const std::size_t from = target.window.index(source.x, source.y), to = target.window.index(x, run.y);
+      for (ContonePlane& plane : target.planes) plane.copy(from, to);
     }
   }
+  return true;
 }
 
-void UnresolvedVoxels::fill_from_solid(MaterialField& field, const LayerLattice& lattice, double z_mm,
-                                       std::span<ContonePlane> planes, const CancellationToken& cancel) const {
+void UnresolvedVoxels::fill_from_solid(MaterialField& field, const LayerTarget& target) const {
   std::vector<double> values(field.channel_count());
   for (const Span& run : runs_) {
     for (std::uint32_t x = run.begin; x < run.end; ++x) {
-      cancel.throw_if_cancelled();
-      const std::optional<InversionResult> found = field.nearest(lattice.centre(x, run.y, z_mm));
+      target.cancel.throw_if_cancelled();
+      const std::optional<InversionResult> found = field.nearest(target.lattice.centre(x, run.y, target.z_mm));
       if (!found) {
         throw Error(ErrorCode::kInternal, "no material for voxel (" + std::to_string(x) + ", " + std::to_string(run.y) +
-                                              ") at z = " + std::to_string(z_mm) + " mm, inside the contours");
+                                              ") at z = " + std::to_string(target.z_mm) + " mm, inside the contours");
       }
       field.mat(found->at, values);
-      const std::size_t index = std::size_t{lattice.width} * run.y + x;
-      for (ContonePlane& plane : planes) plane.set(index, values);
+      const std::size_t index = target.window.index(x, run.y);
+      for (ContonePlane& plane : target.planes) plane.set(index, values);
     }
   }
 }

@@ -11,10 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "core/base/cancellation.h"
-#include "core/material/contone.h"
 #include "core/raster/occupancy.h"
-#include "core/slicer/layer_slicer.h"
+#include "core/slicer/layer_target.h"
 #include "core/slicer/material_field.h"
 
 namespace ccslice {
@@ -25,14 +23,13 @@ class UnresolvedVoxels {
   /// By row, then by column.
   void add(std::uint32_t row, std::uint32_t column);
 
-  /// Gives them their samples and counts them. `spans`: all voxels inside; those that weren't added are solved.
+  /// Gives them their samples and counts them. `spans`: all voxels inside; those that weren't added are solved. False,
+  /// and nothing done, if the planes hold some of them but not the whole layer: any voxel may be the nearest one.
   /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  void fill(MaterialField& field, std::span<const Span> spans, const LayerLattice& lattice, double z_mm,
-            std::span<ContonePlane> planes, LayerStats& stats, const CancellationToken& cancel) const;
+  bool fill(MaterialField& field, std::span<const Span> spans, const LayerTarget& target) const;
 
  private:
-  void fill_from_solid(MaterialField& field, const LayerLattice& lattice, double z_mm, std::span<ContonePlane> planes,
-                       const CancellationToken& cancel) const;
+  void fill_from_solid(MaterialField& field, const LayerTarget& target) const;
 
   std::vector<Span> runs_;
 };

@@ -189,6 +189,7 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   validate_pitch(job.grid.pitch, limits);
   validate_extent(job.grid.extent, limits);
   validate_place(job.grid, limits);
+  if (job.region) validate_region(job.grid, *job.region);
   validate_contour_tolerance(job.contour_tolerance_mm, limits);
   if (job.material_tolerance) validate_material_tolerance(*job.material_tolerance, limits);
   if (job.planes.empty() && !job.contours) {

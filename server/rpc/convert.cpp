@@ -111,6 +111,18 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
   return plane;
 }
 
+Vec3 to_vec3(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
+
+GridExtent to_extent(const v1::GridExtent& message) { return {message.columns(), message.rows(), message.layers()}; }
+
+v1::GridExtent to_message(const GridExtent& value) {
+  v1::GridExtent message;
+  message.set_columns(value.columns);
+  message.set_rows(value.rows);
+  message.set_layers(value.layers);
+  return message;
+}
+
 v1::SampleType to_message(SampleType type) {
   switch (type) {
     case SampleType::kBit: return v1::SAMPLE_TYPE_BIT;
@@ -170,12 +182,44 @@ GridRequest to_grid_request(const v1::GridSpec& message) {
   GridRequest request;
   request.pitch = {message.pitch().x_mm(), message.pitch().y_mm(), message.pitch().z_mm()};
   if (message.has_origin_mm()) {
-    request.origin_mm = Vec3(message.origin_mm().x(), message.origin_mm().y(), message.origin_mm().z());
+    request.origin_mm = to_vec3(message.origin_mm());
   }
-  if (message.has_extent()) {
-    request.extent = GridExtent{message.extent().columns(), message.extent().rows(), message.extent().layers()};
-  }
+  if (message.has_extent()) request.extent = to_extent(message.extent());
   return request;
+}
+
+VoxelRegion to_region(const v1::Region& message, const Grid& grid) {
+  RegionRequest request;
+  if (message.has_voxels()) {
+    const v1::VoxelRegion& voxels = message.voxels();
+    request.voxels =
+        VoxelRegion{voxels.first_column(), voxels.first_row(), voxels.first_layer(), to_extent(voxels.extent())};
+  }
+  if (message.has_box_mm()) {
+    request.box_mm.emplace();
+    request.box_mm->min() = to_vec3(message.box_mm().min_mm());
+    request.box_mm->max() = to_vec3(message.box_mm().max_mm());
+  }
+  return plan_region(grid, request);
+}
+
+PictureOrder to_order(const v1::PictureLayout& message) {
+  switch (message.row_order()) {
+    case v1::ROW_ORDER_UNSPECIFIED:
+    case v1::ROW_ORDER_ASCENDING_Y: return {message.flip_x(), message.flip_y()};
+    case v1::ROW_ORDER_DESCENDING_Y: return {message.flip_x(), !message.flip_y()};
+    default: break;
+  }
+  throw Error(ErrorCode::kEnumValueUnknown,
+              "layout.row_order: " + std::to_string(static_cast<int>(message.row_order())) +
+                  " is no order of rows that this server knows; ask for ASCENDING_Y or DESCENDING_Y",
+              "layout.row_order");
+}
+
+v1::PictureLayout with_defaults(const v1::PictureLayout& message) {
+  v1::PictureLayout layout = message;
+  if (layout.row_order() == v1::ROW_ORDER_UNSPECIFIED) layout.set_row_order(v1::ROW_ORDER_ASCENDING_Y);
+  return layout;
 }
 
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
@@ -208,10 +252,17 @@ v1::Grid to_message(const Grid& value) {
   message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
   message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
   message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
-  message.mutable_extent()->set_columns(value.extent.columns);
-  message.mutable_extent()->set_rows(value.extent.rows);
-  message.mutable_extent()->set_layers(value.extent.layers);
+  *message.mutable_extent() = to_message(value.extent);
   *message.mutable_part_box() = to_message(value.part_box);
+  return message;
+}
+
+v1::VoxelRegion to_message(const VoxelRegion& value) {
+  v1::VoxelRegion message;
+  message.set_first_column(value.first_column);
+  message.set_first_row(value.first_row);
+  message.set_first_layer(value.first_layer);
+  *message.mutable_extent() = to_message(value.extent);
   return message;
 }
 

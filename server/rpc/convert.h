@@ -25,6 +25,12 @@ namespace ccslice::server {
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
+/// The region that is asked for. Throws Error{kRegionAmbiguous, kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.
+VoxelRegion to_region(const v1::Region& message, const Grid& grid);
+/// Throws Error{kEnumValueUnknown}.
+PictureOrder to_order(const v1::PictureLayout& message);
+/// With defaults filled in.
+v1::PictureLayout with_defaults(const v1::PictureLayout& message);
 /// The number of a channel. Throws Error{kChannelUnknown}.
 std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field);
 /// With defaults filled in. `printing`: of the job. Throws Error{kContentInvalid, kChannelUnknown, kMaterialUnknown,
@@ -35,6 +41,7 @@ std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::Pl
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
+v1::VoxelRegion to_message(const VoxelRegion& value);
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing);
 v1::Channel to_message(const ChannelRange& value);
 v1::FoldPlace to_message(const FoldPlace& value);

@@ -109,11 +109,11 @@ void warn_of_printer(const SliceJob& job, const PrinterProfile& printer, v1::Pla
                 std::to_string(materials) + " materials are more than the " + std::to_string(printer.max_materials) +
                     " that " + printer.name + " takes; leave some out");
   }
-  if (job.grid.extent.layers < printer.min_layers) {
+  const std::uint32_t layers = region_of(job).extent.layers;
+  if (layers < printer.min_layers) {
     add_warning(plan, v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS,
-                std::to_string(job.grid.extent.layers) + " layers are fewer than the " +
-                    std::to_string(printer.min_layers) + " that " + printer.name +
-                    " takes; scale the part, or give the grid more layers");
+                std::to_string(layers) + " layers are fewer than the " + std::to_string(printer.min_layers) + " that " +
+                    printer.name + " takes; scale the part, or give the grid or its region more layers");
   }
   const Vec3 size = job.grid.part_box.sizes(), &tray = printer.tray_mm;
   if (((size.array() > tray.array()) && (tray.array() > 0)).any()) {

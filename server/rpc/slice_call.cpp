@@ -57,7 +57,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     mesh_ = require_mesh(state_, request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
     const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits);
-    validate_layer_range(job.grid, request_.first_layer(), request_.layer_count());
+    validate_layer_range(job, request_.first_layer(), request_.layer_count());
     log_.note(request_.mesh_id());
     log_.note("layers " + std::to_string(request_.first_layer()) + "+" + std::to_string(request_.layer_count()));
     write_header(job);
@@ -134,6 +134,8 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   void write_header(const SliceJob& job) {
     header_.set_engine_version(std::string(kEngineVersion));
     *header_.mutable_grid() = to_message(job.grid);
+    *header_.mutable_region() = to_message(region_of(job));
+    *header_.mutable_layout() = with_defaults(request_.layout());
     header_.set_mesh_id(request_.mesh_id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());

@@ -37,14 +37,19 @@ double typical_compression(const PlaneSpec& plane) {
 }
 
 std::uint64_t plane_bytes(const SliceJob& job, const PlaneSpec& plane) {
-  return sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
+  const GridExtent extent = region_of(job).extent;
+  return sample_bytes(plane.sample_type, extent.columns, extent.rows, channel_count(plane));
 }
 
-Box3 grid_box(const Grid& grid) {
-  const Vec3 size(grid.extent.columns * grid.pitch.x_mm, grid.extent.rows * grid.pitch.y_mm,
-                  grid.extent.layers * grid.pitch.z_mm);
-  return Box3(grid.origin_mm, grid.origin_mm + size);
+Box3 box_of(const VoxelRegion& region, const Grid& grid) {
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  const Vec3 first(region.first_column, region.first_row, region.first_layer);
+  const Vec3 size(region.extent.columns, region.extent.rows, region.extent.layers);
+  const Vec3 low = grid.origin_mm + first.cwiseProduct(pitch);
+  return Box3(low, low + size.cwiseProduct(pitch));
 }
+
+Box3 grid_box(const Grid& grid) { return box_of(whole_region(grid), grid); }
 
 v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
   v1::PlanWarning& warning = *plan.add_warnings();
@@ -86,6 +91,9 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
         plan, v1::PLAN_WARNING_KIND_GRID_EMPTY,
         "the grid doesn't meet the part: all layers will be empty. Leave out grid.origin_mm and grid.extent, or move "
         "one to the other");
+  } else if (!box_of(region_of(job), grid).intersects(grid.part_box)) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_GRID_EMPTY,
+                "the region doesn't meet the part: all layers will be empty. Move the region");
   } else if (((box.min() - grid.part_box.min()).array() > pitch.array()).any() ||
              ((grid.part_box.max() - box.max()).array() > pitch.array()).any()) {
     add_warning(plan, v1::PLAN_WARNING_KIND_PART_CLIPPED,
@@ -111,6 +119,8 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
   v1::GridSpec grid = request.grid();
   if (request.has_printer()) grid = with_printer_pitch(grid, to_printer(request.printer()));
   job.grid = plan_grid(solid, job.placement, to_grid_request(grid), limits);
+  if (request.has_region()) job.region = to_region(request.region(), job.grid);
+  job.order = to_order(request.layout());
   if (request.has_printing()) job.printing = to_printing(request.printing(), solid.summary());
   job.planes = to_planes(request.planes(), solid.summary(), job.printing);
   job.contours = request.contours();
@@ -132,19 +142,24 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   if (request.has_material_tolerance()) whole.set_material_tolerance(request.material_tolerance());
   if (request.has_printing()) *whole.mutable_printing() = request.printing();
   if (request.has_printer()) *whole.mutable_printer() = request.printer();
+  if (request.has_region()) *whole.mutable_region() = request.region();
+  *whole.mutable_layout() = request.layout();
   const SliceJob job = to_job(whole, solid, limits);
 
   v1::PlanSlicesResponse plan;
   *plan.mutable_grid() = to_message(job.grid);
   *plan.mutable_size_mm() = to_message(Vec3(grid_box(job.grid).sizes()));
-  plan.set_layer_count(job.grid.extent.layers);
+  const VoxelRegion region = region_of(job);
+  *plan.mutable_region() = to_message(region);
+  *plan.mutable_layout() = with_defaults(request.layout());
+  plan.set_layer_count(region.extent.layers);
   plan.set_raw_bytes_per_layer(layer_bytes(job));
-  plan.set_raw_bytes(layer_bytes(job) * job.grid.extent.layers);
+  plan.set_raw_bytes(layer_bytes(job) * region.extent.layers);
   double estimate = 0;
   for (const PlaneSpec& plane : job.planes) {
     estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
   }
-  plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * job.grid.extent.layers)));
+  plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
   warn_of_solid(job, solid.summary(), plan);
   warn_of_grid(job, plan);
   if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);

@@ -108,7 +108,8 @@ std::vector<float> OurMethod::values(const LayerShape& shape, std::uint32_t chan
 void OurMethod::paint(const LayerShape& shape, ContonePlane& plane) {
   plane.clear(lattice_.width, lattice_.height);
   const CancellationToken never;
-  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never}, shape.layer,
+  const LayerWindow all = window_of(lattice_);
+  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never, all, all}, shape.layer,
                [&](std::uint32_t layer) { return std::span<const Span>(slab_[layer - slab_.front().layer].spans); });
 }
 

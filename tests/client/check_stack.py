@@ -49,11 +49,11 @@ def material_counts(picture, palette):
 
 
 def check_picture(path, plane, layer, manifest):
-    grid = manifest["grid"]
+    region = manifest["region"]
     with Image.open(path) as picture:
         picture.load()
-        require(picture.size == (grid["columns"], grid["rows"]), f"{path.name} is {picture.size}")
-        voxels = grid["columns"] * grid["rows"]
+        require(picture.size == (region["columns"], region["rows"]), f"{path.name} is {picture.size}")
+        voxels = region["columns"] * region["rows"]
         if plane["content"] == "occupancy":
             inside = int(numpy.count_nonzero(numpy.asarray(picture)))
             require(inside == layer["voxel_count"], f"{path.name} shows {inside} voxels")
@@ -67,9 +67,20 @@ def check_picture(path, plane, layer, manifest):
             require(counts == [voxels - layer["voxel_count"], *layer["material_voxels"]], f"{path.name}: {counts}")
 
 
+def check_region(manifest):
+    """Voxels of the grid, and layers of the region."""
+    grid, region = manifest["grid"], manifest["region"]
+    for first, count in (("first_column", "columns"), ("first_row", "rows"), ("first_layer", "layers")):
+        require(region[count] > 0 and region[first] + region[count] <= grid[count], f"the region's {count}")
+    end = region["first_layer"] + region["layers"]
+    strangers = [x["layer"] for x in manifest["layers"] if not region["first_layer"] <= x["layer"] < end]
+    require(not strangers, f"layers outside of the region: {strangers}")
+
+
 def check_folder(folder):
     manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
     layers = manifest["layers"]
+    check_region(manifest)
     first = layers[0]["layer"]
     require([layer["layer"] for layer in layers] == list(range(first, first + len(layers))), "layers aren't numbered in order")
     named = set()
@@ -104,6 +115,8 @@ def check_gcvf(path, manifest):
         layers = len(manifest["layers"])
         require(set(archive.namelist()) == {"ConfigFile.xml", *(f"layer_{i}.png" for i in range(layers))}, f"{path.name}: entries")
         config = xml.etree.ElementTree.fromstring(archive.read("ConfigFile.xml"))
+        size = tuple(int(config.find(name).text) for name in ("Width", "Height", "SliceCount"))
+        require(size == (manifest["region"]["columns"], manifest["region"]["rows"], layers), f"{path.name}: {size}")
         found = {m.get("Name"): int(m.find("VoxelCount").text) for m in config.iter("Material")}
         require(found == {m["name"]: m["voxel_count"] for m in manifest["materials"]}, f"{path.name}: {found}")
 
@@ -135,7 +148,7 @@ def check_3mf(path, manifest):
         sheets = [sheet.get("path").lstrip("/") for sheet in model.iter(f"{VOLUMETRIC}imagesheet")]
         require(relations(archive, "3D/_rels/3dmodel.model.rels") == set(sheets), "the model's relationships")
         require(set(sheets) == {name for name in names if name.endswith(".png")}, "sheets")
-        grid = manifest["grid"]
+        grid = manifest["region"]
         for stack in model.iter(f"{VOLUMETRIC}imagestack"):
             size = [int(stack.get(key)) for key in ("columncount", "rowcount", "sheetcount")]
             require(size == [grid["columns"], grid["rows"], len(manifest["layers"])], f"a stack of {size}")

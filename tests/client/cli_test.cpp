@@ -22,6 +22,7 @@
 #include "client/cli/output_file.h"
 #include "client/cli/placement.h"
 #include "client/cli/text_values.h"
+#include "client/cli/zip_file.h"
 #include "client/client_error.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
@@ -76,6 +77,37 @@ TEST(Job, TakesPitchOrDpi) {
   EXPECT_THROW(parse_grid({.pitch = "", .dpi = "600", .origin = "", .extent = ""}), UsageError);
   EXPECT_THROW(parse_grid({.pitch = "1,2", .dpi = "", .origin = "", .extent = ""}), UsageError);
   EXPECT_THROW(parse_grid({.pitch = "1", .dpi = "", .origin = "", .extent = "1,2,-3"}), UsageError);
+}
+
+TEST(Job, TakesARegionInMmOrVoxels) {
+  EXPECT_FALSE(parse_region({}).has_value());
+  GridOptions options;
+  options.region = "1,2,3,4.5,5,-6";
+  const v1::Region box = *parse_region(options);
+  EXPECT_FALSE(box.has_voxels());
+  EXPECT_EQ(box.box_mm().min_mm().y(), 2);
+  EXPECT_EQ(box.box_mm().max_mm().x(), 4.5);
+  EXPECT_EQ(box.box_mm().max_mm().z(), -6) << "whether it makes sense is for the server to say";
+  for (const char* bad : {"1,2,3", "1,2,3,4,5,x", "1,2,3,4,5,6,7"}) {
+    options.region = bad;
+    EXPECT_THROW(parse_region(options), UsageError) << bad;
+  }
+  options.region.clear();
+  options.region_voxels = "1,2,3,40,50,60";
+  const v1::Region voxels = *parse_region(options);
+  EXPECT_FALSE(voxels.has_box_mm());
+  EXPECT_EQ(voxels.voxels().first_layer(), 3u);
+  EXPECT_EQ(voxels.voxels().extent().rows(), 50u);
+  options.region_voxels = "1,2,3,40,50";
+  EXPECT_THROW(parse_region(options), UsageError);
+}
+
+TEST(Job, LaysOutPictures) {
+  EXPECT_EQ(parse_layout({}).row_order(), v1::ROW_ORDER_ASCENDING_Y);
+  const v1::PictureLayout layout = parse_layout({.row_order = "descending", .flip = "xy"});
+  EXPECT_EQ(layout.row_order(), v1::ROW_ORDER_DESCENDING_Y);
+  EXPECT_TRUE(layout.flip_x() && layout.flip_y());
+  EXPECT_FALSE(parse_layout({.flip = "y"}).flip_x());
 }
 
 TEST(Job, NamesPlanes) {
@@ -290,6 +322,37 @@ TEST(WriteFile, LeavesNothingWhereTheDiskIsFull) {
   std::signal(SIGXFSZ, old_handler);
   EXPECT_THAT(message, testing::HasSubstr("layer.png: File too large"));
   EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(WriteFile, OnTheDiskIsWrittenAlike) {
+  const TemporaryFolder folder;
+  write_file_on_disk(folder.path() / "a", "first");
+  EXPECT_EQ(read_whole(folder.path() / "a"), "first");
+  EXPECT_NO_THROW(sync_folder(folder.path()));
+  EXPECT_THROW(write_file_on_disk(folder.path() / "no" / "a", "x"), Error);
+  EXPECT_THROW(sync_folder(folder.path() / "no"), Error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+}
+
+TEST(ZipFile, OfMoreEntriesThan16BitsCountIsRead) {
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "many.zip";
+  constexpr int kEntries = 66'000;
+  ZipFile zip(path);
+  for (int i = 0; i < kEntries; ++i) zip.add_stored("layer_" + std::to_string(i) + ".png", std::to_string(i));
+  const std::uint64_t size = zip.finish();
+  EXPECT_EQ(size, fs::file_size(path));
+  const client::ProcessResult result =
+      client::Process({"/usr/bin/python3", "-c",
+                       "import sys, zipfile\n"
+                       "archive = zipfile.ZipFile(sys.argv[1])\n"
+                       "assert archive.testzip() is None\n"
+                       "assert all(archive.read(f'layer_{i}.png') == b'%d' % i for i in range(66000))\n"
+                       "print(len(archive.namelist()))",
+                       path.string()},
+                      folder.path())
+          .wait();
+  EXPECT_EQ(result.out, "66000\n") << result.err;
 }
 
 TEST(Failure, ExitCodesSayWhoseFaultItIs) {

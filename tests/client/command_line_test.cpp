@@ -224,6 +224,10 @@ TEST_F(CommandLine, DrawsAPictureOfACutPart) {
   EXPECT_EQ(json_at(result.out, "width").number_value(), 100);
   EXPECT_THAT(read_whole(path("box.png")), testing::StartsWith("\x89PNG"));
   EXPECT_EQ(run(command).exit_code, cli::kExitOutput) << "the file is there";
+  EXPECT_EQ(run({"picture", box_, "--cut", "x=0.5", "--voxels", "24", "--width", "100", "--material", "a=#ff0000",
+                 "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b", "-o", path("printed.png")})
+                .exit_code,
+            cli::kExitOk);
   EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", "half"}).exit_code, cli::kExitUsage);
   EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--view", "30"}).exit_code, cli::kExitUsage);
 }
@@ -398,6 +402,76 @@ TEST_F(CommandLine, PacksMaterialsAsGcvf) {
     command.insert(command.end(), checked.begin(), checked.end());
     const ProcessResult result = Process(command, folder_.path()).wait();
     EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  }
+}
+
+TEST_F(CommandLine, SlicesARegionWithItsRowsTurned) {
+  const std::vector<std::string> job = {"slice",     box_,         "--pitch",   "0.5",   "--material",
+                                        "a=#ff0000", "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b"};
+  const auto slice = [&](const std::string& folder, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = job;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    arguments.insert(arguments.end(), {"-o", path(folder)});
+    return run(arguments);
+  };
+  const ProcessResult sliced = slice(
+      "part", {"--region-voxels", "2,1,3,5,4,2", "--row-order", "descending", "--flip", "x", "--encoding", "png-rgba"});
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  const std::string manifest = read_whole(path("part/manifest.json"));
+  EXPECT_EQ(json_at(manifest, "region.first_row").number_value(), 1);
+  EXPECT_EQ(json_at(manifest, "region.layers").number_value(), 2);
+  EXPECT_EQ(json_at(manifest, "layout.row_order").string_value(), "descending");
+  EXPECT_TRUE(json_at(manifest, "layout.flip_x").bool_value());
+  EXPECT_TRUE(fs::exists(path("part/layer_0003_materials.png")));
+  EXPECT_EQ(files_in("part"), 2u + 2) << "two layers, the contact sheet and manifest.json";
+  ASSERT_EQ(run({"package", path("part"), "-o", path("part.gcvf")}).exit_code, cli::kExitOk);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("part"), path("part.gcvf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  const ProcessResult packed = run({"package", path("part"), "-o", path("part.3mf")});
+  EXPECT_NE(packed.exit_code, cli::kExitOk);
+  EXPECT_THAT(packed.err, HasSubstr("without --region"));
+
+  EXPECT_THAT(slice("out", {"--region-voxels", "2,1,3,5,4,2", "--layers", "5"}).err, HasSubstr("layers 3 to 4"));
+  EXPECT_THAT(slice("out", {"--region", "0,0,0,1,1,nan"}).err, HasSubstr("--region"));
+  EXPECT_THAT(slice("out", {"--region", "900,0,0,901,1,1"}).err, HasSubstr("outside of the grid"));
+  EXPECT_EQ(slice("out", {"--region", "0,0,0,1,1,1", "--region-voxels", "0,0,0,1,1,1"}).exit_code, cli::kExitUsage);
+  EXPECT_FALSE(fs::exists(path("out")));
+}
+
+TEST_F(CommandLine, PacksTurnedPicturesAs3mfWithTheirAxes) {
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--channel", "gradient", "--flip", "xy", "-o", path("out")}).exit_code,
+            cli::kExitOk);
+  ASSERT_EQ(run({"package", path("out"), "-o", path("box.3mf")}).exit_code, cli::kExitOk);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("out"), path("box.3mf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+}
+
+TEST_F(CommandLine, WhatCannotBeWrittenIsAnOutputError) {
+  const std::vector<std::string> job = {"slice", box_, "--pitch", "0.1", "--encoding", "raw", "-o"};
+  const auto slice_into = [&](const std::string& folder) {
+    std::vector<std::string> arguments = job;
+    arguments.push_back(folder);
+    return run(arguments);
+  };
+  const ProcessResult unwritable = slice_into("/proc/ccslice");
+  EXPECT_EQ(unwritable.exit_code, cli::kExitOutput) << unwritable.err;
+  EXPECT_THAT(unwritable.err, HasSubstr("cannot make the folder /proc/ccslice"));
+  cli::write_file(path("file"), "mine");
+  EXPECT_EQ(slice_into(path("file")).exit_code, cli::kExitOutput);
+  EXPECT_EQ(read_whole(path("file")), "mine");
+
+  std::vector<std::string> limited = {"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"",
+                                      CCSLICE_BINARY};
+  limited.insert(limited.end(), job.begin(), job.end());
+  limited.insert(limited.end(), {path("full"), "--server=" + server_->address()});
+  const ProcessResult full = Process(limited, folder_.path()).wait();
+  EXPECT_EQ(full.exit_code, cli::kExitOutput) << full.err;
+  EXPECT_THAT(full.err, HasSubstr("File too large"));
+  EXPECT_FALSE(fs::exists(path("full/manifest.json")));
+  for (const auto& entry : fs::directory_iterator(path("full"))) {
+    EXPECT_NE(entry.path().extension(), ".part") << "half of a file";
   }
 }
 

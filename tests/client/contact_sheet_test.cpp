@@ -81,6 +81,16 @@ TEST(ContactSheet, WithoutValuesIsOfOneColour) {
   EXPECT_EQ(place(sheet, 8 + 25, sheet.height - 25), as_rgb(kPlainMaterial));
 }
 
+TEST(ContactSheet, ShowsMaterialsInTheirOwnColours) {
+  VoxelBlock block = two_layers({1, 0, 0, 0, 2, 1, 1, 2});
+  block.palette = {Colour(1, 0, 0), Colour(0, 0, 1)};
+  const Picture sheet = draw_contact_sheet(block, {{"0", ""}, {"1", ""}}, {2, 100, 100});
+  const int top = sheet.height - 108;
+  EXPECT_EQ(place(sheet, 8 + 25, top + 25), (Rgb{255, 0, 0}));
+  EXPECT_EQ(place(sheet, 116 + 25, top + 25), (Rgb{0, 0, 255}));
+  EXPECT_EQ(place(sheet, 116 + 75, top + 25), (Rgb{255, 0, 0}));
+}
+
 TEST(PixelFont, WritesNumbers) {
   Picture picture{text_width("17"), kGlyphHeight, {}};
   picture.rgb.assign(static_cast<std::size_t>(3 * picture.width * picture.height), 255);

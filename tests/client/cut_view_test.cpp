@@ -59,6 +59,16 @@ TEST(CutView, ShowsTheMaterialOnTheCut) {
   EXPECT_TRUE(is_yellow(colour_at(picture, 0.85, 0.5)));
 }
 
+TEST(CutView, ShowsPrintedMaterialsInTheirColours) {
+  VoxelBlock block = cube();
+  for (std::size_t i = 0; i < block.value.size(); ++i) block.value[i] = i / kSide % kSide < kSide / 2 ? 1 : 2;
+  block.palette = {Colour(1, 0, 0), Colour(0, 0, 1)};
+  const Picture picture = draw_cut_view(
+      block, {.azimuth_deg = 0, .elevation_deg = 0, .cut = {0.5, std::nullopt, std::nullopt}, .width = 80});
+  EXPECT_EQ(colour_at(picture, 0.2, 0.5), (Rgb{255, 0, 0}));
+  EXPECT_EQ(colour_at(picture, 0.8, 0.5), (Rgb{0, 0, 255}));
+}
+
 TEST(CutView, CutsAwayTheViewersSide) {
   const auto view = [](double azimuth, double cut) {
     return draw_cut_view(

@@ -75,6 +75,39 @@ TEST_F(PlanSlices, PlacesTheGridWhereItIsAskedFor) {
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_PART_CLIPPED));
 }
 
+TEST_F(PlanSlices, TellsTheRegionAndItsSizes) {
+  request_.add_planes()->mutable_occupancy();
+  v1::VoxelRegion& voxels = *request_.mutable_region()->mutable_voxels();
+  voxels.set_first_column(10);
+  voxels.set_first_layer(15);
+  voxels.mutable_extent()->set_columns(20);
+  voxels.mutable_extent()->set_rows(50);
+  voxels.mutable_extent()->set_layers(5);
+  request_.mutable_layout()->set_flip_x(true);
+  ASSERT_TRUE(plan().ok());
+  EXPECT_EQ(response_.grid().extent().columns(), 100u);
+  EXPECT_EQ(response_.region().SerializeAsString(), voxels.SerializeAsString());
+  EXPECT_TRUE(response_.layout().flip_x());
+  EXPECT_EQ(response_.layout().row_order(), v1::ROW_ORDER_ASCENDING_Y);
+  EXPECT_EQ(response_.layer_count(), 5u);
+  EXPECT_EQ(response_.raw_bytes(), 5u * 3 * 50);
+  EXPECT_EQ(response_.warnings_size(), 0) << "a region is meant to cut off parts";
+  voxels.mutable_extent()->set_columns(91);
+  EXPECT_EQ(failure().reason, "REGION_OUT_OF_GRID");
+}
+
+TEST_F(PlanSlices, WarnsOfRegionsWithoutThePart) {
+  request_.mutable_grid()->mutable_extent()->set_columns(1000);
+  request_.mutable_grid()->mutable_extent()->set_rows(50);
+  request_.mutable_grid()->mutable_extent()->set_layers(20);
+  v1::VoxelRegion& voxels = *request_.mutable_region()->mutable_voxels();
+  voxels.set_first_column(500);
+  voxels.mutable_extent()->set_columns(1);
+  voxels.mutable_extent()->set_rows(1);
+  voxels.mutable_extent()->set_layers(1);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_GRID_EMPTY));
+}
+
 TEST_F(PlanSlices, WarnsOfWhatTheUserShouldKnow) {
   request_.mutable_grid()->mutable_origin_mm()->set_x(100);
   request_.mutable_grid()->mutable_extent()->set_columns(3);

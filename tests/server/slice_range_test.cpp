@@ -129,6 +129,89 @@ TEST(SliceRange, KeepsMessagesBelowTheChunkSizeAsked) {
   EXPECT_GT(sliced.planes.at(60)[0].size(), 4096u);
 }
 
+/// A request for the box of make_box(2, 10) in raw floats of its gradient along x.
+v1::SliceRangeRequest graded_request(const std::string& id, std::uint32_t first, std::uint32_t count) {
+  v1::SliceRangeRequest request = slice_request(id, 0.5, first, count);
+  request.mutable_planes(0)->mutable_channel()->set_name("x");
+  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  return request;
+}
+
+v1::VoxelRegion voxels(std::uint32_t column, std::uint32_t row, std::uint32_t layer, std::uint32_t columns,
+                       std::uint32_t rows, std::uint32_t layers) {
+  v1::VoxelRegion region;
+  region.set_first_column(column);
+  region.set_first_row(row);
+  region.set_first_layer(layer);
+  region.mutable_extent()->set_columns(columns);
+  region.mutable_extent()->set_rows(rows);
+  region.mutable_extent()->set_layers(layers);
+  return region;
+}
+
+TEST(SliceRange, OfARegionIsACropOfTheWhole) {
+  TestServer server;
+  const std::string id = server.upload_good(make_box(2, 10));
+  const Sliced whole = server.slice(graded_request(id, 4, 2));
+  EXPECT_EQ(whole.header.region().SerializeAsString(), voxels(0, 0, 0, 20, 20, 20).SerializeAsString());
+  v1::SliceRangeRequest request = graded_request(id, 4, 2);
+  *request.mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 2);
+  const Sliced part = server.slice(request);
+  ASSERT_TRUE(part.status.ok()) << part.status.error_message();
+  EXPECT_EQ(part.header.grid().SerializeAsString(), whole.header.grid().SerializeAsString());
+  EXPECT_EQ(part.header.region().SerializeAsString(), request.region().voxels().SerializeAsString());
+  EXPECT_EQ(part.header.layout().row_order(), v1::ROW_ORDER_ASCENDING_Y);
+  EXPECT_EQ(part.summary.voxel_count(), 2u * 5 * 6);
+  for (const std::uint32_t layer : {4u, 5u}) {
+    std::string crop;
+    for (std::size_t row = 7; row < 13; ++row) crop += whole.planes.at(layer)[0].substr(4 * (20 * row + 3), 4 * 5);
+    EXPECT_EQ(part.planes.at(layer)[0], crop);
+    EXPECT_EQ(part.ends.at(layer).planes(0).raw_bytes(), crop.size());
+  }
+  request.clear_region();
+  v1::Box3& box = *request.mutable_region()->mutable_box_mm();
+  const v1::Vector3& origin = whole.header.grid().origin_mm();
+  const auto corner = [&](v1::Vector3& at, double x, double y, double z) {
+    at.set_x(origin.x() + x);
+    at.set_y(origin.y() + y);
+    at.set_z(origin.z() + z);
+  };
+  corner(*box.mutable_min_mm(), 1.5, 3.5, 2);
+  corner(*box.mutable_max_mm(), 4, 6.5, 3);
+  EXPECT_EQ(server.slice(request).layer_bytes, part.layer_bytes) << "the same region in mm";
+}
+
+TEST(SliceRange, LaysPicturesOutAsAskedFor) {
+  TestServer server;
+  v1::SliceRangeRequest request = graded_request(server.upload_good(make_box(2, 10)), 4, 1);
+  *request.mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 1);
+  const std::string plain = server.slice(request).planes.at(4)[0];
+  const auto sample = [](const std::string& plane, std::size_t column, std::size_t row) {
+    return plane.substr(4 * (5 * row + column), 4);
+  };
+  for (const bool flip_x : {false, true}) {
+    for (const bool flip_y : {false, true}) {
+      for (const v1::RowOrder order :
+           {v1::ROW_ORDER_UNSPECIFIED, v1::ROW_ORDER_ASCENDING_Y, v1::ROW_ORDER_DESCENDING_Y}) {
+        request.mutable_layout()->set_flip_x(flip_x);
+        request.mutable_layout()->set_flip_y(flip_y);
+        request.mutable_layout()->set_row_order(order);
+        const Sliced sliced = server.slice(request);
+        EXPECT_EQ(sliced.header.layout().flip_x(), flip_x);
+        EXPECT_NE(sliced.header.layout().row_order(), v1::ROW_ORDER_UNSPECIFIED);
+        const bool upside_down = flip_y != (order == v1::ROW_ORDER_DESCENDING_Y);
+        for (std::size_t row = 0; row < 6; ++row) {
+          for (std::size_t column = 0; column < 5; ++column) {
+            ASSERT_EQ(sample(sliced.planes.at(4)[0], column, row),
+                      sample(plain, flip_x ? 4 - column : column, upside_down ? 5 - row : row));
+          }
+        }
+      }
+    }
+  }
+}
+
 class RefusedSlicing : public ::testing::Test {
  protected:
   void expect(grpc::StatusCode code, const std::string& reason, const std::string& field) {
@@ -153,6 +236,45 @@ TEST_F(RefusedSlicing, LayersBeyondTheGrid) {
   request_.set_first_layer(4'000'000'000);
   request_.set_layer_count(4'000'000'000);
   expect(grpc::StatusCode::OUT_OF_RANGE, "LAYER_RANGE_OUT_OF_BOUNDS", "first_layer");
+}
+
+TEST_F(RefusedSlicing, LayersBeyondTheRegion) {
+  *request_.mutable_region()->mutable_voxels() = voxels(0, 0, 5, 1, 1, 3);
+  request_.set_layer_count(1);
+  expect(grpc::StatusCode::OUT_OF_RANGE, "LAYER_RANGE_OUT_OF_BOUNDS", "first_layer");
+  request_.set_first_layer(6);
+  request_.set_layer_count(3);
+  expect(grpc::StatusCode::OUT_OF_RANGE, "LAYER_RANGE_OUT_OF_BOUNDS", "layer_count");
+}
+
+TEST_F(RefusedSlicing, RegionsThatAreNone) {
+  using grpc::StatusCode;
+  request_.mutable_region();
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_AMBIGUOUS", "region");
+  *request_.mutable_region()->mutable_voxels() = voxels(0, 0, 0, 4, 4, 0);
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "region.voxels.extent.layers");
+  *request_.mutable_region()->mutable_voxels() = voxels(0, 17, 0, 4, 4, 4);
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "region.voxels.extent.rows");
+  v1::Box3& box = *request_.mutable_region()->mutable_box_mm();
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_AMBIGUOUS", "region");
+  request_.mutable_region()->clear_voxels();
+  box.mutable_min_mm();
+  box.mutable_max_mm()->set_x(std::nan(""));
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_NON_FINITE", "region.box_mm.max_mm.x");
+  box.mutable_max_mm()->set_x(0);
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "region.box_mm");
+  for (v1::Vector3* corner : {box.mutable_min_mm(), box.mutable_max_mm()}) {
+    const double at = corner == box.mutable_min_mm() ? 1000 : 1001;
+    corner->set_x(at);
+    corner->set_y(at);
+    corner->set_z(at);
+  }
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "region.box_mm");
+}
+
+TEST_F(RefusedSlicing, OrdersOfRowsThatDoNotExist) {
+  request_.mutable_layout()->set_row_order(static_cast<v1::RowOrder>(17));
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "ENUM_VALUE_UNKNOWN", "layout.row_order");
 }
 
 TEST_F(RefusedSlicing, NothingAskedFor) {

@@ -140,7 +140,7 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxel) {
       ContonePlane row(spec, {"a", -1, 2}), each(spec, {"a", -1, 2});
       row.clear(210, 1);
       each.clear(210, 1);
-      row.set_cubic(5, count, kFirst, kStep, c);
+      row.set_cubic(5, 0, count, kFirst, kStep, c);
       for (std::uint32_t k = 0; k < count; ++k) {
         const double t = kFirst + kStep * k;
         each.set(5 + k, std::vector<double>{99, ((c[3] * t + c[2]) * t + c[1]) * t + c[0]});
@@ -154,7 +154,7 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxel) {
 TEST_P(SetCubic, ClampsToTheChannelsRange) {
   ContonePlane plane(channel_plane(GetParam()), {"a", -1, 2});
   plane.clear(3, 1);
-  plane.set_cubic(0, 3, -1, 1, {0.5, 100, 0, 0});
+  plane.set_cubic(0, 0, 3, -1, 1, {0.5, 100, 0, 0});
   const double largest = GetParam() == SampleType::kUint8 ? 255 : 65535;
   const bool integer = GetParam() != SampleType::kFloat32;
   EXPECT_EQ(sample(plane, 0), integer ? 0 : -1);
@@ -166,7 +166,7 @@ TEST_P(SetCubic, OfAConstantChannelIsThatOfSet) {
   ContonePlane row(channel_plane(GetParam()), {"a", 4, 4}), each(channel_plane(GetParam()), {"a", 4, 4});
   row.clear(70, 1);
   each.clear(70, 1);
-  row.set_cubic(0, 70, -1, 0.03, {4 + 1e-12, 1e-13, 0, 0});
+  row.set_cubic(0, 0, 70, -1, 0.03, {4 + 1e-12, 1e-13, 0, 0});
   for (std::size_t x = 0; x < 70; ++x) each.set(x, std::vector<double>{99, 4});
   for (std::size_t x = 0; x < 70; ++x) ASSERT_EQ(sample(row, x), sample(each, x));
 }
@@ -183,7 +183,7 @@ INSTANTIATE_TEST_SUITE_P(AllTypes, SetCubic,
 TEST(SetCubicOfAWideRange, StopsWhereTheChannelDoes) {
   ContonePlane plane(channel_plane(SampleType::kUint8, ValueRange{0, 255}), {"a", 10, 20});
   plane.clear(2, 1);
-  plane.set_cubic(0, 2, -1, 2, {15, 50, 0, 0});
+  plane.set_cubic(0, 0, 2, -1, 2, {15, 50, 0, 0});
   EXPECT_THAT(plane.image().samples, ElementsAre(10, 20));
 }
 

@@ -60,7 +60,7 @@ class MaterialPassTest : public testing::Test {
   void run(const std::vector<Span>& spans, const CancellationToken& cancel = {}) {
     for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
     stats_ = {};
-    MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, cancel}, spans);
+    MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, cancel, window_of(lattice_), window_of(lattice_)}, spans);
   }
 
   float sample(int plane, std::uint32_t x, std::uint32_t y) const {
@@ -129,6 +129,33 @@ TEST_F(MaterialPassTest, UnresolvedVoxelsTakeTheNearestSolvedSample) {
   EXPECT_EQ(field_.nearest_calls, 0);
 }
 
+TEST_F(MaterialPassTest, StartsAnewAtEvery64thRow) {
+  lattice_.height = 140;
+  run({{62, 3, 4}, {63, 3, 4}, {64, 3, 4}, {65, 3, 4}, {127, 3, 4}, {128, 3, 4}});
+  std::vector<bool> hinted;
+  for (const auto& hint : field_.hints) hinted.push_back(hint.has_value());
+  EXPECT_EQ(hinted, (std::vector<bool>{false, true, false, true, false, false}));
+}
+
+TEST_F(MaterialPassTest, OfAWindowSetsAndCountsItsVoxelsOnly) {
+  run({{1, 3, 9}, {2, 3, 9}});
+  const float inside = sample(0, 5, 2);
+  const LayerWindow window{4, 2, 3, 4}, counted{5, 2, 1, 1};
+  for (ContonePlane& plane : planes_) plane.clear(window.columns, window.rows);
+  stats_ = {};
+  const std::vector<Span> spans = {{1, 3, 9}, {2, 3, 9}};
+  EXPECT_TRUE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans));
+  EXPECT_EQ(stats_.voxels_coherent + stats_.voxels_full, 1u);
+  float there;
+  std::memcpy(&there, &planes_[0].image().samples[4 * window.index(5, 2)], sizeof there);
+  EXPECT_EQ(there, inside);
+  field_.unreachable = [&](const Vec3& p) { return p.x() == x_mm(3); };
+  EXPECT_TRUE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans)) << "outside";
+  field_.unreachable = [&](const Vec3& p) { return p.x() == x_mm(6) && p.y() == y_mm(2); };
+  EXPECT_FALSE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans))
+      << "the nearest solved one may be outside";
+}
+
 TEST_F(MaterialPassTest, ALayerWithNothingSolvedTakesTheNearestOfTheSolid) {
   field_.unreachable = [](const Vec3&) { return true; };
   run({{2, 3, 5}});
@@ -154,8 +181,9 @@ TEST_F(MaterialPassTest, ALayerKnowsNothingOfTheOneBefore) {
   MaterialPass pass(field_);
   const std::vector<Span> low = {{1, 3, 5}}, high = {{2, 3, 5}};
   for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
-  pass.run({lattice_, 7, planes_, stats_, {}}, low);
-  pass.run({lattice_, 8, planes_, stats_, {}}, high);
+  const LayerWindow all = window_of(lattice_);
+  pass.run({lattice_, 7, planes_, stats_, {}, all, all}, low);
+  pass.run({lattice_, 8, planes_, stats_, {}, all, all}, high);
   EXPECT_EQ(field_.hints[2], std::nullopt);
 }
 

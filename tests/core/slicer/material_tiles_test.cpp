@@ -106,8 +106,9 @@ class MaterialTilesTest : public testing::Test {
     Result result;
     for (std::uint32_t l = 0; l < layers.size(); ++l) {
       plane_.clear(grid_.extent.columns, grid_.extent.rows);
-      const LayerTarget target{grid_.lattice(), grid_.layer_z_mm(first_layer + l), std::span(&plane_, 1), result.stats,
-                               cancel};
+      const LayerWindow all = window_of(grid_.lattice());
+      const LayerTarget target{
+          grid_.lattice(), grid_.layer_z_mm(first_layer + l), std::span(&plane_, 1), result.stats, cancel, all, all};
       tiles.paint(target, first_layer + l, layers[l], {}, layers[l]);
       add(layers[l], first_layer + l, result);
     }

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From what was computed of a layer to the picture that is asked for: a part of it, in the order of columns and rows
+// that a program or machine wants. The samples themselves stay as they are.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/raster/layer_window.h"
+
+namespace ccslice {
+
+/// DEFAULT: the lowest row (y) and the lowest column (x) first.
+struct PictureOrder {
+  bool columns_descending = false;
+  bool rows_descending = false;
+
+  bool operator==(const PictureOrder&) const = default;
+};
+
+struct Arrangement {
+  LayerWindow from;  // What samples there are of,
+  LayerWindow to;    // and what a picture is wanted of. REQUIRES: within `from`.
+  PictureOrder order;
+
+  bool is_identity() const { return from == to && order == PictureOrder{}; }
+};
+
+/// `samples`: of `bytes` bytes each, of arrangement.from. Returns those of arrangement.to in its order: `samples`
+/// themselves or `out`. REQUIRES: out isn't where the samples are. Throws Error{kCancelled}.
+std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std::size_t bytes,
+                                      const Arrangement& arrangement, std::vector<std::uint8_t>& out,
+                                      const CancellationToken& cancel);
+
+/// The voxels of spans as a picture of arrangement.to; arrangement.from doesn't matter.
+BitImage arranged_bits(std::span<const Span> spans, const Arrangement& arrangement);
+
+}  // namespace ccslice
