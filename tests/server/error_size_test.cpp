@@ -167,7 +167,7 @@ TEST_F(ErrorSize, ManyPointsAndCells) {
 
 TEST_F(ErrorSize, LargeUnknownFields) {
   v1::PlanSlicesRequest request = plan_of(server_.upload_good(make_block(1, 10)), "x");
-  v1::PlanSlicesRequest::GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(18, euros(kMegabyte));
+  v1::PlanSlicesRequest::GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(24, euros(kMegabyte));
   expect(plan(request), "REQUEST_UNKNOWN_FIELD");
 }
 

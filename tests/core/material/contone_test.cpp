@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -185,6 +186,22 @@ TEST(SetCubicOfAWideRange, StopsWhereTheChannelDoes) {
   plane.clear(2, 1);
   plane.set_cubic(0, 0, 2, -1, 2, {15, 50, 0, 0});
   EXPECT_THAT(plane.image().samples, ElementsAre(10, 20));
+}
+
+TEST(ContonePlane, ACubicIsTheSameFromAnywhereOn) {
+  for (const SampleType type : {SampleType::kUint8, SampleType::kUint16, SampleType::kFloat32}) {
+    PlaneSpec spec;
+    spec.content = PlaneContent::kChannel;
+    spec.sample_type = type;
+    ContonePlane whole(spec, {"", 0, 1}), part(spec, {"", 0, 1});
+    const std::array<double, 4> c = {0.4, 0.3, -0.2, 0.37};
+    whole.clear(200, 1);
+    part.clear(200, 1);
+    whole.set_cubic(0, 0, 200, -1, 0.0101, c);
+    part.set_cubic(0, 0, 77, -1, 0.0101, c);
+    part.set_cubic(77, 77, 123, -1, 0.0101, c);
+    EXPECT_TRUE(std::ranges::equal(whole.image().samples, part.image().samples));
+  }
 }
 
 }  // namespace

@@ -118,6 +118,22 @@ TEST(Occupancy, SpansAreMaximalAndInOrder) {
   EXPECT_EQ(spans[2].y, 2u);
 }
 
+TEST(Occupancy, OfSomeRowsIsThatOfTheWhole) {
+  const LayerLattice lattice{.x0_mm = 0, .y0_mm = 0, .dx_mm = 1, .dy_mm = 1, .width = 30, .height = 20};
+  const Contours contours = contours_of({{{2, 1}, {25, 3}, {28, 19}, {9, 12}}, rectangle(12, 5, 20, 9)});
+  std::vector<Span> cut;
+  for (const Span& span : rasterize(contours, lattice)) {
+    if (span.y >= 4 && span.y < 11) cut.push_back(span);
+  }
+  const std::vector<Span> rows = rasterize(contours, lattice, {4, 11});
+  ASSERT_EQ(rows.size(), cut.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].y, cut[i].y);
+    EXPECT_EQ(rows[i].begin, cut[i].begin);
+    EXPECT_EQ(rows[i].end, cut[i].end);
+  }
+}
+
 TEST(Occupancy, BitImagesHoldEverySpan) {
   std::mt19937 random(20261121);
   for (int trial = 0; trial < 200; ++trial) {

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/arrange.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Of columns 10 to 12 and rows 20 to 21.
+constexpr LayerWindow kFrom{10, 20, 3, 2};
+const Bytes kSamples = {1, 2, 3, 4, 5, 6};
+
+Bytes arranged(const Bytes& samples, std::size_t bytes, const Arrangement& arrangement) {
+  Bytes out;
+  const auto result = arrange(samples, bytes, arrangement, out, {});
+  return {result.begin(), result.end()};
+}
+
+TEST(Arrange, LeavesWhatIsAsItShouldBeWhereItIs) {
+  Bytes out;
+  EXPECT_EQ(arrange(kSamples, 1, {kFrom, kFrom, {}}, out, {}).data(), kSamples.data());
+}
+
+TEST(Arrange, TurnsRowsAndColumns) {
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, kFrom, {true, false}}), (Bytes{3, 2, 1, 6, 5, 4}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, kFrom, {false, true}}), (Bytes{4, 5, 6, 1, 2, 3}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, kFrom, {true, true}}), (Bytes{6, 5, 4, 3, 2, 1}));
+}
+
+TEST(Arrange, CropsAndKeepsSamplesOfSeveralBytesTogether) {
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, {11, 20, 2, 2}, {}}), (Bytes{2, 3, 5, 6}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, {11, 21, 2, 1}, {true, true}}), (Bytes{6, 5}));
+  EXPECT_EQ(arranged(kSamples, 3, {{0, 0, 2, 1}, {0, 0, 2, 1}, {true, false}}), (Bytes{4, 5, 6, 1, 2, 3}));
+}
+
+TEST(Arrange, StopsWhenCancelled) {
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  Bytes out;
+  EXPECT_THROW(arrange(kSamples, 1, {kFrom, kFrom, {true, false}}, out, cancel), Error);
+}
+
+TEST(ArrangedBits, CropTurnAndPackSpans) {
+  const std::vector<Span> spans = {{19, 0, 50}, {20, 5, 11}, {20, 12, 40}, {21, 11, 12}};
+  const auto rows = [&](const PictureOrder& order) { return arranged_bits(spans, {kFrom, kFrom, order}).bits; };
+  EXPECT_EQ(rows({}), (Bytes{0b10100000, 0b01000000}));
+  EXPECT_EQ(rows({false, true}), (Bytes{0b01000000, 0b10100000}));
+  const LayerWindow two{10, 20, 2, 2};
+  EXPECT_EQ(arranged_bits(spans, {kFrom, two, {true, false}}).bits, (Bytes{0b01000000, 0b10000000}));
+}
+
+}  // namespace
+}  // namespace ccslice
