@@ -67,10 +67,10 @@ TEST(RowInverter, FindsEveryPointOfRowsThroughTheCatalogue) {
     Rows rows(*solid);
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
-    for (int i = 0; i < 12; ++i) {
+    for (int i = 0; i < 8; ++i) {
       const Vec3 middle = evaluator.geo({cell(random), Vec3(u(random), u(random), u(random))});
       const Vec3 step = (i % 2 ? 0.05 : 0.4) * Vec3(direction(random), direction(random), direction(random));
-      rows.expect_exact(middle - 40 * step, step, 81, name);
+      rows.expect_exact(middle - 20 * step, step, 41, name);
     }
   }
 }
