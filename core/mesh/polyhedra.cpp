@@ -4,28 +4,12 @@
 #include "core/mesh/polyhedra.h"
 
 #include <algorithm>
-#include <optional>
-#include <string>
 
 #include "core/base/contains.h"
-#include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
 
 namespace ccslice {
 namespace {
-
-[[noreturn]] void refuse(std::span<const FaceRing> rings, std::size_t cell) {
-  const auto sides = [&](std::size_t size) {
-    return std::count_if(rings.begin(), rings.end(), [&](const FaceRing& ring) { return ring.size() == size; });
-  };
-  const bool pyramid = rings.size() == 5 && sides(3) == 4 && sides(4) == 1;
-  const std::string what = pyramid ? "a pyramid, which never refines to hexahedra: split it into tetrahedra"
-                                   : "a polyhedron of " + std::to_string(rings.size()) + " faces (" +
-                                         std::to_string(sides(3)) + " triangles, " + std::to_string(sides(4)) +
-                                         " quadrilaterals) that don't close to a hexahedron, a tetrahedron or a wedge";
-  throw Error(ErrorCode::kMeshUnsupportedCell, "cell " + std::to_string(cell) + " (from 0) is " + what, "cells",
-              {static_cast<std::int64_t>(cell)});
-}
 
 std::optional<CellKind> kind_of(std::span<const FaceRing> rings) {
   const auto triangles = std::count_if(rings.begin(), rings.end(), [](const FaceRing& r) { return r.size() == 3; });
@@ -73,9 +57,9 @@ bool has_faces(const CornersOfPolyhedron& cell, std::span<const FaceRing> rings)
 
 }  // namespace
 
-CornersOfPolyhedron corners_of_polyhedron(std::span<const FaceRing> rings, std::size_t cell) {
+std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings) {
   const std::optional<CellKind> kind = kind_of(rings);
-  if (!kind) refuse(rings, cell);
+  if (!kind) return std::nullopt;
   const auto base = std::find_if(rings.begin(), rings.end(), [&](const FaceRing& ring) {
     return ring.size() == (kind == CellKind::kHex ? 4u : 3u);
   });
@@ -83,11 +67,21 @@ CornersOfPolyhedron corners_of_polyhedron(std::span<const FaceRing> rings, std::
   const std::size_t above = static_cast<std::size_t>(corner_count(*kind)) - base->size();
   for (std::size_t i = 0; i < above; ++i) {
     const auto corner = neighbour_above(rings, *base, result.corners[i]);
-    if (!corner) refuse(rings, cell);
+    if (!corner) return std::nullopt;
     result.corners.push_back(*corner);
   }
-  if (!has_faces(result, rings)) refuse(rings, cell);
+  if (!has_faces(result, rings)) return std::nullopt;
   return result;
+}
+
+std::string describe_polyhedron(std::span<const FaceRing> rings) {
+  const auto sides = [&](std::size_t size) {
+    return std::count_if(rings.begin(), rings.end(), [&](const FaceRing& ring) { return ring.size() == size; });
+  };
+  const bool pyramid = rings.size() == 5 && sides(3) == 4 && sides(4) == 1;
+  if (pyramid) return "a pyramid, which never refines to hexahedra: split it into tetrahedra";
+  return "a polyhedron of " + std::to_string(rings.size()) + " faces (" + std::to_string(sides(3)) + " triangles, " +
+         std::to_string(sides(4)) + " quadrilaterals) that don't close to a hexahedron, a tetrahedron or a wedge";
 }
 
 }  // namespace ccslice

@@ -10,7 +10,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/mesh/control_mesh.h"
@@ -25,8 +27,11 @@ struct CornersOfPolyhedron {
   std::vector<std::uint32_t> corners;  // VTK order.
 };
 
-/// `rings` are the cell's faces, all seen from the same side of its boundary. Throws Error{kMeshUnsupportedCell} naming
-/// `cell` if they are not those of a hexahedron, a tetrahedron or a wedge.
-CornersOfPolyhedron corners_of_polyhedron(std::span<const FaceRing> rings, std::size_t cell);
+/// `rings` are the cell's faces, all seen from the same side of its boundary. Nothing if they are not those of a
+/// hexahedron, a tetrahedron or a wedge.
+std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings);
+
+/// What a cell is that has no corners by that, and what to do: "a pyramid, ...".
+std::string describe_polyhedron(std::span<const FaceRing> rings);
 
 }  // namespace ccslice

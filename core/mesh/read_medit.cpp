@@ -113,6 +113,11 @@ class MeditReader {
     if (id < 1 || id > std::numeric_limits<std::uint32_t>::max()) {
       scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "vertex id " + std::to_string(id) + "; ids count from 1");
     }
+    const std::size_t vertices = file_.mesh.vertex_count();  // 0 as long as they haven't come.
+    if (vertices > 0 && id > vertices) {
+      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "vertex id " + std::to_string(id) + "; the file has " +
+                                                              std::to_string(vertices) + " vertices");
+    }
     return static_cast<std::uint32_t>(id - 1);
   }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -135,9 +136,14 @@ class OvmReader {
       for (std::uint64_t i = 0; i < sides; ++i) {
         rings.push_back(half_face(id_below(2 * (ring_begin_.size() - 1), "a half-face id")));
       }
-      const CornersOfPolyhedron corners = corners_of_polyhedron(rings, cell);
-      file_.mesh.cell_kinds.push_back(corners.kind);
-      file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), corners.corners.begin(), corners.corners.end());
+      const std::optional<CornersOfPolyhedron> found = corners_of_polyhedron(rings);
+      if (!found) {
+        scanner_.fail_with(ErrorCode::kMeshUnsupportedCell,
+                           "cell " + std::to_string(cell) + " (from 0) is " + describe_polyhedron(rings), "cells",
+                           {static_cast<std::int64_t>(cell)});
+      }
+      file_.mesh.cell_kinds.push_back(found->kind);
+      file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), found->corners.begin(), found->corners.end());
     }
     if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no polyhedra; a solid needs volume cells");
   }

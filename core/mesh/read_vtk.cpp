@@ -24,6 +24,7 @@ class VtkReader {
   MeshFile read() {
     read_header();
     while (!scanner_.at_end()) read_section();
+    if (cells_.types.empty()) types_place_ = scanner_.mark();
     finish_cells();
     append_channels(channels_, file_.mesh);
     return std::move(file_);
@@ -103,6 +104,7 @@ class VtkReader {
     std::uint64_t used = 0;
     for (std::uint64_t cell = 0; cell < cell_count; ++cell) {
       const std::uint64_t corners = values_.count("the number of points of a cell");
+      cells_.places.push_back(scanner_.mark());
       used += corners + 1;
       if (corners >= size || used > size) {
         scanner_.fail_with(ErrorCode::kFileSyntax, "the cells are longer than the " + std::to_string(size) +
@@ -121,7 +123,9 @@ class VtkReader {
       const std::uint64_t offset = values_.count("an offset");
       const bool fits = i == 0 ? offset == 0 : offset >= cells_.offsets.back() && offset <= point_count;
       if (!fits) scanner_.fail("offsets that start at 0 and never fall", std::to_string(offset));
-      if (i > 0) cells_.offsets.push_back(offset);
+      if (i == 0) continue;
+      cells_.offsets.push_back(offset);
+      cells_.places.push_back(scanner_.mark());
     }
     if (offset_count > 0 && cells_.offsets.back() != point_count) {
       scanner_.fail("a last offset of " + std::to_string(point_count), std::to_string(cells_.offsets.back()));
@@ -136,18 +140,25 @@ class VtkReader {
     if (id >= std::numeric_limits<std::uint32_t>::max()) {
       scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + " is out of range");
     }
+    const std::size_t points = file_.mesh.vertex_count();  // 0 as long as they haven't come.
+    if (points > 0 && id >= points) {
+      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + "; the file has " +
+                                                              std::to_string(points) + " points, counted from 0");
+    }
     return static_cast<std::uint32_t>(id);
   }
 
   void read_types() {
     if (!cells_.types.empty()) scanner_.fail("only one CELL_TYPES section", "CELL_TYPES");
     const std::uint64_t count = scanner_.count_up_to("the number of cell types", limits_.max_cells);
+    types_place_ = scanner_.mark();
     values_.open_array("int");
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::uint64_t type = values_.count("a cell type");
       constexpr std::uint64_t kLargestType = 255;
       if (type > kLargestType) scanner_.fail("a VTK cell type", std::to_string(type));
       cells_.types.push_back(static_cast<std::uint16_t>(type));
+      cells_.type_places.push_back(scanner_.mark());
     }
   }
 
@@ -171,10 +182,11 @@ class VtkReader {
     if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no POINTS");
     const std::size_t cell_count = cells_.offsets.empty() ? 0 : cells_.offsets.size() - 1;
     if (cell_count != cells_.types.size()) {
-      throw Error(ErrorCode::kFileSyntax, "the file has " + std::to_string(cell_count) + " cells but " +
-                                              std::to_string(cells_.types.size()) + " cell types");
+      scanner_.fail_at(types_place_, ErrorCode::kFileSyntax,
+                       "the file has " + std::to_string(cell_count) + " cells but " +
+                           std::to_string(cells_.types.size()) + " cell types (CELL_TYPES)");
     }
-    append_cells(cells_, file_.mesh, file_.warnings);
+    append_cells(cells_, scanner_, file_.mesh, file_.warnings);
     if (file_.mesh.cell_kinds.empty()) {
       throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
     }
@@ -191,6 +203,7 @@ class VtkReader {
   const MeshLimits& limits_;
   bool offsets_style_ = false;
   VtkCells cells_;
+  std::uint64_t types_place_ = 0;  // Of their number; of the end, if there are none.
   std::vector<NamedChannel> channels_;
   MeshFile file_;
 };

@@ -38,7 +38,7 @@ std::string printable(std::string_view token) {
 
 void TextScanner::skip_blank() {
   while (at_ < text_.size()) {
-    if (text_[at_] == '#') {
+    if (text_[at_] == '#' && comments_ == Comments::kFromHash) {
       at_ = std::min(text_.find('\n', at_), text_.size());
     } else if (is_blank(text_[at_])) {
       line_ += text_[at_++] == '\n';
@@ -152,9 +152,14 @@ void TextScanner::fail(std::string_view expected, std::string_view found) const 
                                         (found.empty() ? "the end of the file" : "'" + printable(found) + "'"));
 }
 
-void TextScanner::fail_with(ErrorCode code, const std::string& message) const {
-  const std::string place = names_bytes_ ? "byte " + std::to_string(token_at_) : "line " + std::to_string(token_line_);
-  throw Error(code, place + ": " + message);
+void TextScanner::fail_with(ErrorCode code, const std::string& message, const std::string& field,
+                            const std::vector<std::int64_t>& ids) const {
+  fail_at(mark(), code, message, field, ids);
+}
+
+void TextScanner::fail_at(std::uint64_t mark, ErrorCode code, const std::string& message, const std::string& field,
+                          const std::vector<std::int64_t>& ids) const {
+  throw Error(code, (names_bytes_ ? "byte " : "line ") + std::to_string(mark) + ": " + message, field, ids);
 }
 
 }  // namespace ccslice

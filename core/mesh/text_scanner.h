@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -19,8 +20,12 @@ namespace ccslice {
 
 class TextScanner {
  public:
-  /// `text` must outlive the scanner. A '#' at the start of a token opens a comment up to the end of the line.
-  explicit TextScanner(std::string_view text) : text_(text) {}
+  /// Whether a '#' at the start of a token opens a comment up to the end of the line.
+  enum class Comments { kFromHash, kNone };
+
+  /// `text` must outlive the scanner.
+  explicit TextScanner(std::string_view text, Comments comments = Comments::kFromHash)
+      : text_(text), comments_(comments) {}
 
   /// Line (from 1) of the token read last.
   std::size_t line() const noexcept { return token_line_; }
@@ -54,13 +59,20 @@ class TextScanner {
 
   /// "line 12: expected a coordinate, found 'foo'", or "byte 512: ...".
   [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
-  /// "line 12: <message>", or "byte 512: <message>".
-  [[noreturn]] void fail_with(ErrorCode code, const std::string& message) const;
+  /// "line 12: <message>", or "byte 512: <message>", with the field and the ids of Error.
+  [[noreturn]] void fail_with(ErrorCode code, const std::string& message, const std::string& field = {},
+                              const std::vector<std::int64_t>& ids = {}) const;
+  /// Where the token read last is, for failures that show later.
+  std::uint64_t mark() const noexcept { return names_bytes_ ? token_at_ : token_line_; }
+  /// As fail_with(), at a mark.
+  [[noreturn]] void fail_at(std::uint64_t mark, ErrorCode code, const std::string& message,
+                            const std::string& field = {}, const std::vector<std::int64_t>& ids = {}) const;
 
  private:
   void skip_blank();
 
   std::string_view text_;
+  Comments comments_;
   std::size_t at_ = 0;
   std::size_t line_ = 1;
   std::size_t token_line_ = 1;

@@ -45,26 +45,28 @@ struct Tally {
   }
 };
 
-[[noreturn]] void refuse(std::uint16_t type, const Tally& tally) {
+[[noreturn]] void refuse(const VtkCells& cells, std::uint16_t type, const Tally& tally, const TextScanner& scanner) {
   const std::string s = tally.count == 1 ? "" : "s";
   const std::string what = type == kPyramid ? "pyramid" + s : "cell" + s + " of VTK type " + std::to_string(type);
   const std::string why = type == kPyramid
                               ? "a pyramid never refines to hexahedra: split it into tetrahedra"
                               : "only hexahedra (12), voxels (11), tetrahedra (10) and wedges (13) are read";
-  throw Error(ErrorCode::kMeshUnsupportedCell,
-              std::to_string(tally.count) + " " + what + " (cell" + s + " " + tally.ids() + ", counted from 0); " + why,
-              "cells", tally.first_ids);
+  scanner.fail_at(
+      cells.type_places[static_cast<std::size_t>(tally.first_ids.front())], ErrorCode::kMeshUnsupportedCell,
+      std::to_string(tally.count) + " " + what + " (cell" + s + " " + tally.ids() + ", counted from 0); " + why,
+      "cells", tally.first_ids);
 }
 
-void append_cell(const VtkCells& cells, std::size_t cell, CellKind kind, ControlMesh& mesh) {
+void append_cell(const VtkCells& cells, std::size_t cell, CellKind kind, const TextScanner& scanner,
+                 ControlMesh& mesh) {
   const std::uint64_t begin = cells.offsets[cell];
   const auto corners = static_cast<std::uint64_t>(corner_count(kind));
   if (cells.offsets[cell + 1] - begin != corners) {
-    throw Error(ErrorCode::kFileSyntax,
-                "cell " + std::to_string(cell) + " (from 0) is of VTK type " + std::to_string(cells.types[cell]) +
-                    ", which has " + std::to_string(corners) + " corners, but lists " +
-                    std::to_string(cells.offsets[cell + 1] - begin),
-                "cells", {static_cast<std::int64_t>(cell)});
+    scanner.fail_at(cells.places[cell], ErrorCode::kFileSyntax,
+                    "cell " + std::to_string(cell) + " (from 0) is of VTK type " + std::to_string(cells.types[cell]) +
+                        ", which has " + std::to_string(corners) + " corners, but lists " +
+                        std::to_string(cells.offsets[cell + 1] - begin),
+                    "cells", {static_cast<std::int64_t>(cell)});
   }
   const bool voxel = cells.types[cell] == kVoxel;
   for (std::uint64_t i = 0; i < corners; ++i) {
@@ -76,12 +78,13 @@ void append_cell(const VtkCells& cells, std::size_t cell, CellKind kind, Control
 
 }  // namespace
 
-void append_cells(const VtkCells& cells, ControlMesh& mesh, std::vector<std::string>& warnings) {
+void append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
+                  std::vector<std::string>& warnings) {
   Tally flat;
   std::map<std::uint16_t, Tally> unsupported;
   for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
     if (const std::optional<CellKind> kind = kind_of(cells.types[cell])) {
-      append_cell(cells, cell, *kind, mesh);
+      append_cell(cells, cell, *kind, scanner, mesh);
     } else if (cells.types[cell] <= kLastFlatType) {
       flat.add(cell);
     } else {
@@ -89,8 +92,8 @@ void append_cells(const VtkCells& cells, ControlMesh& mesh, std::vector<std::str
     }
   }
   if (const auto pyramids = unsupported.find(kPyramid); pyramids != unsupported.end())
-    refuse(kPyramid, pyramids->second);
-  if (!unsupported.empty()) refuse(unsupported.begin()->first, unsupported.begin()->second);
+    refuse(cells, kPyramid, pyramids->second, scanner);
+  if (!unsupported.empty()) refuse(cells, unsupported.begin()->first, unsupported.begin()->second, scanner);
   if (flat.count > 0) {
     warnings.push_back(std::to_string(flat.count) + " points, lines or faces among the cells left out (cells " +
                        flat.ids() + "); cell ids in later messages count volume cells only");

@@ -10,17 +10,22 @@
 #include <vector>
 
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/text_scanner.h"
 
 namespace ccslice {
 
 struct VtkCells {
-  std::vector<std::uint64_t> offsets;       // n + 1 positions in `connectivity`, ascending from 0.
-  std::vector<std::uint32_t> connectivity;  // Point ids.
-  std::vector<std::uint16_t> types;         // n VTK cell types.
+  std::vector<std::uint64_t> offsets;              // n + 1 positions in `connectivity`, ascending from 0.
+  std::vector<std::uint32_t> connectivity;         // Point ids.
+  std::vector<std::uint16_t> types;                // n VTK cell types.
+  std::vector<std::uint64_t> places, type_places;  // n marks of the scanner each.
 };
 
 /// Appends the volume cells to `mesh` and a sentence on what was left out to `warnings`. Throws
-/// Error{kMeshUnsupportedCell, kFileSyntax}. REQUIRES: offsets.size() == types.size() + 1, the last offset in range.
-void append_cells(const VtkCells& cells, ControlMesh& mesh, std::vector<std::string>& warnings);
+/// Error{kMeshUnsupportedCell, kFileSyntax}, which name the place by `scanner`. REQUIRES: offsets.size() ==
+/// types.size()
+/// + 1, the last offset in range.
+void append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
+                  std::vector<std::string>& warnings);
 
 }  // namespace ccslice

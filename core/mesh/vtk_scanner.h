@@ -17,7 +17,7 @@ namespace ccslice {
 class VtkScanner {
  public:
   /// `text` must outlive the scanner.
-  explicit VtkScanner(std::string_view text) : text_(text) {}
+  explicit VtkScanner(std::string_view text) : text_(text, TextScanner::Comments::kNone) {}
 
   /// For the headers.
   TextScanner& text() noexcept { return text_; }

@@ -90,7 +90,9 @@ TEST(ReadMedit, RefusesIdsThatDoNotExist) {
   expect_error([&] { read_medit(vertices + "Tetrahedra 1\n0 1 2 3 0\n"); }, ErrorCode::kMeshIndexOutOfRange,
                "ids count from 1");
   expect_error([&] { read_medit(vertices + "Tetrahedra 2\n1 2 3 4 0\n1 2 3 5 0\n"); }, ErrorCode::kMeshIndexOutOfRange,
-               "cells 1 (from 0)");
+               "line 9: vertex id 5; the file has 4 vertices");
+  expect_error([&] { read_medit("MeshVersionFormatted 1\nTetrahedra 1\n1 2 3 5 0\n" + vertices.substr(23)); },
+               ErrorCode::kMeshIndexOutOfRange, "cells 0 (from 0)");
   expect_error([&] { read_medit(vertices + "Tetrahedra 1\n1 2 3 99999999999 0\n"); }, ErrorCode::kMeshIndexOutOfRange,
                "99999999999");
 }

@@ -180,7 +180,8 @@ TEST(ReadOvm, NamesLineAndToken) {
 }
 
 TEST(ReadOvm, RefusesCellsByTheirNumber) {
-  expect_error([] { read_ovm(changed("4 1 2 4 6", "4 1 2 4 4")); }, ErrorCode::kMeshUnsupportedCell, "cell 0 (from 0)");
+  expect_error([] { read_ovm(changed("4 1 2 4 6", "4 1 2 4 4")); }, ErrorCode::kMeshUnsupportedCell,
+               "line 24: cell 0 (from 0)");
   expect_error([] { read_ovm(changed("4 1 2 4 6", "3 1 2 4")); }, ErrorCode::kMeshUnsupportedCell, "3 faces");
   expect_error([] { read_ovm(changed("4 1 2 4 6", "0")); }, ErrorCode::kMeshUnsupportedCell, "0 faces");
   const std::string pyramid =

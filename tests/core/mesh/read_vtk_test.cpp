@@ -71,6 +71,13 @@ TEST(ReadVtk, PointScalarsAndFieldsBecomeChannels) {
   EXPECT_THAT(file.warnings, ElementsAre("cell data 'id' left out", "point data 'names' left out"));
 }
 
+TEST(ReadVtk, HasNoComments) {
+  const MeshFile file =
+      read_vtk(kHead + kPoints + kHex + "POINT_DATA 8\nSCALARS #1 double 1\nLOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n");
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("#1"));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+}
+
 TEST(ReadVtk, LeavesOutFlatCellsAndSaysSo) {
   const MeshFile file =
       read_vtk(kHead + kPoints + "CELLS 3 16\n4 0 1 2 3\n8 0 1 2 3 4 5 6 7\n1 0\nCELL_TYPES 3\n9 12 1\n");
@@ -79,8 +86,8 @@ TEST(ReadVtk, LeavesOutFlatCellsAndSaysSo) {
 }
 
 TEST(ReadVtk, RefusesPyramidsByCell) {
-  expect_error([] { read_vtk(kHead + kPoints + "CELLS 2 15\n8 0 1 2 3 4 5 6 7\n5 0 1 2 3 4\nCELL_TYPES 2\n12 14\n"); },
-               ErrorCode::kMeshUnsupportedCell, "1 pyramid (cell 1, counted from 0)");
+  expect_error([] { read_vtk(kHead + kPoints + "CELLS 2 15\n8 0 1 2 3 4 5 6 7\n5 0 1 2 3 4\nCELL_TYPES 2\n12\n14\n"); },
+               ErrorCode::kMeshUnsupportedCell, "line 13: 1 pyramid (cell 1, counted from 0)");
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n42\n"); },
                ErrorCode::kMeshUnsupportedCell, "VTK type 42");
 }
@@ -101,12 +108,16 @@ TEST(ReadVtk, NamesLineAndToken) {
 
 TEST(ReadVtk, RefusesCellsThatDoNotFitTogether) {
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n7 0 1 2 3 4 5 6\nCELL_TYPES 1\n12\n"); },
-               ErrorCode::kFileSyntax, "has 8 corners, but lists 7");
+               ErrorCode::kFileSyntax, "line 9: cell 0 (from 0) is of VTK type 12, which has 8 corners, but lists 7");
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 5\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n"); },
                ErrorCode::kFileSyntax, "announces");
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n8 0 1 2 3 4 5 6 7\n"); }, ErrorCode::kFileSyntax,
-               "1 cells but 0 cell types");
+               "line 9: the file has 1 cells but 0 cell types");
+  expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 2\n12 12\n"); },
+               ErrorCode::kFileSyntax, "line 10: the file has 1 cells but 2 cell types");
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12\n"); },
+               ErrorCode::kMeshIndexOutOfRange, "line 9: point id 8; the file has 8 points");
+  expect_error([] { read_vtk(kHead + "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12\n" + kPoints); },
                ErrorCode::kMeshIndexOutOfRange, "cells 0");
   expect_error([] { read_vtk(kHead + kPoints + kHex + "POINT_DATA 7\nSCALARS a float\n1 2 3 4 5 6 7\n"); },
                ErrorCode::kFileSyntax, "POINT_DATA of 7 points; the file has 8");
