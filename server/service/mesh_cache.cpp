@@ -128,17 +128,22 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
                        "the prepared mesh takes " + std::to_string(bytes) + " bytes, the whole cache has " +
                            std::to_string(options_.capacity_bytes) + ": use a server with more memory");
   }
+  // Nobody can get hold of a mesh that nobody uses while the cache is locked.
+  const auto unused = [](const Entry& entry) { return entry.mesh.use_count() == 1; };
   std::uint64_t freed = leaving_bytes_;
   const auto has_room = [&] { return live_bytes_->load() + bytes <= options_.capacity_bytes + freed; };
+  std::uint64_t droppable = 0;
+  for (const auto& [id, entry] : entries_) droppable += unused(entry) ? entry.mesh->prepared().memory_bytes : 0;
+  if (live_bytes_->load() + bytes > options_.capacity_bytes + freed + droppable) {
+    throw ServiceError(ServiceErrorCode::kCacheFull, "all meshes in the cache are in use: try again later");
+  }
   for (auto id = recency_.begin(); id != recency_.end() && !has_room();) {
     const auto entry = entries_.find(*id++);
-    if (entry->second.mesh.use_count() > 1) continue;  // Nobody can get hold of it while the cache is locked.
+    if (!unused(entry->second)) continue;
     freed += entry->second.mesh->prepared().memory_bytes;
     dropped.push_back(entry->second.mesh);
     drop_locked(entry);
   }
-  if (!has_room())
-    throw ServiceError(ServiceErrorCode::kCacheFull, "all meshes in the cache are in use: try again later");
 }
 
 bool MeshCache::erase(const std::string& id) {

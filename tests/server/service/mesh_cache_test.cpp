@@ -124,6 +124,15 @@ TEST_F(MeshCacheTest, NeverDropsWhatIsInUse) {
   EXPECT_EQ(code_of(put("c", 40)), 0);
 }
 
+TEST_F(MeshCacheTest, DropsNothingForAMeshThatDoesntFitAnyway) {
+  const MeshPtr used = put("a", 40).mesh;
+  put("b", 40);
+  EXPECT_EQ(code_of(put("c", 70)), static_cast<int>(ServiceErrorCode::kCacheFull));
+  EXPECT_NE(cache_.find("b"), nullptr);
+  EXPECT_EQ(code_of(put("d", 60)), 0);
+  EXPECT_EQ(cache_.find("b"), nullptr);
+}
+
 TEST_F(MeshCacheTest, CountsWhatWasDeletedWhileInUse) {
   MeshPtr used = put("a", 60).mesh;
   EXPECT_TRUE(cache_.erase("a"));
