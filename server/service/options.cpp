@@ -18,15 +18,17 @@ constexpr std::uint64_t kGiB = 1ull << 30;
 /// What protobuf can parse, and gRPC can count.
 constexpr std::uint64_t kMaxProtobufBytes = 2047 * kMiB;
 
+/// Three quarters of the memory go to what has a bound of its own. The last one is for the process itself (130 MB with
+/// OpenImageIO) and for what workers need while they compute.
 ServerOptions default_options(const Resources& resources) {
   const std::uint64_t memory = resources.memory_bytes;
   ServerOptions options;
   options.threads = resources.cpus;
-  options.cache_bytes = std::max(memory / 2, 64 * kMiB);
+  options.cache_bytes = std::max(memory / 8 * 3, 64 * kMiB);
   options.max_concurrent_calls = 32;
   options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
   options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
-  options.preparation_budget_bytes = std::max(memory / 4, 256 * kMiB);
+  options.preparation_budget_bytes = std::max(memory / 4, 64 * kMiB);
   options.max_message_bytes = kClientMessageBytes;
   options.idle_timeout = std::chrono::seconds(60);
   options.shutdown_grace = std::chrono::seconds(25);
@@ -44,7 +46,7 @@ void settle_budget(std::uint64_t& budget, std::uint64_t usual, std::uint64_t one
 
 /// What depends on other options.
 void settle_budgets(ServerOptions& options, const Resources& resources) {
-  const std::uint64_t usual = resources.memory_bytes / 8;
+  const std::uint64_t usual = resources.memory_bytes / 16;
   settle_budget(options.upload_budget_bytes, usual, options.max_mesh_bytes, "--upload-budget-bytes",
                 "--max-mesh-bytes");
   settle_budget(options.stream_budget_bytes, usual, options.stream_window_bytes, "--stream-budget-bytes",
@@ -100,11 +102,11 @@ const std::vector<OptionSpec>& option_specs() {
                    "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
       size_option("--cache-bytes", &ServerOptions::cache_bytes, {kMiB},
                   "Memory for prepared meshes. The least recently used ones go when it is full; those in use stay. By "
-                  "default half of the memory this process may use."),
+                  "default three eighths of the memory this process may use."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
                       "Drop meshes that nobody used for this long. 0 keeps them until the room is needed."),
       count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, 100'000,
-                   "Streaming calls worked on at the same time; further ones are told to come back (SERVER_BUSY)."),
+                   "Calls that compute, worked on at the same time; further ones are told to come back (SERVER_BUSY)."),
       size_option("--stream-window-bytes", &ServerOptions::stream_window_bytes, {kMiB},
                   "Layers or triangles that one call may hold in memory, ahead of a client that reads slowly. Also "
                   "bounds the size of a single layer."),

@@ -17,8 +17,8 @@ using ::testing::HasSubstr;
 
 const Resources kMachine{.cpus = 6, .memory_bytes = 16ull << 30};
 
-ParsedOptions parse(const std::vector<std::string>& arguments,
-                    const std::map<std::string, std::string>& variables = {}) {
+ParsedOptions parse(const std::vector<std::string>& arguments, const std::map<std::string, std::string>& variables = {},
+                    const Resources& machine = kMachine) {
   return parse_options(
       arguments,
       [&](const std::string& name) -> std::optional<std::string> {
@@ -26,7 +26,7 @@ ParsedOptions parse(const std::vector<std::string>& arguments,
         if (variable == variables.end()) return std::nullopt;
         return variable->second;
       },
-      kMachine);
+      machine);
 }
 
 std::string fault(const std::vector<std::string>& arguments, const std::map<std::string, std::string>& variables = {}) {
@@ -41,9 +41,18 @@ std::string fault(const std::vector<std::string>& arguments, const std::map<std:
 TEST(Options, FollowTheMachineByDefault) {
   const ServerOptions options = parse({}).options;
   EXPECT_EQ(options.threads, 6u);
-  EXPECT_EQ(options.cache_bytes, 8ull << 30);
+  EXPECT_EQ(options.cache_bytes, 6ull << 30);
   EXPECT_EQ(options.max_message_bytes, 4u << 20);
   EXPECT_EQ(options.listen_address, "0.0.0.0:50051");
+}
+
+TEST(Options, LeaveMemoryForTheProcessItself) {
+  for (const std::uint64_t memory : {512ull << 20, 1ull << 30, 16ull << 30, 512ull << 30}) {
+    const ServerOptions o = parse({}, {}, {.cpus = 2, .memory_bytes = memory}).options;
+    EXPECT_LE(o.cache_bytes + o.preparation_budget_bytes + o.upload_budget_bytes + o.stream_budget_bytes,
+              memory / 4 * 3)
+        << memory;
+  }
 }
 
 TEST(Options, ComeByFlagInBothForms) {
