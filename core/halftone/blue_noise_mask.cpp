@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <cstdlib>
+#include <exception>
 #include <functional>
 #include <list>
 #include <mutex>
@@ -189,6 +192,83 @@ std::vector<std::uint32_t> rank_voxels(const VoxelShape& shape, const Cancellati
   return ranks;
 }
 
+class MaskCache {
+ public:
+  static MaskCache& instance() {
+    static MaskCache cache;
+    return cache;
+  }
+
+  bool has(const VoxelShape& shape) {
+    std::lock_guard lock(mutex_);
+    const auto entry = find_locked(shape);
+    return entry != entries_.end() && entry->mask;
+  }
+
+  std::shared_ptr<const BlueNoiseMask> get(const VoxelShape& shape, const CancellationToken& cancel) {
+    std::unique_lock lock(mutex_);
+    for (auto entry = find_locked(shape); entry != entries_.end(); entry = find_locked(shape)) {
+      if (entry->mask) {
+        entries_.splice(entries_.begin(), entries_, entry);
+        return entry->mask;
+      }
+      cancel.throw_if_cancelled();
+      made_.wait_for(lock, kPollInterval);
+    }
+    entries_.push_front({shape, nullptr});
+    lock.unlock();
+    return make(shape, cancel);
+  }
+
+ private:
+  struct Entry {
+    VoxelShape shape;
+    std::shared_ptr<const BlueNoiseMask> mask;  // Null while it is being made.
+  };
+  using Entries = std::list<Entry>;
+
+  static constexpr std::chrono::milliseconds kPollInterval{10};
+
+  /// REQUIRES: an entry without a mask, which this thread has put there. If it fails, another one's turn comes.
+  std::shared_ptr<const BlueNoiseMask> make(const VoxelShape& shape, const CancellationToken& cancel) {
+    std::shared_ptr<const BlueNoiseMask> mask;
+    std::exception_ptr error;
+    try {
+      mask = std::make_shared<const BlueNoiseMask>(shape, cancel);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    {
+      std::lock_guard lock(mutex_);
+      const auto entry = find_locked(shape);
+      if (mask) {
+        entry->mask = mask;
+        trim_locked();
+      } else {
+        entries_.erase(entry);
+      }
+    }
+    made_.notify_all();
+    if (error) std::rethrow_exception(error);
+    return mask;
+  }
+
+  Entries::iterator find_locked(const VoxelShape& shape) {
+    return std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+      return std::tie(entry.shape.x, entry.shape.y, entry.shape.z) == std::tie(shape.x, shape.y, shape.z);
+    });
+  }
+
+  void trim_locked() {
+    std::size_t masks = 0;
+    std::erase_if(entries_, [&](const Entry& entry) { return entry.mask && ++masks > kMaskCacheSize; });
+  }
+
+  std::mutex mutex_;
+  std::condition_variable made_;
+  Entries entries_;  // The one used last in front.
+};
+
 double rounded_ratio(double edge) {
   constexpr double kSteps = 64, kMost = 3;  // 2^3 = 8.
   return std::exp2(std::clamp(std::round(std::log2(edge) * kSteps) / kSteps, -kMost, kMost));
@@ -209,23 +289,9 @@ BlueNoiseMask::BlueNoiseMask(const VoxelShape& shape, const CancellationToken& c
 }
 
 std::shared_ptr<const BlueNoiseMask> shared_mask(const VoxelShape& shape, const CancellationToken& cancel) {
-  struct Kept {
-    VoxelShape shape;
-    std::shared_ptr<const BlueNoiseMask> mask;
-  };
-  static std::mutex mutex;
-  static std::list<Kept> kept;  // The one used last in front.
-  std::lock_guard lock(mutex);
-  const auto known = std::find_if(kept.begin(), kept.end(), [&](const Kept& other) {
-    return std::tie(other.shape.x, other.shape.y, other.shape.z) == std::tie(shape.x, shape.y, shape.z);
-  });
-  if (known != kept.end()) {
-    kept.splice(kept.begin(), kept, known);
-  } else {
-    kept.push_front({shape, std::make_shared<const BlueNoiseMask>(shape, cancel)});
-    if (kept.size() > kMaskCacheSize) kept.pop_back();
-  }
-  return kept.front().mask;
+  return MaskCache::instance().get(shape, cancel);
 }
+
+bool has_shared_mask(const VoxelShape& shape) { return MaskCache::instance().has(shape); }
 
 }  // namespace ccslice

@@ -61,8 +61,12 @@ class BlueNoiseMask {
 
 /// The mask of a shape. Made at its first use in this process, then shared; the kMaskCacheSize used last are kept,
 /// which bounds what the cache holds to kMaskCacheSize * memory_bytes(). Thread-safe: whoever needs a mask that is
-/// being made waits for it. Throws Error{kCancelled}.
+/// being made waits for it, and nobody waits for the mask of another shape. Throws Error{kCancelled} within
+/// milliseconds of a cancel.
 std::shared_ptr<const BlueNoiseMask> shared_mask(const VoxelShape& shape, const CancellationToken& cancel = {});
+
+/// Whether shared_mask() would answer at once.
+bool has_shared_mask(const VoxelShape& shape);
 
 inline constexpr std::size_t kMaskCacheSize = 8;
 

@@ -33,11 +33,16 @@ void copy_numbers(const std::array<std::int32_t, kMixBlock>& chosen, std::uint32
 
 }  // namespace
 
+std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm, double pitch_y_mm,
+                                     double pitch_z_mm) {
+  if (printing.halftone.method != HalftoneMethod::kBlueNoise || printing.materials.size() == 1) return std::nullopt;
+  return voxel_shape(pitch_x_mm, pitch_y_mm, pitch_z_mm);
+}
+
 HalftonePlan::HalftonePlan(const Printing& printing, double pitch_x_mm, double pitch_y_mm, double pitch_z_mm,
                            const CancellationToken& cancel)
     : printing_(printing), mixture_(printing) {
-  if (printing.halftone.method != HalftoneMethod::kBlueNoise || printing.materials.size() == 1) return;
-  mask_ = shared_mask(voxel_shape(pitch_x_mm, pitch_y_mm, pitch_z_mm), cancel);
+  if (const auto shape = mask_shape(printing, pitch_x_mm, pitch_y_mm, pitch_z_mm)) mask_ = shared_mask(*shape, cancel);
 }
 
 void Halftoner::start_layer(std::uint32_t width, std::uint32_t layer) {

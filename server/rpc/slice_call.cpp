@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/engine_version.h"
+#include "core/halftone/halftone.h"
 #include "core/slicer/slice_range.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
@@ -56,12 +57,33 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   void prepare() override {
     mesh_ = require_mesh(state_, request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits);
+    const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
     validate_layer_range(job, request_.first_layer(), request_.layer_count());
     log_.note(request_.mesh_id());
     log_.note("layers " + std::to_string(request_.first_layer()) + "+" + std::to_string(request_.layer_count()));
     write_header(job);
+    const std::optional<VoxelShape> mask = mask_of(job);
+    if (mask && !has_shared_mask(*mask)) return make_mask_and_start(*mask, job);
     start_stream(job);
+  }
+
+  static std::optional<VoxelShape> mask_of(const SliceJob& job) {
+    const VoxelPitch& pitch = job.grid.pitch;
+    return job.printing ? mask_shape(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm) : std::nullopt;
+  }
+
+  /// A mask takes about a second: a long piece of work of its own, so that others' layers go on meanwhile.
+  void make_mask_and_start(const VoxelShape& shape, const SliceJob& job) {
+    state_.executor.make_lane(Executor::Pieces::kLong).post([this, self = shared_from_this(), shape, job] {
+      try {
+        shared_mask(shape, cancel_);
+        start_stream(job);
+      } catch (...) {
+        std::lock_guard lock(stream_mutex_);
+        start_error_ = std::current_exception();
+      }
+      wake();
+    });
   }
 
   /// Takes the window from the memory of all streams: what the layers need, one of them at least. How much contours
@@ -93,12 +115,20 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   }
 
   void stop() override {
-    std::shared_ptr<LayerStream> stream;
-    {
-      std::lock_guard lock(stream_mutex_);
-      stream = stream_;
-    }
-    if (stream) stream->cancel();
+    cancel_.cancel();
+    if (const auto stream = this->stream()) stream->cancel();
+  }
+
+  /// Null until it has been started. Throws why it can't be.
+  std::shared_ptr<LayerStream> started_stream() {
+    std::lock_guard lock(stream_mutex_);
+    if (start_error_) std::rethrow_exception(start_error_);
+    return stream_;
+  }
+
+  std::shared_ptr<LayerStream> stream() {
+    std::lock_guard lock(stream_mutex_);
+    return stream_;
   }
 
   Next next(v1::SliceRangeResponse& message) override {
@@ -119,10 +149,12 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
 
   Next next_of_layers(v1::SliceRangeResponse& message) {
     if (messages_.next(message)) return Next::kMessage;
+    const std::shared_ptr<LayerStream> stream = started_stream();
+    if (!stream) return Next::kPending;
     Layer layer;
-    switch (stream_->pull(layer)) {
+    switch (stream->pull(layer)) {
       case LayerStream::Pull::kPending: return Next::kPending;
-      case LayerStream::Pull::kFailed: std::rethrow_exception(stream_->error());
+      case LayerStream::Pull::kFailed: std::rethrow_exception(stream->error());
       case LayerStream::Pull::kEnd: stage_ = Stage::kSummary; return next(message);
       case LayerStream::Pull::kLayer: break;
     }
@@ -164,8 +196,10 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
   LayerMessages messages_;
+  CancellationToken cancel_ = CancellationToken::make();  // Of what comes before the stream.
   std::mutex stream_mutex_;
   std::shared_ptr<LayerStream> stream_;
+  std::exception_ptr start_error_;
 };
 
 }  // namespace

@@ -114,6 +114,40 @@ TEST_F(Cancellation, ASlowReaderHoldsABoundedWindowAndNoThread) {
   reader->Finish();
 }
 
+/// Of voxels of a shape that no other test has, so that its mask has to be made.
+v1::SliceRangeRequest halftoned_request(const std::string& id, double shape) {
+  v1::SliceRangeRequest request = slice_request(id, 0.5, 0, 1);
+  request.mutable_grid()->mutable_pitch()->set_z_mm(0.5 * shape);
+  request.clear_planes();
+  request.add_planes()->mutable_materials();
+  for (const char* name : {"hard", "soft"}) {
+    v1::PrintMaterial& material = *request.mutable_printing()->add_materials();
+    material.set_name(name);
+    material.set_rgba(name[0] == 'h' ? 0x101010ff : 0x202020ff);
+    v1::BlendStop& stop = *request.mutable_printing()->mutable_map()->mutable_blend()->add_stops();
+    stop.set_material(name);
+    stop.set_value(name[0] == 'h' ? 0 : 1);
+  }
+  request.mutable_printing()->mutable_map()->mutable_blend()->set_channel("x");
+  request.mutable_printing()->mutable_halftone()->set_method(v1::HALFTONE_METHOD_BLUE_NOISE);
+  return request;
+}
+
+TEST_F(Cancellation, NobodyWaitsForTheMaskOfAnotherJob) {
+  ASSERT_TRUE(server_.slice(halftoned_request(id_, 1)).status.ok()) << "its mask is there from now on";
+  grpc::ClientContext context;
+  const auto stub = server_.new_stub();
+  const auto reader = stub->SliceRange(&context, halftoned_request(id_, 3));
+  v1::SliceRangeResponse message;
+  ASSERT_TRUE(reader->Read(&message) && message.has_header());
+  std::this_thread::sleep_for(50ms);
+  EXPECT_TRUE(server_.slice(halftoned_request(id_, 1)).status.ok());
+  EXPECT_EQ(server_.server().state().calls.running(), 1u) << "the mask is still being made";
+  context.TryCancel();
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_TRUE(stops());
+}
+
 TEST_F(Cancellation, AStoppedProbeEnds) {
   grpc::ClientContext context;
   const auto stream = server_.stub().ProbePoints(&context);
