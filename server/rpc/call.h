@@ -13,6 +13,7 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -36,7 +37,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     self_ = this->shared_from_this();
     try {
       admission_ = state_.calls.admit([weak = this->weak_from_this()] {
-        if (const auto open = weak.lock()) open->OnCancel();
+        if (const auto open = weak.lock()) open->cut_off();
       });
     } catch (...) {
       return to_status(std::current_exception());
@@ -49,13 +50,15 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
 
   /// Bounds the waits that follow. REQUIRES: admitted.
   void watch() { state_.idle_watch.add(self_); }
-  void begin_wait_for_message() {
-    for_reader_ = false;
-    begin_wait();
+  /// `start` starts a read. The call may be over when this returns.
+  template <class Start>
+  void wait_for_message(const Start& start) {
+    wait(/*for_reader=*/false, start);
   }
-  void begin_wait_for_reader() {
-    for_reader_ = true;
-    begin_wait();
+  /// `start` starts a write. The call may be over when this returns.
+  template <class Start>
+  void wait_for_reader(const Start& start) {
+    wait(/*for_reader=*/true, start);
   }
 
   /// Why the call was stopped from outside.
@@ -75,6 +78,27 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
  private:
   void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
 
+  template <class Start>
+  void wait(bool for_reader, const Start& start) {
+    const auto self = this->shared_from_this();
+    for_reader_ = for_reader;
+    const WaitBegin begin = begin_wait();
+    start();
+    arm_wait(begin);
+    if (state_.calls.cutting_off()) end_wait_for_message();
+  }
+
+  /// Of the drain. gRPC ends the waits of a call that the client cancels; here nobody does.
+  void cut_off() {
+    this->OnCancel();
+    end_wait_for_message();
+  }
+
+  /// A client that doesn't read can't be told why, see above.
+  void end_wait_for_message() {
+    if (!for_reader_ && end_armed_wait()) end(status_of_stop());
+  }
+
   void idle() override {
     stop();
     const grpc::Status status = for_reader_ ? stalled_status() : idle_status();
@@ -84,7 +108,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
 
   std::shared_ptr<Call> self_;
   CallRegistry::Ticket admission_;
-  bool for_reader_ = false;  // The wait under way.
+  std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
 };
 
 }  // namespace ccslice::server

@@ -76,8 +76,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
 
  private:
   void read() {
-    this->begin_wait_for_message();
-    this->StartRead(&request_);
+    this->wait_for_message([this] { this->StartRead(&request_); });
   }
 
   void OnReadDone(bool ok) override {
@@ -103,8 +102,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
     } catch (...) {
       return end(cancel_.cancelled() ? this->status_of_stop() : to_status(std::current_exception()));
     }
-    this->begin_wait_for_reader();
-    this->StartWrite(&response_);
+    this->wait_for_reader([this] { this->StartWrite(&response_); });
   }
 
   void accept_header() {

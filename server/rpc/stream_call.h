@@ -102,7 +102,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     while (true) {
       if (stopped()) return stop_and_end(this->status_of_stop());
       switch (next_guarded()) {
-        case Next::kMessage: this->begin_wait_for_reader(); return this->StartWrite(&message_);
+        case Next::kMessage: return this->wait_for_reader([this] { this->StartWrite(&message_); });
         case Next::kEnd: return stop_and_end(failure_ ? to_status(failure_) : grpc::Status::OK);
         case Next::kPending: break;
       }

@@ -37,8 +37,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
 
  private:
   void read() {
-    begin_wait_for_message();
-    StartRead(&request_);
+    wait_for_message([this] { StartRead(&request_); });
   }
 
   void OnReadDone(bool ok) override {

@@ -5,9 +5,25 @@
 
 namespace ccslice::server {
 
+IdleCall::WaitBegin IdleCall::begin_wait() {
+  const WaitBegin now = std::chrono::steady_clock::now().time_since_epoch().count();
+  since_.store(-now);
+  return now;
+}
+
+void IdleCall::arm_wait(WaitBegin wait) {
+  WaitBegin unarmed = -wait;
+  since_.compare_exchange_strong(unarmed, wait);
+}
+
+bool IdleCall::end_armed_wait() {
+  WaitBegin since = since_.load();
+  return since > 0 && since_.compare_exchange_strong(since, kNotWaiting);
+}
+
 void IdleCall::end_wait_begun_before(std::chrono::steady_clock::time_point time) {
-  std::int64_t since = since_.load();
-  if (since == kNotWaiting || since >= time.time_since_epoch().count()) return;
+  WaitBegin since = since_.load();
+  if (since <= 0 || since >= time.time_since_epoch().count()) return;
   if (since_.compare_exchange_strong(since, kNotWaiting)) idle();
 }
 

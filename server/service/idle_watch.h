@@ -26,16 +26,25 @@ class IdleCall {
   void end_wait_begun_before(std::chrono::steady_clock::time_point time);
 
  protected:
-  void begin_wait() { since_.store(std::chrono::steady_clock::now().time_since_epoch().count()); }
-  /// False if the wait has been ended already: the call is over.
+  /// When a wait began, in ticks of the steady clock.
+  using WaitBegin = std::int64_t;
+
+  /// To be called before what is waited for is started: it may come at once. Until arm_wait() only end_wait() ends the
+  /// wait, as a call must not be over before it has started what it waits for.
+  WaitBegin begin_wait();
+  /// Does nothing if that wait has ended.
+  void arm_wait(WaitBegin wait);
+  /// Of what was waited for. False if the wait has been ended already: the call is over.
   bool end_wait() { return since_.exchange(kNotWaiting) != kNotWaiting; }
+  /// Of anybody else. False if there is no wait, or it isn't armed yet.
+  bool end_armed_wait();
 
  private:
   /// Ends the call. On the watch's thread.
   virtual void idle() = 0;
 
-  static constexpr std::int64_t kNotWaiting = 0;
-  std::atomic<std::int64_t> since_{kNotWaiting};
+  static constexpr WaitBegin kNotWaiting = 0;
+  std::atomic<WaitBegin> since_{kNotWaiting};  // Negative until it's armed.
 };
 
 /// Thread-safe.

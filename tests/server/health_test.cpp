@@ -89,6 +89,30 @@ TEST(Drain, CutsOffAPreparationAndSaysWhy) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
 }
 
+TEST(Drain, CutsOffCallsThatWaitForTheirClientAndSaysWhy) {
+  TestServer server;
+  const std::string id = server.upload_good(make_block(2, 10));
+  grpc::ClientContext probing;
+  const auto probe = server.stub().ProbePoints(&probing);
+  v1::ProbePointsRequest points;
+  points.set_mesh_id(id);
+  for (const double x : {1.0, 1.0, 1.0}) points.add_points_mm(x);
+  v1::ProbePointsResponse found;
+  ASSERT_TRUE(probe->Write(points) && probe->Read(&found));
+  grpc::ClientContext uploading;
+  v1::UploadMeshResponse uploaded;
+  const auto upload = server.stub().UploadMesh(&uploading, &uploaded);
+  v1::UploadMeshRequest start;
+  start.mutable_start()->set_mesh_id("sha256:" + std::string(64, 'a'));
+  start.mutable_start()->set_size_bytes(1000);
+  ASSERT_TRUE(upload->Write(start));
+  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 2; }, 5s));
+  std::this_thread::sleep_for(50ms);
+  server.server().drain(0ms);
+  EXPECT_EQ(failure_of(probe->Finish()).reason, "SERVER_SHUTTING_DOWN");
+  EXPECT_EQ(failure_of(upload->Finish()).reason, "SERVER_SHUTTING_DOWN");
+}
+
 TEST(Drain, CancelsClientsThatDontRead) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));

@@ -14,8 +14,11 @@ using namespace std::chrono_literals;
 
 class SilentCall final : public IdleCall {
  public:
+  using IdleCall::arm_wait;
   using IdleCall::begin_wait;
+  using IdleCall::end_armed_wait;
   using IdleCall::end_wait;
+  void wait() { arm_wait(begin_wait()); }
   int ended = 0;
 
  private:
@@ -26,7 +29,7 @@ TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
   IdleWatch watch(20ms);
   const auto call = std::make_shared<SilentCall>();
   watch.add(call);
-  call->begin_wait();
+  call->wait();
   watch.sweep();
   EXPECT_EQ(call->ended, 0) << "it has time";
   std::this_thread::sleep_for(30ms);
@@ -40,11 +43,29 @@ TEST(IdleWatch, LeavesCallsThatDontWait) {
   IdleWatch watch(1ms);
   const auto working = std::make_shared<SilentCall>();
   watch.add(working);
-  working->begin_wait();
+  working->wait();
   EXPECT_TRUE(working->end_wait());
   std::this_thread::sleep_for(5ms);
   watch.sweep();
   EXPECT_EQ(working->ended, 0);
+}
+
+TEST(IdleWatch, EndsNoWaitBeforeItIsArmed) {
+  IdleWatch watch(1ms);
+  const auto call = std::make_shared<SilentCall>();
+  watch.add(call);
+  const auto wait = call->begin_wait();
+  std::this_thread::sleep_for(5ms);
+  watch.sweep();
+  EXPECT_FALSE(call->end_armed_wait());
+  EXPECT_EQ(call->ended, 0);
+  call->arm_wait(wait);
+  watch.sweep();
+  EXPECT_EQ(call->ended, 1);
+  call->begin_wait();
+  call->arm_wait(wait);
+  EXPECT_FALSE(call->end_armed_wait()) << "another wait was armed";
+  EXPECT_TRUE(call->end_wait());
 }
 
 TEST(IdleWatch, KeepsNoCallAlive) {
@@ -62,7 +83,7 @@ TEST(IdleWatch, MayHaveEndlessPatience) {
   IdleWatch watch(0ms);
   const auto call = std::make_shared<SilentCall>();
   watch.add(call);
-  call->begin_wait();
+  call->wait();
   std::this_thread::sleep_for(5ms);
   watch.sweep();
   EXPECT_EQ(call->ended, 0);
@@ -73,7 +94,7 @@ TEST(IdleWatch, AMessageAndTheEndOfPatienceDontBothWin) {
     IdleWatch watch(1ms);
     const auto call = std::make_shared<SilentCall>();
     watch.add(call);
-    call->begin_wait();
+    call->wait();
     std::this_thread::sleep_for(1ms);
     std::thread sweeper([&] { watch.sweep(); });
     const bool came = call->end_wait();
