@@ -57,14 +57,13 @@ std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { retu
 
 Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {
   const BoundarySurface surface(*this);
-  Box3 box;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 direction = placement.linear().row(axis).transpose();
-    const double offset = placement.translation()[axis];
-    box.max()[axis] = offset + support(surface, direction, cancel);
-    box.min()[axis] = offset - support(surface, -direction, cancel);
+  const Mat3& linear = placement.linear();
+  std::vector<Vec3> directions;
+  for (const double sign : {1.0, -1.0}) {
+    for (int axis = 0; axis < 3; ++axis) directions.push_back(sign * linear.row(axis).transpose());
   }
-  return box;
+  const std::vector<double> s = support(surface, directions, cancel);
+  return Box3(placement.translation() - Vec3(s[3], s[4], s[5]), placement.translation() + Vec3(s[0], s[1], s[2]));
 }
 
 }  // namespace ccslice

@@ -90,8 +90,8 @@ class LimitSolid {
   CellClass cell_class(std::uint32_t cell) const noexcept;
   std::uint32_t control_cell(std::uint32_t cell) const noexcept;
 
-  /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure, cheap (microseconds
-  /// to a few milliseconds). Throws Error{kCancelled}.
+  /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure; takes about a
+  /// microsecond for every boundary face. Throws Error{kCancelled}.
   Box3 placed_bounding_box(const Placement& placement, const CancellationToken& cancel = {}) const;
 
   struct Data;

@@ -45,27 +45,36 @@ void halve(const Heights& h, std::size_t stride, Heights& low, Heights& high) {
   }
 }
 
+struct BoundedFace {
+  double bound;
+  std::uint32_t face;
+  bool operator<(const BoundedFace& other) const {
+    return bound != other.bound ? bound < other.bound : face > other.face;
+  }
+};
+
 class Search {
  public:
   Search(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel)
       : surface_(surface), direction_(direction), poll_(cancel) {}
 
-  double run() {
-    std::vector<std::pair<double, std::uint32_t>> faces;
+  /// `hulls`: of each face. Few faces are looked at, those of the largest bounds, so they are not sorted.
+  double run(const std::vector<Box3>& hulls) {
+    std::vector<BoundedFace> faces;
+    faces.reserve(hulls.size());
     double lowest = std::numeric_limits<double>::infinity();
-    for (std::uint32_t f = 0; f < surface_.faces().size(); ++f) {
-      poll_();
-      const Box3 box = surface_.hull_box(f);
-      faces.emplace_back(direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f);
+    for (std::uint32_t f = 0; f < hulls.size(); ++f) {
+      const Box3& box = hulls[f];
+      faces.push_back({direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f});
       lowest = std::min(lowest, direction_.cwiseMin(0).dot(box.max()) + direction_.cwiseMax(0).dot(box.min()));
     }
-    std::sort(faces.begin(), faces.end(), [](const auto& a, const auto& b) {
-      return a.first != b.first ? a.first > b.first : a.second < b.second;
-    });
-    tolerance_ = std::max(1e-10 * (faces.front().first - lowest), std::numeric_limits<double>::min());
-    for (const auto& [bound, face] : faces) {
-      if (bound <= best_ + tolerance_) break;
+    std::make_heap(faces.begin(), faces.end());
+    tolerance_ = std::max(1e-10 * (faces.front().bound - lowest), std::numeric_limits<double>::min());
+    while (!faces.empty() && faces.front().bound > best_ + tolerance_) {
+      const std::uint32_t face = faces.front().face;
       surface_.faces()[face].regular ? search(surface_.regular_patch(face)) : search_irregular(face);
+      std::pop_heap(faces.begin(), faces.end());
+      faces.pop_back();
     }
     return best_;
   }
@@ -112,8 +121,20 @@ class Search {
 
 }  // namespace
 
-double support(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel) {
-  return Search(surface, direction, cancel).run();
+std::vector<double> support(const BoundarySurface& surface, std::span<const Vec3> directions,
+                            const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  std::vector<Box3> hulls(surface.faces().size());
+  for (std::uint32_t f = 0; f < hulls.size(); ++f) {
+    poll();
+    hulls[f] = surface.hull_box(f);
+  }
+  std::vector<double> values;
+  for (const Vec3& direction : directions) {
+    cancel.throw_if_cancelled();
+    values.push_back(Search(surface, direction, cancel).run(hulls));
+  }
+  return values;
 }
 
 }  // namespace ccslice

@@ -139,9 +139,9 @@ Grid plan_grid(const Box3& part_box, const GridRequest& request, const SliceLimi
 }
 
 Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,
-               const SliceLimits& limits) {
+               const SliceLimits& limits, const CancellationToken& cancel) {
   validate_placement(placement, limits);
-  return plan_grid(solid.placed_bounding_box(placement), request, limits);
+  return plan_grid(solid.placed_bounding_box(placement, cancel), request, limits);
 }
 
 }  // namespace ccslice

@@ -62,9 +62,9 @@ void validate_extent(const GridExtent& extent, const SliceLimits& limits = {});
 void validate_place(const Grid& grid, const SliceLimits& limits = {});
 
 /// Throws what the functions above and validate_placement() throw, and Error{kGridOriginNonFinite,
-/// kGridOriginOutOfRange}.
+/// kGridOriginOutOfRange, kCancelled}.
 Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,
-               const SliceLimits& limits = {});
+               const SliceLimits& limits = {}, const CancellationToken& cancel = {});
 
 /// The same for a part whose placed bounding box is known. REQUIRES: part_box not empty.
 Grid plan_grid(const Box3& part_box, const GridRequest& request, const SliceLimits& limits = {});

@@ -79,7 +79,7 @@ struct Layer {
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 
-/// One thread's worker. Holds scratch memory bounded by one layer.
+/// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
 class LayerSlicer {
  public:
   /// REQUIRES: validate_job(*solid, job) passes. Throws Error{kCancelled}.

@@ -13,8 +13,8 @@
 namespace ccslice::server {
 namespace {
 
-/// Plans on a worker. Planning takes milliseconds, waiting for a worker may take longer: a call that was cancelled
-/// meanwhile isn't planned, and is answered without waiting.
+/// Plans on a worker. Planning takes milliseconds, up to a second for the largest meshes, and waiting for a worker may
+/// take longer: a call that is cancelled while it waits isn't planned, and is answered at once.
 class PlanCall final : public Call<grpc::ServerUnaryReactor> {
  public:
   PlanCall(ServiceState& state, grpc::CallbackServerContext& context, const v1::PlanSlicesRequest& request,
@@ -33,6 +33,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
 
  private:
   void OnCancel() override {
+    cancel_.cancel();
     if (claim()) end(status_of_stop());
   }
 
@@ -43,15 +44,16 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     grpc::Status status;
     try {
       const MeshPtr mesh = require_mesh(state_, request_.mesh_id());
-      response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits);
+      response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits, cancel_);
     } catch (...) {
-      status = to_status(std::current_exception());
+      status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
     end(status);
   }
 
   const v1::PlanSlicesRequest& request_;
   v1::PlanSlicesResponse& response_;
+  CancellationToken cancel_ = CancellationToken::make();
   std::atomic<bool> claimed_{false};
 };
 

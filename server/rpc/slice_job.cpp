@@ -112,13 +112,14 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
 
 }  // namespace
 
-SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits) {
+SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
+                const CancellationToken& cancel) {
   require_known_fields(request);
   SliceJob job;
   job.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
   v1::GridSpec grid = request.grid();
   if (request.has_printer()) grid = with_printer_pitch(grid, to_printer(request.printer()));
-  job.grid = plan_grid(solid, job.placement, to_grid_request(grid), limits);
+  job.grid = plan_grid(solid, job.placement, to_grid_request(grid), limits, cancel);
   if (request.has_region()) job.region = to_region(request.region(), job.grid);
   job.order = to_order(request.layout());
   if (request.has_printing()) job.printing = to_printing(request.printing(), solid.summary());
@@ -131,7 +132,7 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
 }
 
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
-                                   const SliceLimits& limits) {
+                                   const SliceLimits& limits, const CancellationToken& cancel) {
   require_known_fields(request);
   v1::SliceRangeRequest whole;
   *whole.mutable_placement() = request.placement();
@@ -144,7 +145,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   if (request.has_printer()) *whole.mutable_printer() = request.printer();
   if (request.has_region()) *whole.mutable_region() = request.region();
   *whole.mutable_layout() = request.layout();
-  const SliceJob job = to_job(whole, solid, limits);
+  const SliceJob job = to_job(whole, solid, limits, cancel);
 
   v1::PlanSlicesResponse plan;
   *plan.mutable_grid() = to_message(job.grid);

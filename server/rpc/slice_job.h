@@ -6,6 +6,7 @@
 #pragma once
 
 #include "ccslice/v1/slice.pb.h"
+#include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_limits.h"
@@ -13,12 +14,13 @@
 namespace ccslice::server {
 
 /// The job of a request, valid for the solid and within the limits. Throws Error (2xx),
-/// ServiceError{kRequestMalformed}.
-SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits);
+/// ServiceError{kRequestMalformed}. Takes a while for large meshes: throws Error{kCancelled}.
+SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
+                const CancellationToken& cancel);
 
 /// What slicing would give. Throws like to_job.
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
-                                   const SliceLimits& limits);
+                                   const SliceLimits& limits, const CancellationToken& cancel);
 
 /// Samples of all planes of one layer.
 std::uint64_t layer_bytes(const SliceJob& job);
