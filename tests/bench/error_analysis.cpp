@@ -214,8 +214,7 @@ bool report(const Options& options, const std::vector<ModelResult>& results) {
 }
 
 std::vector<std::string> all_models() {
-  std::vector<std::string> names = oracle::irregular_sample_names();
-  names.push_back("ring");
+  std::vector<std::string> names = oracle::sample_names();
   for (const std::string& name : oracle::real_mesh_names()) {
     if (oracle::read_real_mesh_ungraded(name)) names.push_back(name);
   }

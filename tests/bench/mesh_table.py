@@ -153,7 +153,10 @@ def subjects(server, meshes, folder):
         path = folder / f"{sample}.ccmesh"
         server.answer("models", sample, "--output", path)
         yield sample, path, []
-    for path in sorted(meshes.iterdir()) if meshes and meshes.is_dir() else []:
+    if not (meshes and meshes.is_dir()):
+        print(f"NOT CHECKED: real meshes, there is no folder {meshes}")
+        return
+    for path in sorted(meshes.iterdir()):
         if path.suffix in MESH_FILES:
             code, facts = server.run("info", path)
             yield path.name, path, [] if code == 0 and facts["channels"] else ["--grade", "height=z"]

@@ -139,12 +139,10 @@ TEST_P(RealBoundary, LimitAgreesWithOpenSubdiv) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealBoundary, testing::ValuesIn(irregular_sample_names()),
+INSTANTIATE_TEST_SUITE_P(Samples, RealBoundary, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealBoundary,
-                         testing::Values("cylinder.ovm", "fertility_cmu.vtk", "lower_arm.vtk", "mixed_small.vtk",
-                                         "mountwithhole.vtk", "rod.vtk"),
+INSTANTIATE_TEST_SUITE_P(Shared, RealBoundary, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

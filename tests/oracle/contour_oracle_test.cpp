@@ -206,7 +206,7 @@ TEST_P(RealContour, PolygonsLieWithinTheToleranceAndNoLoopIsLost) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealContour, testing::ValuesIn(irregular_sample_names()),
+INSTANTIATE_TEST_SUITE_P(Samples, RealContour, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealContour, testing::ValuesIn(real_mesh_names()),

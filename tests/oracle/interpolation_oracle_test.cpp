@@ -110,12 +110,6 @@ TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {
   EXPECT_GT(difference.interpolated, 0u) << "nothing is tested here";
 }
 
-std::vector<std::string> sample_names() {
-  std::vector<std::string> names = irregular_sample_names();
-  names.push_back("ring");
-  return names;
-}
-
 INSTANTIATE_TEST_SUITE_P(Samples, InterpolatedRealMeshes, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -122,7 +122,7 @@ TEST_P(RealInversion, FindsEveryPointAgain) {
   EXPECT_EQ(trips.lost, (std::array<std::size_t, 3>{})) << trips.where;
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealInversion, testing::ValuesIn(irregular_sample_names()),
+INSTANTIATE_TEST_SUITE_P(Samples, RealInversion, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealInversion, testing::ValuesIn(real_mesh_names()),

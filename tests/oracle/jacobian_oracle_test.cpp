@@ -7,8 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
+#include "tests/oracle/real_meshes.h"
 #include "tests/oracle/subject.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -34,19 +39,24 @@ Mat3 finite_differences(LimitEvaluator& evaluator, const CellParam& at) {
 
 class Jacobian : public testing::TestWithParam<std::size_t> {};
 
+void expect_finite_differences(const Subject& subject, LimitEvaluator& evaluator, std::uint32_t cell, int samples,
+                               std::mt19937& random) {
+  for (int i = 0; i < samples; ++i) {
+    const CellParam at{cell, Vec3(random_parameter(random), random_parameter(random), random_parameter(random))};
+    const LimitSample sample = evaluator.sample(at);
+    EXPECT_LT((sample.position - evaluator.geo(at)).norm(), 1e-12 * subject.diagonal_mm());
+    const Mat3 difference = sample.jacobian - finite_differences(evaluator, at);
+    ASSERT_LT(difference.norm(), 1e-5 * sample.jacobian.norm()) << to_text(at);
+  }
+}
+
 TEST_P(Jacobian, AgreesWithFiniteDifferences) {
   const Subject subject(tiny_meshes()[GetParam()].mesh);
   LimitEvaluator evaluator(subject.solid());
   std::mt19937 random(static_cast<std::uint32_t>(GetParam()));
   const int samples = std::max(4, 1500 / static_cast<int>(subject.solid().cell_count()));
   for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
-    for (int i = 0; i < samples; ++i) {
-      const CellParam at{cell, Vec3(random_parameter(random), random_parameter(random), random_parameter(random))};
-      const LimitSample sample = evaluator.sample(at);
-      EXPECT_LT((sample.position - evaluator.geo(at)).norm(), 1e-12 * subject.diagonal_mm());
-      const Mat3 difference = sample.jacobian - finite_differences(evaluator, at);
-      ASSERT_LT(difference.norm(), 1e-5 * sample.jacobian.norm()) << to_text(at);
-    }
+    expect_finite_differences(subject, evaluator, cell, samples, random);
   }
 }
 
@@ -67,6 +77,31 @@ TEST_P(Jacobian, IsFiniteOnTheBordersOfCells) {
     }
   }
 }
+
+class RealJacobian : public testing::TestWithParam<std::string> {};
+
+TEST_P(RealJacobian, AgreesWithFiniteDifferences) {
+  const std::optional<ControlMesh> mesh = read_real_mesh(GetParam());
+  if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
+  const Subject subject(*mesh);
+  LimitEvaluator evaluator(subject.solid());
+  std::mt19937 random(5);
+  std::map<CellClass, std::vector<std::uint32_t>> cells;
+  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+    cells[subject.solid().cell_class(cell)].push_back(cell);
+  }
+  for (auto& [cell_class, of_class] : cells) {
+    std::shuffle(of_class.begin(), of_class.end(), random);
+    of_class.resize(std::min<std::size_t>(of_class.size(), 300));
+    for (const std::uint32_t cell : of_class) expect_finite_differences(subject, evaluator, cell, 4, random);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, RealJacobian, testing::ValuesIn(sample_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Shared, RealJacobian, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(TinyMeshes, Jacobian, testing::Range<std::size_t>(0, tiny_meshes().size()),
                          [](const auto& info) { return tiny_meshes()[info.param].name; });

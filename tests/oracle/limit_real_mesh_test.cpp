@@ -77,7 +77,7 @@ TEST_P(SharpRealMesh, LimitAgreesWithBruteForce) {
   expect_small(compare_every_class(Subject(*mesh), kSharpCellsPerClass));
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealMesh, testing::ValuesIn(irregular_sample_names()),
+INSTANTIATE_TEST_SUITE_P(Samples, RealMesh, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealMesh, testing::ValuesIn(real_mesh_names()),

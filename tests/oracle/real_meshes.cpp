@@ -26,8 +26,8 @@ const std::vector<std::string>& real_meshes_with_convex_edges() {
   return names;
 }
 
-const std::vector<std::string>& irregular_sample_names() {
-  static const std::vector<std::string> names = {"bracket", "coyote", "engine", "grid"};
+const std::vector<std::string>& sample_names() {
+  static const std::vector<std::string> names = {"bracket", "coyote", "engine", "grid", "ring"};
   return names;
 }
 

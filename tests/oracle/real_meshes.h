@@ -19,8 +19,8 @@ const std::vector<std::string>& real_mesh_names();
 /// Those of them that have edges with one hex.
 const std::vector<std::string>& real_meshes_with_convex_edges();
 
-/// The samples of core/mesh/models.h with irregular cells. The functions below take their names too.
-const std::vector<std::string>& irregular_sample_names();
+/// The samples of core/mesh/models.h. The functions below take their names too.
+const std::vector<std::string>& sample_names();
 
 /// Graded by coordinates (channels x, y, z) and by the distance from the middle ("radius"), unless the file brings
 /// channels of its own. Nothing if the file isn't there.

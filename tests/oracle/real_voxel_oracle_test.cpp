@@ -94,7 +94,7 @@ TEST_P(SharpRealVoxels, TakeTheirMaterialFromTheirOwnPlace) {
   EXPECT_EQ(residuals.beyond, 0u) << "worst " << residuals.worst_mm << " mm, unresolved " << residuals.unresolved;
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealVoxels, testing::ValuesIn(irregular_sample_names()),
+INSTANTIATE_TEST_SUITE_P(Samples, RealVoxels, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(real_mesh_names()),
@@ -121,11 +121,10 @@ TEST_P(RealMaterials, AgreeWithAlgorithm1) {
   RecordProperty("worst", std::to_string(result.worst));
 }
 
-INSTANTIATE_TEST_SUITE_P(Samples, RealMaterials, testing::Values("bracket", "coyote", "engine"),
+INSTANTIATE_TEST_SUITE_P(Samples, RealMaterials, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials,
-                         testing::Values("rod.vtk", "fertility_cmu.vtk", "mountwithhole.vtk", "mixed_small.vtk"),
+INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace
