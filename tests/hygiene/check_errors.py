@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the contract's table of errors against the code: every code of ours that can reach a client has one reason of
 the same number and name in errors.proto, no two share one, each has a comment, and the reasons that other parts of the
-contract name exist."""
+contract name exist, and service.proto names every reason of a request or of the service at a call that gives it."""
 
 import pathlib
 import re
@@ -11,6 +11,7 @@ import re
 import source_tree
 
 ERRORS = pathlib.Path("proto/ccslice/v1/errors.proto")
+SERVICE = ERRORS.with_name("service.proto")
 PREFIX = "ERROR_REASON_"
 VALUE = re.compile(r"^\s*" + PREFIX + r"(\w+) = (\d+);")
 CODE = re.compile(r"^\s*k(\w+) = (\d+),")
@@ -47,6 +48,11 @@ def main():
             findings.append(f"{ERRORS}: {name} = {number} belongs to no code of that name")
         if not commented:
             findings.append(f"{ERRORS}: {name} has no comment")
+    calls = "".join(text for _, text in source_tree.lines(SERVICE))
+    for number, (name, _) in reasons.items():
+        family = name.split("_")[0] + "_*"  # Such as PLACEMENT_*.
+        if number // 100 in (2, 5) and not re.search(rf"\b{name}\b", calls) and family not in calls:
+            findings.append(f"{SERVICE}: no call names {name}")
     names = [name for name, _ in reasons.values()]
     findings += [f"{ERRORS}: {name} is there twice" for name in set(names) if names.count(name) > 1]
     for path in source_tree.files(".proto", under=ERRORS.parent):
