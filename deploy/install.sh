@@ -23,6 +23,7 @@ readonly build=(
   libeigen3-dev
   libgrpc++-dev
   libimath-dev
+  libminizip-dev
   libopenimageio-dev
   libprotobuf-dev
   libspdlog-dev
@@ -106,6 +107,7 @@ readonly client=(
   libgcc-s1
   libgrpc++1.51
   libgrpc29
+  libminizip1
   libprotobuf32
   libssl3
   libstdc++6

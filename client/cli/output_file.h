@@ -22,6 +22,8 @@ class NewFile {
 
   void write(std::string_view bytes);
   std::uint64_t size() const { return size_; }
+  /// Where it is until it is finished: for a library that writes it itself.
+  const std::filesystem::path& temporary() const { return temporary_; }
   void finish();
   /// The same, and on the disk, name and contents, whatever happens to the machine then.
   void finish_on_disk();

@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// ZIP archives (APPNOTE 6.3), with the 64-bit records where there are more than 65,534 entries or 4 GiB. All entries
-// are of 1 January 1980, the earliest that there is, so equal contents are equal archives.
+// ZIP archives, written by minizip. All entries are of 1 January 1980, the earliest that there is, so equal contents
+// are equal archives.
 
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -18,7 +20,10 @@ namespace ccslice::cli {
 class ZipFile {
  public:
   /// All throw Error{kFileUnwritable}.
-  explicit ZipFile(const std::filesystem::path& path) : file_(path) {}
+  explicit ZipFile(const std::filesystem::path& path);
+  ~ZipFile();
+  ZipFile(const ZipFile&) = delete;
+  ZipFile& operator=(const ZipFile&) = delete;
 
   /// As it is: for what is compressed already. REQUIRES: less than 4 GiB.
   void add_stored(const std::string& name, std::string_view bytes);
@@ -27,11 +32,14 @@ class ZipFile {
   std::uint64_t finish();
 
  private:
-  void add(const std::string& name, std::string_view bytes, std::string_view packed, std::uint16_t method);
+  enum class Method { kStored, kDeflated };
+  void add(const std::string& name, std::string_view bytes, Method method);
+  [[noreturn]] void fail() const;
 
+  const std::filesystem::path path_;
   NewFile file_;
-  std::string directory_;
-  std::uint64_t entries_ = 0;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
+  void* zip_ = nullptr;  // minizip's.
 };
 
 }  // namespace ccslice::cli
