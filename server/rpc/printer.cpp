@@ -10,6 +10,7 @@
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/plan_warning.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -47,13 +48,6 @@ std::string show(const VoxelPitch& pitch) {
 }
 
 bool same(double a, double b) { return std::abs(a - b) <= kSamePitch * b; }
-
-v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
-  v1::PlanWarning& warning = *plan.add_warnings();
-  warning.set_kind(kind);
-  warning.set_message(message);
-  return warning;
-}
 
 void warn_of_pitch(const VoxelPitch& pitch, const PrinterProfile& printer, v1::PlanSlicesResponse& plan) {
   const VoxelPitch& own = printer.pitch;

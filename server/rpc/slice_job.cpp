@@ -11,6 +11,7 @@
 #include "core/output/encode.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/plan_warning.h"
 #include "server/rpc/printer.h"
 #include "server/rpc/unknown_fields.h"
 #include "server/service/limits.h"
@@ -50,13 +51,6 @@ Box3 box_of(const VoxelRegion& region, const Grid& grid) {
 }
 
 Box3 grid_box(const Grid& grid) { return box_of(whole_region(grid), grid); }
-
-v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
-  v1::PlanWarning& warning = *plan.add_warnings();
-  warning.set_kind(kind);
-  warning.set_message(message);
-  return warning;
-}
 
 void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
   if (solid.folding_cells > 0) {
