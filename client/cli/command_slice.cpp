@@ -205,7 +205,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   const LayerRange range = layer_range(options, plan);
   const v1::SliceRangeRequest request = slice_request(job, range, with_contours);
   LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours,
-                     plan.grid().extent().layers(), existing, job_key_of(request, plan));
+                     plan.grid().extent().layers(), existing, job_key_of(request, plan, options.contours));
   client::SlicePin pin{plan.engine_version(), plan.grid()};
   const auto start = std::chrono::steady_clock::now();
   SliceResult result;

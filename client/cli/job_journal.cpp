@@ -22,8 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 using google::protobuf::Struct;
 
-std::uint64_t count(const Struct& object, const char* name) { return static_cast<std::uint64_t>(number(object, name)); }
-
 /// Whether the file that `entry` names is there as it says.
 bool is_whole(const fs::path& folder, const Struct& entry) {
   const fs::path path = folder / fs::path(text(entry, "file")).filename();
@@ -65,8 +63,10 @@ std::string first_line(const std::string& job_id) {
 
 }  // namespace
 
-JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan) {
-  const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString();
+JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan,
+                  std::string_view contour_format) {
+  const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString() +
+                          std::string(contour_format);
   return {client::sha256_of(job), request.layer_count()};
 }
 

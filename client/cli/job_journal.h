@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/client.h"
@@ -27,7 +28,8 @@ struct JobKey {
   std::uint32_t layers = 0;
 };
 
-JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan);
+JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan,
+                  std::string_view contour_format);
 
 /// Layers that an earlier run finished: the first ones of the job.
 struct FinishedLayers {

@@ -5,6 +5,8 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <cmath>
+
 namespace ccslice::cli {
 
 using google::protobuf::Struct;
@@ -22,6 +24,12 @@ const Value& field(const Struct& object, const char* name) {
 }
 
 double number(const Struct& object, const char* name) { return field(object, name).number_value(); }
+
+std::uint64_t count(const Struct& object, const char* name, std::uint64_t most) {
+  const double value = number(object, name);
+  const bool whole = value >= 0 && value <= static_cast<double>(most) && value == std::floor(value);
+  return whole ? static_cast<std::uint64_t>(value) : 0;
+}
 
 const std::string& text(const Struct& object, const char* name) { return field(object, name).string_value(); }
 

@@ -7,6 +7,7 @@
 
 #include <google/protobuf/struct.pb.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,9 @@ std::optional<google::protobuf::Struct> parse_object(const std::string& json);
 
 const google::protobuf::Value& field(const google::protobuf::Struct& object, const char* name);
 double number(const google::protobuf::Struct& object, const char* name);
+/// 0 if it is no whole number from 0 to `most`.
+std::uint64_t count(const google::protobuf::Struct& object, const char* name,
+                    std::uint64_t most = std::uint64_t{1} << 53);
 const std::string& text(const google::protobuf::Struct& object, const char* name);
 /// Of an array.
 const google::protobuf::RepeatedPtrField<google::protobuf::Value>& items(const google::protobuf::Struct& object,

@@ -199,7 +199,8 @@ std::string LayerFolder::manifest_entry(const client::Layer& layer, const std::s
       .member("voxels_unresolved", statistics.voxels_unresolved())
       .member("max_residual_mm", statistics.max_residual_mm())
       .member("contour_loops", statistics.contour_loops())
-      .member("contour_points", statistics.contour_points());
+      .member("contour_points", statistics.contour_points())
+      .member("contour_leaves_unresolved", statistics.contour_leaves_unresolved());
   if (statistics.material_voxels_size() > 0) {
     json.key("material_voxels").begin_array();
     for (const std::uint64_t voxels : statistics.material_voxels()) json.value(voxels);

@@ -3,8 +3,11 @@
 
 #include "client/cli/layer_stack.h"
 
+#include <charconv>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -17,6 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using google::protobuf::Struct;
+
+constexpr std::uint64_t kMostVoxels = std::numeric_limits<std::uint32_t>::max();  // Along an axis.
 
 std::string read_whole(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -57,8 +62,8 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
 
 void LayerStack::read_grid(const Struct& manifest) {
   const Struct& grid = field(manifest, "grid").struct_value();
-  columns_ = static_cast<std::uint32_t>(number(grid, "columns"));
-  rows_ = static_cast<std::uint32_t>(number(grid, "rows"));
+  columns_ = static_cast<std::uint32_t>(count(grid, "columns", kMostVoxels));
+  rows_ = static_cast<std::uint32_t>(count(grid, "rows", kMostVoxels));
   origin_mm_ = triple(grid, "origin_mm");
   pitch_mm_ = triple(grid, "pitch_mm");
   const auto& layers = items(manifest, "layers");
@@ -68,8 +73,8 @@ void LayerStack::read_grid(const Struct& manifest) {
 
 void LayerStack::read_region(const Struct& manifest) {
   const Struct& region = field(manifest, "region").struct_value();
-  const auto columns = static_cast<std::uint32_t>(number(region, "columns"));
-  const auto rows = static_cast<std::uint32_t>(number(region, "rows"));
+  const auto columns = static_cast<std::uint32_t>(count(region, "columns", kMostVoxels));
+  const auto rows = static_cast<std::uint32_t>(count(region, "rows", kMostVoxels));
   const double grid_layers = number(field(manifest, "grid").struct_value(), "layers");
   if (columns == 0 || rows == 0) fail("has an empty region");
   is_region_ = columns != columns_ || rows != rows_ || number(region, "layers") != grid_layers;
@@ -88,10 +93,13 @@ void LayerStack::read_layout(const Struct& manifest) {
 void LayerStack::read_materials(const Struct& manifest) {
   for (const auto& value : items(manifest, "materials")) {
     const Struct& material = value.struct_value();
-    const std::string rgba = text(material, "rgba");  // #RRGGBBAA.
-    if (rgba.size() != 9) fail("has a material without a colour");
-    materials_.push_back({text(material, "name"), static_cast<std::uint32_t>(std::stoul(rgba.substr(1), nullptr, 16)),
-                          static_cast<std::uint64_t>(number(material, "voxel_count"))});
+    const std::string& rgba = text(material, "rgba");  // #RRGGBBAA.
+    std::uint32_t colour = 0;
+    const char* const end = rgba.data() + rgba.size();
+    if (rgba.size() != 9 || std::from_chars(rgba.data() + 1, end, colour, 16).ptr != end) {
+      fail("has a material without a colour");
+    }
+    materials_.push_back({text(material, "name"), colour, count(material, "voxel_count")});
   }
 }
 

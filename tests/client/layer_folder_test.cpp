@@ -1,0 +1,280 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Folders of layers and packages of them, as the ccslice program writes them.
+
+#include "tests/client/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+#include "tests/client/fake_slicer.h"
+
+namespace ccslice::client {
+namespace {
+
+using google::protobuf::Struct;
+using google::protobuf::Value;
+using testing::HasSubstr;
+
+TEST_F(CommandLine, SlicesIntoAFolder) {
+  const ProcessResult result =
+      run({"slice", box_, "--pitch", "0.5", "--occupancy", "--channel", "gradient:f32", "--channel", "gradient:u16",
+           "--encoding", "zstd", "--contours", "json", "--layers", "3..6", "-o", path("out"), "--json"});
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_EQ(json_at(result.out, "voxel_count").number_value(), 4 * 48 * 32);
+  EXPECT_EQ(files_in("out"), 4u * 4 + 2);
+  const std::string manifest = read_whole(path("out/manifest.json"));
+  EXPECT_EQ(json_at(manifest, "grid.columns").number_value(), 48);
+  EXPECT_EQ(json_at(manifest, "layers").list_value().values_size(), 4);
+  EXPECT_EQ(json_at(read_whole(path("out/layer_0004_contours.json")), "layer").number_value(), 4);
+}
+
+TEST_F(CommandLine, WritesPicturesAndRawSamples) {
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--layers", "0", "-o", path("png")}).exit_code, cli::kExitOk);
+  EXPECT_THAT(read_whole(path("png/layer_0000_occupancy.png")), HasSubstr("PNG"));
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--layers", "0", "--encoding", "raw", "--channel", "gradient:u16", "-o",
+                 path("raw")})
+                .exit_code,
+            cli::kExitOk);
+  EXPECT_EQ(fs::file_size(path("raw/layer_0000_gradient.bin")), 2u * 24 * 16);
+}
+
+TEST_F(CommandLine, WritesTiffAndOneExrOfAllChannels) {
+  const ProcessResult tiff = run({"slice", box_, "--pitch", "1", "--layers", "0", "--encoding", "tiff", "--occupancy",
+                                  "--channel", "gradient:f32", "-o", path("tiff")});
+  ASSERT_EQ(tiff.exit_code, cli::kExitOk) << tiff.err;
+  EXPECT_TRUE(fs::exists(path("tiff/layer_0000_occupancy.tif")));
+  EXPECT_TRUE(fs::exists(path("tiff/layer_0000_gradient.tif")));
+  const ProcessResult exr = run({"slice", box_, "--grade", "height=z", "--pitch", "1", "--layers", "0", "--occupancy",
+                                 "--all-channels", "-o", path("exr")});
+  ASSERT_EQ(exr.exit_code, cli::kExitOk) << exr.err;
+  EXPECT_TRUE(fs::exists(path("exr/layer_0000_occupancy.png")));
+  const std::string picture = read_whole(path("exr/layer_0000_channels.exr"));
+  EXPECT_THAT(picture, HasSubstr("gradient"));
+  EXPECT_THAT(picture, HasSubstr("height"));
+  EXPECT_THAT(read_whole(path("exr/manifest.json")), HasSubstr(R"("channels":["gradient","height"])"));
+}
+
+TEST_F(CommandLine, PutsAContactSheetBesideTheLayers) {
+  const std::vector<std::string> slice = {"slice", box_, "--pitch", "0.25", "--channel", "gradient", "-o", path("out")};
+  const ProcessResult result = run(slice);
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("contact sheet: " + path("out/contact_sheet.png")));
+  EXPECT_THAT(read_whole(path("out/contact_sheet.png")), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(files_in("out"), 32u + 2);
+  std::vector<std::string> without = slice;
+  without.insert(without.end(), {"--force", "--no-contact-sheet", "--json"});
+  const ProcessResult second = run(without);
+  ASSERT_EQ(second.exit_code, cli::kExitOk) << second.err;
+  EXPECT_THAT(second.out, testing::Not(HasSubstr("contact_sheet")));
+  EXPECT_EQ(files_in("out"), 32u + 1) << "the old sheet is gone with the old layers";
+}
+
+TEST_F(CommandLine, RefusesToOverwriteUnlessForced) {
+  const std::vector<std::string> slice = {"slice", box_, "--pitch", "1", "--layers", "0", "-o", path("out")};
+  ASSERT_EQ(run(slice).exit_code, cli::kExitOk);
+  const ProcessResult second = run(slice);
+  EXPECT_EQ(second.exit_code, cli::kExitOutput);
+  EXPECT_THAT(second.err, HasSubstr("--force"));
+  std::vector<std::string> forced = slice;
+  forced.push_back("--force");
+  EXPECT_EQ(run(forced).exit_code, cli::kExitOk);
+  EXPECT_EQ(run_alone({"models", "box", "-o", box_}).exit_code, cli::kExitOutput);
+  EXPECT_EQ(run({"slice", box_, "--pitch", "1", "-o", "/proc/nowhere"}).exit_code, cli::kExitOutput);
+}
+
+TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
+  FakeSlicer fake;
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 3 && !context.IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return grpc::Status::OK;
+  };
+  const auto process = start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path("out")}, fake.address());
+  while (!fs::exists(path("out/layer_0002_occupancy.zst"))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const auto begin = std::chrono::steady_clock::now();
+  process->send_signal(SIGINT);
+  const ProcessResult result = process->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitInterrupted);
+  EXPECT_THAT(result.err, HasSubstr("3 of 20 layers"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+  EXPECT_EQ(files_in("out"), 3u + 1) << "three whole layers and their journal";
+  EXPECT_FALSE(fs::exists(path("out/manifest.json")));
+}
+
+TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
+  FakeSlicer fake;
+  const auto slice = [&](const char* folder, std::vector<std::string> more) {
+    std::vector<std::string> command = {"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path(folder)};
+    command.insert(command.end(), {"--no-contact-sheet", "--attempts", "1"});
+    command.insert(command.end(), more.begin(), more.end());
+    return start(command, fake.address())->wait();
+  };
+  EXPECT_EQ(slice("whole", {}).exit_code, cli::kExitOk);
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext&) {
+    return layer < 7 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
+  };
+  EXPECT_THAT(slice("out", {}).err, HasSubstr("--resume goes on with it"));
+  EXPECT_FALSE(fs::exists(path("out/manifest.json")));
+  fake.before_layer = {};
+  const ProcessResult refused = slice("out", {});
+  EXPECT_EQ(refused.exit_code, cli::kExitOutput);
+  EXPECT_THAT(refused.err, HasSubstr("--resume to go on"));
+  EXPECT_THAT(slice("out", {"--resume", "--layers", "0..9"}).err, HasSubstr("layers of another job"));
+  const ProcessResult resumed = slice("out", {"--resume"});
+  EXPECT_EQ(resumed.exit_code, cli::kExitOk) << resumed.err;
+  ASSERT_EQ(files_in("out"), files_in("whole"));
+  for (const auto& file : fs::directory_iterator(path("whole"))) {
+    EXPECT_EQ(read_whole(file.path()), read_whole(path("out") + "/" + file.path().filename().string())) << file.path();
+  }
+  EXPECT_EQ(slice("out", {"--resume"}).exit_code, cli::kExitOutput);
+}
+
+TEST_F(CommandLine, AnInterruptedJobGoesOnInItsOwnFormatOnly) {
+  FakeSlicer fake;
+  fake.before_layer = [](std::uint32_t layer, grpc::ServerContext&) {
+    return layer < 2 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
+  };
+  const auto slice = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"slice", box_, "--pitch", "1", "--attempts", "1", "-o", path("out")});
+    return start(more, fake.address())->wait();
+  };
+  EXPECT_THAT(slice({"--contours", "json"}).err, HasSubstr("--resume goes on with it"));
+  EXPECT_THAT(slice({"--contours", "csv", "--resume"}).err, HasSubstr("layers of another job"));
+}
+
+TEST_F(CommandLine, PacksLayersAsVolumetric3mf) {
+  EXPECT_EQ(run({"slice", box_, "--pitch", "1", "--channel", "gradient", "-o", path("out")}).exit_code, cli::kExitOk);
+  const ProcessResult packed = run({"package", path("out"), "-o", path("box.3mf"), "--json"});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_EQ(json_at(packed.out, "size_bytes").number_value(), static_cast<double>(fs::file_size(path("box.3mf"))));
+  const std::string bytes = read_whole(path("box.3mf"));
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf")}).exit_code, cli::kExitOutput) << "it is there already";
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf"), "--force"}).exit_code, cli::kExitOk);
+  EXPECT_EQ(read_whole(path("box.3mf")), bytes);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("out"), path("box.3mf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+
+  EXPECT_THAT(run({"package", path("out"), "-o", path("box.gcvf")}).err, HasSubstr("--encoding png-rgba"));
+  EXPECT_EQ(run({"package", path("out"), "-o", path("box.zip")}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"package", path(""), "-o", path("none.3mf")}).exit_code, cli::kExitInput);
+  std::ofstream(path("out/layer_0003_gradient.png"), std::ios::app) << "x";
+  EXPECT_THAT(run({"package", path("out"), "-o", path("changed.3mf")}).err, HasSubstr("has changed since"));
+  EXPECT_FALSE(fs::exists(path("changed.3mf")));
+}
+
+TEST_F(CommandLine, PacksMaterialsAsGcvf) {
+  for (const char* encoding : {"png-rgba", "png"}) {
+    const std::string folder = path(encoding);
+    const ProcessResult sliced =
+        run({"slice", box_, "--pitch", "0.5", "--material", "soft=#00ffff", "--material", "stiff=#ff00ff", "--map",
+             "blend:gradient:0=soft,1=stiff", "--masks", "--encoding", encoding, "-o", folder});
+    ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+    EXPECT_EQ(json_at(read_whole(folder + "/manifest.json"), "materials").list_value().values_size(), 2);
+  }
+  ASSERT_EQ(run({"package", path("png-rgba"), "-o", path("box.gcvf")}).exit_code, cli::kExitOk);
+  for (const std::vector<std::string>& checked :
+       {std::vector<std::string>{path("png-rgba"), path("box.gcvf")}, {path("png")}}) {
+    std::vector<std::string> command = {"/usr/bin/python3", CCSLICE_CHECK_STACK};
+    command.insert(command.end(), checked.begin(), checked.end());
+    const ProcessResult result = Process(command, folder_.path()).wait();
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  }
+}
+
+TEST_F(CommandLine, SlicesARegionWithItsRowsTurned) {
+  const std::vector<std::string> job = {"slice",     box_,         "--pitch",   "0.5",   "--material",
+                                        "a=#ff0000", "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b"};
+  const auto slice = [&](const std::string& folder, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = job;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    arguments.insert(arguments.end(), {"-o", path(folder)});
+    return run(arguments);
+  };
+  const ProcessResult sliced = slice(
+      "part", {"--region-voxels", "2,1,3,5,4,2", "--row-order", "descending", "--flip", "x", "--encoding", "png-rgba"});
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  const std::string manifest = read_whole(path("part/manifest.json"));
+  EXPECT_EQ(json_at(manifest, "region.first_row").number_value(), 1);
+  EXPECT_EQ(json_at(manifest, "region.layers").number_value(), 2);
+  EXPECT_EQ(json_at(manifest, "layout.row_order").string_value(), "descending");
+  EXPECT_TRUE(json_at(manifest, "layout.flip_x").bool_value());
+  EXPECT_TRUE(fs::exists(path("part/layer_0003_materials.png")));
+  EXPECT_EQ(files_in("part"), 2u + 2) << "two layers, the contact sheet and manifest.json";
+  ASSERT_EQ(run({"package", path("part"), "-o", path("part.gcvf")}).exit_code, cli::kExitOk);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("part"), path("part.gcvf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  const ProcessResult packed = run({"package", path("part"), "-o", path("part.3mf")});
+  EXPECT_NE(packed.exit_code, cli::kExitOk);
+  EXPECT_THAT(packed.err, HasSubstr("without --region"));
+
+  EXPECT_THAT(slice("out", {"--region-voxels", "2,1,3,5,4,2", "--layers", "5"}).err, HasSubstr("layers 3 to 4"));
+  EXPECT_THAT(slice("out", {"--region", "0,0,0,1,1,nan"}).err, HasSubstr("--region"));
+  EXPECT_THAT(slice("out", {"--region", "900,0,0,901,1,1"}).err, HasSubstr("outside of the grid"));
+  EXPECT_EQ(slice("out", {"--region", "0,0,0,1,1,1", "--region-voxels", "0,0,0,1,1,1"}).exit_code, cli::kExitUsage);
+  EXPECT_FALSE(fs::exists(path("out")));
+}
+
+TEST_F(CommandLine, PacksTurnedPicturesAs3mfWithTheirAxes) {
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "--channel", "gradient", "--flip", "xy", "-o", path("out")}).exit_code,
+            cli::kExitOk);
+  ASSERT_EQ(run({"package", path("out"), "-o", path("box.3mf")}).exit_code, cli::kExitOk);
+  const ProcessResult checked =
+      Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("out"), path("box.3mf")}, folder_.path()).wait();
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+}
+
+TEST_F(CommandLine, WhatCannotBeWrittenIsAnOutputError) {
+  const std::vector<std::string> job = {"slice", box_, "--pitch", "0.1", "--encoding", "raw", "-o"};
+  const auto slice_into = [&](const std::string& folder) {
+    std::vector<std::string> arguments = job;
+    arguments.push_back(folder);
+    return run(arguments);
+  };
+  const ProcessResult unwritable = slice_into("/proc/ccslice");
+  EXPECT_EQ(unwritable.exit_code, cli::kExitOutput) << unwritable.err;
+  EXPECT_THAT(unwritable.err, HasSubstr("cannot make the folder /proc/ccslice"));
+  cli::write_file(path("file"), "mine");
+  EXPECT_EQ(slice_into(path("file")).exit_code, cli::kExitOutput);
+  EXPECT_EQ(read_whole(path("file")), "mine");
+
+  std::vector<std::string> limited = {"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"",
+                                      CCSLICE_BINARY};
+  limited.insert(limited.end(), job.begin(), job.end());
+  limited.insert(limited.end(), {path("full"), "--server=" + server_->address()});
+  const ProcessResult full = Process(limited, folder_.path()).wait();
+  EXPECT_EQ(full.exit_code, cli::kExitOutput) << full.err;
+  EXPECT_THAT(full.err, HasSubstr("File too large"));
+  EXPECT_FALSE(fs::exists(path("full/manifest.json")));
+  for (const auto& entry : fs::directory_iterator(path("full"))) {
+    EXPECT_NE(entry.path().extension(), ".part") << "half of a file";
+  }
+}
+
+TEST_F(CommandLine, AJobDoesNotFailForItsContactSheet) {
+  FakeSlicer fake;
+  int layers = 0;
+  fake.before_layer = [&](std::uint32_t, grpc::ServerContext&) {
+    return ++layers <= 20 ? grpc::Status::OK : grpc::Status(grpc::StatusCode::UNAVAILABLE, "gone");
+  };
+  const ProcessResult result =
+      start({"slice", box_, "--pitch", "1", "--encoding", "zstd", "--attempts", "2", "-o", path("out")}, fake.address())
+          ->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("there is no contact sheet: "));
+  EXPECT_THAT(result.out, testing::Not(HasSubstr("contact sheet")));
+  EXPECT_EQ(files_in("out"), 20u + 1) << "the layers and manifest.json";
+}
+
+}  // namespace
+}  // namespace ccslice::client
