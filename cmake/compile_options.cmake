@@ -65,5 +65,4 @@ set(CCSLICE_COMMON_HEADERS
     <string_view>
     <utility>
     <vector>
-    <Eigen/Core>
 )
