@@ -131,7 +131,10 @@ TEST_P(RealBoundary, LimitAgreesWithOpenSubdiv) {
   std::optional<ControlMesh> mesh = read_real_mesh(GetParam());
   if (!mesh) GTEST_SKIP() << GetParam() << " isn't in " << CCSLICE_SHARED_MESHES_DIR;
   for (const bool sharp : {false, true}) {
-    if (sharp) sharpen_by_cells(*mesh, 1);
+    if (sharp) {
+      mesh->sharp_edges.clear();  // The ring has them.
+      sharpen_by_cells(*mesh, 1);
+    }
     mesh->allow_folds = true;
     const Subject subject(*mesh);
     std::string where;
