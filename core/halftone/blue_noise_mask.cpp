@@ -172,7 +172,10 @@ std::vector<std::uint32_t> rank_voxels(const VoxelShape& shape, const Cancellati
   PeriodicPoll poll(cancel, 256);
   Pattern pattern(shape);
   const std::vector<std::size_t> first = first_voxels();
-  for (const std::size_t voxel : first) pattern.set(voxel);
+  for (const std::size_t voxel : first) {
+    poll();
+    pattern.set(voxel);
+  }
   spread(pattern, first.size(), poll);
   std::vector<std::uint32_t> ranks(kMaskVoxels);
   std::vector<std::size_t> by_rank(first.size());
