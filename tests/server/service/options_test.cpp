@@ -97,8 +97,8 @@ TEST(Options, ABudgetHoldsAtLeastOneOfWhatItIsFor) {
   EXPECT_THAT(fault({"--max-mesh-bytes", "64MiB", "--upload-budget-bytes", "32MiB"}),
               HasSubstr("--upload-budget-bytes takes a size of at least --max-mesh-bytes, which is 64MiB, not 32MiB"));
   EXPECT_THAT(fault({"--stream-budget-bytes", "1MiB"}), HasSubstr("at least --stream-window-bytes"));
-  const ServerOptions options = parse({"--max-mesh-bytes", "2047MiB", "--stream-window-bytes", "4GiB"}).options;
-  EXPECT_EQ(options.upload_budget_bytes, 2ull << 30) << "an eighth of the memory";
+  const ServerOptions options = parse({"--max-mesh-bytes", "1000MiB", "--stream-window-bytes", "4GiB"}).options;
+  EXPECT_EQ(options.upload_budget_bytes, 1ull << 30) << "a sixteenth of the memory";
   EXPECT_EQ(options.stream_budget_bytes, 4ull << 30) << "follows what it is for";
 }
 
@@ -114,7 +114,7 @@ TEST(Options, HelpNamesEveryOptionBothWays) {
   const std::string help = help_text(kMachine);
   for (const char* text :
        {"--listen", "CCSLICE_LISTEN", "--threads", "CCSLICE_THREADS", "(default: 6)", "CCSLICE_CACHE_BYTES",
-        "(default: 8GiB)", "--shutdown-grace", "CCSLICE_LOG_FORMAT", "--health-check", "Examples"}) {
+        "(default: 6GiB)", "--shutdown-grace", "CCSLICE_LOG_FORMAT", "--health-check", "Examples"}) {
     EXPECT_THAT(help, HasSubstr(text));
   }
 }
