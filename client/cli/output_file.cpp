@@ -50,7 +50,6 @@ NewFile::~NewFile() {
 void NewFile::write(std::string_view bytes) {
   file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!file_) fail(path_, std::strerror(errno));
-  size_ += bytes.size();
 }
 
 void NewFile::finish() {

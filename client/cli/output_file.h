@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
@@ -21,7 +20,6 @@ class NewFile {
   NewFile& operator=(const NewFile&) = delete;
 
   void write(std::string_view bytes);
-  std::uint64_t size() const { return size_; }
   /// Where it is until it is finished: for a library that writes it itself.
   const std::filesystem::path& temporary() const { return temporary_; }
   void finish();
@@ -31,7 +29,6 @@ class NewFile {
  private:
   const std::filesystem::path path_, temporary_;
   std::ofstream file_;
-  std::uint64_t size_ = 0;
 };
 
 void write_file(const std::filesystem::path& path, std::string_view bytes);
