@@ -41,6 +41,18 @@ double distance_from_cell(const Vec3& guess) { return (guess.array() - 0.5).abs(
 /// A guess that Newton may start from: well inside the cell.
 Vec3 start_from(const Vec3& guess) { return guess.cwiseMax(kStartMargin).cwiseMin(1 - kStartMargin); }
 
+/// The parameter is on the boundary of the solid, and not on another side of its cell.
+bool is_on_boundary(const LimitSolid::Data& data, const CellParam& at) {
+  constexpr double kOnSide = 1e-3;
+  const unsigned boundary = data.cells[at.cell].boundary_sides;
+  unsigned sides = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (at.uvw[a] < kOnSide) sides |= 1u << (2 * a);
+    if (at.uvw[a] > 1 - kOnSide) sides |= 2u << (2 * a);
+  }
+  return sides != 0 && (sides & ~boundary) == 0;
+}
+
 /// Which candidates come first.
 enum class Order { kNearest, kLowestCell, kLowestPart };
 
@@ -142,8 +154,9 @@ struct PointInverter::State {
       if (found) return best;
     }
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
-    // again. Beside a singular line a cell that was given up quickly may hold the point all the same.
-    const bool just_outside = best.residual_mm <= options.outside_mm;
+    // again. That near to any other face the cell behind it holds the point, however quickly it was given up: beside a
+    // singular line.
+    const bool just_outside = best.residual_mm <= options.outside_mm && is_on_boundary(data, best.at);
     for (const Candidate& c : candidates) {
       if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;
       if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;

@@ -300,6 +300,7 @@ void Builder::add_boundary_faces(std::size_t level, std::uint32_t cell) {
       record.sides[i] = at.edge_roots[edge];
       if (at.complex.edge_vertices(edge)[0] != cycle[here]) std::swap(record.sides[i].t_begin, record.sides[i].t_end);
     }
+    data_.cells.back().boundary_sides |= static_cast<std::uint8_t>(1u << side);
     data_.faces.push_back(record);
     data_.face_rings.push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring),
                                 add_ring(at, ring.points), static_cast<std::uint32_t>(ring.points.size())});

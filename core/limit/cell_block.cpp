@@ -14,8 +14,7 @@
 namespace ccslice {
 namespace {
 
-/// Parameters of the nodes in [0,1], by slot.
-std::array<BlockValues, 3> node_shares() {
+std::array<BlockValues, 3> make_shares() {
   std::array<BlockValues, 3> shares{};
   const auto put = [&](std::size_t slot, std::size_t node) {
     for (std::size_t a = 0; a < 3; ++a) {
@@ -56,16 +55,21 @@ std::uint64_t order_of(const PatchPlace& place) {
 
 }  // namespace
 
+const std::array<BlockValues, 3>& block_shares() {
+  static const std::array<BlockValues, 3> kShares = make_shares();
+  return kShares;
+}
+
 CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels)
     : evaluator_(&evaluator), channels_(std::move(channels)), values_(evaluator.solid().channel_count()) {}
 
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  static const std::array<BlockValues, 3> kShares = node_shares();
+  const std::array<BlockValues, 3>& shares = block_shares();
   block.values.resize(channels_.size());
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     for (std::size_t g = 0; g < kBlockGroups; ++g) {
-      parameters_[i][g] = box.low[a] + kShares[i][g] * (box.high[a] - box.low[a]);
+      parameters_[i][g] = box.low[a] + shares[i][g] * (box.high[a] - box.low[a]);
     }
   }
   const Vec3 middle = 0.5 * (box.low + box.high);

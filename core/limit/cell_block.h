@@ -40,6 +40,9 @@ constexpr std::size_t block_slot(std::size_t node) noexcept { return node / 2 + 
 /// One number at every slot.
 using BlockValues = std::array<Lanes, kBlockGroups>;
 
+/// The nodes' parameters as shares of their box, by axis.
+const std::array<BlockValues, 3>& block_shares();
+
 struct CellBlock {
   std::array<BlockValues, 3> position;  // mm, mesh frame.
   std::vector<BlockValues> values;      // Of the channels asked for.

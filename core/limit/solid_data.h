@@ -21,6 +21,7 @@ namespace ccslice {
 /// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or the numbered ring (vertex).
 struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
+  std::uint8_t boundary_sides = 0;  // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
   PhantomMask phantoms = 0;
   Frame frame;
   std::uint32_t op = kNone;

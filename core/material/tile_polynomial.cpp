@@ -32,6 +32,11 @@ LaneTerms terms_at(std::span<const Vec3> places, std::size_t first) {
 
 }  // namespace
 
+double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept {
+  const std::array<double, 4> c = along_row(polynomial, place.y(), place.z());
+  return ((c[3] * place.x() + c[2]) * place.x() + c[1]) * place.x() + c[0];
+}
+
 LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept {
   LaneTerms out = {one, y, z, y * y, y * z, z * z, y * y * y, y * y * z, y * z * z, z * z * z};
   for (std::size_t k = 0; k < 6; ++k) out[10 + k] = x * out[k];

@@ -41,6 +41,8 @@ using CubicPolynomial = std::array<double, kCubicTerms>;
 /// The polynomial along a row: coefficients of 1, x, x^2, x^3.
 std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
 
+double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
+
 /// The terms at four places, each times `one`.
 using LaneTerms = std::array<Lanes, kCubicTerms>;
 LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept;

@@ -11,7 +11,6 @@ namespace ccslice {
 namespace {
 
 constexpr double kMostBulge = 0.05;  // Of the thickness: what a cubic fitted to the block may be extended by.
-constexpr double kReach = 0.1;       // Of the thickness, along a row.
 
 /// The largest bulge of arcs along an axis: between neighbours, as a share of the block's other axes.
 double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis) {
@@ -34,7 +33,15 @@ double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::siz
 
 }  // namespace
 
-double BlockShape::reach() const { return kReach / inverse_axes.col(0).cwiseAbs().maxCoeff(); }
+unsigned BlockShape::bent_axes() const {
+  unsigned axes = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (bulge[a] > kMostBulge) axes |= 1u << a;
+  }
+  return axes;
+}
+
+double BlockShape::thickness_along_x() const { return 1 / inverse_axes.col(0).cwiseAbs().maxCoeff(); }
 
 BlockShape shape_of(const BlockPoints& points) {
   constexpr std::size_t kHalf = kBlockNodes / 2, kMiddle = std::tuple_size_v<BlockPoints> / 2;
@@ -49,7 +56,7 @@ BlockShape shape_of(const BlockPoints& points) {
   shape.inverse_axes = axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
   for (std::size_t a = 0; a < 3; ++a) {
-    if (bulge_along(points, shape.inverse_axes, a) > kMostBulge) shape.bent_axes |= 1u << a;
+    shape.bulge[static_cast<Eigen::Index>(a)] = bulge_along(points, shape.inverse_axes, a);
   }
   return shape;
 }

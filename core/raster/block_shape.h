@@ -14,15 +14,18 @@
 namespace ccslice {
 
 struct BlockShape {
-  Box3 box;                // Of the nodes.
-  Mat3 inverse_axes;       // Voxels -> shares of the block's axes, to first order about its middle.
-  double voxels = 0;       // In it, about.
-  bool flat = false;       // No volume about its middle: inverse_axes isn't finite.
-  unsigned bent_axes = 0;  // Bit a: chords between neighbouring nodes along axis a miss the arc by a notable share of
-                           // the thickness across them: halve the block along it.
+  Box3 box;           // Of the nodes.
+  Mat3 inverse_axes;  // Voxels -> shares of the block's axes, to first order about its middle.
+  double voxels = 0;  // In it, about.
+  bool flat = false;  // No volume about its middle: inverse_axes isn't finite.
+  // By axis: how far chords between neighbouring nodes along it miss the arc, as a share of the thickness across them.
+  Vec3 bulge = Vec3::Zero();
 
-  /// How far the block may be extended along x: a small share of its thickness. Columns.
-  double reach() const;
+  /// Bit a: the bulge along axis a is notable: halve the block along it.
+  unsigned bent_axes() const;
+
+  /// Columns.
+  double thickness_along_x() const;
 };
 
 /// `points`: in voxels, so that the centre of voxel (column, row, layer) is at those numbers.

@@ -13,12 +13,13 @@
 namespace ccslice {
 namespace {
 
-constexpr double kSmallestPiece = 128;       // Parts of fewer voxels aren't halved any more.
+constexpr double kSmallestPiece = 64;        // Parts of fewer voxels aren't halved any more.
 constexpr double kSmallestPredicted = 16;    // Nor are parts whose pieces would have fewer than this.
 constexpr double kSmallestAmbiguous = 2048;  // Nor parts of fewer that may fold.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
 constexpr double kMostRows = 1024;           // Of a piece.
-constexpr double kMostReach = 8;             // Columns.
+constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
+constexpr double kMostBeyond = 0.1;          // and of its thickness.
 constexpr double kMargin = 0.06;             // Of a part's size: its faces lie that near to its nodes' box,
 constexpr double kMarginOfHalf = 0.2;        // and to that of its parent's nodes.
 constexpr std::size_t kPatchCacheBytes = 8 << 20;
@@ -28,6 +29,22 @@ std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channel
   std::vector<std::uint32_t> ids;
   for (const ChannelTolerance& channel : channels) ids.push_back(channel.channel);
   return ids;
+}
+
+/// Of errors of cubics at this share of the thickness beyond what they were fitted to: the fourth Chebyshev polynomial.
+double growth_beyond(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
+
+/// The share of the thickness beyond which errors have grown so many times.
+double share_of_growth(double growth) { return 0.5 * (std::cosh(std::acosh(growth) / 4) - 1); }
+
+Vec3 gradient(const CubicPolynomial& polynomial, const Vec3& place) {
+  constexpr double kStep = 1e-3;
+  Vec3 result;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 step = kStep * Vec3::Unit(a);
+    result[a] = (value_at(polynomial, place + step) - value_at(polynomial, place - step)) / (2 * kStep);
+  }
+  return result;
 }
 
 Box3 grown(const Box3& box, double share) {
@@ -45,12 +62,13 @@ Placement voxel_of_mesh(const Placement& placement, const Grid& grid) {
   return result;
 }
 
-CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-                       std::vector<ChannelTolerance> channels)
+CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
     : solid_(std::move(solid)),
-      voxel_of_mesh_(voxel_of_mesh(placement, grid)),
+      voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
-      channels_(std::move(channels)),
+      pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
+      outside_mm_(spec.outside_mm),
+      channels_(spec.channels),
       evaluator_(std::make_unique<LimitEvaluator>(*solid_, kPatchCacheBytes)),
       sampler_(*evaluator_, channel_ids(channels_)) {}
 
@@ -59,7 +77,7 @@ void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::
   const BlockShape shape = shape_of(points_);
   CellPart examined = parts[part];
   examined.place = examined.place.intersection(grown(shape.box, kMargin));
-  const unsigned axes = fit_or_split(shape, examined);
+  const unsigned axes = fit_or_split(cell, shape, examined);
   parts[part] = std::move(examined);
   if (axes != 0) append_halves(parts, part, axes);
 }
@@ -84,7 +102,7 @@ void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
 }
 
 /// Makes a piece of the part, or a hole. Or else returns the axes to halve it along.
-unsigned CellFitter::fit_or_split(const BlockShape& shape, CellPart& part) {
+unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, CellPart& part) {
   part.kind = CellPart::Kind::kHole;
   const Box3 around = grown(shape.box, kMargin);
   if (solid_->data().is_ambiguous(around.transformed(mesh_of_voxel_))) {
@@ -93,12 +111,11 @@ unsigned CellFitter::fit_or_split(const BlockShape& shape, CellPart& part) {
   if (shape.flat) return 0;
   if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
   const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
-  const double error = fit(frame);
-  if (error <= 1 && shape.bent_axes == 0) {
+  const double growth = growth_beyond(shape.bulge.maxCoeff());
+  const double error = growth * fit(frame);
+  if (error <= 1 && shape.bent_axes() == 0) {
     part.kind = CellPart::Kind::kPiece;
-    const auto reach = static_cast<std::uint32_t>(std::min(shape.reach(), kMostReach));
-    part.piece = std::make_shared<const CellPiece>(
-        CellPiece{frame, parameters_of(shape, part.parameters), polynomials_, reach, points_});
+    part.piece = make_piece(cell, shape, part.parameters, frame, error / growth);
     return 0;
   }
   // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
@@ -108,7 +125,58 @@ unsigned CellFitter::fit_or_split(const BlockShape& shape, CellPart& part) {
       part.map = std::make_shared<const ParameterMap>(parameters_of(shape, part.parameters));
     return 0;
   }
-  return axes_to_halve(shape, error <= 1, error);
+  return axes_to_halve(shape, error, growth);
+}
+
+/// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
+std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
+                                                        const ParamBox& box, const TileFrame& frame, double error) {
+  const double beyond = std::min(share_of_growth(1 / (kPieceShareOfTolerance * error)), kMostBeyond);
+  const auto reach = static_cast<std::uint32_t>(std::min(beyond * shape.thickness_along_x(), kMostReach));
+  CellPiece piece{frame, parameters_of(shape, box), polynomials_, reach, points_, {}};
+  const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const std::size_t axis = side / 2;
+    const bool high = side % 2 != 0;
+    const auto a = static_cast<Eigen::Index>(axis);
+    const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
+    if (!at_side || !(boundary_sides >> side & 1) || !is_steep_at(frame, axis, high)) continue;
+    piece.beyond.push_back(fit_beyond(axis, high));
+  }
+  return std::make_shared<const CellPiece>(std::move(piece));
+}
+
+/// Following the polynomials as far outside as voxels may lie may change a channel by what pieces' errors leave of its
+/// tolerance.
+bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high) const {
+  const Vec3 scale = frame.scale.cwiseQuotient(pitch_mm_);
+  const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3];
+  const std::size_t first = high ? (kBlockNodes - 1) * kBlockStride[axis] : 0;
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double most = (1 - kPieceShareOfTolerance) * channels_[c].tolerance / outside_mm_;
+    for (std::size_t t = 0; t < kBlockNodes; t += 2) {
+      for (std::size_t s = 0; s < kBlockNodes; s += 2) {
+        const Vec3 place = frame(points_[first + s * s_stride + t * t_stride]);
+        if (!(gradient(polynomials_[c], place).cwiseProduct(scale).norm() <= most)) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Positive beyond the face, and as far before it as the fit may be off. REQUIRES: fit() was called.
+CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
+  constexpr double kOff = 3, kLeast = 1e-6;
+  CubicPolynomial share;
+  const double margin = kOff * fitter_.fit(block_shares()[axis], share) + kLeast;
+  if (!(margin < 1)) return {1};
+  if (high) {
+    share[0] -= 1;
+  } else {
+    for (double& coefficient : share) coefficient = -coefficient;
+  }
+  share[0] += margin;
+  return share;
 }
 
 ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& box) const {
@@ -116,11 +184,17 @@ ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& 
   return {points_[points_.size() / 2], box.low + 0.5 * size, size.asDiagonal() * shape.inverse_axes};
 }
 
-/// Halving along one axis is enough where little is missing.
-unsigned CellFitter::axes_to_halve(const BlockShape& shape, bool fits, double error) const {
+/// Halving along one axis is enough where little is missing. `error`: with `growth`.
+unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double growth) const {
   constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
-  if (fits) return shape.bent_axes;
-  return shape.bent_axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
+  unsigned axes = shape.bent_axes();
+  if (error <= growth) {
+    for (int a = 0; a < 3; ++a) {
+      if (error > 1 && shape.bulge[a] > kLikeTheWorst * shape.bulge.maxCoeff()) axes |= 1u << a;
+    }
+    return axes;
+  }
+  return axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
 }
 
 /// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it.

@@ -9,6 +9,11 @@
 // along the axes that gain most, and so on. The map from parameters to points is smooth even where its inverse isn't,
 // beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
 //
+// Just outside of what it is fitted to a cubic's errors grow fast. A part's voxels are told by flat triangles, which
+// miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
+// tolerance puts inside take what the boundary has, so where materials are steep at the boundary a part knows what is
+// beyond it.
+//
 // Parts that would get smaller than some hundred voxels, and all that lies near folds and overlaps, are left out:
 // holes.
 //
@@ -29,8 +34,7 @@
 #include "core/material/block_fitter.h"
 #include "core/material/tile_polynomial.h"
 #include "core/raster/block_shape.h"
-#include "core/slicer/channel_tolerance.h"
-#include "core/slicer/grid.h"
+#include "core/slicer/interpolation_spec.h"
 
 namespace ccslice {
 
@@ -51,6 +55,8 @@ struct CellPiece {
   std::vector<CubicPolynomial> polynomials;  // One a channel.
   std::uint32_t reach = 0;                   // Columns that the polynomials may be followed beyond the piece.
   BlockPoints points;                        // Voxels.
+  std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
+                                        // it, and a little before.
 };
 
 /// A box of a cell's parameters.
@@ -68,15 +74,14 @@ struct CellPart {
 /// What a world in millimetres is in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
 Placement voxel_of_mesh(const Placement& placement, const Grid& grid);
 
-/// What errors at the nodes may take of a channel's tolerance.
+/// What errors of pieces may take of a channel's tolerance.
 inline constexpr double kPieceShareOfTolerance = 0.45;
 
 /// One thread.
 class CellFitter {
  public:
-  /// REQUIRES: placement passes validate_placement(); channels not empty, all tolerances positive.
-  CellFitter(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-             std::vector<ChannelTolerance> channels);
+  /// REQUIRES: all tolerances positive.
+  CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
 
   /// Makes the part a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `parts` are
   /// of this cell.
@@ -84,15 +89,21 @@ class CellFitter {
 
  private:
   void sample(std::uint32_t cell, const ParamBox& box);
-  unsigned fit_or_split(const BlockShape& shape, CellPart& part);
+  unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellPart& part);
+  std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape, const ParamBox& box,
+                                              const TileFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
-  unsigned axes_to_halve(const BlockShape& shape, bool fits, double error) const;
+  unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
   double fit(const TileFrame& frame);
+  bool is_steep_at(const TileFrame& frame, std::size_t axis, bool high) const;
+  CubicPolynomial fit_beyond(std::size_t axis, bool high);
   void append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const;
   Box3 place_of_half(unsigned child, unsigned axes) const;
 
   std::shared_ptr<const LimitSolid> solid_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const Vec3 pitch_mm_;
+  const double outside_mm_;
   const std::vector<ChannelTolerance> channels_;
   std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when the fitter is moved: the sampler points to it.
   CellBlockSampler sampler_;

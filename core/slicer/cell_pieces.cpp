@@ -18,23 +18,18 @@ namespace {
 constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;
 constexpr double kMargin = 0.2;  // Of a cell's size: its parts' places end that near to its box.
 
-double value_at(const CubicPolynomial& polynomial, const Vec3& place) {
-  const std::array<double, 4> c = along_row(polynomial, place.y(), place.z());
-  return ((c[3] * place.x() + c[2]) * place.x() + c[1]) * place.x() + c[0];
-}
-
 }  // namespace
 
-CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-                       std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store, const RowRange& rows)
+CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+                       std::shared_ptr<PieceStore> store, const RowRange& rows)
     : solid_(std::move(solid)),
-      grid_(grid),
+      grid_(spec.grid),
       rows_(rows),
-      voxel_of_mesh_(voxel_of_mesh(placement, grid)),
+      voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
-      channels_(std::move(channels)),
+      channels_(spec.channels),
       store_(std::move(store)),
-      fitter_(solid_, placement, grid, channels_) {}
+      fitter_(solid_, spec) {}
 
 void CellPieces::build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
   first_layer_ = first_layer;
@@ -147,7 +142,7 @@ void CellPieces::scan_pieces(const CancellationToken& cancel) {
   for (const Found& found : found_) {
     cancel.throw_if_cancelled();
     const auto p = static_cast<std::uint32_t>(pieces_.size());
-    pieces_.push_back({found.piece->frame, found.piece->reach});
+    pieces_.push_back({found.piece->frame, found.piece->reach, !found.piece->beyond.empty()});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
     raster_.scan(found.piece->points, window, scanned_);
@@ -183,9 +178,15 @@ bool CellPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) cons
   const Vec3 at_a = piece(a).frame(voxel), at_b = piece(b).frame(voxel);
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double difference = value_at(polynomials(a)[c], at_a) - value_at(polynomials(b)[c], at_b);
-    if (!(std::abs(difference) <= 2 * kPieceShareOfTolerance * channels_[c].tolerance)) return false;
+    if (!(std::abs(difference) <= (1 - kPieceShareOfTolerance) * channels_[c].tolerance)) return false;
   }
   return true;
+}
+
+bool CellPieces::may_be_beyond(std::uint32_t piece, const Vec3& voxel) const {
+  const CellPiece& found = *found_[piece].piece;
+  return std::ranges::any_of(
+      found.beyond, [&](const CubicPolynomial& beyond) { return !(value_at(beyond, found.frame(voxel)) <= 0); });
 }
 
 }  // namespace ccslice

@@ -20,8 +20,7 @@
 #include "core/raster/block_raster.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/cell_fitter.h"
-#include "core/slicer/channel_tolerance.h"
-#include "core/slicer/grid.h"
+#include "core/slicer/interpolation_spec.h"
 #include "core/slicer/piece_store.h"
 
 namespace ccslice {
@@ -35,15 +34,16 @@ struct PieceRun {
 struct SlabPiece {
   TileFrame frame;
   std::uint32_t reach;
+  bool has_beyond;
 };
 
 /// One thread.
 class CellPieces {
  public:
-  /// `store`: of workers on the same solid, placement, grid and channels only. `rows`: those where pieces and holes
-  /// have to be complete. REQUIRES: placement passes validate_placement(); channels not empty, all tolerances positive.
-  CellPieces(std::shared_ptr<const LimitSolid> solid, const Placement& placement, const Grid& grid,
-             std::vector<ChannelTolerance> channels, std::shared_ptr<PieceStore> store, const RowRange& rows = {});
+  /// `store`: of workers on the same solid and spec only. `rows`: those where pieces and holes have to be complete.
+  /// REQUIRES: all tolerances positive.
+  CellPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec, std::shared_ptr<PieceStore> store,
+             const RowRange& rows = {});
 
   /// Throws Error{kCancelled}.
   void build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
@@ -62,8 +62,11 @@ class CellPieces {
   std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
   /// The parameter of a voxel in or beside a piece, about.
   CellParam parameter_near(std::uint32_t piece, const Vec3& voxel) const;
-  /// The polynomials of two pieces agree at a voxel within what each of them may be off.
+  /// The polynomials of two pieces agree at a voxel: if one of them is no farther off than pieces may be, the other one
+  /// is within the tolerance.
   bool agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const;
+  /// The voxel may lie off the solid, beside a piece whose polynomials can't be followed there.
+  bool may_be_beyond(std::uint32_t piece, const Vec3& voxel) const;
 
  private:
   struct Found {

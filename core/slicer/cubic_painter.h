@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/material/tile_polynomial.h"
-#include "core/slicer/channel_tolerance.h"
+#include "core/slicer/interpolation_spec.h"
 #include "core/slicer/layer_target.h"
 
 namespace ccslice {

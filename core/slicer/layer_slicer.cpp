@@ -198,12 +198,13 @@ struct LayerSlicer::State {
     for (const PlaneSpec& plane : mixed_planes(job)) contone.emplace_back(plane, channels[plane.channel]);
     if (shared->halftone) halftone.emplace(*shared->halftone);
     if (contone.empty()) return;
-    field = make_material_field(shared->solid, job.placement, job.contour_tolerance_mm + kOutsideSlackMm);
+    const double outside_mm = job.contour_tolerance_mm + kOutsideSlackMm;
+    field = make_material_field(shared->solid, job.placement, outside_mm);
     if (job.material_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      slabs.emplace(shared->solid, job.placement, *field, job.grid, ToleranceList(job, channels).take(), shared->pieces,
-                    scope.rows);
+      const InterpolationSpec spec{job.placement, job.grid, ToleranceList(job, channels).take(), outside_mm};
+      slabs.emplace(shared->solid, *field, spec, shared->pieces, scope.rows);
     }
   }
 

@@ -13,7 +13,6 @@ namespace {
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kMostAlone = 32;  // Voxels of a run that needs no tile.
-constexpr std::uint32_t kRounding = 1;    // Columns between pieces that rounding alone may lose.
 
 }  // namespace
 
@@ -88,7 +87,7 @@ std::uint32_t PaintedRows::paint_next(const PieceRun& next, std::uint32_t at, co
   if (begin < at) compare_overlap(next, begin, std::min(at, end));
   if (begin > at) {
     const PieceRun* before = painted_before(at);
-    before != nullptr || at == span.begin ? close_gap(at, begin, before, &next) : leave(at, begin);
+    before != nullptr || at == span.begin ? close_gap(at, begin, before, &next) : leave(at, begin, kNoPiece);
   }
   paint(std::max(begin, at), end, next.piece);
   return std::max(at, end);
@@ -106,22 +105,23 @@ void PaintedRows::compare_overlap(const PieceRun& next, std::uint32_t begin, std
   }
   painted_.pop_back();
   paint(last.begin, begin, last.piece);
-  leave(begin, end);
+  leave(begin, end, last.piece);
   paint(end, last.end, last.piece);
 }
 
 /// Paints voxels that no piece holds, half from either side, or leaves them. REQUIRES: before or after.
 void PaintedRows::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) {
-  if ((before == nullptr && after == nullptr) || !is_sure(begin, end, before, after)) return leave(begin, end);
+  if ((before == nullptr && after == nullptr) || !is_sure(begin, end, before, after)) {
+    return leave(begin, end, before == nullptr ? kNoPiece : before->piece);
+  }
   const std::uint32_t middle = before == nullptr ? begin : after == nullptr ? end : begin + (end - begin) / 2;
   if (before != nullptr) paint(begin, middle, before->piece);
   if (after != nullptr) paint(middle, end, after->piece);
 }
 
 bool PaintedRows::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) const {
-  const std::uint32_t slack = before != nullptr && after != nullptr ? kRounding : 0;
   for (const PieceRun* run : {before, after}) {
-    if (run != nullptr && end - begin > std::max(slack, pieces_->piece(run->piece).reach)) return false;
+    if (run != nullptr && end - begin > pieces_->piece(run->piece).reach) return false;
   }
   for (std::uint32_t x = begin; x < end; ++x) {
     if (pieces_->is_in_hole(voxel(x))) return false;
@@ -137,7 +137,20 @@ const PieceRun* PaintedRows::painted_before(std::uint32_t column) const {
   return &painted_.back();
 }
 
+/// Leaves those that may lie beyond what the piece can say.
 void PaintedRows::paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece) {
+  if (!pieces_->piece(piece).has_beyond) return paint_all(begin, end, piece);
+  const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(piece, voxel(x)); };
+  while (begin < end) {
+    const bool beyond = is_beyond(begin);
+    std::uint32_t next = begin + 1;
+    while (next < end && is_beyond(next) == beyond) ++next;
+    beyond ? leave(begin, next, piece) : paint_all(begin, next, piece);
+    begin = next;
+  }
+}
+
+void PaintedRows::paint_all(std::uint32_t begin, std::uint32_t end, std::uint32_t piece) {
   if (begin >= end) return;
   if (painted_before(begin) != nullptr && painted_.back().piece == piece) {
     painted_.back().end = end;
@@ -149,14 +162,15 @@ void PaintedRows::paint(std::uint32_t begin, std::uint32_t end, std::uint32_t pi
   }
 }
 
-void PaintedRows::leave(std::uint32_t begin, std::uint32_t end) {
+/// `beside`: a piece beside them, or none.
+void PaintedRows::leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside) {
   if (begin >= end) return;
   if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == begin) {
     rest_.back().end = end;
+    if (beside_rest_.back() == kNoPiece) beside_rest_.back() = beside;
   } else {
-    const PieceRun* before = painted_before(begin);
     rest_.push_back({row_, begin, end});
-    beside_rest_.push_back(before == nullptr ? kNoPiece : before->piece);
+    beside_rest_.push_back(beside);
   }
 }
 

@@ -6,7 +6,8 @@
 // Pieces' runs (slicer/cell_pieces.h) nearly tile the voxels inside the contours. Where two meet or miss each other by
 // a few voxels, because their triangles differ, either may paint these if both would paint them alike; where a piece
 // ends at the end of a run of voxels, as a bulging boundary has it, it may paint a few beyond. Nothing is extended into
-// a hole, whose material may be another. What then stays unpainted is the rest.
+// a hole, whose material may be another, and what may lie off the solid where that matters is left. What then stays
+// unpainted is the rest.
 
 #pragma once
 
@@ -44,7 +45,8 @@ class PaintedRows {
   bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) const;
   const PieceRun* painted_before(std::uint32_t column) const;
   void paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
-  void leave(std::uint32_t begin, std::uint32_t end);
+  void paint_all(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
+  void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);
   void sort_out_rest();
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
 

@@ -16,7 +16,8 @@ std::size_t CellParts::memory_bytes() const {
   std::size_t bytes = sizeof(CellParts) + parts.capacity() * sizeof(CellPart);
   for (const CellPart& part : parts) {
     if (part.map) bytes += sizeof(ParameterMap);
-    if (part.piece) bytes += sizeof(CellPiece) + part.piece->polynomials.size() * sizeof(CubicPolynomial);
+    if (!part.piece) continue;
+    bytes += sizeof(CellPiece) + (part.piece->polynomials.size() + part.piece->beyond.size()) * sizeof(CubicPolynomial);
   }
   return bytes;
 }

@@ -15,12 +15,11 @@ constexpr std::size_t kRunsPerPoll = 4096;
 
 }  // namespace
 
-SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
-                             const Grid& grid, const std::vector<ChannelTolerance>& channels,
-                             std::shared_ptr<PieceStore> store, const RowRange& rows)
-    : grid_(grid),
-      pieces_(std::move(solid), placement, grid, channels, std::move(store), rows),
-      tiles_(field, grid, channels) {}
+SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field,
+                             const InterpolationSpec& spec, std::shared_ptr<PieceStore> store, const RowRange& rows)
+    : grid_(spec.grid),
+      pieces_(std::move(solid), spec, std::move(store), rows),
+      tiles_(field, spec.grid, spec.channels) {}
 
 void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
   first_layer_ = first_layer;

@@ -21,8 +21,8 @@
 #include "core/limit/limit_solid.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/cell_pieces.h"
-#include "core/slicer/channel_tolerance.h"
 #include "core/slicer/grid.h"
+#include "core/slicer/interpolation_spec.h"
 #include "core/slicer/material_field.h"
 #include "core/slicer/material_pass.h"
 #include "core/slicer/material_tiles.h"
@@ -35,10 +35,9 @@ namespace ccslice {
 class SlabMaterials {
  public:
   /// `store`: of workers on the same job only. `rows`: those that will be painted, from a multiple of kRowsTogether to
-  /// another or to the grid's end. REQUIRES: field outlives this and is of the same solid and placement; channels not
-  /// empty, each once, all tolerances positive.
-  SlabMaterials(std::shared_ptr<const LimitSolid> solid, const Placement& placement, MaterialField& field,
-                const Grid& grid, const std::vector<ChannelTolerance>& channels,
+  /// another or to the grid's end. REQUIRES: field outlives this and is of the same solid and placement; all tolerances
+  /// positive.
+  SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field, const InterpolationSpec& spec,
                 std::shared_ptr<PieceStore> store = make_piece_store(), const RowRange& rows = {});
 
   /// The spans of a layer of the slab, as rasterize() yields them for the rows. They stay where they are.

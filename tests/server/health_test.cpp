@@ -65,7 +65,8 @@ TEST(Drain, CutsOffWhatOutlastsTheGraceAndSaysWhy) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));
   Sliced sliced;
-  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 1000);
+  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100'000);  // Longer than the grace, however fast.
+  request.mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
   std::thread client([&] { sliced = server.slice(request); });
   EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
   std::this_thread::sleep_for(100ms);

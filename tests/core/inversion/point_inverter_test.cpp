@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -31,6 +32,24 @@ TEST(PointInverter, FindsEveryEvaluatedPointOfTheCatalogue) {
       EXPECT_LE(found->residual_mm, 1e-6) << name << " cell " << at.cell << " at " << at.uvw.transpose();
       EXPECT_LE((evaluator.geo(found->at) - point).norm(), 1.01e-6) << name;
     }
+  }
+}
+
+// Nearer to a face between cells than a point may lie outside the solid: the nearest parameter in the cell behind the
+// face won't do.
+TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
+  const auto solid = LimitSolid::prepare(make_engine());
+  PointInverter inverter(*solid);
+  LimitEvaluator evaluator(*solid);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> u(0, 1), exponent(8, 14);
+  std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+  for (int i = 0; i < 4000; ++i) {
+    CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
+    at.uvw[i % 3] = std::exp2(-exponent(random));
+    const auto found = inverter.invert(evaluator.geo(at));
+    ASSERT_TRUE(found) << "cell " << at.cell << " at " << at.uvw.transpose();
+    EXPECT_LE(found->residual_mm, 1e-6) << "cell " << at.cell << " at " << at.uvw.transpose();
   }
 }
 

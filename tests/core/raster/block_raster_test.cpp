@@ -142,8 +142,8 @@ TEST(BlockRaster, BearsFlatAndFoldedBlocks) {
 TEST(BlockShape, MeasuresABox) {
   const BlockShape shape = shape_of(block_of([](const Vec3& p) { return Vec3(20 * p.x(), 5 * p.y(), 8 * p.z()); }));
   EXPECT_NEAR(shape.voxels, 800, 1e-9);
-  EXPECT_NEAR(shape.reach(), 2, 1e-9);
-  EXPECT_EQ(shape.bent_axes, 0u);
+  EXPECT_NEAR(shape.thickness_along_x(), 20, 1e-9);
+  EXPECT_EQ(shape.bent_axes(), 0u);
   EXPECT_FALSE(shape.flat);
 }
 
@@ -152,8 +152,12 @@ TEST(BlockShape, TellsAlongWhichAxisAShellIsBent) {
     const double angle = 0.8 * p.y(), radius = 40 + p.x();
     return Vec3(radius * std::cos(angle), radius * std::sin(angle), 30 * p.z());
   };
-  EXPECT_EQ(shape_of(block_of(shell)).bent_axes, 2u);
-  EXPECT_EQ(shape_of(block_of(shell, Vec3::Zero(), Vec3(1, 0.125, 1))).bent_axes, 0u);
+  const BlockShape whole = shape_of(block_of(shell));
+  EXPECT_EQ(whole.bent_axes(), 2u);
+  EXPECT_NEAR(whole.bulge.y(), 41 * (1 - std::cos(0.1)), 0.01);
+  EXPECT_NEAR(whole.bulge.x(), 0, 1e-9);
+  EXPECT_NEAR(whole.bulge.z(), 0, 1e-9);
+  EXPECT_EQ(shape_of(block_of(shell, Vec3::Zero(), Vec3(1, 0.125, 1))).bent_axes(), 0u);
 }
 
 TEST(BlockShape, KnowsWhatIsFlat) {

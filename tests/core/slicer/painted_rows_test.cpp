@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/mesh/models.h"
@@ -21,7 +22,7 @@ class PaintedRowsTest : public testing::Test {
   PaintedRowsTest()
       : solid_(LimitSolid::prepare(make_box())),
         job_(job_of(solid_, {0.15, 0.15, 0.15})),
-        pieces_(solid_, job_.placement, job_.grid, {{0, 1e-3}}, make_piece_store()) {
+        pieces_(solid_, {job_.placement, job_.grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store()) {
     pieces_.build(0, 16, {});
   }
 
@@ -73,7 +74,7 @@ TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
   request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
   request.extent = GridExtent{200, 40, 16};
   const Grid grid = plan_grid(*solid_, job_.placement, request);
-  CellPieces pieces(solid_, job_.placement, grid, {{0, 1e-3}}, make_piece_store());
+  CellPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store());
   pieces.build(0, 16, {});
   rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
   ASSERT_EQ(rows_.painted().size(), 2u);
@@ -88,6 +89,25 @@ TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
   EXPECT_EQ(rows_.rest()[0].y, 5u);
   EXPECT_EQ(rows_.rest()[0].begin, 0u);
   EXPECT_EQ(rows_.rest()[0].end, 12u);
+}
+
+// Following the gradient by what contours may be off is beyond the tolerance: voxels off the solid are inverted.
+TEST_F(PaintedRowsTest, LeaveWhatLiesOffTheSolidWhereMaterialsAreSteep) {
+  GridRequest request;
+  request.pitch = job_.grid.pitch;
+  request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
+  request.extent = GridExtent{200, 40, 16};
+  const Grid grid = plan_grid(*solid_, job_.placement, request);
+  for (const auto& [tolerance, first_painted] : {std::pair(1e-3, 39u), std::pair(1e-5, 40u)}) {
+    CellPieces pieces(solid_, {job_.placement, grid, {{0, tolerance}}, kOutsideMm}, make_piece_store());
+    pieces.build(0, 16, {});
+    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}});
+    ASSERT_EQ(rows_.painted().size(), 1u);
+    EXPECT_EQ(rows_.painted()[0].begin, first_painted);
+    EXPECT_EQ(rows_.painted()[0].end, 60u);
+    EXPECT_EQ(rows_.alone().size(), first_painted - 39u);
+    EXPECT_TRUE(rows_.rest().empty());
+  }
 }
 
 }  // namespace

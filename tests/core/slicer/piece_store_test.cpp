@@ -73,7 +73,7 @@ class SharedPieces : public testing::Test {
   std::uint32_t slabs() const { return (job_.grid.extent.layers + kSlabLayers - 1) / kSlabLayers; }
 
   CellPieces worker(std::shared_ptr<PieceStore> store) const {
-    return CellPieces(solid_, job_.placement, job_.grid, {{0, 1e-3}}, std::move(store));
+    return CellPieces(solid_, {job_.placement, job_.grid, {{0, 1e-3}}, kOutsideMm}, std::move(store));
   }
 
   Slab slab(CellPieces& pieces, std::uint32_t index) const {

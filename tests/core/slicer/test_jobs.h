@@ -15,6 +15,8 @@ namespace ccslice {
 
 using Solid = std::shared_ptr<const LimitSolid>;
 
+inline constexpr double kOutsideMm = 2e-3;  // As LayerSlicer has it with the default contour tolerance.
+
 inline PlaneSpec occupancy() {
   PlaneSpec plane;
   plane.encoding = Encoding::kRaw;
