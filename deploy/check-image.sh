@@ -255,8 +255,8 @@ check_confinement() {
     test "$status" = "Uid: $user, Gid: $user, CapEff: 0000000000000000, CapBnd: 0000000000000000, NoNewPrivs: 1"
   row "$image: root file system" "$(awk '$5 == "/" { print substr($6, 1, 2) }' "/proc/$pid/mountinfo")" "ro" \
     refuses containers exec server touch /file
-  row "$image: memory limit seen" "$memory_mb MB" "half for meshes" \
-    grep -q "$((memory_mb << 19)) bytes for meshes" <(containers logs server 2>&1)
+  row "$image: memory limit seen" "$memory_mb MB" "3/8 for meshes" \
+    grep -q "$((memory_mb * 3 << 17)) bytes for meshes" <(containers logs server 2>&1)
   runs "$image: health check inside" containers healthcheck run server
 }
 

@@ -28,6 +28,20 @@ std::array<BlockValues, 3> make_shares() {
   return shares;
 }
 
+std::array<BlockValues, 3> make_shares_between_nodes() {
+  constexpr double kHalfWay = 0.5 / (kBlockNodes - 1);
+  std::array<BlockValues, 3> shares{};
+  for (std::size_t slot = 0; slot < kGroupsBetweenNodes * kLanes; ++slot) {
+    const std::size_t axis = slot / (2 * kLanes), bits = slot % (2 * kLanes);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const bool high = (bits >> ((a + 3 - axis) % 3) & 1) != 0;
+      const double near = a == axis ? kHalfWay : 0;
+      shares[a][slot / kLanes][slot % kLanes] = high ? 1 - near : near;
+    }
+  }
+  return shares;
+}
+
 /// Of the patch that holds the whole box, if one does: patches are boxes of parameters, too.
 std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;
@@ -64,11 +78,21 @@ CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::u
     : evaluator_(&evaluator), channels_(std::move(channels)), values_(evaluator.solid().channel_count()) {}
 
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  const std::array<BlockValues, 3>& shares = block_shares();
+  sample_shares(cell, box, block_shares(), kBlockGroups, block);
+}
+
+void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+  static const std::array<BlockValues, 3> kShares = make_shares_between_nodes();
+  sample_shares(cell, box, kShares, kGroupsBetweenNodes, block);
+}
+
+void CellBlockSampler::sample_shares(std::uint32_t cell, const ParamBox& box, const std::array<BlockValues, 3>& shares,
+                                     std::size_t groups, CellBlock& block) {
+  groups_ = groups;
   block.values.resize(channels_.size());
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    for (std::size_t g = 0; g < kBlockGroups; ++g) {
+    for (std::size_t g = 0; g < groups; ++g) {
       parameters_[i][g] = box.low[a] + shares[i][g] * (box.high[a] - box.low[a]);
     }
   }
@@ -82,7 +106,7 @@ void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock
 void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle,
                                     CellBlock& block) const noexcept {
   const std::size_t channel_count = values_.size();
-  for (std::size_t g = 0; g < kBlockGroups; ++g) {
+  for (std::size_t g = 0; g < groups_; ++g) {
     std::array<Lanes, 3> local;
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<std::size_t>(a);
@@ -99,19 +123,20 @@ void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place,
 
 void CellBlockSampler::sample_patches(std::uint32_t cell, CellBlock& block) noexcept {
   const LimitSolid::Data& data = evaluator_->solid().data();
-  for (std::size_t slot = 0; slot < kBlockSlots; ++slot) {
+  const std::size_t slots = groups_ * kLanes;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
     places_[slot] = find_patch(data, data.cells[cell], parameter(slot));
     order_[slot] = {order_of(places_[slot]), slot};
   }
-  std::sort(order_.begin(), order_.end());
-  for (std::size_t begin = 0, end = 0; begin < kBlockSlots; begin = end) {
+  std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(slots));
+  for (std::size_t begin = 0, end = 0; begin < slots; begin = end) {
     const std::size_t first = order_[begin].second;
     if (places_[first].at_line || places_[first].at_vertex) {
       sample_singular(cell, first, block);
       ++end;
       continue;
     }
-    while (end < kBlockSlots && end < begin + kLanes && order_[end].first == order_[begin].first) ++end;
+    while (end < slots && end < begin + kLanes && order_[end].first == order_[begin].first) ++end;
     std::array<std::size_t, kLanes> slots;
     for (std::size_t lane = 0; lane < kLanes; ++lane) slots[lane] = order_[std::min(begin + lane, end - 1)].second;
     sample_slots(evaluator_->patch(cell, places_[first]), slots, block);

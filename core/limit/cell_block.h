@@ -6,6 +6,9 @@
 // Nodes are kept in two halves, as the fields of a three-dimensional chessboard: those with even indices (corners and
 // middle among them), which a fit is made of, and the odd ones, which check it. Each half takes 64 slots, of which the
 // last repeat a node.
+//
+// Errors of the fifth degree along an axis vanish at five equidistant nodes. Between the outer ones they are largest,
+// so places there, on the box's edges, check a fit once more.
 
 #pragma once
 
@@ -43,6 +46,8 @@ using BlockValues = std::array<Lanes, kBlockGroups>;
 /// The nodes' parameters as shares of their box, by axis.
 const std::array<BlockValues, 3>& block_shares();
 
+inline constexpr std::size_t kGroupsBetweenNodes = 6;  // By the edges' axis, two each.
+
 struct CellBlock {
   std::array<BlockValues, 3> position;  // mm, mesh frame.
   std::vector<BlockValues> values;      // Of the channels asked for.
@@ -55,8 +60,13 @@ class CellBlockSampler {
   CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels);
 
   void sample(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  /// Fills the first kGroupsBetweenNodes groups: on each edge of the box half way between its first and its last two
+  /// nodes.
+  void sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block);
 
  private:
+  void sample_shares(std::uint32_t cell, const ParamBox& box, const std::array<BlockValues, 3>& shares,
+                     std::size_t groups, CellBlock& block);
   void sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, CellBlock& block) const noexcept;
   void sample_patches(std::uint32_t cell, CellBlock& block) noexcept;
   void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
@@ -65,6 +75,7 @@ class CellBlockSampler {
 
   LimitEvaluator* evaluator_;
   const std::vector<std::uint32_t> channels_;
+  std::size_t groups_ = 0;  // To sample.
   std::array<BlockValues, 3> parameters_;
   std::vector<double> values_;  // All channels at one node.
   std::array<PatchPlace, kBlockSlots> places_;

@@ -45,6 +45,13 @@ LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept {
   return out;
 }
 
+Lanes values_at(const CubicPolynomial& polynomial, Lanes x, Lanes y, Lanes z) noexcept {
+  const LaneTerms terms = cubic_terms(Lanes{1, 1, 1, 1}, x, y, z);
+  Lanes result{};
+  for (std::size_t t = 0; t < kCubicTerms; ++t) result = multiply_add(terms[t], Lanes{} + polynomial[t], result);
+  return result;
+}
+
 TileFrame TileFrame::of(const Vec3& low, const Vec3& high) {
   TileFrame frame;
   frame.centre = 0.5 * (low + high);

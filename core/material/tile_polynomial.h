@@ -47,6 +47,8 @@ double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 using LaneTerms = std::array<Lanes, kCubicTerms>;
 LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept;
 
+Lanes values_at(const CubicPolynomial& polynomial, Lanes x, Lanes y, Lanes z) noexcept;
+
 /// Fits many channels over the same places. Memory is kept from fit to fit.
 class CubicFitter {
  public:

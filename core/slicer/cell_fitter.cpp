@@ -18,6 +18,7 @@ constexpr double kSmallestPredicted = 16;    // Nor are parts whose pieces would
 constexpr double kSmallestAmbiguous = 2048;  // Nor parts of fewer that may fold.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
 constexpr double kMostRows = 1024;           // Of a piece.
+constexpr double kShareBetweenNodes = 0.7;   // What errors between the nodes may take of a channel's tolerance.
 constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
 constexpr double kMostBeyond = 0.1;          // and of its thickness.
 constexpr double kMargin = 0.06;             // Of a part's size: its faces lie that near to its nodes' box,
@@ -36,6 +37,15 @@ double growth_beyond(double share) { return std::cosh(4 * std::acosh(1 + 2 * sha
 
 /// The share of the thickness beyond which errors have grown so many times.
 double share_of_growth(double growth) { return 0.5 * (std::cosh(std::acosh(growth) / 4) - 1); }
+
+/// Bit a if the a-th of the numbers is above this share of the largest.
+unsigned largest_axes(const Vec3& numbers, double share) {
+  unsigned axes = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (numbers[a] > share * numbers.maxCoeff()) axes |= 1u << a;
+  }
+  return axes;
+}
 
 Vec3 gradient(const CubicPolynomial& polynomial, const Vec3& place) {
   constexpr double kStep = 1e-3;
@@ -85,19 +95,24 @@ void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::
 /// Fills block_, and its points in voxels.
 void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
   sampler_.sample(cell, box, block_);
+  place_groups(kBlockGroups);
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    const std::size_t slot = block_slot(n), group = slot / kLanes, lane = slot % kLanes;
+    points_[n] = {places_[0][group][lane], places_[1][group][lane], places_[2][group][lane]};
+  }
+}
+
+/// The positions of the first groups of block_, in voxels.
+void CellFitter::place_groups(std::size_t groups) {
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    for (std::size_t g = 0; g < kBlockGroups; ++g) {
+    for (std::size_t g = 0; g < groups; ++g) {
       Lanes voxel = block_.position[0][g] * voxel_of_mesh_.linear()(a, 0) + voxel_of_mesh_.translation()[a];
       for (int b = 1; b < 3; ++b) {
         voxel = multiply_add(block_.position[static_cast<std::size_t>(b)][g], voxel_of_mesh_.linear()(a, b), voxel);
       }
       places_[i][g] = voxel;
     }
-  }
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    const std::size_t slot = block_slot(n), group = slot / kLanes, lane = slot % kLanes;
-    points_[n] = {places_[0][group][lane], places_[1][group][lane], places_[2][group][lane]};
   }
 }
 
@@ -113,10 +128,14 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
   const double growth = growth_beyond(shape.bulge.maxCoeff());
   const double error = growth * fit(frame);
+  unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
-    part.kind = CellPart::Kind::kPiece;
-    part.piece = make_piece(cell, shape, part.parameters, frame, error / growth);
-    return 0;
+    axes = axes_off_between_nodes(cell, part.parameters, frame);
+    if (axes == 0) {
+      part.kind = CellPart::Kind::kPiece;
+      part.piece = make_piece(cell, shape, part.parameters, frame, error / growth);
+      return 0;
+    }
   }
   // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
   const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
@@ -125,7 +144,7 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
       part.map = std::make_shared<const ParameterMap>(parameters_of(shape, part.parameters));
     return 0;
   }
-  return axes_to_halve(shape, error, growth);
+  return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
 /// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
@@ -164,6 +183,24 @@ bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high
   return false;
 }
 
+/// Axes along which polynomials_ are off between the nodes. Overwrites block_ and places_. REQUIRES: they fit.
+unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const TileFrame& frame) {
+  constexpr double kLikeTheWorst = 0.6;
+  sampler_.sample_between_nodes(cell, box, block_);
+  place_groups(kGroupsBetweenNodes);
+  enter_frame(frame, kGroupsBetweenNodes);
+  Vec3 errors = Vec3::Zero();
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
+      const Lanes error = block_.values[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
+      const double worst = largest(error < 0 ? -error : error) / (kShareBetweenNodes * channels_[c].tolerance);
+      double& known = errors[static_cast<Eigen::Index>(g / 2)];
+      known = std::max(known, worst);
+    }
+  }
+  return errors.maxCoeff() <= 1 ? 0 : largest_axes(errors, kLikeTheWorst);
+}
+
 /// Positive beyond the face, and as far before it as the fit may be off. REQUIRES: fit() was called.
 CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
   constexpr double kOff = 3, kLeast = 1e-6;
@@ -189,19 +226,22 @@ unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double
   constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
   unsigned axes = shape.bent_axes();
   if (error <= growth) {
-    for (int a = 0; a < 3; ++a) {
-      if (error > 1 && shape.bulge[a] > kLikeTheWorst * shape.bulge.maxCoeff()) axes |= 1u << a;
-    }
-    return axes;
+    return error > 1 ? axes | largest_axes(shape.bulge, kLikeTheWorst) : axes;
   }
   return axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
 }
 
+/// Voxels -> the frame's coordinates.
+void CellFitter::enter_frame(const TileFrame& frame, std::size_t groups) {
+  for (int a = 0; a < 3; ++a) {
+    BlockValues& places = places_[static_cast<std::size_t>(a)];
+    for (std::size_t g = 0; g < groups; ++g) places[g] = (places[g] - frame.centre[a]) * frame.scale[a];
+  }
+}
+
 /// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it.
 double CellFitter::fit(const TileFrame& frame) {
-  for (int a = 0; a < 3; ++a) {
-    for (Lanes& place : places_[static_cast<std::size_t>(a)]) place = (place - frame.centre[a]) * frame.scale[a];
-  }
+  enter_frame(frame, kBlockGroups);
   fitter_.factorize(places_);
   polynomials_.clear();
   double worst = 0;

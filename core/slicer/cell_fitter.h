@@ -4,7 +4,8 @@
 // A cell is cut into parts over each of which a cubic polynomial of the voxel stands for a channel.
 //
 // A part is sampled forward (limit/cell_block.h): positions and channels at 5 x 5 x 5 parameters, no inversion. A cubic
-// of the position is fitted to every other sample and judged at all of them (material/block_fitter.h). If the error is
+// of the position is fitted to every other sample and judged at all of them (material/block_fitter.h), and at others
+// between them, since five equidistant ones don't show errors of the fifth degree. If the error is
 // above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the part is halved
 // along the axes that gain most, and so on. The map from parameters to points is smooth even where its inverse isn't,
 // beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
@@ -89,12 +90,15 @@ class CellFitter {
 
  private:
   void sample(std::uint32_t cell, const ParamBox& box);
+  void place_groups(std::size_t groups);
+  void enter_frame(const TileFrame& frame, std::size_t groups);
   unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellPart& part);
   std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape, const ParamBox& box,
                                               const TileFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
   unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
   double fit(const TileFrame& frame);
+  unsigned axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const TileFrame& frame);
   bool is_steep_at(const TileFrame& frame, std::size_t axis, bool high) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
   void append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const;

@@ -71,6 +71,39 @@ TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
   }
 }
 
+// Each edge an eighth and seven eighths along it, those of an axis together.
+TEST(CellBlock, SamplesEdgesBetweenNodes) {
+  const ParamBox box{Vec3(0, 0.25, 0.5), Vec3(1, 0.75, 1)};
+  for (const char* name : {"boundary_edge_4_hexes", "edge_valence_5_layers_2"}) {
+    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    LimitEvaluator evaluator(*solid), other(*solid);
+    CellBlockSampler sampler(evaluator, {0});
+    CellBlock block;
+    sampler.sample_between_nodes(0, box, block);
+    std::vector<double> channels(solid->channel_count());
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int place = 0; place < 8; ++place) {
+        const Vec3 share(place & 1 ? 0.875 : 0.125, place >> 1 & 1, place >> 2 & 1);
+        Vec3 uvw;
+        for (int a = 0; a < 3; ++a) {
+          const int turned = (axis + a) % 3;
+          uvw[turned] = box.low[turned] + share[a] * (box.high[turned] - box.low[turned]);
+        }
+        const Vec3 position = other.geo_and_mat({0, uvw}, channels);
+        bool found = false;
+        for (std::size_t k = 0; k < 2 * kLanes; ++k) {
+          const std::size_t slot = 2 * kLanes * static_cast<std::size_t>(axis) + k;
+          const Vec3 sampled(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+          if ((sampled - position).norm() > 1e-11) continue;
+          found = true;
+          EXPECT_NEAR(at(block.values[0], slot), channels[0], 1e-12);
+        }
+        EXPECT_TRUE(found) << name << " at " << uvw.transpose();
+      }
+    }
+  }
+}
+
 TEST(CellBlock, FillsSpareSlotsWithNodes) {
   const auto solid = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
   LimitEvaluator evaluator(*solid);
