@@ -154,8 +154,8 @@ struct PointInverter::State {
       if (found) return best;
     }
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
-    // again. That near to any other face the cell behind it holds the point, however quickly it was given up: beside a
-    // singular line.
+    // again. That near to any other face the cell behind it holds the point, and is looked at again: beside a singular
+    // line it may have been given up too quickly.
     const bool just_outside = best.residual_mm <= options.outside_mm && is_on_boundary(data, best.at);
     for (const Candidate& c : candidates) {
       if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;

@@ -7,75 +7,25 @@
 #include <cmath>
 #include <utility>
 
+#include "core/raster/block_faces.h"
+
 namespace ccslice {
 namespace {
-
-constexpr double kMostSagitta = 0.2;  // Voxels between a face and its triangles, where finer ones can help.
 
 /// The first index in [low, high] that isn't below `at`, or high.
 std::uint32_t first_from(double at, std::uint32_t low, std::uint32_t high) {
   return static_cast<std::uint32_t>(std::ceil(std::clamp(at, static_cast<double>(low), static_cast<double>(high))));
 }
 
-/// The nodes of a face: where an axis is 0, or at its end.
-struct Face {
-  std::size_t origin, along_s, along_t;
-
-  Face(std::size_t axis, std::size_t side)
-      : origin(side * (kBlockNodes - 1) * kBlockStride[axis]),
-        along_s(kBlockStride[(axis + 1) % 3]),
-        along_t(kBlockStride[(axis + 2) % 3]) {}
-  std::size_t node(std::size_t s, std::size_t t) const { return origin + s * along_s + t * along_t; }
-};
-
-/// Calls visit(s, t) for the lower corner of each quadrilateral between every step-th node of a face.
-template <typename Visit>
-void for_each_quad(std::size_t step, Visit visit) {
-  for (std::size_t t = 0; t + 1 < kBlockNodes; t += step) {
-    for (std::size_t s = 0; s + 1 < kBlockNodes; s += step) visit(s, t);
-  }
-}
-
-/// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate.
-double sagitta(const BlockPoints& p, std::size_t step) {
-  const std::size_t half = step / 2;
-  double most = 0;
-  for (std::size_t side = 0; side < 6; ++side) {
-    const Face face(side / 2, side % 2);
-    for_each_quad(step, [&](std::size_t s, std::size_t t) {
-      const auto off = [&](std::size_t from, std::size_t to, std::size_t node) {
-        most = std::max(most, (0.5 * (p[from] + p[to]) - p[node]).cwiseAbs().maxCoeff());
-      };
-      const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
-                        d = face.node(s + step, t + step);
-      off(a, b, face.node(s + half, t));
-      off(a, c, face.node(s, t + half));
-      off(c, d, face.node(s + half, t + step));
-      off(b, d, face.node(s + step, t + half));
-      off(a, d, face.node(s + half, t + half));
-      off(b, c, face.node(s + half, t + half));
-    });
-  }
-  return most;
-}
-
-/// From node to node of a triangle's side: as coarse as the block's bulges allow.
-std::size_t step_for(const BlockPoints& points) {
-  for (std::size_t step = kBlockNodes - 1; step > 1; step /= 2) {
-    if (sagitta(points, step) <= kMostSagitta) return step;
-  }
-  return 1;
-}
-
 }  // namespace
 
-void BlockRaster::scan(const BlockPoints& points, const VoxelWindow& window, std::vector<VoxelRun>& runs) {
+void BlockRaster::scan(const BlockPoints& points, std::size_t step, const VoxelWindow& window,
+                       std::vector<VoxelRun>& runs) {
   load(points, window);
   if (first_layer_ >= end_layer_ || first_row_ >= end_row_) return;
   const std::size_t count = std::size_t{end_row_ - first_row_} * (end_layer_ - first_layer_);
   if (rows_.size() < count) rows_.resize(count);
   for (std::size_t r = 0; r < count; ++r) rows_[r].count = 0;
-  const std::size_t step = step_for(points);
   for (std::size_t side = 0; side < 6; ++side) scan_face(side / 2, side % 2, step);
   Row* row = rows_.data();
   for (std::uint32_t layer = first_layer_; layer < end_layer_; ++layer) {
@@ -98,7 +48,7 @@ void BlockRaster::load(const BlockPoints& points, const VoxelWindow& window) {
 
 /// Each quadrilateral by its shorter diagonal: blocks that share it choose alike.
 void BlockRaster::scan_face(std::size_t axis, std::size_t side, std::size_t step) {
-  const Face face(axis, side);
+  const BlockFace face(axis, side);
   for_each_quad(step, [&](std::size_t s, std::size_t t) {
     const Node &a = nodes_[face.node(s, t)], &b = nodes_[face.node(s + step, t)], &c = nodes_[face.node(s, t + step)],
                &d = nodes_[face.node(s + step, t + step)];

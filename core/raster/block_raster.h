@@ -29,8 +29,8 @@ struct VoxelWindow {
 class BlockRaster {
  public:
   /// Appends the voxels of the window whose centres are inside, by layer, by row, by column. `points`: in voxels, so
-  /// that the centre of voxel (column, row, layer) is at those numbers.
-  void scan(const BlockPoints& points, const VoxelWindow& window, std::vector<VoxelRun>& runs);
+  /// that the centre of voxel (column, row, layer) is at those numbers. `step`: BlockShape's.
+  void scan(const BlockPoints& points, std::size_t step, const VoxelWindow& window, std::vector<VoxelRun>& runs);
 
  private:
   static constexpr std::size_t kMostCrossings = 6;  // Of a row; rows with more are left out.

@@ -7,26 +7,61 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/raster/block_faces.h"
+
 namespace ccslice {
 namespace {
 
 constexpr double kMostBulge = 0.05;  // Of the thickness: what a cubic fitted to the block may be extended by.
+// Triangles are made larger than nodes allow as long as they miss faces by no more than this:
+constexpr double kMostCoarseBulge = 0.01;  // of the thickness,
+constexpr double kMostSagitta = 0.2;       // voxels.
 
-/// The largest bulge of arcs along an axis: between neighbours, as a share of the block's other axes.
-double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis) {
-  constexpr double kOfSecondDifference = 1.0 / 8;
+/// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes.
+double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis, std::size_t step) {
+  // Between neighbours there is no node that tells, but a quarter of the bulge over two of them is near enough.
+  const std::size_t half = step > 1 ? step / 2 : 1;
+  const double of_second_difference = step > 1 ? 0.5 : 0.125;
   const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3],
-                    step = kBlockStride[axis];
+                    reach = half * kBlockStride[axis];
   double most = 0;
   for (std::size_t t = 0; t < kBlockNodes; t += 2) {
     for (std::size_t s = 0; s < kBlockNodes; s += 2) {
-      for (std::size_t n = 1; n + 1 < kBlockNodes; ++n) {
-        const std::size_t at = s * s_stride + t * t_stride + n * step;
-        Vec3 bend = inverse_axes * (points[at - step] - 2 * points[at] + points[at + step]);
+      for (std::size_t n = half; n + half < kBlockNodes; n += step) {
+        const std::size_t at = s * s_stride + t * t_stride + n * kBlockStride[axis];
+        Vec3 bend = inverse_axes * (points[at - reach] - 2 * points[at] + points[at + reach]);
         bend[static_cast<Eigen::Index>(axis)] = 0;
-        most = std::max(most, kOfSecondDifference * bend.cwiseAbs().maxCoeff());
+        most = std::max(most, of_second_difference * bend.cwiseAbs().maxCoeff());
       }
     }
+  }
+  return most;
+}
+
+Vec3 bulges(const BlockPoints& points, const Mat3& inverse_axes, std::size_t step) {
+  return {bulge_along(points, inverse_axes, 0, step), bulge_along(points, inverse_axes, 1, step),
+          bulge_along(points, inverse_axes, 2, step)};
+}
+
+/// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate.
+double sagitta(const BlockPoints& p, std::size_t step) {
+  const std::size_t half = step / 2;
+  double most = 0;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const BlockFace face(side / 2, side % 2);
+    for_each_quad(step, [&](std::size_t s, std::size_t t) {
+      const auto off = [&](std::size_t from, std::size_t to, std::size_t node) {
+        most = std::max(most, (0.5 * (p[from] + p[to]) - p[node]).cwiseAbs().maxCoeff());
+      };
+      const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
+                        d = face.node(s + step, t + step);
+      off(a, b, face.node(s + half, t));
+      off(a, c, face.node(s, t + half));
+      off(c, d, face.node(s + half, t + step));
+      off(b, d, face.node(s + step, t + half));
+      off(a, d, face.node(s + half, t + half));
+      off(b, c, face.node(s + half, t + half));
+    });
   }
   return most;
 }
@@ -55,8 +90,13 @@ BlockShape shape_of(const BlockPoints& points) {
   shape.voxels = std::abs(axes.determinant());
   shape.inverse_axes = axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
-  for (std::size_t a = 0; a < 3; ++a) {
-    shape.bulge[static_cast<Eigen::Index>(a)] = bulge_along(points, shape.inverse_axes, a);
+  shape.bulge = bulges(points, shape.inverse_axes, shape.step);
+  for (std::size_t step = kBlockNodes - 1; step > 1; step /= 2) {
+    const Vec3 coarse = bulges(points, shape.inverse_axes, step);
+    if (!(coarse.maxCoeff() <= kMostCoarseBulge) || sagitta(points, step) > kMostSagitta) continue;
+    shape.step = step;
+    shape.bulge = coarse;
+    break;
   }
   return shape;
 }

@@ -8,17 +8,20 @@
 
 #pragma once
 
+#include <cstddef>
+
 #include "core/base/block_nodes.h"
 #include "core/base/types.h"
 
 namespace ccslice {
 
 struct BlockShape {
-  Box3 box;           // Of the nodes.
-  Mat3 inverse_axes;  // Voxels -> shares of the block's axes, to first order about its middle.
-  double voxels = 0;  // In it, about.
-  bool flat = false;  // No volume about its middle: inverse_axes isn't finite.
-  // By axis: how far chords between neighbouring nodes along it miss the arc, as a share of the thickness across them.
+  Box3 box;              // Of the nodes.
+  Mat3 inverse_axes;     // Voxels -> shares of the block's axes, to first order about its middle.
+  double voxels = 0;     // In it, about.
+  bool flat = false;     // No volume about its middle: inverse_axes isn't finite.
+  std::size_t step = 1;  // Flat triangles between every step-th node stand for its faces: as large as bulges allow.
+  // By axis: how far the triangles' sides along it miss the arc, as a share of the thickness across them.
   Vec3 bulge = Vec3::Zero();
 
   /// Bit a: the bulge along axis a is notable: halve the block along it.

@@ -18,7 +18,7 @@ constexpr double kSmallestPredicted = 16;    // Nor are parts whose pieces would
 constexpr double kSmallestAmbiguous = 2048;  // Nor parts of fewer that may fold.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
 constexpr double kMostRows = 1024;           // Of a piece.
-constexpr double kShareBetweenNodes = 0.7;   // What errors between the nodes may take of a channel's tolerance.
+constexpr double kShareOffNodes = 0.7;       // What errors between the nodes, and beyond them, may take of a tolerance.
 constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
 constexpr double kMostBeyond = 0.1;          // and of its thickness.
 constexpr double kMargin = 0.06;             // Of a part's size: its faces lie that near to its nodes' box,
@@ -147,12 +147,13 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
-/// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
+/// Of polynomials_, which fit. They may be followed as long as their errors stay what they may be off the nodes.
 std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
                                                         const ParamBox& box, const TileFrame& frame, double error) {
-  const double beyond = std::min(share_of_growth(1 / (kPieceShareOfTolerance * error)), kMostBeyond);
+  const double most_growth = kShareOffNodes / (kPieceShareOfTolerance * error);
+  const double beyond = std::clamp(share_of_growth(most_growth) - shape.bulge.maxCoeff(), 0.0, kMostBeyond);
   const auto reach = static_cast<std::uint32_t>(std::min(beyond * shape.thickness_along_x(), kMostReach));
-  CellPiece piece{frame, parameters_of(shape, box), polynomials_, reach, points_, {}};
+  CellPiece piece{frame, parameters_of(shape, box), polynomials_, reach, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
@@ -193,7 +194,7 @@ unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& 
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
       const Lanes error = block_.values[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
-      const double worst = largest(error < 0 ? -error : error) / (kShareBetweenNodes * channels_[c].tolerance);
+      const double worst = largest(error < 0 ? -error : error) / (kShareOffNodes * channels_[c].tolerance);
       double& known = errors[static_cast<Eigen::Index>(g / 2)];
       known = std::max(known, worst);
     }

@@ -15,10 +15,10 @@
 // tolerance puts inside take what the boundary has, so where materials are steep at the boundary a part knows what is
 // beyond it.
 //
-// Parts that would get smaller than some hundred voxels, and all that lies near folds and overlaps, are left out:
+// Parts that would get smaller than some dozen voxels, and all that lies near folds and overlaps, are left out:
 // holes.
 //
-// Parts depend on the solid, the placed grid and the cell alone, whoever asks for them, in whatever order.
+// Parts depend on the solid, the spec and the cell alone, whoever asks for them, in whatever order.
 
 #pragma once
 
@@ -55,7 +55,8 @@ struct CellPiece {
   ParameterMap parameters;
   std::vector<CubicPolynomial> polynomials;  // One a channel.
   std::uint32_t reach = 0;                   // Columns that the polynomials may be followed beyond the piece.
-  BlockPoints points;                        // Voxels.
+  BlockPoints points;                        // Voxels,
+  std::size_t step;                          // and BlockShape's.
   std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
                                         // it, and a little before.
 };

@@ -145,7 +145,7 @@ void CellPieces::scan_pieces(const CancellationToken& cancel) {
     pieces_.push_back({found.piece->frame, found.piece->reach, !found.piece->beyond.empty()});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
-    raster_.scan(found.piece->points, window, scanned_);
+    raster_.scan(found.piece->points, found.piece->step, window, scanned_);
     for (const VoxelRun& run : scanned_) runs_[run.layer - first_layer_].push_back({run.row, run.begin, run.end, p});
   }
 }

@@ -24,7 +24,8 @@ struct InterpolationSpec {
   Placement placement = Placement::Identity();
   Grid grid;
   std::vector<ChannelTolerance> channels;
-  double outside_mm = 0;  // Voxels inside the contours may lie this far off the solid: they take what its boundary has.
+  double outside_mm =
+      0;  // Voxels inside the contours may lie this far off the solid: they take what its boundary has there.
 };
 
 }  // namespace ccslice

@@ -40,12 +40,9 @@ void PaintedRows::sort_out_rest() {
     const Span run = rest_[r];
     const Vec3 first(run.begin, run.y, layer_);
     std::optional<CellParam> hint;
-    if (run.end - run.begin > kMostAlone) {
-      hint.reset();
-    } else if (pieces_->is_in_hole(first)) {
+    if (run.end - run.begin <= kMostAlone) {
       hint = pieces_->parameter_in_hole(first);
-    } else if (beside_rest_[r] != kNoPiece) {
-      hint = pieces_->parameter_near(beside_rest_[r], first);
+      if (!hint && beside_rest_[r] != kNoPiece) hint = pieces_->parameter_near(beside_rest_[r], first);
     }
     if (hint) {
       alone_.push_back({run, *hint});
@@ -168,10 +165,12 @@ void PaintedRows::leave(std::uint32_t begin, std::uint32_t end, std::uint32_t be
   if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == begin) {
     rest_.back().end = end;
     if (beside_rest_.back() == kNoPiece) beside_rest_.back() = beside;
-  } else {
-    rest_.push_back({row_, begin, end});
-    beside_rest_.push_back(beside);
+    return;
   }
+  std::size_t at = rest_.size();
+  while (at > 0 && rest_[at - 1].y == row_ && rest_[at - 1].begin >= end) --at;
+  rest_.insert(rest_.begin() + static_cast<std::ptrdiff_t>(at), {row_, begin, end});
+  beside_rest_.insert(beside_rest_.begin() + static_cast<std::ptrdiff_t>(at), beside);
 }
 
 }  // namespace ccslice

@@ -17,7 +17,8 @@ std::size_t CellParts::memory_bytes() const {
   for (const CellPart& part : parts) {
     if (part.map) bytes += sizeof(ParameterMap);
     if (!part.piece) continue;
-    bytes += sizeof(CellPiece) + (part.piece->polynomials.size() + part.piece->beyond.size()) * sizeof(CubicPolynomial);
+    bytes += sizeof(CellPiece) +
+             (part.piece->polynomials.capacity() + part.piece->beyond.capacity()) * sizeof(CubicPolynomial);
   }
   return bytes;
 }

@@ -35,8 +35,8 @@ namespace ccslice {
 class SlabMaterials {
  public:
   /// `store`: of workers on the same job only. `rows`: those that will be painted, from a multiple of kRowsTogether to
-  /// another or to the grid's end. REQUIRES: field outlives this and is of the same solid and placement; all tolerances
-  /// positive.
+  /// another or to the grid's end. REQUIRES: field outlives this and is of the same solid, placement and
+  /// outside_mm; all tolerances positive.
   SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field, const InterpolationSpec& spec,
                 std::shared_ptr<PieceStore> store = make_piece_store(), const RowRange& rows = {});
 

@@ -46,7 +46,10 @@ TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
   std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
   for (int i = 0; i < 4000; ++i) {
     CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
-    at.uvw[i % 3] = std::exp2(-exponent(random));
+    for (int k = 0; k <= i / 3 % 2; ++k) {  // Beside a face, or beside two.
+      const double distance = std::exp2(-exponent(random));
+      at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
+    }
     const auto found = inverter.invert(evaluator.geo(at));
     ASSERT_TRUE(found) << "cell " << at.cell << " at " << at.uvw.transpose();
     EXPECT_LE(found->residual_mm, 1e-6) << "cell " << at.cell << " at " << at.uvw.transpose();

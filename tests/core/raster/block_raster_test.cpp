@@ -38,7 +38,7 @@ constexpr VoxelWindow kWindow{60, 50, 3, 30};
 
 void count(const BlockPoints& points, BlockRaster& raster, std::map<Voxel, int>& counts) {
   std::vector<VoxelRun> runs;
-  raster.scan(points, kWindow, runs);
+  raster.scan(points, shape_of(points).step, kWindow, runs);
   for (const VoxelRun& run : runs) {
     EXPECT_LT(run.begin, run.end);
     for (std::uint32_t x = run.begin; x < run.end; ++x) ++counts[{x, run.row, run.layer}];
@@ -158,6 +158,21 @@ TEST(BlockShape, TellsAlongWhichAxisAShellIsBent) {
   EXPECT_NEAR(whole.bulge.x(), 0, 1e-9);
   EXPECT_NEAR(whole.bulge.z(), 0, 1e-9);
   EXPECT_EQ(shape_of(block_of(shell, Vec3::Zero(), Vec3(1, 0.125, 1))).bent_axes(), 0u);
+}
+
+// A bend of a tenth of a voxel needs no fine triangles, unless the block is hardly thicker.
+TEST(BlockShape, ChoosesTrianglesByVoxelsAndByThickness) {
+  const auto plate = [](double thickness, double bend) {
+    return shape_of(block_of([=](const Vec3& p) {
+      return Vec3(20 * p.x(), 20 * p.y(), thickness * p.z() + 4 * bend * p.x() * (1 - p.x()));
+    }));
+  };
+  EXPECT_EQ(plate(15, 0).step, 4u);
+  EXPECT_EQ(plate(15, 0.1).step, 4u);
+  EXPECT_NEAR(plate(15, 0.1).bulge.x(), 0.1 / 15, 1e-9);
+  EXPECT_EQ(plate(15, 0.5).step, 2u);
+  EXPECT_EQ(plate(2, 0.1).step, 1u);
+  EXPECT_NEAR(plate(2, 0.1).bulge.x(), 0.1 / 2 / 16, 1e-9);
 }
 
 TEST(BlockShape, KnowsWhatIsFlat) {

@@ -117,11 +117,20 @@ TEST(SlabMaterials, SeeErrorsBetweenTheNodes) {
 // The engine's walls are cells of few voxels' thickness, through which its material changes from one end to the other:
 // pieces thinner than a voxel, bulging, and voxels that lie off the surface by as much as contours may.
 TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
+  struct Case {
+    double coarser, tolerance;  // Times the printer's pitch.
+    std::vector<std::uint32_t> layers;
+  };
   const Solid solid = LimitSolid::prepare(make_engine());
-  const SliceJob job = job_of(solid, {0.0423, 0.0846, 0.03});
-  const Comparison found = compare(solid, job, std::vector<std::uint32_t>{11, 35, 179, 219});
-  EXPECT_LE(found.worst, kTolerance);
-  EXPECT_GT(static_cast<double>(found.interpolated), 0.9 * static_cast<double>(found.voxels));
+  for (const auto& [coarser, tolerance, layers] :
+       {Case{1, kTolerance, {11, 35, 179, 219}}, Case{3, kTolerance, {12, 23, 165, 177}}, Case{4, kTolerance, {17, 60}},
+        Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
+    SliceJob job = job_of(solid, {coarser * 0.0423, coarser * 0.0846, coarser * 0.03});
+    job.material_tolerance = tolerance;
+    const Comparison found = compare(solid, job, layers);
+    EXPECT_LE(found.worst, tolerance) << coarser;
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << coarser;
+  }
 }
 
 class PaintedSlabs : public testing::Test {
