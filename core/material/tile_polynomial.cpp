@@ -37,6 +37,16 @@ double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept {
   return ((c[3] * place.x() + c[2]) * place.x() + c[1]) * place.x() + c[0];
 }
 
+Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept {
+  constexpr double kStep = 1e-3;
+  Vec3 result;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 step = kStep * Vec3::Unit(a);
+    result[a] = (value_at(polynomial, place + step) - value_at(polynomial, place - step)) / (2 * kStep);
+  }
+  return result;
+}
+
 LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept {
   LaneTerms out = {one, y, z, y * y, y * z, z * z, y * y * y, y * y * z, y * z * z, z * z * z};
   for (std::size_t k = 0; k < 6; ++k) out[10 + k] = x * out[k];

@@ -42,6 +42,8 @@ using CubicPolynomial = std::array<double, kCubicTerms>;
 std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
 
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
+/// By central differences: exact to about a millionth of the third derivatives.
+Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 
 /// The terms at four places, each times `one`.
 using LaneTerms = std::array<Lanes, kCubicTerms>;

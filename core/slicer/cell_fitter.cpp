@@ -47,16 +47,6 @@ unsigned largest_axes(const Vec3& numbers, double share) {
   return axes;
 }
 
-Vec3 gradient(const CubicPolynomial& polynomial, const Vec3& place) {
-  constexpr double kStep = 1e-3;
-  Vec3 result;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3 step = kStep * Vec3::Unit(a);
-    result[a] = (value_at(polynomial, place + step) - value_at(polynomial, place - step)) / (2 * kStep);
-  }
-  return result;
-}
-
 Box3 grown(const Box3& box, double share) {
   const Vec3 margin = share * box.diagonal() + Vec3::Ones();
   return Box3(box.min() - margin, box.max() + margin);
@@ -177,7 +167,7 @@ bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high
     for (std::size_t t = 0; t < kBlockNodes; t += 2) {
       for (std::size_t s = 0; s < kBlockNodes; s += 2) {
         const Vec3 place = frame(points_[first + s * s_stride + t * t_stride]);
-        if (!(gradient(polynomials_[c], place).cwiseProduct(scale).norm() <= most)) return true;
+        if (!(gradient_at(polynomials_[c], place).cwiseProduct(scale).norm() <= most)) return true;
       }
     }
   }

@@ -16,7 +16,8 @@ namespace {
 constexpr double kTileMm = 2.8;  // Tiles of whole jobs: at most this long each way, powers of two of voxels.
 constexpr std::uint32_t kLargestTile = kRowsTogether;  // Voxels.
 constexpr std::uint64_t kSmallestTile = 128;           // Tiles of fewer voxels are inverted voxel by voxel.
-constexpr double kShareOfTolerance = 0.125;            // What leave-one-out errors may take of it.
+constexpr double kShareOfTolerance = 0.125;            // What leave-one-out errors may take of it,
+constexpr double kShareOutside = 0.5;                  // and what following a fit off the solid may.
 
 std::uint32_t tile_voxels(double pitch_mm) {
   std::uint32_t size = 1;
@@ -34,17 +35,19 @@ struct MaterialTiles::PaintJob {
   const LayerTarget& target;
   std::uint32_t layer;
   CubicPainter cubics;
+  Span inside;                          // That the voxels at hand are of.
   Span exact_run;                       // To be inverted, across nodes; empty if begin == end,
   std::optional<CellParam> exact_hint;  // and a hint for its first voxel.
 };
 
-MaterialTiles::MaterialTiles(MaterialField& field, const Grid& grid, std::vector<ChannelTolerance> channels)
+MaterialTiles::MaterialTiles(MaterialField& field, const InterpolationSpec& spec)
     : field_(&field),
-      grid_(grid),
-      channels_(std::move(channels)),
-      tile_size_{tile_voxels(grid.pitch.x_mm), tile_voxels(grid.pitch.y_mm), kSlabLayers},
-      tile_columns_(tiles_over(grid.extent.columns, tile_size_[0])),
-      tile_rows_(tiles_over(grid.extent.rows, tile_size_[1])),
+      grid_(spec.grid),
+      channels_(spec.channels),
+      outside_mm_(spec.outside_mm),
+      tile_size_{tile_voxels(grid_.pitch.x_mm), tile_voxels(grid_.pitch.y_mm), kSlabLayers},
+      tile_columns_(tiles_over(grid_.extent.columns, tile_size_[0])),
+      tile_rows_(tiles_over(grid_.extent.rows, tile_size_[1])),
       buckets_(tile_columns_),
       values_(field.channel_count()),
       exact_(field) {}
@@ -183,8 +186,21 @@ std::optional<MaterialTiles::Node> MaterialTiles::fit() {
     polynomials_.resize(first_polynomial);
     return std::nullopt;
   }
-  fits_.push_back({frame_, first_polynomial});
+  fits_.push_back({frame_, first_polynomial, is_steep(first_polynomial)});
   return Node{Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
+}
+
+/// At some sample, over as far as voxels may lie off the solid.
+bool MaterialTiles::is_steep(std::size_t first_polynomial) const {
+  const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double most = kShareOutside * channels_[c].tolerance / outside_mm_;
+    for (const Vec3& place : places_) {
+      const Vec3 per_voxel = gradient_at(polynomials_[first_polynomial + c], place).cwiseProduct(frame_.scale);
+      if (!(per_voxel.cwiseQuotient(pitch).norm() <= most)) return true;
+    }
+  }
+  return false;
 }
 
 Vec3 MaterialTiles::centre(const Voxel& voxel) const {
@@ -197,13 +213,16 @@ Box3 MaterialTiles::world_box(const VoxelBox& box) const {
 
 bool MaterialTiles::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
                           std::span<const HintedRun> alone, std::span<const Span> inside) {
-  PaintJob job{target, layer, {target, layer, channels_}, {}, {}};
+  PaintJob job{target, layer, {target, layer, channels_}, {}, {}, {}};
+  auto around = inside.begin();
   exact_.start_layer();
   if (!spans.empty()) target.stats.max_residual_mm = std::max(target.stats.max_residual_mm, max_residual_mm_);
   for (const Span& span : spans) {
     if (span.y >= target.window.end_row()) break;
     for (; !alone.empty() && is_before(alone.front().run, span); alone = alone.subspan(1))
       paint_alone(job, alone.front());
+    while (around->y != span.y || around->end <= span.begin) ++around;
+    job.inside = *around;
     paint_tiles(job, span);
   }
   for (const HintedRun& each : alone) paint_alone(job, each);
@@ -224,6 +243,18 @@ void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
   exact_.solve_from(job.target, alone);
 }
 
+void MaterialTiles::paint_fit(PaintJob& job, const Fit& fit, Span run) {
+  if (fit.steep && run.begin == job.inside.begin) {
+    paint_exactly(job, {}, {run.y, run.begin, run.begin + 1});
+    ++run.begin;
+  }
+  const bool ends = fit.steep && run.end == job.inside.end && run.begin < run.end;
+  if (ends) --run.end;
+  const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
+  job.cubics.paint(fit.frame, polynomials, run.y, run.begin, run.end);
+  if (ends) paint_exactly(job, {}, {run.y, run.end, run.end + 1});
+}
+
 void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row,
                                 std::uint32_t begin, std::uint32_t end) {
   begin = std::max(begin, box.low[0]);
@@ -231,11 +262,7 @@ void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox&
   if (begin >= end) return;
   switch (node.kind) {
     case Node::Kind::kEmpty: return;
-    case Node::Kind::kPolynomial: {
-      const Fit& fit = fits_[node.index];
-      const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
-      return job.cubics.paint(fit.frame, polynomials, row, begin, end);
-    }
+    case Node::Kind::kPolynomial: return paint_fit(job, fits_[node.index], {row, begin, end});
     case Node::Kind::kExact: return paint_exactly(job, hints_[node.index], {row, begin, end});
     case Node::Kind::kSplit: break;
   }

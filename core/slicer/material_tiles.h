@@ -8,8 +8,9 @@
 // inside the contours are inverted exactly: those nearest to the tile's corners, and others spread evenly over the
 // voxels that are inside. A cubic polynomial (material/tile_polynomial.h) is fitted to their materials. The tile is
 // accepted if every sample's leave-one-out error is at most an eighth of the tolerance; otherwise it is halved along
-// its longest axes, and so on; in the smallest tiles, and where the solid folds, every voxel is inverted. A tile that
-// the boundary cuts needs nothing outside: its samples lie inside like its voxels.
+// its longest axes, and so on; in the smallest tiles, and where the solid folds, every voxel is inverted; where
+// materials are steep, so are the ends of rows, which may lie off the solid. A tile that the boundary cuts needs
+// nothing outside: its samples lie inside like its voxels.
 //
 // The tiles follow from the slab's occupancy alone, which follows from its absolute layers: same bytes for any split.
 // Those of a row of tiles follow from its own voxels alone.
@@ -38,8 +39,8 @@ namespace ccslice {
 
 class MaterialTiles {
  public:
-  /// REQUIRES: field outlives the tiles; channels not empty, each once, all tolerances positive.
-  MaterialTiles(MaterialField& field, const Grid& grid, std::vector<ChannelTolerance> channels);
+  /// REQUIRES: field outlives the tiles and is of the spec's placement and outside_mm; all tolerances positive.
+  MaterialTiles(MaterialField& field, const InterpolationSpec& spec);
 
   /// Fits the slab of layers [first_layer, first_layer + layers.size()), whose spans rasterize() yielded.
   /// Throws Error{kCancelled}.
@@ -85,6 +86,7 @@ class MaterialTiles {
   struct Fit {
     TileFrame frame;
     std::size_t first_polynomial;  // One a channel.
+    bool steep;                    // Just off the solid they would say something else than its boundary has.
   };
   struct PaintJob;
 
@@ -112,11 +114,13 @@ class MaterialTiles {
   void add_sample(const Voxel& voxel);
   std::optional<Node> fit();
   bool extrapolates();
+  bool is_steep(std::size_t first_polynomial) const;
   TileFrame frame_of(std::size_t first_run) const;
   std::optional<CellParam> hint_for(const Voxel& voxel) const;
   Vec3 centre(const Voxel& voxel) const;
   Box3 world_box(const VoxelBox& box) const;
 
+  void paint_fit(PaintJob& job, const Fit& fit, Span run);
   void paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row, std::uint32_t begin,
                    std::uint32_t end);
   void paint_tiles(PaintJob& job, const Span& span);
@@ -127,6 +131,7 @@ class MaterialTiles {
   MaterialField* field_;
   const Grid grid_;
   const std::vector<ChannelTolerance> channels_;
+  const double outside_mm_;
   Voxel tile_size_;
   std::uint32_t tile_columns_, tile_rows_;
 

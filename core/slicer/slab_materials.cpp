@@ -17,9 +17,7 @@ constexpr std::size_t kRunsPerPoll = 4096;
 
 SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field,
                              const InterpolationSpec& spec, std::shared_ptr<PieceStore> store, const RowRange& rows)
-    : grid_(spec.grid),
-      pieces_(std::move(solid), spec, std::move(store), rows),
-      tiles_(field, spec.grid, spec.channels) {}
+    : grid_(spec.grid), pieces_(std::move(solid), spec, std::move(store), rows), tiles_(field, spec) {}
 
 void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
   first_layer_ = first_layer;

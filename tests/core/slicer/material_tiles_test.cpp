@@ -121,7 +121,10 @@ class MaterialTilesTest : public testing::Test {
     return run(tiles, first_layer, cancel);
   }
 
-  MaterialTiles make_tiles() { return {field_, grid_, {{0, kTolerance}}}; }
+  /// Voxels lie off the solid by so little that it never matters.
+  MaterialTiles make_tiles(double tolerance = kTolerance, double outside_mm = 1e-9) {
+    return {field_, {Placement::Identity(), grid_, {{0, tolerance}}, outside_mm}};
+  }
 
   void add(const std::vector<Span>& spans, std::uint32_t layer, Result& result) const {
     const std::span<const std::uint8_t> samples = plane_.image().samples;
@@ -275,10 +278,20 @@ TEST_F(MaterialTilesTest, InvertsEveryVoxelWhereTheSolidIsAmbiguous) {
 TEST_F(MaterialTilesTest, AConstantChannelIsConstant) {
   field_.function = [](const Vec3&) { return 0.5; };
   plane_ = ContonePlane(float_plane(), {"", 0.5, 0.5});
-  MaterialTiles tiles(field_, grid_, {{0, 1e-9}});
+  MaterialTiles tiles = make_tiles(1e-9);
   const Result result = run(tiles, 0);
   EXPECT_EQ(result.worst, 0);
   EXPECT_EQ(result.stats.voxels_interpolated, result.stats.voxels_inside);
+}
+
+// Where the gradient takes more than half of the tolerance over what voxels may lie off the solid.
+TEST_F(MaterialTilesTest, InvertsEndsOfRowsWhereMaterialsAreSteep) {
+  field_.function = [](const Vec3& p) { return 0.3 * p.x(); };
+  MaterialTiles flat = make_tiles(1e-3, 1.6e-3), steep = make_tiles(1e-3, 1.7e-3);
+  const Result of_flat = run(flat, 0), of_steep = run(steep, 0);
+  EXPECT_EQ(of_flat.stats.voxels_interpolated, of_flat.stats.voxels_inside);
+  expect_all_counted(of_steep);
+  EXPECT_EQ(of_steep.stats.voxels_inside - of_steep.stats.voxels_interpolated, 2u * 70 * kSlabLayers);
 }
 
 TEST_F(MaterialTilesTest, ASlabKnowsNothingOfOthers) {
@@ -300,7 +313,7 @@ TEST_F(MaterialTilesTest, ASlabKnowsNothingOfOthers) {
 
 TEST_F(MaterialTilesTest, KeepsAStrictToleranceToo) {
   field_.function = smooth;
-  MaterialTiles strict(field_, grid_, {{0, 1e-7}});
+  MaterialTiles strict = make_tiles(1e-7);
   const Result result = run(strict, 0);
   expect_all_counted(result);
   EXPECT_LE(result.worst, 1e-7 + 1e-6 / 8) << "and a float's rounding";
