@@ -33,10 +33,13 @@ std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channel
 }
 
 /// Of errors of cubics at this share of the thickness beyond what they were fitted to: the fourth Chebyshev polynomial.
-double growth_beyond(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
+double growth_beyond(double share) {
+  const double square = (1 + 2 * share) * (1 + 2 * share);
+  return 8 * square * (square - 1) + 1;
+}
 
 /// The share of the thickness beyond which errors have grown so many times.
-double share_of_growth(double growth) { return 0.5 * (std::cosh(std::acosh(growth) / 4) - 1); }
+double share_of_growth(double growth) { return 0.5 * (std::sqrt(0.5 + 0.5 * std::sqrt(0.5 + 0.5 * growth)) - 1); }
 
 /// Bit a if the a-th of the numbers is above this share of the largest.
 unsigned largest_axes(const Vec3& numbers, double share) {
@@ -212,13 +215,13 @@ ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& 
   return {points_[points_.size() / 2], box.low + 0.5 * size, size.asDiagonal() * shape.inverse_axes};
 }
 
-/// Halving along one axis is enough where little is missing. `error`: with `growth`.
+/// Halving along one axis is enough where little is missing. `error`: with `growth`, without which it may be small
+/// enough.
 unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double growth) const {
   constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
   unsigned axes = shape.bent_axes();
-  if (error <= growth) {
-    return error > 1 ? axes | largest_axes(shape.bulge, kLikeTheWorst) : axes;
-  }
+  if (error <= 1) return axes;
+  if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);
   return axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
 }
 
