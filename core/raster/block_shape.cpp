@@ -90,13 +90,10 @@ BlockShape shape_of(const BlockPoints& points) {
   shape.voxels = std::abs(axes.determinant());
   shape.inverse_axes = axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
-  shape.bulge = bulges(points, shape.inverse_axes, shape.step);
-  for (std::size_t step = kBlockNodes - 1; step > 1; step /= 2) {
-    const Vec3 coarse = bulges(points, shape.inverse_axes, step);
-    if (!(coarse.maxCoeff() <= kMostCoarseBulge) || sagitta(points, step) > kMostSagitta) continue;
-    shape.step = step;
-    shape.bulge = coarse;
-    break;
+  for (shape.step = kBlockNodes - 1;; shape.step /= 2) {
+    shape.bulge = bulges(points, shape.inverse_axes, shape.step);
+    if (shape.step == 1) break;
+    if (shape.bulge.maxCoeff() <= kMostCoarseBulge && sagitta(points, shape.step) <= kMostSagitta) break;
   }
   return shape;
 }

@@ -28,6 +28,15 @@ class PaintedRowsTest : public testing::Test {
 
   void resolve(std::vector<Span> spans) { rows_.resolve(pieces_, 5, job_.grid.extent.rows, spans); }
 
+  /// Its columns from 40 on are the box's.
+  Grid grid_from_before_the_box() const {
+    GridRequest request;
+    request.pitch = job_.grid.pitch;
+    request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
+    request.extent = GridExtent{200, 40, 16};
+    return plan_grid(*solid_, job_.placement, request);
+  }
+
   std::uint64_t painted() const {
     std::uint64_t voxels = 0;
     for (const PieceRun& run : rows_.painted()) voxels += run.end - run.begin;
@@ -69,11 +78,7 @@ TEST_F(PaintedRowsTest, AreEmptyForAnEmptyLayer) {
 
 // Beyond the solid no piece reaches farther than a share of its own size.
 TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
-  GridRequest request;
-  request.pitch = job_.grid.pitch;
-  request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
-  request.extent = GridExtent{200, 40, 16};
-  const Grid grid = plan_grid(*solid_, job_.placement, request);
+  const Grid grid = grid_from_before_the_box();
   CellPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store());
   pieces.build(0, 16, {});
   rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
@@ -93,11 +98,7 @@ TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
 
 // Following the gradient by what contours may be off is beyond the tolerance: voxels off the solid are inverted.
 TEST_F(PaintedRowsTest, LeaveWhatLiesOffTheSolidWhereMaterialsAreSteep) {
-  GridRequest request;
-  request.pitch = job_.grid.pitch;
-  request.origin_mm = job_.grid.origin_mm - Vec3(6, 0, 0);
-  request.extent = GridExtent{200, 40, 16};
-  const Grid grid = plan_grid(*solid_, job_.placement, request);
+  const Grid grid = grid_from_before_the_box();
   for (const auto& [tolerance, first_painted] : {std::pair(1e-3, 39u), std::pair(1e-5, 40u)}) {
     CellPieces pieces(solid_, {job_.placement, grid, {{0, tolerance}}, kOutsideMm}, make_piece_store());
     pieces.build(0, 16, {});
