@@ -3,7 +3,7 @@
 
 #include "client/plane_decoder.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -30,16 +30,6 @@ std::string inflate_frame(const std::string& frame, std::uint64_t expected_bytes
   if (ZSTD_isError(size)) corrupt(std::string("a zstd plane can't be decoded: ") + ZSTD_getErrorName(size));
   if (size != expected_bytes) corrupt("a zstd plane is shorter than its grid");
   return samples;
-}
-
-std::uint32_t crc32_of(std::string_view bytes) {
-  constexpr std::size_t kStep = 1u << 30;
-  uLong crc = crc32(0, nullptr, 0);
-  for (std::size_t at = 0; at < bytes.size(); at += kStep) {
-    const std::string_view part = bytes.substr(at, kStep);
-    crc = crc32(crc, reinterpret_cast<const Bytef*>(part.data()), static_cast<uInt>(part.size()));
-  }
-  return static_cast<std::uint32_t>(crc);
 }
 
 void check_png(const std::string& bytes) {
@@ -88,7 +78,8 @@ void decode_plane(const v1::GridExtent& extent, Plane& plane) {
     default: corrupt("the server reports a plane without a known encoding");
   }
   if (plane.samples.size() != expected_bytes) corrupt("a raw plane has another size than its grid");
-  if (crc32_of(plane.samples) != plane.result.crc32()) corrupt("the checksum of a plane is wrong");
+  if (libdeflate_crc32(0, plane.samples.data(), plane.samples.size()) != plane.result.crc32())
+    corrupt("the checksum of a plane is wrong");
 }
 
 }  // namespace ccslice::client

@@ -20,6 +20,7 @@ readonly build=(
   cmake
   g++
   libcli11-dev
+  libdeflate-dev
   libeigen3-dev
   libgrpc++-dev
   libimath-dev
@@ -83,6 +84,7 @@ readonly fuzz=(
 readonly server_slim=(
   libabsl20220623
   libc6
+  libdeflate0
   libfmt9
   libgcc-s1
   libgrpc++1.51
@@ -93,7 +95,6 @@ readonly server_slim=(
   libstdc++6
   libtbb12
   libzstd1
-  zlib1g
 )
 
 readonly server=(
@@ -104,6 +105,7 @@ readonly server=(
 readonly client=(
   libabsl20220623
   libc6
+  libdeflate0
   libgcc-s1
   libgrpc++1.51
   libgrpc29
@@ -112,7 +114,6 @@ readonly client=(
   libssl3
   libstdc++6
   libzstd1
-  zlib1g
 )
 
 readonly groups="build test bench peers containers fuzz server server-slim client"

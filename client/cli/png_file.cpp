@@ -3,10 +3,12 @@
 
 #include "client/cli/png_file.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
 #include <string_view>
 
 namespace ccslice::cli {
@@ -23,7 +25,7 @@ void append_chunk(std::string& png, std::string_view type, const std::string& da
   append_number(png, data.size());
   const std::string body = std::string(type) + data;
   png += body;
-  append_number(png, crc32_z(0, reinterpret_cast<const Bytef*>(body.data()), body.size()));
+  append_number(png, libdeflate_crc32(0, body.data(), body.size()));
 }
 
 std::string filtered_rows(const Picture& picture) {
@@ -38,11 +40,12 @@ std::string filtered_rows(const Picture& picture) {
 }
 
 std::string deflated(const std::string& bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(),
-            Z_BEST_COMPRESSION);
-  packed.resize(size);
+  constexpr int kLevel = 9;
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(kLevel), libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  std::string packed(libdeflate_zlib_compress_bound(compressor.get(), bytes.size()), '\0');
+  packed.resize(libdeflate_zlib_compress(compressor.get(), bytes.data(), bytes.size(), packed.data(), packed.size()));
   return packed;
 }
 

@@ -71,7 +71,7 @@ struct PointInverter::State {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
-  /// Wanted cells whose boxes hold the point, each with a start that its map guesses, in order.
+  /// Wanted cells whose boxes and hulls hold the point, each with a start that its map guesses, in order.
   template <typename Wanted>
   void collect(const Vec3& point, Order order, Wanted wanted) noexcept {
     const auto before = [&](const Candidate& a, const Candidate& b) {
@@ -84,7 +84,9 @@ struct PointInverter::State {
     candidates.clear();
     data.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
       if (!wanted(cell)) return;
-      const Vec3 guess = data.cell_maps[cell](point);
+      const CellMap& map = data.cell_maps[cell];
+      const Vec3 guess = map(point);
+      if (!map.may_hold(guess, options.outside_mm)) return;
       const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
       if (candidates.size() == candidates.capacity()) {
         if (!before(candidate, candidates.front())) return;

@@ -14,6 +14,40 @@
 namespace ccslice {
 namespace {
 
+constexpr std::size_t kMostKept = 12;
+
+// Those after the last node of either half: they repeat it.
+constexpr std::array<std::size_t, 3> kRepeatingSlots = {kEvenBlockNodes, kBlockSlots - 2, kBlockSlots - 1};
+constexpr std::size_t repeated_node(std::size_t slot) {
+  return std::tuple_size_v<BlockPoints> - 1 - slot / (kBlockSlots / 2);
+}
+
+void copy_slot(const CellBlock& from, std::size_t from_slot, CellBlock& to, std::size_t to_slot) {
+  const auto copy = [&](const BlockValues& source, BlockValues& target) {
+    target[to_slot / kLanes][to_slot % kLanes] = source[from_slot / kLanes][from_slot % kLanes];
+  };
+  for (std::size_t a = 0; a < 3; ++a) copy(from.position[a], to.position[a]);
+  for (std::size_t c = 0; c < from.values.size(); ++c) copy(from.values[c], to.values[c]);
+}
+
+/// By a box's nodes along an axis, those of a box that holds it at the same parameters.
+using SharedNodes = std::array<std::size_t, kBlockNodes>;
+constexpr std::size_t kNotShared = kBlockNodes;
+
+/// Of an interval within another one: if both are dyadic, that is exact.
+SharedNodes shared_nodes(double low, double high, double whole_low, double whole_high) {
+  SharedNodes nodes;
+  nodes.fill(kNotShared);
+  const double size = high - low, whole = whole_high - whole_low;
+  const std::size_t stride = size == whole ? 1 : 2;
+  if (static_cast<double>(stride) * size != whole) return nodes;
+  const double offset = (kBlockNodes - 1) * (low - whole_low) / whole;
+  const auto first = static_cast<std::size_t>(offset);
+  if (static_cast<double>(first) != offset) return nodes;
+  for (std::size_t n = 0; n < kBlockNodes; n += stride) nodes[n] = first + n / stride;
+  return nodes;
+}
+
 std::array<BlockValues, 3> make_shares() {
   std::array<BlockValues, 3> shares{};
   const auto put = [&](std::size_t slot, std::size_t node) {
@@ -22,9 +56,8 @@ std::array<BlockValues, 3> make_shares() {
       shares[a][slot / kLanes][slot % kLanes] = static_cast<double>(place) / (kBlockNodes - 1);
     }
   };
-  const std::size_t last = std::tuple_size_v<BlockPoints> - 1;
-  for (std::size_t slot = kEvenBlockNodes; slot < kBlockSlots; ++slot) put(slot, last - slot / (kBlockSlots / 2));
-  for (std::size_t node = 0; node <= last; ++node) put(block_slot(node), node);
+  for (const std::size_t slot : kRepeatingSlots) put(slot, repeated_node(slot));
+  for (std::size_t node = 0; node < std::tuple_size_v<BlockPoints>; ++node) put(block_slot(node), node);
   return shares;
 }
 
@@ -78,16 +111,26 @@ CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::u
     : evaluator_(&evaluator), channels_(std::move(channels)), values_(evaluator.solid().channel_count()) {}
 
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  sample_shares(cell, box, block_shares(), kBlockGroups, block);
+  place_parameters(box, block_shares(), kBlockGroups, block);
+  if (sample_if_one_patch(cell, box, block)) return;
+  known_.fill(false);
+  for (const std::size_t slot : kRepeatingSlots) known_[slot] = true;
+  copy_known(cell, box, block);
+  sample_patches(cell, kBlockSlots, block);
+  for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
+  keep(cell, box, block);
 }
 
 void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
   static const std::array<BlockValues, 3> kShares = make_shares_between_nodes();
-  sample_shares(cell, box, kShares, kGroupsBetweenNodes, block);
+  place_parameters(box, kShares, kGroupsBetweenNodes, block);
+  if (sample_if_one_patch(cell, box, block)) return;
+  known_.fill(false);
+  sample_patches(cell, kGroupsBetweenNodes * kLanes, block);
 }
 
-void CellBlockSampler::sample_shares(std::uint32_t cell, const ParamBox& box, const std::array<BlockValues, 3>& shares,
-                                     std::size_t groups, CellBlock& block) {
+void CellBlockSampler::place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares,
+                                        std::size_t groups, CellBlock& block) {
   groups_ = groups;
   block.values.resize(channels_.size());
   for (int a = 0; a < 3; ++a) {
@@ -96,11 +139,13 @@ void CellBlockSampler::sample_shares(std::uint32_t cell, const ParamBox& box, co
       parameters_[i][g] = box.low[a] + shares[i][g] * (box.high[a] - box.low[a]);
     }
   }
-  const Vec3 middle = 0.5 * (box.low + box.high);
-  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
-    return sample_patch(evaluator_->patch(cell, *place), *place, middle, block);
-  }
-  sample_patches(cell, block);
+}
+
+bool CellBlockSampler::sample_if_one_patch(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+  const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box);
+  if (!place) return false;
+  sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), block);
+  return true;
 }
 
 void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle,
@@ -121,26 +166,61 @@ void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place,
   }
 }
 
-void CellBlockSampler::sample_patches(std::uint32_t cell, CellBlock& block) noexcept {
+void CellBlockSampler::sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept {
   const LimitSolid::Data& data = evaluator_->solid().data();
-  const std::size_t slots = groups_ * kLanes;
+  std::size_t wanted = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) {
+    if (known_[slot]) continue;
     places_[slot] = find_patch(data, data.cells[cell], parameter(slot));
-    order_[slot] = {order_of(places_[slot]), slot};
+    order_[wanted++] = {order_of(places_[slot]), slot};
   }
-  std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(slots));
-  for (std::size_t begin = 0, end = 0; begin < slots; begin = end) {
+  std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(wanted));
+  for (std::size_t begin = 0, end = 0; begin < wanted; begin = end) {
     const std::size_t first = order_[begin].second;
     if (places_[first].at_line || places_[first].at_vertex) {
       sample_singular(cell, first, block);
       ++end;
       continue;
     }
-    while (end < slots && end < begin + kLanes && order_[end].first == order_[begin].first) ++end;
+    while (end < wanted && end < begin + kLanes && order_[end].first == order_[begin].first) ++end;
     std::array<std::size_t, kLanes> slots;
     for (std::size_t lane = 0; lane < kLanes; ++lane) slots[lane] = order_[std::min(begin + lane, end - 1)].second;
     sample_slots(evaluator_->patch(cell, places_[first]), slots, block);
   }
+}
+
+/// Copies the nodes that the last kept block which holds the box has, too: the same parameters, sampled alike.
+void CellBlockSampler::copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+  const auto holds = [&](const Sampled& whole) {
+    return whole.cell == cell && (whole.box.low.array() <= box.low.array()).all() &&
+           (whole.box.high.array() >= box.high.array()).all();
+  };
+  while (kept_count_ > 0 && !holds(kept_[kept_count_ - 1])) --kept_count_;
+  if (kept_count_ == 0) return;
+  const Sampled& whole = kept_[kept_count_ - 1];
+  std::array<SharedNodes, 3> shared;
+  for (int a = 0; a < 3; ++a) {
+    shared[static_cast<std::size_t>(a)] = shared_nodes(box.low[a], box.high[a], whole.box.low[a], whole.box.high[a]);
+  }
+  for (std::size_t n = 0; n < std::tuple_size_v<BlockPoints>; ++n) {
+    std::size_t from = 0;
+    bool known = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t node = shared[a][n / kBlockStride[a] % kBlockNodes];
+      known = known && node != kNotShared;
+      from += node * kBlockStride[a];
+    }
+    if (!known) continue;
+    known_[block_slot(n)] = true;
+    copy_slot(whole.block, block_slot(from), block, block_slot(n));
+  }
+}
+
+/// For the box's halves.
+void CellBlockSampler::keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block) {
+  if (kept_count_ == kMostKept) return;
+  if (kept_.size() == kept_count_) kept_.emplace_back();
+  kept_[kept_count_++] = {cell, box, block};
 }
 
 void CellBlockSampler::sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots,

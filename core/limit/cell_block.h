@@ -53,7 +53,8 @@ struct CellBlock {
   std::vector<BlockValues> values;      // Of the channels asked for.
 };
 
-/// Samples one solid on one thread. Memory is kept from block to block.
+/// Samples one solid on one thread. Memory is kept from block to block; so are the last blocks that lie in many
+/// patches, as the halves of a box share nodes with it. Results don't depend on what is kept.
 class CellBlockSampler {
  public:
   /// REQUIRES: evaluator outlives this.
@@ -65,10 +66,19 @@ class CellBlockSampler {
   void sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block);
 
  private:
-  void sample_shares(std::uint32_t cell, const ParamBox& box, const std::array<BlockValues, 3>& shares,
-                     std::size_t groups, CellBlock& block);
+  struct Sampled {
+    std::uint32_t cell;
+    ParamBox box;
+    CellBlock block;
+  };
+
+  void place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares, std::size_t groups,
+                        CellBlock& block);
+  bool sample_if_one_patch(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block);
   void sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, CellBlock& block) const noexcept;
-  void sample_patches(std::uint32_t cell, CellBlock& block) noexcept;
+  void sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept;
   void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
   void sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept;
   Vec3 parameter(std::size_t slot) const noexcept;
@@ -79,7 +89,10 @@ class CellBlockSampler {
   std::array<BlockValues, 3> parameters_;
   std::vector<double> values_;  // All channels at one node.
   std::array<PatchPlace, kBlockSlots> places_;
-  std::array<std::pair<std::uint64_t, std::size_t>, kBlockSlots> order_;  // Slots by patch.
+  std::array<bool, kBlockSlots> known_;                                   // Slots that needn't be sampled.
+  std::array<std::pair<std::uint64_t, std::size_t>, kBlockSlots> order_;  // The others by patch.
+  std::vector<Sampled> kept_;                                             // Each in the one before, so many of them:
+  std::size_t kept_count_ = 0;
 };
 
 }  // namespace ccslice

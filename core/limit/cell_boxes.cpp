@@ -16,15 +16,15 @@ namespace {
 constexpr std::uint32_t kCancelPeriod = 256;
 constexpr double kSmallestDeterminant = 1e-12;  // Of the Jacobian with unit columns.
 
-/// The Bezier nets of the outermost patches, and the hull of what remains at the irregular place.
-Box3 cell_box(const LimitCell& cell, PatchBuilder& builder) {
-  Box3 box;
+/// Calls visit(point) for points whose hull holds the cell: the Bezier nets of the outermost patches, and what holds
+/// the rest at the irregular place.
+template <typename Visit>
+void visit_hull(const LimitCell& cell, PatchBuilder& builder, Visit visit) {
   const auto add_patch = [&](const PatchPath&, double* grid) {
     bspline_to_bezier(grid, 3, kPositionDimension);
-    for (std::size_t p = 0; p < 64; ++p) box.extend(Vec3::Map(grid + kPositionDimension * p).eval());
+    for (std::size_t p = 0; p < 64; ++p) visit(Vec3::Map(grid + kPositionDimension * p).eval());
   };
-  builder.visit_patches(cell, 1, 1, add_patch, [&](const PatchRest& rest) { box.extend(rest.box()); });
-  return box;
+  builder.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) { rest.visit_hull(visit); });
 }
 
 CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuilder& builder) {
@@ -50,8 +50,13 @@ void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
   data.cell_maps.reserve(data.cells.size());
   for (const LimitCell& cell : data.cells) {
     if (all.size() % kCancelPeriod == 0) cancel.throw_if_cancelled();
-    all.push_back(cell_box(cell, builder));
-    data.cell_maps.push_back(cell_map(data, cell, builder));
+    CellMap& map = data.cell_maps.emplace_back(cell_map(data, cell, builder));
+    Box3 box;
+    visit_hull(cell, builder, [&](const Vec3& point) {
+      box.extend(point);
+      map.hull.extend(map(point));
+    });
+    all.push_back(box);
   }
   data.cell_boxes = BoxTree(all, cancel);
 }

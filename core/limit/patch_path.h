@@ -62,10 +62,14 @@ struct PatchRest {
   bool at_vertex = false;
   std::span<const double> points;  // Of the ring, or of its four layers, kPositionDimension doubles each.
 
-  /// Holds the limit of what is left.
+  /// Calls visit(point) for points whose hull holds the limit of what is left.
+  template <typename Visit>
+  void visit_hull(Visit visit) const noexcept {
+    for (std::size_t i = 0; i < points.size(); i += kPositionDimension) visit(Vec3::Map(&points[i]).eval());
+  }
   Box3 box() const noexcept {
     Box3 box;
-    for (std::size_t i = 0; i < points.size(); i += kPositionDimension) box.extend(Vec3::Map(&points[i]).eval());
+    visit_hull([&](const Vec3& point) { box.extend(point); });
     return box;
   }
 };

@@ -41,8 +41,17 @@ struct SurfaceFaceRing {
 struct CellMap {
   Vec3 middle = Vec3::Zero();            // geo(1/2, 1/2, 1/2), mm.
   Mat3 inverse_jacobian = Mat3::Zero();  // There; zero where it has none.
+  Box3 hull;                             // Holds the guesses for all points of the cell: a sheared box around it.
 
   Vec3 operator()(const Vec3& point) const { return Vec3::Constant(0.5) + inverse_jacobian * (point - middle); }
+  /// The cell may come as near as that to the point that was guessed.
+  bool may_hold(const Vec3& guess, double distance_mm) const {
+    const Vec3 margin = distance_mm * inverse_jacobian.cwiseAbs().rowwise().sum() + kRounding * hull.diagonal();
+    return ((guess - hull.min() + margin).array() >= 0).all() && ((hull.max() - guess + margin).array() >= 0).all();
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
 };
 
 struct LimitSolid::Data {

@@ -4,8 +4,10 @@
 #include "core/material/block_fitter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace ccslice {
 namespace {
@@ -13,6 +15,56 @@ namespace {
 // Keeps the fit defined where terms coincide; far below any tolerance.
 constexpr double kRidge = 1e-11;
 constexpr std::size_t kEvenGroups = kBlockGroups / 2;
+constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
+constexpr double kSurelyFits = 0.5;  // Of what is allowed: errors that are predicted to be below it.
+constexpr double kAsGoodAsAll = 4;   // Times what halving along all axes leaves: fewer axes do.
+constexpr unsigned kAllAxes = 7;
+constexpr unsigned kFitDegree = 3;
+
+/// Of a polynomial of degree 4 along an axis: values at the nodes -> coefficients of Chebyshev polynomials.
+void to_chebyshev(double* first, std::size_t stride) {
+  constexpr std::array<std::array<double, kBlockNodes>, kBlockNodes> kTwelveTimes = {
+      {{2, 4, 0, 4, 2}, {-4, -4, 0, 4, 4}, {3, 0, -6, 0, 3}, {-2, 4, 0, -4, 2}, {1, -4, 6, -4, 1}}};
+  std::array<double, kBlockNodes> values;
+  for (std::size_t n = 0; n < kBlockNodes; ++n) values[n] = first[n * stride];
+  for (std::size_t d = 0; d < kBlockNodes; ++d) {
+    double sum = 0;
+    for (std::size_t n = 0; n < kBlockNodes; ++n) sum += kTwelveTimes[d][n] * values[n];
+    first[d * stride] = sum / 12;
+  }
+}
+
+/// What halving along an axis leaves of a term that has this degree there and `others` along the other two: the powers
+/// of (1 + x) / 2 or (1 - x) / 2 that a cubic can't take over.
+double left_by_halving(unsigned degree, unsigned others) {
+  double sum = 0, binomial = 1;
+  for (unsigned d = degree;; --d) {
+    if (d + others > kFitDegree) sum += binomial;
+    if (d == 0) break;
+    binomial = binomial * d / (degree - d + 1);
+  }
+  return std::ldexp(sum, -static_cast<int>(degree));
+}
+
+/// By the axes to halve along, then by term.
+using LeftOfTerms = std::array<std::array<double, kNodes>, kAllAxes + 1>;
+
+LeftOfTerms left_of_terms() {
+  LeftOfTerms left{};
+  for (std::size_t n = 0; n < kNodes; ++n) {
+    std::array<unsigned, 3> degree;
+    for (std::size_t a = 0; a < 3; ++a) degree[a] = static_cast<unsigned>(n / kBlockStride[a] % kBlockNodes);
+    const unsigned total = degree[0] + degree[1] + degree[2];
+    if (total <= kFitDegree) continue;
+    for (unsigned axes = 0; axes <= kAllAxes; ++axes) {
+      left[axes][n] = 1;
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (axes >> a & 1) left[axes][n] *= left_by_halving(degree[a], total - degree[a]);
+      }
+    }
+  }
+  return left;
+}
 
 }  // namespace
 
@@ -84,34 +136,29 @@ void BlockFitter::solve(CubicPolynomial& x) const noexcept {
   }
 }
 
-unsigned BlockFitter::axes_to_halve(double share_of_worst) const noexcept {
-  std::array<double, 3> range{};
+unsigned BlockFitter::axes_to_halve(double error) const noexcept {
+  static const LeftOfTerms kLeft = left_of_terms();
+  std::array<double, kNodes> terms;
+  for (std::size_t n = 0; n < kNodes; ++n) terms[n] = errors_[block_slot(n) / kLanes][block_slot(n) % kLanes];
   for (std::size_t a = 0; a < 3; ++a) {
     const std::size_t s_stride = kBlockStride[(a + 1) % 3], t_stride = kBlockStride[(a + 2) % 3];
     for (std::size_t t = 0; t < kBlockNodes; ++t) {
-      for (std::size_t s = 0; s < kBlockNodes; ++s) {
-        range[a] = std::max(range[a], range_of_errors(s * s_stride + t * t_stride, kBlockStride[a]));
-      }
+      for (std::size_t s = 0; s < kBlockNodes; ++s) to_chebyshev(&terms[s * s_stride + t * t_stride], kBlockStride[a]);
     }
   }
-  const double most = *std::max_element(range.begin(), range.end());
-  unsigned axes = 0;
-  for (unsigned a = 0; a < 3; ++a) {
-    if (!(range[a] < share_of_worst * most)) axes |= 1u << a;
+  std::array<double, kAllAxes + 1> left{};
+  for (std::size_t n = 0; n < kNodes; ++n) {
+    for (unsigned axes = 0; axes <= kAllAxes; ++axes) left[axes] += kLeft[axes][n] * std::abs(terms[n]);
   }
-  return axes;
-}
-
-/// How much the errors vary along a line of nodes.
-double BlockFitter::range_of_errors(std::size_t first_node, std::size_t stride) const noexcept {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t n = 0; n < kBlockNodes; ++n) {
-    const std::size_t slot = block_slot(first_node + n * stride);
-    const double error = errors_[slot / kLanes][slot % kLanes];
-    low = std::min(low, error);
-    high = std::max(high, error);
+  if (!(left[0] > 0)) return kAllAxes;
+  const double enough = std::max(kSurelyFits * left[0] / error, kAsGoodAsAll * left[kAllAxes]);
+  unsigned best = kAllAxes;
+  for (unsigned axes = kAllAxes - 1; axes > 0; --axes) {
+    if (!(left[axes] <= enough)) continue;
+    const int more = std::popcount(axes) - std::popcount(best);
+    if (more < 0 || (more == 0 && left[axes] < left[best])) best = axes;
   }
-  return high - low;
+  return best;
 }
 
 }  // namespace ccslice

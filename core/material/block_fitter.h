@@ -21,15 +21,15 @@ class BlockFitter {
   void factorize(const std::array<BlockValues, 3>& places) noexcept;
   /// Returns the largest error at the nodes; infinity if the places leave the polynomial undetermined.
   double fit(const BlockValues& values, CubicPolynomial& polynomial) noexcept;
-  /// Along which axes the block is to be halved so that the last fit gets better: bit a if, along lines of nodes along
-  /// axis a, errors vary by at least this share of what they vary by along any axis. REQUIRES: the fit was finite.
-  unsigned axes_to_halve(double share_of_worst) const noexcept;
+  /// Along which axes to halve the block so that the last fit gets better (bit a: axis a): the fewest that are
+  /// predicted to be enough or, where none are, to do about as well as all. `error`: the fit's, as a share of what is
+  /// allowed. REQUIRES: the fit was finite.
+  unsigned axes_to_halve(double error) const noexcept;
 
  private:
   void fill_normal_row(std::size_t r) noexcept;
   void eliminate() noexcept;
   void solve(CubicPolynomial& x) const noexcept;
-  double range_of_errors(std::size_t first_node, std::size_t stride) const noexcept;
 
   std::array<LaneTerms, kBlockGroups> terms_;
   // The normal equations, eliminated: what is right of the diagonal counts.

@@ -3,7 +3,7 @@
 
 #include "core/output/encode.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -25,14 +25,14 @@ constexpr int kZstdLevel = 1;
 constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
 
 std::uint32_t crc32_by_pieces(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {
-  uLong crc = crc32_z(0, nullptr, 0);
+  std::uint32_t crc = libdeflate_crc32(0, nullptr, 0);
   while (!bytes.empty()) {
     cancel.throw_if_cancelled();
     const std::size_t piece = std::min(bytes.size(), kPieceBytes);
-    crc = crc32_z(crc, bytes.data(), piece);
+    crc = libdeflate_crc32(crc, bytes.data(), piece);
     bytes = bytes.subspan(piece);
   }
-  return static_cast<std::uint32_t>(crc);
+  return crc;
 }
 
 std::vector<std::uint8_t> copy_by_pieces(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {

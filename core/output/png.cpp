@@ -3,7 +3,7 @@
 
 #include "core/output/png.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ void put_chunk(std::string_view type, std::span<const std::uint8_t> data, std::v
   const std::size_t begin = out.size();
   out.insert(out.end(), type.begin(), type.end());
   out.insert(out.end(), data.begin(), data.end());
-  put_number(static_cast<std::uint32_t>(crc32_z(0, out.data() + begin, out.size() - begin)), out);
+  put_number(libdeflate_crc32(0, out.data() + begin, out.size() - begin), out);
 }
 
 /// Signature and IHDR.

@@ -20,7 +20,7 @@ std::uint32_t first_from(double at, std::uint32_t low, std::uint32_t high) {
 }  // namespace
 
 void BlockRaster::scan(const BlockPoints& points, std::size_t step, const VoxelWindow& window,
-                       std::vector<VoxelRun>& runs) {
+                       std::vector<BlockRun>& runs) {
   load(points, window);
   if (first_layer_ >= end_layer_ || first_row_ >= end_row_) return;
   const std::size_t count = std::size_t{end_row_ - first_row_} * (end_layer_ - first_layer_);
@@ -98,7 +98,7 @@ void BlockRaster::cross_rows(std::uint32_t layer, double y0, double x0, double y
 }
 
 void BlockRaster::append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
-                              std::vector<VoxelRun>& runs) {
+                              std::vector<BlockRun>& runs) {
   if (row.count == 0 || row.count > kMostCrossings) return;
   if (row.count == 2) {  // Nearly always.
     if (row.columns[1] < row.columns[0]) std::swap(row.columns[0], row.columns[1]);
@@ -106,9 +106,10 @@ void BlockRaster::append_runs(Row& row, std::uint32_t layer, std::uint32_t y, st
     std::sort(row.columns.begin(), row.columns.begin() + row.count);
   }
   for (std::size_t k = 0; k + 1 < row.count; k += 2) {
-    const std::uint32_t begin = first_from(row.columns[k], 0, columns);
-    const std::uint32_t end = first_from(row.columns[k + 1], 0, columns);
-    if (begin < end) runs.push_back({layer, y, begin, end});
+    const double low = row.columns[k], high = row.columns[k + 1];
+    const std::uint32_t begin = first_from(low, 0, columns), end = first_from(high, 0, columns);
+    if (begin >= end) continue;
+    runs.push_back({layer, y, begin, end, static_cast<float>(begin - low), static_cast<float>(high - (end - 1.0))});
   }
 }
 

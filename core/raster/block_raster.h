@@ -16,7 +16,6 @@
 
 #include "core/base/block_nodes.h"
 #include "core/base/types.h"
-#include "core/raster/connected_runs.h"
 
 namespace ccslice {
 
@@ -25,12 +24,18 @@ struct VoxelWindow {
   std::uint32_t columns = 0, rows = 0, first_layer = 0, end_layer = 0;
 };
 
+/// Voxels [begin, end) of a row of a layer whose centres are inside.
+struct BlockRun {
+  std::uint32_t layer, row, begin, end;
+  float before, after;  // Columns from the first centre back to the block's faces, and from the last one on.
+};
+
 /// Memory is kept from block to block.
 class BlockRaster {
  public:
   /// Appends the voxels of the window whose centres are inside, by layer, by row, by column. `points`: in voxels, so
   /// that the centre of voxel (column, row, layer) is at those numbers. `step`: BlockShape's.
-  void scan(const BlockPoints& points, std::size_t step, const VoxelWindow& window, std::vector<VoxelRun>& runs);
+  void scan(const BlockPoints& points, std::size_t step, const VoxelWindow& window, std::vector<BlockRun>& runs);
 
  private:
   static constexpr std::size_t kMostCrossings = 6;  // Of a row; rows with more are left out.
@@ -49,7 +54,7 @@ class BlockRaster {
   void cross_layers(const Node& low, const Node& high, const Node& from, const Node& to);
   void cross_rows(std::uint32_t layer, double y0, double x0, double y1, double x1);
   static void append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
-                          std::vector<VoxelRun>& runs);
+                          std::vector<BlockRun>& runs);
 
   std::array<Node, std::tuple_size_v<BlockPoints>> nodes_;
   std::uint32_t first_layer_ = 0, end_layer_ = 0, first_row_ = 0, end_row_ = 0;  // That the block's box meets.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "core/raster/block_faces.h"
@@ -17,15 +18,17 @@ constexpr double kMostBulge = 0.05;  // Of the thickness: what a cubic fitted to
 constexpr double kMostCoarseBulge = 0.01;  // of the thickness,
 constexpr double kMostSagitta = 0.2;       // voxels.
 
-/// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes.
-double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis, std::size_t step) {
+/// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes. Of one
+/// beyond `enough` only that.
+double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis, std::size_t step,
+                   double enough) {
   // Between neighbours there is no node that tells, but a quarter of the bulge over two of them is near enough.
   const std::size_t half = step > 1 ? step / 2 : 1;
   const double of_second_difference = step > 1 ? 0.5 : 0.125;
   const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3],
                     reach = half * kBlockStride[axis];
   double most = 0;
-  for (std::size_t t = 0; t < kBlockNodes; t += 2) {
+  for (std::size_t t = 0; t < kBlockNodes && most <= enough; t += 2) {
     for (std::size_t s = 0; s < kBlockNodes; s += 2) {
       for (std::size_t n = half; n + half < kBlockNodes; n += step) {
         const std::size_t at = s * s_stride + t * t_stride + n * kBlockStride[axis];
@@ -38,16 +41,22 @@ double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::siz
   return most;
 }
 
-Vec3 bulges(const BlockPoints& points, const Mat3& inverse_axes, std::size_t step) {
-  return {bulge_along(points, inverse_axes, 0, step), bulge_along(points, inverse_axes, 1, step),
-          bulge_along(points, inverse_axes, 2, step)};
+/// Stops at the first axis beyond `enough`.
+Vec3 bulges(const BlockPoints& points, const Mat3& inverse_axes, std::size_t step,
+            double enough = std::numeric_limits<double>::infinity()) {
+  Vec3 result = Vec3::Zero();
+  for (std::size_t a = 0; a < 3 && result.maxCoeff() <= enough; ++a) {
+    result[static_cast<Eigen::Index>(a)] = bulge_along(points, inverse_axes, a, step, enough);
+  }
+  return result;
 }
 
-/// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate.
-double sagitta(const BlockPoints& p, std::size_t step) {
+/// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate. Of one
+/// beyond `enough` only that.
+double sagitta(const BlockPoints& p, std::size_t step, double enough) {
   const std::size_t half = step / 2;
   double most = 0;
-  for (std::size_t side = 0; side < 6; ++side) {
+  for (std::size_t side = 0; side < 6 && most <= enough; ++side) {
     const BlockFace face(side / 2, side % 2);
     for_each_quad(step, [&](std::size_t s, std::size_t t) {
       const auto off = [&](std::size_t from, std::size_t to, std::size_t node) {
@@ -90,11 +99,12 @@ BlockShape shape_of(const BlockPoints& points) {
   shape.voxels = std::abs(axes.determinant());
   shape.inverse_axes = axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
-  for (shape.step = kBlockNodes - 1;; shape.step /= 2) {
-    shape.bulge = bulges(points, shape.inverse_axes, shape.step);
-    if (shape.step == 1) break;
-    if (shape.bulge.maxCoeff() <= kMostCoarseBulge && sagitta(points, shape.step) <= kMostSagitta) break;
+  for (shape.step = kBlockNodes - 1; shape.step > 1; shape.step /= 2) {
+    shape.bulge = bulges(points, shape.inverse_axes, shape.step, kMostCoarseBulge);
+    if (shape.bulge.maxCoeff() > kMostCoarseBulge) continue;
+    if (sagitta(points, shape.step, kMostSagitta) <= kMostSagitta) return shape;
   }
+  shape.bulge = bulges(points, shape.inverse_axes, shape.step);
   return shape;
 }
 

@@ -145,7 +145,7 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, cons
                                                         const ParamBox& box, const TileFrame& frame, double error) {
   const double most_growth = kShareOffNodes / (kPieceShareOfTolerance * error);
   const double beyond = std::clamp(share_of_growth(most_growth) - shape.bulge.maxCoeff(), 0.0, kMostBeyond);
-  const auto reach = static_cast<std::uint32_t>(std::min(beyond * shape.thickness_along_x(), kMostReach));
+  const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, reach, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
   for (std::size_t side = 0; side < 6; ++side) {
@@ -218,11 +218,11 @@ ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& 
 /// Halving along one axis is enough where little is missing. `error`: with `growth`, without which it may be small
 /// enough.
 unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double growth) const {
-  constexpr double kLittle = 4, kLikeTheWorst = 0.6, kTheWorst = 0.99;
+  constexpr double kLikeTheWorst = 0.6;
   unsigned axes = shape.bent_axes();
   if (error <= 1) return axes;
   if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);
-  return axes | fitter_.axes_to_halve(error < kLittle ? kTheWorst : kLikeTheWorst);
+  return axes | fitter_.axes_to_halve(error);
 }
 
 /// Voxels -> the frame's coordinates.
@@ -250,6 +250,7 @@ double CellFitter::fit(const TileFrame& frame) {
 void CellFitter::append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const {
   const auto first = static_cast<std::uint32_t>(parts.size());
   const ParamBox whole = parts[part].parameters;
+  const Box3 place = parts[part].place;
   for (unsigned child = 0; child < 8; ++child) {
     if (child & ~axes) continue;
     CellPart& half = parts.emplace_back();
@@ -258,7 +259,7 @@ void CellFitter::append_halves(std::vector<CellPart>& parts, std::uint32_t part,
       if (!(axes >> a & 1)) continue;
       (child >> a & 1 ? half.parameters.low : half.parameters.high)[a] = 0.5 * (whole.low[a] + whole.high[a]);
     }
-    half.place = place_of_half(child, axes);
+    half.place = place.intersection(place_of_half(child, axes));
   }
   parts[part].kind = CellPart::Kind::kHalved;
   parts[part].first_child = first;

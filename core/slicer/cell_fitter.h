@@ -54,7 +54,7 @@ struct CellPiece {
   TileFrame frame;
   ParameterMap parameters;
   std::vector<CubicPolynomial> polynomials;  // One a channel.
-  std::uint32_t reach = 0;                   // Columns that the polynomials may be followed beyond the piece.
+  double reach = 0;                          // Columns that the polynomials may be followed beyond the piece.
   BlockPoints points;                        // Voxels,
   std::size_t step;                          // and BlockShape's.
   std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
@@ -66,7 +66,7 @@ struct CellPart {
   enum class Kind : std::uint8_t { kUnknown, kPiece, kHole, kHalved };
 
   ParamBox parameters;
-  Box3 place;  // Voxels: holds the part. By its parent's nodes; from examine() on by its own, too.
+  Box3 place;  // Voxels: holds the part. In its parent's, and by the parent's nodes; from examine() on by its own, too.
   Kind kind = Kind::kUnknown;
   std::uint32_t first_child = 0, end_child = 0;  // kHalved.
   std::shared_ptr<const CellPiece> piece;        // kPiece.

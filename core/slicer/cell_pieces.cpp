@@ -16,6 +16,9 @@ namespace {
 
 // Smaller cells, in voxels, are left to whoever fits across cells: that fails early beside irregular lines only.
 constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;
+// Layers that are looked at together: one at first, then so many times as many as before, up to whole slabs.
+constexpr std::uint32_t kTimesTogether = 4, kMostTogether = 1024;
+constexpr std::size_t kNoWindow = std::numeric_limits<std::size_t>::max();
 constexpr double kMargin = 0.2;  // Of a cell's size: its parts' places end that near to its box.
 
 }  // namespace
@@ -27,34 +30,62 @@ CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const Interpolat
       rows_(rows),
       voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
+      voxel_in_mesh_mm_(mesh_of_voxel_.linear().colwise().norm().maxCoeff()),
       channels_(spec.channels),
       store_(std::move(store)),
       fitter_(solid_, spec) {}
 
-void CellPieces::build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
+void CellPieces::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   first_layer_ = first_layer;
   end_layer_ = end_layer;
+  windows_.clear();
+  window_of_layer_.assign(end_layer - first_layer, kNoWindow);
   pieces_.clear();
   polynomials_.clear();
   found_.clear();
-  hole_boxes_.clear();
-  hole_cells_.clear();
   runs_.resize(end_layer - first_layer);
-  for (std::vector<PieceRun>& runs : runs_) runs.clear();
+  for (std::vector<ScannedRun>& runs : runs_) runs.clear();
+}
+
+void CellPieces::find(std::uint32_t layer, const CancellationToken& cancel) {
+  if (window_of_layer_[layer - first_layer_] != kNoWindow) return;
+  start_window(layer);
   collect_cells();
   collect_parts(cancel);
   scan_pieces(cancel);
-  // Holes of small cells alone say nothing; whether there are others, or pieces, shows in the rows where it matters.
-  const bool matters =
-      !pieces_.empty() || std::ranges::any_of(hole_cells_, [](const Hole& hole) { return hole.map != nullptr; });
-  holes_ = matters ? BoxTree(hole_boxes_, cancel) : BoxTree();
+  window_.hole_boxes = BoxTree(hole_boxes_, cancel);
+  window_.end_piece = pieces_.size();
+  for (; layer < window_.end_layer; ++layer) window_of_layer_[layer - first_layer_] = windows_.size();
+  windows_.push_back(std::move(window_));
+  layers_together_ = std::min(kTimesTogether * layers_together_, kMostTogether);
 }
 
-/// Those whose boxes meet the slab, and whose pieces or holes may meet the rows, by id.
+/// Forgets what a window before that was cancelled may have left.
+void CellPieces::start_window(std::uint32_t first_layer) {
+  window_ = {};
+  window_.first_layer = first_layer;
+  hole_boxes_.clear();
+  const std::size_t pieces = windows_.empty() ? 0 : windows_.back().end_piece;
+  found_.resize(pieces);
+  pieces_.resize(pieces);
+  polynomials_.resize(pieces * channels_.size());
+  std::uint32_t& end = window_.end_layer = first_layer;
+  do {
+    runs_[end - first_layer_].clear();
+    ++end;
+  } while (end < end_layer_ && end - first_layer < layers_together_ &&
+           window_of_layer_[end - first_layer_] == kNoWindow);
+}
+
+const CellPieces::Window& CellPieces::window_of(const Vec3& voxel) const {
+  return windows_[window_of_layer_[static_cast<std::uint32_t>(voxel.z()) - first_layer_]];
+}
+
+/// Those whose boxes meet the window, and whose pieces or holes may meet the rows, by id.
 void CellPieces::collect_cells() {
   const BoxTree& boxes = solid_->data().cell_boxes;
-  const Box3 slab(Vec3(-1, -1, first_layer_ - 1.0),
-                  Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(end_layer_)));
+  const Box3 slab(Vec3(-1, -1, window_.first_layer - 1.0),
+                  Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(window_.end_layer)));
   cells_.clear();
   boxes.any_meeting(slab.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
     const Box3 voxels = boxes.box(cell).transformed(voxel_of_mesh_);
@@ -83,12 +114,11 @@ Box3 CellPieces::place_of(std::uint32_t cell) const {
 
 /// Cells that another worker has in hand come last: what it finds out needn't be found out again.
 void CellPieces::collect_parts(const CancellationToken& cancel) {
+  const auto first = static_cast<std::ptrdiff_t>(pieces_.size());
   busy_cells_.clear();
   for (const std::uint32_t cell : cells_) {
-    if (is_small(cell)) {
-      add_hole(place_of(cell), cell, nullptr);
-      continue;
-    }
+    (is_small(cell) ? window_.has_small_cells : window_.has_others) = true;
+    if (is_small(cell)) continue;
     const std::shared_ptr<CellParts> known = store_->parts_of(cell, place_of(cell));
     if (const std::unique_lock lock(known->mutex, std::try_to_lock); lock) {
       collect_parts_of(cell, *known, cancel);
@@ -101,10 +131,11 @@ void CellPieces::collect_parts(const CancellationToken& cancel) {
     const std::scoped_lock lock(known->mutex);
     collect_parts_of(cell, *known, cancel);
   }
-  std::stable_sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.cell < b.cell; });
+  std::stable_sort(found_.begin() + first, found_.end(),
+                   [](const Found& a, const Found& b) { return a.cell < b.cell; });
 }
 
-/// Pieces and holes that meet the slab.
+/// Pieces and holes that meet the window.
 void CellPieces::collect_parts_of(std::uint32_t cell, CellParts& known, const CancellationToken& cancel) {
   std::vector<CellPart>& parts = known.parts;
   bool examined = false;
@@ -112,61 +143,82 @@ void CellPieces::collect_parts_of(std::uint32_t cell, CellParts& known, const Ca
   while (!parts_.empty()) {
     const std::uint32_t at = parts_.back();
     parts_.pop_back();
-    if (!meets_slab(parts[at].place)) continue;
+    if (!meets_window(parts[at].place)) continue;
     if (parts[at].kind == CellPart::Kind::kUnknown) {
       cancel.throw_if_cancelled();
       fitter_.examine(cell, parts, at);
       examined = true;
-      if (!meets_slab(parts[at].place)) continue;
+      if (!meets_window(parts[at].place)) continue;
     }
     const CellPart& part = parts[at];
-    if (part.kind == CellPart::Kind::kPiece) found_.push_back({cell, part.piece});
-    if (part.kind == CellPart::Kind::kHole) add_hole(part.place, cell, part.map);
+    if (part.kind == CellPart::Kind::kPiece)
+      found_.push_back({cell, part.place.min().z(), part.place.max().z(), part.piece});
+    if (part.kind == CellPart::Kind::kHole) {
+      hole_boxes_.push_back(part.place);
+      window_.holes.push_back({cell, part.map});
+    }
     for (std::uint32_t child = part.end_child; child > part.first_child; --child) parts_.push_back(child - 1);
   }
   if (examined) store_->set_memory(cell, known);
 }
 
-void CellPieces::add_hole(const Box3& place, std::uint32_t cell, std::shared_ptr<const ParameterMap> map) {
-  hole_boxes_.push_back(place);
-  hole_cells_.push_back({cell, std::move(map)});
-}
-
-bool CellPieces::meets_slab(const Box3& voxels) const {
-  return voxels.intersects(
-      Box3(Vec3(0, 0, first_layer_), Vec3(grid_.extent.columns - 1.0, grid_.extent.rows - 1.0, end_layer_ - 1.0)));
+bool CellPieces::meets_window(const Box3& voxels) const {
+  return voxels.intersects(Box3(Vec3(0, 0, window_.first_layer),
+                                Vec3(grid_.extent.columns - 1.0, grid_.extent.rows - 1.0, window_.end_layer - 1.0)));
 }
 
 void CellPieces::scan_pieces(const CancellationToken& cancel) {
-  const VoxelWindow window{grid_.extent.columns, grid_.extent.rows, first_layer_, end_layer_};
-  for (const Found& found : found_) {
+  for (const Found& found : std::span(found_).subspan(pieces_.size())) {
     cancel.throw_if_cancelled();
     const auto p = static_cast<std::uint32_t>(pieces_.size());
     pieces_.push_back({found.piece->frame, found.piece->reach, !found.piece->beyond.empty()});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
+    // Not beyond the part's place: what is there was looked for in the layers that it meets, no others.
+    const VoxelWindow window{
+        grid_.extent.columns, grid_.extent.rows,
+        static_cast<std::uint32_t>(std::max<double>(window_.first_layer, std::ceil(found.low))),
+        static_cast<std::uint32_t>(std::min<double>(window_.end_layer, std::floor(found.high) + 1))};
     raster_.scan(found.piece->points, found.piece->step, window, scanned_);
-    for (const VoxelRun& run : scanned_) runs_[run.layer - first_layer_].push_back({run.row, run.begin, run.end, p});
+    for (const BlockRun& run : scanned_) {
+      runs_[run.layer - first_layer_].push_back({{run.row, run.begin, run.end, p}, run.before, run.after});
+    }
   }
+}
+
+/// Small cells are told by the boxes of all cells, where there are others.
+bool CellPieces::is_in_small_cell(const Window& window, const Vec3& voxel) const {
+  if (!window.has_small_cells || !window.has_others) return window.has_small_cells;
+  const Vec3 point = mesh_of_voxel_ * voxel, margin = Vec3::Constant(voxel_in_mesh_mm_);
+  return solid_->data().cell_boxes.any_meeting(Box3(point - margin, point + margin),
+                                               [&](std::uint32_t cell) { return is_small(cell); });
+}
+
+bool CellPieces::is_in_hole(const Vec3& voxel) const {
+  const Window& window = window_of(voxel);
+  return window.hole_boxes.any_at(voxel, 0) || is_in_small_cell(window, voxel);
+}
+
+bool CellPieces::is_in_large_hole(const Vec3& voxel) const {
+  const Window& window = window_of(voxel);
+  return is_in_small_cell(window, voxel) ||
+         window.hole_boxes.any_meeting(Box3(voxel, voxel), [&](std::uint32_t h) { return !window.holes[h].map; });
 }
 
 /// Of the hole whose middle is nearest; of several, in the lowest cell.
 std::optional<CellParam> CellPieces::parameter_in_hole(const Vec3& voxel) const {
+  if (is_in_large_hole(voxel)) return std::nullopt;
   std::optional<CellParam> nearest;
   double nearest_distance = std::numeric_limits<double>::infinity();
-  bool known = true;
-  holes_.visit_at(voxel, 0, [&](std::uint32_t hole) {
-    const auto& [cell, map] = hole_cells_[hole];
-    if (map == nullptr) {
-      known = false;
-      return;
-    }
+  const Window& window = window_of(voxel);
+  window.hole_boxes.visit_at(voxel, 0, [&](std::uint32_t hole) {
+    const auto& [cell, map] = window.holes[hole];
     const double distance = (voxel - map->voxel).squaredNorm();
     if (distance > nearest_distance || (distance == nearest_distance && nearest->cell <= cell)) return;
     nearest_distance = distance;
     nearest = CellParam{cell, (*map)(voxel)};
   });
-  return known ? nearest : std::nullopt;
+  return nearest;
 }
 
 CellParam CellPieces::parameter_near(std::uint32_t piece, const Vec3& voxel) const {

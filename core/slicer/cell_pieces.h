@@ -3,8 +3,9 @@
 //
 // The pieces of cells (slicer/cell_fitter.h) that meet a slab, and their voxels there.
 //
-// Cells of few voxels are left out: holes, too. What a slab gets depends on the solid, the grid and the slab alone, not
-// on what the store held before.
+// They are found for some layers of the slab at a time: few at first, since somebody waits for the first layer, and all
+// of them from the second slab on. Cells of few voxels are left out: holes, too. What a layer gets depends on the
+// solid, the grid and the layer alone, not on what the store held before or on what was found together.
 
 #pragma once
 
@@ -25,15 +26,20 @@
 
 namespace ccslice {
 
-/// Voxels [begin, end) of a row whose centres are in a piece.
+/// Voxels [begin, end) of a row, of one piece.
 struct PieceRun {
   std::uint32_t row, begin, end, piece;
+};
+
+/// Those whose centres are in the piece.
+struct ScannedRun : PieceRun {
+  float before, after;  // BlockRun's.
 };
 
 /// Of a piece, what painting reads.
 struct SlabPiece {
   TileFrame frame;
-  std::uint32_t reach;
+  double reach;
   bool has_beyond;
 };
 
@@ -45,8 +51,11 @@ class CellPieces {
   CellPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec, std::shared_ptr<PieceStore> store,
              const RowRange& rows = {});
 
-  /// Throws Error{kCancelled}.
-  void build(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
+  /// Starts on the slab of layers [first_layer, end_layer).
+  void start(std::uint32_t first_layer, std::uint32_t end_layer);
+  /// Finds what meets a layer of the slab, unless that is known. What was found for others stays. Throws
+  /// Error{kCancelled}.
+  void find(std::uint32_t layer, const CancellationToken& cancel);
 
   const SlabPiece& piece(std::uint32_t index) const { return pieces_[index]; }
   /// One a channel.
@@ -54,11 +63,16 @@ class CellPieces {
     return std::span(polynomials_).subspan(std::size_t{piece} * channels_.size(), channels_.size());
   }
   std::span<const ChannelTolerance> channels() const { return channels_; }
-  /// Of a layer of the slab, by piece.
-  std::span<const PieceRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
+
+  // Of layers, or voxels of layers, that find() was called for:
+
+  /// By piece.
+  std::span<const ScannedRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
   /// Some part that was left out may hold the voxel's centre.
-  bool is_in_hole(const Vec3& voxel) const { return holes_.any_at(voxel, 0); }
-  /// The parameter of a voxel in a hole, about, if the hole is one of few voxels.
+  bool is_in_hole(const Vec3& voxel) const;
+  /// Some small cell, or large part that was left out, may hold it.
+  bool is_in_large_hole(const Vec3& voxel) const;
+  /// The parameter of a voxel in a hole, about, if all holes there are parts of few voxels.
   std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
   /// The parameter of a voxel in or beside a piece, about.
   CellParam parameter_near(std::uint32_t piece, const Vec3& voxel) const;
@@ -70,47 +84,61 @@ class CellPieces {
 
  private:
   struct Found {
-    std::uint32_t cell;
+    std::uint32_t cell = 0;
+    double low = 0, high = 0;  // Its place's layers.
     std::shared_ptr<const CellPiece> piece;
   };
   struct Hole {
     std::uint32_t cell;
     std::shared_ptr<const ParameterMap> map;  // Or null.
   };
+  /// Layers that are looked at together.
+  struct Window {
+    std::uint32_t first_layer = 0, end_layer = 0;
+    bool has_small_cells = false, has_others = false;
+    std::vector<Hole> holes;
+    BoxTree hole_boxes;
+    std::size_t end_piece = 0;
+  };
 
+  const Window& window_of(const Vec3& voxel) const;
+  void start_window(std::uint32_t first_layer);
   void collect_cells();
   bool meets_rows(const Box3& cell) const;
   bool is_small(std::uint32_t cell) const;
+  bool is_in_small_cell(const Window& window, const Vec3& voxel) const;
   Box3 place_of(std::uint32_t cell) const;
   void collect_parts(const CancellationToken& cancel);
   void collect_parts_of(std::uint32_t cell, CellParts& known, const CancellationToken& cancel);
-  void add_hole(const Box3& place, std::uint32_t cell, std::shared_ptr<const ParameterMap> map);
-  bool meets_slab(const Box3& voxels) const;
+  bool meets_window(const Box3& voxels) const;
   void scan_pieces(const CancellationToken& cancel);
 
   std::shared_ptr<const LimitSolid> solid_;
   const Grid grid_;
   const RowRange rows_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const double voxel_in_mesh_mm_;  // At most.
   const std::vector<ChannelTolerance> channels_;
   const std::shared_ptr<PieceStore> store_;
   CellFitter fitter_;
+  std::uint32_t layers_together_ = 1;
 
   // Of the slab at hand.
   std::uint32_t first_layer_ = 0, end_layer_ = 0;
-  std::vector<Found> found_;                  // Pieces by cell, then as parts come,
-  std::vector<SlabPiece> pieces_;             // and what painting reads of them.
-  std::vector<CubicPolynomial> polynomials_;  // By piece, then by channel.
-  std::vector<std::vector<PieceRun>> runs_;   // By layer.
-  std::vector<Hole> hole_cells_;
-  BoxTree holes_;
+  std::vector<Window> windows_;
+  std::vector<std::size_t> window_of_layer_;   // Or kNoWindow.
+  std::vector<Found> found_;                   // Pieces by window, then by cell, then as parts come,
+  std::vector<SlabPiece> pieces_;              // and what painting reads of them.
+  std::vector<CubicPolynomial> polynomials_;   // By piece, then by channel.
+  std::vector<std::vector<ScannedRun>> runs_;  // By layer.
 
   // Scratch memory.
+  Window window_;  // At hand.
   std::vector<std::uint32_t> cells_, busy_cells_;
   std::vector<std::uint32_t> parts_;  // To look at, of the cell at hand: the last one next.
   std::vector<Box3> hole_boxes_;
   BlockRaster raster_;
-  std::vector<VoxelRun> scanned_;
+  std::vector<BlockRun> scanned_;
 };
 
 }  // namespace ccslice

@@ -235,12 +235,12 @@ struct LayerSlicer::State {
   }
 
   /// Interpolation works on whole slabs, whatever the range that is asked for.
-  void enter_slab(std::uint32_t layer, const CancellationToken& cancel) {
+  void enter_slab(std::uint32_t layer) {
     const std::uint32_t first = layer - layer % kSlabLayers;
     if (!slab.empty() && slab_first == first) return;
     slab.clear();
     const std::uint32_t end = std::min(first + kSlabLayers, job.grid.extent.layers);
-    slabs->start(first, end, cancel);
+    slabs->start(first, end);
     slab.resize(end - first);
     slab_first = first;
   }
@@ -333,7 +333,7 @@ struct LayerSlicer::State {
     Layer layer;
     layer.index = index;
     layer.z_mm = job.grid.layer_z_mm(index);
-    if (slabs) enter_slab(index, cancel);
+    if (slabs) enter_slab(index);
     LayerShape own;
     if (!slabs) own = shape(index, cancel);
     const LayerShape& shape = slabs ? shape_in_slab(index, cancel) : own;

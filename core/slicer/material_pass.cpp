@@ -48,6 +48,7 @@ void MaterialPass::solve(const LayerTarget& target, const Span& run, const std::
 }
 
 void MaterialPass::solve_from(const LayerTarget& target, const HintedRun& run) {
+  if (!run.hint) return solve(target, run.run);
   if (row_ != run.run.y) start_row(run.run.y);
   solve_near(target, run.run, run.hint);
 }

@@ -26,10 +26,10 @@
 
 namespace ccslice {
 
-/// A run of voxels to invert, and the parameter of its first one, about.
+/// A run of voxels to invert, and the parameter of its first one, about, if known.
 struct HintedRun {
   Span run;
-  CellParam hint;
+  std::optional<CellParam> hint;
 };
 
 class MaterialPass {
@@ -40,7 +40,7 @@ class MaterialPass {
   void start_layer();
   /// Sets the samples of those of a run's voxels that the target's planes hold, and counts. Throws Error{kCancelled}.
   void solve(const LayerTarget& target, const Span& run, const std::optional<CellParam>& hint = {});
-  /// The same, from a hint that is better than what neighbours say.
+  /// The same, from a hint that, if there is one, is better than what neighbours say.
   void solve_from(const LayerTarget& target, const HintedRun& run);
   /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them. False if
   /// the planes hold such voxels, but not the whole layer, as would be needed. Throws Error{kCancelled}, and

@@ -12,7 +12,13 @@ namespace {
 
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint32_t kMostAlone = 32;  // Voxels of a run that needs no tile.
+constexpr std::uint32_t kMostShort = 32;   // Voxels of a run that needs no tile,
+constexpr std::uint32_t kMostLong = 1024;  // and of all longer ones of kRowsTogether rows.
+
+/// Columns from a centre to the run's piece.
+double before_begin(const ScannedRun& run, std::uint32_t column) {
+  return static_cast<double>(run.begin) - run.before - column;
+}
 
 }  // namespace
 
@@ -33,38 +39,56 @@ void PaintedRows::resolve(const CellPieces& pieces, std::uint32_t layer, std::ui
   sort_out_rest();
 }
 
-/// Moves what has a hint from rest_ to alone_.
+/// Moves what needs no tile from rest_ to alone_: short runs whose parameter is about known, and others outside of
+/// large holes if the rows that are cut into tiles together have few of them.
 void PaintedRows::sort_out_rest() {
+  hints_.clear();
+  for (std::size_t r = 0; r < rest_.size(); ++r) hints_.push_back(hint_of_rest(r));
   std::size_t kept = 0;
-  for (std::size_t r = 0; r < rest_.size(); ++r) {
-    const Span run = rest_[r];
-    const Vec3 first(run.begin, run.y, layer_);
-    std::optional<CellParam> hint;
-    if (run.end - run.begin <= kMostAlone) {
-      hint = pieces_->parameter_in_hole(first);
-      if (!hint && beside_rest_[r] != kNoPiece) hint = pieces_->parameter_near(beside_rest_[r], first);
+  for (std::size_t begin = 0, end = 0; begin < rest_.size(); begin = end) {
+    const std::uint32_t block = rest_[begin].y / kRowsTogether;
+    std::uint32_t voxels = 0;
+    for (; end < rest_.size() && rest_[end].y / kRowsTogether == block; ++end) {
+      if (!is_short(end) && !is_in_large_hole(end)) voxels += rest_[end].end - rest_[end].begin;
     }
-    if (hint) {
-      alone_.push_back({run, *hint});
-    } else {
-      rest_[kept++] = run;
+    for (std::size_t r = begin; r < end; ++r) {
+      if (is_short(r) || (voxels <= kMostLong && !is_in_large_hole(r))) {
+        alone_.push_back({rest_[r], hints_[r]});
+      } else {
+        rest_[kept++] = rest_[r];
+      }
     }
   }
   rest_.resize(kept);
 }
 
-void PaintedRows::sort_by_row(std::span<const PieceRun> runs, std::uint32_t rows) {
+std::optional<CellParam> PaintedRows::hint_of_rest(std::size_t run) const {
+  const Vec3 first(rest_[run].begin, rest_[run].y, layer_);
+  std::optional<CellParam> hint = pieces_->parameter_in_hole(first);
+  if (!hint && beside_rest_[run] != kNoPiece) hint = pieces_->parameter_near(beside_rest_[run], first);
+  return hint;
+}
+
+bool PaintedRows::is_short(std::size_t run) const {
+  return hints_[run] && rest_[run].end - rest_[run].begin <= kMostShort;
+}
+
+bool PaintedRows::is_in_large_hole(std::size_t run) const {
+  return pieces_->is_in_large_hole(Vec3(rest_[run].begin, rest_[run].y, layer_));
+}
+
+void PaintedRows::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows) {
   row_begins_.assign(rows + std::size_t{2}, 0);
-  for (const PieceRun& run : runs) ++row_begins_[run.row + 2];
+  for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
   for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
   by_row_.resize(runs.size());
-  for (const PieceRun& run : runs) by_row_[row_begins_[run.row + 1]++] = run;
+  for (const ScannedRun& run : runs) by_row_[row_begins_[run.row + 1]++] = run;
 }
 
 void PaintedRows::enter_row(std::uint32_t row) {
   row_ = row;
   found_ = std::span(by_row_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
-  std::sort(found_.begin(), found_.end(), [](const PieceRun& a, const PieceRun& b) {
+  std::sort(found_.begin(), found_.end(), [](const ScannedRun& a, const ScannedRun& b) {
     return a.begin != b.begin ? a.begin < b.begin : a.piece < b.piece;
   });
 }
@@ -72,26 +96,26 @@ void PaintedRows::enter_row(std::uint32_t row) {
 void PaintedRows::resolve_span(const Span& span) {
   while (!found_.empty() && found_.front().end <= span.begin) found_ = found_.subspan(1);
   std::uint32_t at = span.begin;  // Up to here voxels are painted or left.
-  for (const PieceRun& next : found_) {
+  for (const ScannedRun& next : found_) {
     if (next.begin >= span.end) break;
     if (next.end > span.begin) at = paint_next(next, at, span);
   }
   if (at < span.end) close_gap(at, span.end, painted_before(at), nullptr);
 }
 
-std::uint32_t PaintedRows::paint_next(const PieceRun& next, std::uint32_t at, const Span& span) {
+std::uint32_t PaintedRows::paint_next(const ScannedRun& next, std::uint32_t at, const Span& span) {
   const std::uint32_t begin = std::max(next.begin, span.begin), end = std::min(next.end, span.end);
   if (begin < at) compare_overlap(next, begin, std::min(at, end));
   if (begin > at) {
     const PieceRun* before = painted_before(at);
     before != nullptr || at == span.begin ? close_gap(at, begin, before, &next) : leave(at, begin, kNoPiece);
   }
-  paint(std::max(begin, at), end, next.piece);
+  paint({row_, std::max(begin, at), end, next.piece}, next.after);
   return std::max(at, end);
 }
 
 /// Voxels that are painted, and that the next piece would paint too: they are left where the two differ.
-void PaintedRows::compare_overlap(const PieceRun& next, std::uint32_t begin, std::uint32_t end) {
+void PaintedRows::compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end) {
   if (painted_.empty() || painted_.back().row != row_) return;
   const PieceRun last = painted_.back();
   begin = std::max(begin, last.begin);
@@ -100,26 +124,30 @@ void PaintedRows::compare_overlap(const PieceRun& next, std::uint32_t begin, std
   if (pieces_->agree(last.piece, next.piece, voxel(begin)) && pieces_->agree(last.piece, next.piece, voxel(end - 1))) {
     return;
   }
+  const float after = after_;
   painted_.pop_back();
-  paint(last.begin, begin, last.piece);
+  paint({row_, last.begin, begin, last.piece}, 0);
   leave(begin, end, last.piece);
-  paint(end, last.end, last.piece);
+  paint({row_, end, last.end, last.piece}, after);
 }
 
-/// Paints voxels that no piece holds, half from either side, or leaves them. REQUIRES: before or after.
-void PaintedRows::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) {
+/// Paints voxels that no piece holds, each from the side that is nearer, or leaves them.
+void PaintedRows::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after) {
   if ((before == nullptr && after == nullptr) || !is_sure(begin, end, before, after)) {
     return leave(begin, end, before == nullptr ? kNoPiece : before->piece);
   }
-  const std::uint32_t middle = before == nullptr ? begin : after == nullptr ? end : begin + (end - begin) / 2;
-  if (before != nullptr) paint(begin, middle, before->piece);
-  if (after != nullptr) paint(middle, end, after->piece);
+  std::uint32_t middle = before == nullptr ? begin : end;
+  if (before != nullptr && after != nullptr) {
+    while (middle > begin && beyond_painted(middle - 1) > before_begin(*after, middle - 1)) --middle;
+  }
+  if (before != nullptr) paint({row_, begin, middle, before->piece}, 0);
+  if (after != nullptr) paint({row_, middle, end, after->piece}, 0);
 }
 
-bool PaintedRows::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) const {
-  for (const PieceRun* run : {before, after}) {
-    if (run != nullptr && end - begin > pieces_->piece(run->piece).reach) return false;
-  }
+bool PaintedRows::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before,
+                          const ScannedRun* after) const {
+  if (before != nullptr && beyond_painted(end - 1) > pieces_->piece(before->piece).reach) return false;
+  if (after != nullptr && before_begin(*after, begin) > pieces_->piece(after->piece).reach) return false;
   for (std::uint32_t x = begin; x < end; ++x) {
     if (pieces_->is_in_hole(voxel(x))) return false;
   }
@@ -134,28 +162,32 @@ const PieceRun* PaintedRows::painted_before(std::uint32_t column) const {
   return &painted_.back();
 }
 
-/// Leaves those that may lie beyond what the piece can say.
-void PaintedRows::paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece) {
-  if (!pieces_->piece(piece).has_beyond) return paint_all(begin, end, piece);
-  const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(piece, voxel(x)); };
-  while (begin < end) {
-    const bool beyond = is_beyond(begin);
-    std::uint32_t next = begin + 1;
-    while (next < end && is_beyond(next) == beyond) ++next;
-    beyond ? leave(begin, next, piece) : paint_all(begin, next, piece);
-    begin = next;
+/// Columns from the piece that was painted last to a centre after it.
+double PaintedRows::beyond_painted(std::uint32_t column) const { return column - (painted_.back().end - 1.0) - after_; }
+
+/// `after`: as ScannedRun's. Leaves those that may lie beyond what the piece can say.
+void PaintedRows::paint(const PieceRun& run, float after) {
+  if (!pieces_->piece(run.piece).has_beyond) return paint_all(run, after);
+  const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(run.piece, voxel(x)); };
+  PieceRun part = run;
+  for (; part.begin < run.end; part.begin = part.end) {
+    const bool beyond = is_beyond(part.begin);
+    part.end = part.begin + 1;
+    while (part.end < run.end && is_beyond(part.end) == beyond) ++part.end;
+    beyond ? leave(part.begin, part.end, run.piece) : paint_all(part, after);
   }
 }
 
-void PaintedRows::paint_all(std::uint32_t begin, std::uint32_t end, std::uint32_t piece) {
-  if (begin >= end) return;
-  if (painted_before(begin) != nullptr && painted_.back().piece == piece) {
-    painted_.back().end = end;
+void PaintedRows::paint_all(const PieceRun& run, float after) {
+  if (run.begin >= run.end) return;
+  if (painted_before(run.begin) != nullptr && painted_.back().piece == run.piece) {
+    painted_.back().end = run.end;
   } else {
-    painted_.push_back({row_, begin, end, piece});
+    painted_.push_back(run);
   }
-  if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == begin && beside_rest_.back() == kNoPiece) {
-    beside_rest_.back() = piece;
+  after_ = after;
+  if (!rest_.empty() && rest_.back().y == row_ && rest_.back().end == run.begin && beside_rest_.back() == kNoPiece) {
+    beside_rest_.back() = run.piece;
   }
 }
 

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,29 +37,35 @@ class PaintedRows {
   std::span<const Span> rest() const { return rest_; }
 
  private:
-  void sort_by_row(std::span<const PieceRun> runs, std::uint32_t rows);
+  void sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows);
   void enter_row(std::uint32_t row);
   void resolve_span(const Span& span);
-  std::uint32_t paint_next(const PieceRun& next, std::uint32_t at, const Span& span);
-  void compare_overlap(const PieceRun& next, std::uint32_t begin, std::uint32_t end);
-  void close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after);
-  bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const PieceRun* after) const;
+  std::uint32_t paint_next(const ScannedRun& next, std::uint32_t at, const Span& span);
+  void compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end);
+  void close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after);
+  bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after) const;
   const PieceRun* painted_before(std::uint32_t column) const;
-  void paint(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
-  void paint_all(std::uint32_t begin, std::uint32_t end, std::uint32_t piece);
+  double beyond_painted(std::uint32_t column) const;
+  void paint(const PieceRun& run, float after);
+  void paint_all(const PieceRun& run, float after);
   void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);
   void sort_out_rest();
+  std::optional<CellParam> hint_of_rest(std::size_t run) const;
+  bool is_short(std::size_t run) const;
+  bool is_in_large_hole(std::size_t run) const;
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
 
   const CellPieces* pieces_ = nullptr;
   std::uint32_t layer_ = 0, row_ = 0;
   std::vector<PieceRun> painted_;
+  float after_ = 0;  // The last one's, as ScannedRun's.
   std::vector<HintedRun> alone_;
   std::vector<Span> rest_;
   std::vector<std::uint32_t> beside_rest_;  // The piece beside each of them, or none.
-  std::vector<PieceRun> by_row_;            // By row, then by piece.
-  std::vector<std::size_t> row_begins_;     // In by_row_, and one more.
-  std::span<PieceRun> found_;               // What is left of those of the row at hand, by column.
+  std::vector<std::optional<CellParam>> hints_;
+  std::vector<ScannedRun> by_row_;       // By row, then by piece.
+  std::vector<std::size_t> row_begins_;  // In by_row_, and one more.
+  std::span<ScannedRun> found_;          // What is left of those of the row at hand, by column.
 };
 
 }  // namespace ccslice

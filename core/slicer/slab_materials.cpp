@@ -19,17 +19,20 @@ SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialFi
                              const InterpolationSpec& spec, std::shared_ptr<PieceStore> store, const RowRange& rows)
     : grid_(spec.grid), pieces_(std::move(solid), spec, std::move(store), rows), tiles_(field, spec) {}
 
-void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel) {
+void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   first_layer_ = first_layer;
   layers_.resize(end_layer - first_layer);
   for (Layer& layer : layers_) layer.resolved = false;
   tiles_solved_ = false;
-  pieces_.build(first_layer, end_layer, cancel);
+  pieces_.start(first_layer, end_layer);
 }
 
-const PaintedRows& SlabMaterials::rows_of(std::uint32_t layer, const SpansOfLayer& spans_of) {
+const PaintedRows& SlabMaterials::rows_of(std::uint32_t layer, const SpansOfLayer& spans_of,
+                                          const CancellationToken& cancel) {
   Layer& found = layers_[layer - first_layer_];
-  if (!found.resolved) found.rows.resolve(pieces_, layer, grid_.extent.rows, spans_of(layer));
+  if (found.resolved) return found.rows;
+  pieces_.find(layer, cancel);
+  found.rows.resolve(pieces_, layer, grid_.extent.rows, spans_of(layer));
   found.resolved = true;
   return found.rows;
 }
@@ -38,14 +41,14 @@ void SlabMaterials::solve_tiles(const SpansOfLayer& spans_of, const Cancellation
   std::vector<std::span<const Span>> rests;
   for (std::uint32_t l = 0; l < layers_.size(); ++l) {
     cancel.throw_if_cancelled();
-    rests.push_back(rows_of(first_layer_ + l, spans_of).rest());
+    rests.push_back(rows_of(first_layer_ + l, spans_of, cancel).rest());
   }
   tiles_.solve(first_layer_, rests, cancel);
   tiles_solved_ = true;
 }
 
 bool SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
-  const PaintedRows& rows = rows_of(layer, spans_of);
+  const PaintedRows& rows = rows_of(layer, spans_of, target.cancel);
   if (!rows.rest().empty() && !tiles_solved_) solve_tiles(spans_of, target.cancel);
   paint_pieces(target, layer, rows.painted());
   return tiles_.paint(target, layer, rows.rest(), rows.alone(), spans_of(layer));

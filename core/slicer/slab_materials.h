@@ -43,8 +43,8 @@ class SlabMaterials {
   /// The spans of a layer of the slab, as rasterize() yields them for the rows. They stay where they are.
   using SpansOfLayer = std::function<std::span<const Span>(std::uint32_t layer)>;
 
-  /// Starts on the slab of layers [first_layer, end_layer). Throws Error{kCancelled}.
-  void start(std::uint32_t first_layer, std::uint32_t end_layer, const CancellationToken& cancel);
+  /// Starts on the slab of layers [first_layer, end_layer).
+  void start(std::uint32_t first_layer, std::uint32_t end_layer);
 
   /// Sets the samples of those voxels of one layer of the slab that the target's planes hold, and counts. Asks for its
   /// spans, and for those of all layers of the slab if tiles are needed: a first layer needn't wait for the others
@@ -58,7 +58,7 @@ class SlabMaterials {
     PaintedRows rows;
   };
 
-  const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of);
+  const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const;
 

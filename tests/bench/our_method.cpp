@@ -83,7 +83,7 @@ std::vector<LayerShape> OurMethod::shape_slab(std::uint32_t first_layer, StageCo
 
 void OurMethod::solve_materials(std::span<const LayerShape> slab) {
   slab_ = slab;
-  slabs_.start(slab.front().layer, slab.back().layer + 1, {});
+  slabs_.start(slab.front().layer, slab.back().layer + 1);
 }
 
 void OurMethod::run_materials(std::span<const LayerShape> slab, StageCost& cost) {

@@ -118,7 +118,9 @@ TEST(Drain, CancelsClientsThatDontRead) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));
   grpc::ClientContext context;
-  const auto reader = server.stub().SliceRange(&context, slice_request(id, 0.005, 0, 1000));
+  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100'000);  // Longer than the grace, however fast.
+  request.mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
+  const auto reader = server.stub().SliceRange(&context, request);
   v1::SliceRangeResponse message;
   ASSERT_TRUE(reader->Read(&message));
   const auto start = std::chrono::steady_clock::now();

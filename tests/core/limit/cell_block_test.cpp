@@ -71,6 +71,49 @@ TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
   }
 }
 
+/// Of all nodes.
+std::vector<double> numbers_of(const CellBlock& block) {
+  std::vector<double> numbers;
+  for (std::size_t slot = 0; slot < kBlockSlots; ++slot) {
+    for (const BlockValues& axis : block.position) numbers.push_back(at(axis, slot));
+    for (const BlockValues& channel : block.values) numbers.push_back(at(channel, slot));
+  }
+  return numbers;
+}
+
+// Halves take nodes over from the box before, if it was sampled just before.
+TEST(CellBlock, IsTheSameToTheBitWhateverWasSampledBefore) {
+  const auto half_of = [](const ParamBox& box, unsigned axes, unsigned child) {
+    ParamBox half = box;
+    for (int a = 0; a < 3; ++a) {
+      if (axes >> a & 1) (child >> a & 1 ? half.low : half.high)[a] = 0.5 * (box.low[a] + box.high[a]);
+    }
+    return half;
+  };
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    if (solid->channel_count() == 0) continue;
+    LimitEvaluator evaluator(*solid), other(*solid);
+    CellBlockSampler sampler(evaluator, {0});
+    for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += 1 + solid->cell_count() / 4) {
+      ParamBox box;
+      for (unsigned depth = 0; depth < 9; ++depth) {
+        CellBlock block, alone;
+        sampler.sample(cell, box, block);
+        CellBlockSampler(other, {0}).sample(cell, box, alone);
+        ASSERT_EQ(numbers_of(block), numbers_of(alone)) << name << " cell " << cell << " depth " << depth;
+        const unsigned axes = 1 + depth * 5 % 7;
+        for (const unsigned child : {7u, depth % 8}) {  // The last one is halved on.
+          sampler.sample(cell, half_of(box, axes, child), block);
+          CellBlockSampler(other, {0}).sample(cell, half_of(box, axes, child), alone);
+          ASSERT_EQ(numbers_of(block), numbers_of(alone)) << name << " cell " << cell << " depth " << depth;
+        }
+        box = half_of(box, axes, depth % 8);
+      }
+    }
+  }
+}
+
 // Each edge an eighth and seven eighths along it, those of an axis together.
 TEST(CellBlock, SamplesEdgesBetweenNodes) {
   const ParamBox box{Vec3(0, 0.25, 0.5), Vec3(1, 0.75, 1)};

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -72,17 +73,44 @@ TEST(BlockFitter, SeesWhatACubicMisses) {
     const double error = fitter.fit(block.values, polynomial);
     EXPECT_GT(error, 0.1);  // The best cubic is off by 1/8.
     EXPECT_LT(error, 0.3);
-    EXPECT_EQ(fitter.axes_to_halve(0.6), 1u << a);
+    for (const double times : {1.5, 100.0, 1e9}) EXPECT_EQ(fitter.axes_to_halve(times), 1u << a);
   }
 }
 
 TEST(BlockFitter, HalvesAllAxesOfWhatBendsAlike) {
-  const Block block(straight, [](const Vec3& p) { return std::exp(p.sum()); });
+  const Block block(straight, [](const Vec3& p) { return p.array().pow(4).sum(); });
   BlockFitter fitter;
   CubicPolynomial polynomial;
   fitter.factorize(block.places);
   fitter.fit(block.values, polynomial);
-  EXPECT_EQ(fitter.axes_to_halve(0.6), 7u);
+  EXPECT_EQ(fitter.axes_to_halve(100), 7u);
+}
+
+TEST(BlockFitter, HalvesTheFewestAxesThatAreEnough) {
+  const auto axes_for = [](double error) {
+    // Halving along x leaves 1/4 of the first term, along y too 1/16. Along z it gains nothing but for the second one.
+    const Block block(straight,
+                      [](const Vec3& p) { return p.x() * p.x() * p.y() * p.y() + 1e-4 * std::pow(p.z(), 4); });
+    BlockFitter fitter;
+    CubicPolynomial polynomial;
+    fitter.factorize(block.places);
+    fitter.fit(block.values, polynomial);
+    return fitter.axes_to_halve(error);
+  };
+  EXPECT_EQ(std::popcount(axes_for(1.5)), 1);
+  EXPECT_NE(axes_for(1.5), 4u);
+  EXPECT_EQ(axes_for(6), 3u);
+  EXPECT_EQ(axes_for(100), 3u);
+}
+
+TEST(BlockFitter, HalvesAllAxesOfWhatShowsNone) {
+  const Block block(straight, cubic);
+  BlockFitter fitter;
+  CubicPolynomial polynomial;
+  fitter.factorize(block.places);
+  BlockValues same{};
+  fitter.fit(same, polynomial);
+  EXPECT_EQ(fitter.axes_to_halve(2), 7u);
 }
 
 TEST(BlockFitter, BearsPlacesInAPlane) {

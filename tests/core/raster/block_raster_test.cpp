@@ -37,11 +37,25 @@ BlockPoints block_of(const Map& map, const Vec3& low = Vec3::Zero(), const Vec3&
 constexpr VoxelWindow kWindow{60, 50, 3, 30};
 
 void count(const BlockPoints& points, BlockRaster& raster, std::map<Voxel, int>& counts) {
-  std::vector<VoxelRun> runs;
+  std::vector<BlockRun> runs;
   raster.scan(points, shape_of(points).step, kWindow, runs);
-  for (const VoxelRun& run : runs) {
+  for (const BlockRun& run : runs) {
     EXPECT_LT(run.begin, run.end);
     for (std::uint32_t x = run.begin; x < run.end; ++x) ++counts[{x, run.row, run.layer}];
+  }
+}
+
+TEST(BlockRaster, TellsHowFarTheFacesAre) {
+  BlockRaster raster;
+  std::vector<BlockRun> runs;
+  const BlockPoints box = block_of([](const Vec3& p) { return Vec3(2.25 + 20 * p.x(), 4 + 7.5 * p.y(), 40 * p.z()); });
+  raster.scan(box, shape_of(box).step, kWindow, runs);
+  ASSERT_FALSE(runs.empty());
+  for (const BlockRun& run : runs) {
+    EXPECT_EQ(run.begin, 3u);
+    EXPECT_EQ(run.end, 23u);
+    EXPECT_NEAR(run.before, 0.75, 1e-6);
+    EXPECT_NEAR(run.after, 0.25, 1e-6);
   }
 }
 

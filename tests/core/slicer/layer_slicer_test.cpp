@@ -250,15 +250,16 @@ TEST_F(SliceRing, HasTheVoxelsOfTable2) {
 }
 
 TEST_F(SliceRing, StopsWithin100MsOfACancel) {
-  SliceJob job = job_of(solid_, {0.0423, 0.0846, 0.03});
+  SliceJob job = job_of(solid_, {0.02, 0.04, 0.03});
   job.planes.push_back(channel(0, SampleType::kUint16, Encoding::kRawZstd));
+  job.material_tolerance = 0;  // Slow.
   LayerSlicer slicer(solid_, job);
   double best_ms = 1e9;
   for (int attempt = 0; attempt < 5 && best_ms > 100; ++attempt) {  // A busy machine may need several.
     const CancellationToken cancel = CancellationToken::make();
     std::chrono::steady_clock::time_point cancelled_at;
     std::jthread canceller([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(30 + 20 * attempt));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20 + 10 * attempt));
       cancelled_at = std::chrono::steady_clock::now();
       cancel.cancel();
     });

@@ -23,7 +23,8 @@ class PaintedRowsTest : public testing::Test {
       : solid_(LimitSolid::prepare(make_box())),
         job_(job_of(solid_, {0.15, 0.15, 0.15})),
         pieces_(solid_, {job_.placement, job_.grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store()) {
-    pieces_.build(0, 16, {});
+    pieces_.start(0, 16);
+    pieces_.find(5, {});
   }
 
   void resolve(std::vector<Span> spans) { rows_.resolve(pieces_, 5, job_.grid.extent.rows, spans); }
@@ -80,20 +81,40 @@ TEST_F(PaintedRowsTest, AreEmptyForAnEmptyLayer) {
 TEST_F(PaintedRowsTest, LeaveWhatIsFarFromPieces) {
   const Grid grid = grid_from_before_the_box();
   CellPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store());
-  pieces.build(0, 16, {});
+  pieces.start(0, 16);
+  pieces.find(5, {});
   rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
   ASSERT_EQ(rows_.painted().size(), 2u);
   EXPECT_EQ(rows_.painted()[0].begin, 39u);  // A voxel before the first piece, which has 26 along the row.
   EXPECT_EQ(rows_.painted()[1].begin, 40u);
-  ASSERT_EQ(rows_.alone().size(), 1u);  // Few enough, and beside a piece.
+  ASSERT_EQ(rows_.alone().size(), 2u);
   EXPECT_EQ(rows_.alone()[0].run.y, 4u);
   EXPECT_EQ(rows_.alone()[0].run.begin, 10u);
   EXPECT_EQ(rows_.alone()[0].run.end, 40u);
-  EXPECT_EQ(rows_.alone()[0].hint.uvw.x(), 0);
-  ASSERT_EQ(rows_.rest().size(), 1u);
-  EXPECT_EQ(rows_.rest()[0].y, 5u);
-  EXPECT_EQ(rows_.rest()[0].begin, 0u);
-  EXPECT_EQ(rows_.rest()[0].end, 12u);
+  ASSERT_TRUE(rows_.alone()[0].hint);  // Beside a piece.
+  EXPECT_EQ(rows_.alone()[0].hint->uvw.x(), 0);
+  EXPECT_EQ(rows_.alone()[1].run.y, 5u);
+  EXPECT_EQ(rows_.alone()[1].run.begin, 0u);
+  EXPECT_EQ(rows_.alone()[1].run.end, 12u);
+  EXPECT_FALSE(rows_.alone()[1].hint);
+  EXPECT_TRUE(rows_.rest().empty());  // No cell is small.
+}
+
+// The reach is a share of the piece's size, 2.67 of its 26.7 columns, counted from its face: that is 39.5 and a bit.
+TEST_F(PaintedRowsTest, FollowPiecesAsFarAsTheirFacesAllow) {
+  for (const auto& [before_mm, is_painted] : {std::pair(6 + 0.15 * 0.1, true), std::pair(6 + 0.15 * 0.2, false)}) {
+    GridRequest request;
+    request.pitch = job_.grid.pitch;
+    request.origin_mm = job_.grid.origin_mm - Vec3(before_mm, 0, 0);
+    request.extent = GridExtent{200, 40, 16};
+    const Grid grid = plan_grid(*solid_, job_.placement, request);
+    CellPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_piece_store());
+    pieces.start(0, 16);
+    pieces.find(5, {});
+    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 37, 60}});
+    EXPECT_EQ(rows_.painted()[0].begin, is_painted ? 37u : 40u) << before_mm;
+    EXPECT_EQ(rows_.alone().empty(), is_painted) << before_mm;
+  }
 }
 
 // Following the gradient by what contours may be off is beyond the tolerance: voxels off the solid are inverted.
@@ -101,7 +122,8 @@ TEST_F(PaintedRowsTest, LeaveWhatLiesOffTheSolidWhereMaterialsAreSteep) {
   const Grid grid = grid_from_before_the_box();
   for (const auto& [tolerance, first_painted] : {std::pair(1e-3, 39u), std::pair(1e-5, 40u)}) {
     CellPieces pieces(solid_, {job_.placement, grid, {{0, tolerance}}, kOutsideMm}, make_piece_store());
-    pieces.build(0, 16, {});
+    pieces.start(0, 16);
+    pieces.find(5, {});
     rows_.resolve(pieces, 5, grid.extent.rows, std::vector<Span>{{3, 39, 60}});
     ASSERT_EQ(rows_.painted().size(), 1u);
     EXPECT_EQ(rows_.painted()[0].begin, first_painted);

@@ -78,11 +78,16 @@ class SharedPieces : public testing::Test {
 
   Slab slab(CellPieces& pieces, std::uint32_t index) const {
     const std::uint32_t first = index * kSlabLayers, end = std::min(first + kSlabLayers, job_.grid.extent.layers);
-    pieces.build(first, end, {});
+    pieces.start(first, end);
+    for (std::uint32_t layer = first; layer < end; ++layer) pieces.find(layer, {});
+    return slab_found(pieces, first, end);
+  }
+
+  static Slab slab_found(const CellPieces& pieces, std::uint32_t first, std::uint32_t end) {
     Slab result;
     for (std::uint32_t layer = first; layer < end; ++layer) {
       for (const PieceRun& run : pieces.runs(layer)) {
-        result.runs.insert(result.runs.end(), {layer, run.row, run.begin, run.end, run.piece});
+        result.runs.insert(result.runs.end(), {layer, run.row, run.begin, run.end});
         const CubicPolynomial& polynomial = pieces.polynomials(run.piece)[0];
         result.coefficients.insert(result.coefficients.end(), polynomial.begin(), polynomial.end());
       }
@@ -102,6 +107,37 @@ TEST_F(SharedPieces, AreTheSameWhateverTheStoreHolds) {
   for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(keeping, s), alone[s]) << s;
   CellPieces downwards = worker(make_piece_store());
   for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(downwards, s), alone[s]) << s;
+}
+
+// The first layers of a worker's first slab are found a few at a time, from whichever is asked for first.
+TEST_F(SharedPieces, AreTheSameInWhateverOrderLayersAreFound) {
+  CellPieces whole = worker(make_piece_store());
+  slab(whole, 0);
+  const Slab expected = slab(whole, 1);  // At once.
+  for (const std::vector<std::uint32_t>& order :
+       {std::vector<std::uint32_t>{0, 5, 2}, std::vector<std::uint32_t>{15, 7, 9}, std::vector<std::uint32_t>{}}) {
+    CellPieces pieces = worker(make_piece_store());
+    pieces.start(kSlabLayers, 2 * kSlabLayers);
+    for (const std::uint32_t layer : order) pieces.find(kSlabLayers + layer, {});
+    for (std::uint32_t layer = kSlabLayers; layer < 2 * kSlabLayers; ++layer) pieces.find(layer, {});
+    EXPECT_EQ(slab_found(pieces, kSlabLayers, 2 * kSlabLayers), expected);
+  }
+}
+
+TEST_F(SharedPieces, AreTheSameAfterACancelledSearch) {
+  CellPieces pieces = worker(make_piece_store()), other = worker(make_piece_store());
+  const CancellationToken token = CancellationToken::make();
+  pieces.start(0, kSlabLayers);
+  pieces.find(3, {});
+  std::thread canceller([&] { token.cancel(); });
+  try {
+    for (std::uint32_t layer = 0; layer < kSlabLayers; ++layer) pieces.find(layer, token);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+  }
+  canceller.join();
+  for (std::uint32_t layer = 0; layer < kSlabLayers; ++layer) pieces.find(layer, {});
+  EXPECT_EQ(slab_found(pieces, 0, kSlabLayers), slab(other, 0));
 }
 
 TEST_F(SharedPieces, AreTheSameForAWorkerThatIsMoved) {

@@ -155,12 +155,11 @@ TEST_F(PaintedSlabs, DependOnThemselvesAlone) {
 }
 
 TEST_F(PaintedSlabs, CanBeCancelled) {
-  auto field = make_material_field(solid_, job_.placement, kOutsideMm);
-  SlabMaterials materials(solid_, *field, {job_.placement, job_.grid, {{0, 1e-3}}, kOutsideMm});
+  LayerSlicer cancelled(solid_, job_), other(solid_, job_);
   const CancellationToken token = CancellationToken::make();
   token.cancel();
-  EXPECT_THROW(materials.start(0, kSlabLayers, token), Error);
-  EXPECT_NO_THROW(materials.start(0, kSlabLayers, {}));
+  EXPECT_THROW(cancelled.slice(2, token), Error);
+  EXPECT_TRUE(cancelled.slice(2, {}).planes[1].bytes == other.slice(2, {}).planes[1].bytes);
 }
 
 }  // namespace
