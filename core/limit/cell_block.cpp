@@ -30,6 +30,12 @@ void copy_slot(const CellBlock& from, std::size_t from_slot, CellBlock& to, std:
   for (std::size_t c = 0; c < from.values.size(); ++c) copy(from.values[c], to.values[c]);
 }
 
+/// The node at the n-th place in the order of the patch's axes.
+std::size_t node_of(std::size_t n, const PatchPlace& place) {
+  return n % kBlockNodes * kBlockStride[place.axis[0]] + n / kBlockNodes % kBlockNodes * kBlockStride[place.axis[1]] +
+         n / (kBlockNodes * kBlockNodes) * kBlockStride[place.axis[2]];
+}
+
 /// By a box's nodes along an axis, those of a box that holds it at the same parameters.
 using SharedNodes = std::array<std::size_t, kBlockNodes>;
 constexpr std::size_t kNotShared = kBlockNodes;
@@ -111,8 +117,11 @@ CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::u
     : evaluator_(&evaluator), channels_(std::move(channels)), values_(evaluator.solid().channel_count()) {}
 
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  place_parameters(box, block_shares(), kBlockGroups, block);
-  if (sample_if_one_patch(cell, box, block)) return;
+  block.values.resize(channels_.size());
+  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
+    return sample_nodes(evaluator_->patch(cell, *place), *place, box, block);
+  }
+  place_parameters(box, block_shares(), kBlockGroups);
   known_.fill(false);
   for (const std::size_t slot : kRepeatingSlots) known_[slot] = true;
   copy_known(cell, box, block);
@@ -123,16 +132,18 @@ void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock
 
 void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
   static const std::array<BlockValues, 3> kShares = make_shares_between_nodes();
-  place_parameters(box, kShares, kGroupsBetweenNodes, block);
-  if (sample_if_one_patch(cell, box, block)) return;
+  block.values.resize(channels_.size());
+  place_parameters(box, kShares, kGroupsBetweenNodes);
+  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
+    return sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), block);
+  }
   known_.fill(false);
   sample_patches(cell, kGroupsBetweenNodes * kLanes, block);
 }
 
 void CellBlockSampler::place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares,
-                                        std::size_t groups, CellBlock& block) {
+                                        std::size_t groups) {
   groups_ = groups;
-  block.values.resize(channels_.size());
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     for (std::size_t g = 0; g < groups; ++g) {
@@ -141,11 +152,47 @@ void CellBlockSampler::place_parameters(const ParamBox& box, const std::array<Bl
   }
 }
 
-bool CellBlockSampler::sample_if_one_patch(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box);
-  if (!place) return false;
-  sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), block);
-  return true;
+/// All nodes of a box in one patch, axis by axis.
+void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                    CellBlock& block) const noexcept {
+  std::array<std::array<std::array<double, 4>, kBlockNodes>, 3> basis;
+  for (std::size_t n = 0; n < kBlockNodes; n += kLanes) {
+    std::array<Lanes, 3> local;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double size = box.high[place.axis[a]] - box.low[place.axis[a]];
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const double share = static_cast<double>(n + lane) / (kBlockNodes - 1);
+        local[a][lane] = place.local[axis] + place.factor[axis] * (share - 0.5) * size;
+      }
+    }
+    const LaneBasis lanes(local);
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t lane = 0; lane < kLanes && n + lane < kBlockNodes; ++lane) {
+        for (std::size_t i = 0; i < 4; ++i) basis[a][n + lane][i] = lanes.value[a][i][lane];
+      }
+    }
+  }
+  std::array<Lanes, 64> points;
+  std::array<Lanes, std::tuple_size_v<BlockPoints>> found;
+  for (std::size_t c = 0; c == 0 || c < channels_.size();) {
+    // The first time x, y, z and a channel, then four channels at a time.
+    const std::size_t first_lane = c == 0 ? 3 : 0, count = std::min(kLanes - first_lane, channels_.size() - c);
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      for (std::size_t lane = 0; lane < first_lane; ++lane) points[p][lane] = patch.points[4 * p + lane];
+      for (std::size_t k = 0; k < count; ++k) {
+        points[p][first_lane + k] = patch.channels[p * values_.size() + channels_[c + k]];
+      }
+    }
+    contract(points, basis, found);
+    for (std::size_t n = 0; n < found.size(); ++n) {
+      const std::size_t slot = block_slot(node_of(n, place)), group = slot / kLanes, at = slot % kLanes;
+      for (std::size_t lane = 0; lane < first_lane; ++lane) block.position[lane][group][at] = found[n][lane];
+      for (std::size_t k = 0; k < count; ++k) block.values[c + k][group][at] = found[n][first_lane + k];
+    }
+    c += std::max<std::size_t>(count, 1);
+  }
+  for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
 }
 
 void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle,

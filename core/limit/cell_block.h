@@ -72,9 +72,8 @@ class CellBlockSampler {
     CellBlock block;
   };
 
-  void place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares, std::size_t groups,
-                        CellBlock& block);
-  bool sample_if_one_patch(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares, std::size_t groups);
+  void sample_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box, CellBlock& block) const noexcept;
   void copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block);
   void keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block);
   void sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, CellBlock& block) const noexcept;

@@ -37,7 +37,7 @@ struct Options {
   std::vector<std::string> parts;
   std::string octree = "bone_octree.vtk";
   int runs = 3;
-  std::uint32_t slabs = 2;
+  std::uint32_t slabs = 4;
   // Of this program as a process of its own:
   std::string child, mesh;
   int refinements = 0;
@@ -66,7 +66,7 @@ void measure_cells(const Options& options, BarTable& table) {
   for (int times = 0; times <= kMostRefinements; ++times) {
     const PrinterJob job = make_printer_job("ring", refine_mesh(make_ring(), times));
     const std::string cells = std::to_string(job.solid->cell_count()) + " cells";
-    const StageCost cost = slice_slabs(job, spread_slabs(job.job.grid, options.slabs));
+    const StageCost cost = slice_slabs(job, spread_slab_runs(job.job.grid, 1, options.slabs).front());
     const auto now = static_cast<double>(cost.voxels);  // Contours may differ by their tolerance.
     if (times > 0 && std::abs(now - voxels) > 1e-4 * voxels) throw std::runtime_error("refining changed the ring");
     voxels = now;
@@ -220,7 +220,8 @@ int main(int argc, char** argv) {
   app.add_option("--octree", options.octree,
                  "A large irregular mesh: in CCSLICE_SHARED_MESHES_DIR, or an absolute path");
   app.add_option("--runs", options.runs, "Medians of so many")->check(CLI::Range(1, 99));
-  app.add_option("--slabs", options.slabs, "Of each mesh");
+  app.add_option("--slabs", options.slabs,
+                 "Of each mesh: consecutive ones, as jobs have them, where cells are counted, spread ones elsewhere");
   app.add_option("--child", options.child)->group("");
   app.add_option("--mesh", options.mesh)->group("");
   app.add_option("--refinements", options.refinements)->group("");

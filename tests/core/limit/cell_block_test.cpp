@@ -71,6 +71,30 @@ TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
   }
 }
 
+// Position and one channel come together, then four channels at a time.
+TEST(CellBlock, SamplesManyChannels) {
+  const std::vector<std::uint32_t> channels = {1, 0, 0, 1, 1, 0, 1, 0, 0, 1};
+  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
+  ASSERT_GE(solid->channel_count(), 2u);
+  for (const ParamBox& box : {ParamBox{}, ParamBox{Vec3(0.5, 0.5, 0.5), Vec3(0.75, 1, 0.5625)}}) {
+    for (std::size_t count = 0; count <= channels.size(); ++count) {
+      LimitEvaluator evaluator(*solid), other(*solid);
+      CellBlock block;
+      CellBlockSampler(evaluator, {channels.begin(), channels.begin() + static_cast<std::ptrdiff_t>(count)})
+          .sample(0, box, block);
+      ASSERT_EQ(block.values.size(), count);
+      std::vector<double> values(solid->channel_count());
+      for (std::size_t node = 0; node < kNodes; ++node) {
+        const Vec3 position = other.geo_and_mat({0, parameter(box, node)}, values);
+        EXPECT_NEAR(at(block.position[2], block_slot(node)), position.z(), 1e-11);
+        for (std::size_t c = 0; c < count; ++c) {
+          EXPECT_NEAR(at(block.values[c], block_slot(node)), values[channels[c]], 1e-12);
+        }
+      }
+    }
+  }
+}
+
 /// Of all nodes.
 std::vector<double> numbers_of(const CellBlock& block) {
   std::vector<double> numbers;
