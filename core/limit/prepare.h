@@ -18,7 +18,7 @@ namespace ccslice {
 /// options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills cell_boxes and cell_maps.
+/// Fills cell_boxes, cell_maps, middle_channels and volumes.
 void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data);
 
 /// Levels of patches looked at towards an irregular line or vertex.

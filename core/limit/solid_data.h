@@ -6,7 +6,9 @@
 
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -54,6 +56,11 @@ struct CellMap {
   static constexpr double kRounding = 1e-9;
 };
 
+/// About, by the Jacobians in the middle of cells; infinite where there is none. mm^3.
+struct CellVolumes {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+};
+
 struct LimitSolid::Data {
   std::size_t dimension = 3;   // 3 + channels.
   std::vector<double> points;  // dimension doubles a control point: x, y, z (mm), channels.
@@ -63,6 +70,8 @@ struct LimitSolid::Data {
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
   std::vector<CellMap> cell_maps;
+  std::vector<double> middle_channels;  // mat(1/2, 1/2, 1/2) by cell, then by channel.
+  CellVolumes regular_volumes, irregular_volumes;
   BoxTree cell_boxes;                // Bounding boxes of the cells' limits, mesh frame.
   BoxTree fold_boxes;                // Of the cells that fold, or may fold.
   BoxTree overlap_boxes;             // Of the cells that may overlap a separate part of the solid.
@@ -80,6 +89,10 @@ struct LimitSolid::Data {
     const auto any = [](std::uint32_t) { return true; };
     return fold_boxes.any_meeting(box, any) || overlap_boxes.any_meeting(box, any);
   }
+  std::span<const double> channels_at_middle(std::uint32_t cell) const {
+    return std::span(middle_channels).subspan(cell * (dimension - 3), dimension - 3);
+  }
+  double volume_mm3(std::uint32_t cell) const { return 1 / std::abs(cell_maps[cell].inverse_jacobian.determinant()); }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
 };

@@ -7,8 +7,8 @@
 // of the position is fitted to every other sample and judged at all of them (material/block_fitter.h), and at others
 // between them, since five equidistant ones don't show errors of the fifth degree. If the error is
 // above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the part is halved
-// along the axes that gain most, and so on. The map from parameters to points is smooth even where its inverse isn't,
-// beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
+// along the fewest axes that seem enough, and so on. The map from parameters to points is smooth even where its inverse
+// isn't, beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
 //
 // Just outside of what it is fitted to a cubic's errors grow fast. A part's voxels are told by flat triangles, which
 // miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'

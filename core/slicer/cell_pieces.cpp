@@ -7,17 +7,18 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <tuple>
 #include <utility>
 
 #include "core/limit/solid_data.h"
+#include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
 namespace {
 
 // Smaller cells, in voxels, are left to whoever fits across cells: that fails early beside irregular lines only.
 constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;
-// Layers that are looked at together: one at first, then so many times as many as before, up to whole slabs.
-constexpr std::uint32_t kTimesTogether = 4, kMostTogether = 1024;
+constexpr std::uint32_t kTimesTogether = 4;  // Windows are so many times larger than the one before, up to whole slabs.
 constexpr std::size_t kNoWindow = std::numeric_limits<std::size_t>::max();
 constexpr double kMargin = 0.2;  // Of a cell's size: its parts' places end that near to its box.
 
@@ -30,6 +31,12 @@ CellPieces::CellPieces(std::shared_ptr<const LimitSolid> solid, const Interpolat
       rows_(rows),
       voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
+      smallest_regular_mm3_(kSmallestRegularCell * std::abs(mesh_of_voxel_.linear().determinant())),
+      smallest_irregular_mm3_(kSmallestIrregularCell * std::abs(mesh_of_voxel_.linear().determinant())),
+      some_are_small_(solid_->data().regular_volumes.least < smallest_regular_mm3_ ||
+                      solid_->data().irregular_volumes.least < smallest_irregular_mm3_),
+      all_are_small_(solid_->data().regular_volumes.most < smallest_regular_mm3_ &&
+                     solid_->data().irregular_volumes.most < smallest_irregular_mm3_),
       voxel_in_mesh_mm_(mesh_of_voxel_.linear().colwise().norm().maxCoeff()),
       channels_(spec.channels),
       store_(std::move(store)),
@@ -55,9 +62,9 @@ void CellPieces::find(std::uint32_t layer, const CancellationToken& cancel) {
   scan_pieces(cancel);
   window_.hole_boxes = BoxTree(hole_boxes_, cancel);
   window_.end_piece = pieces_.size();
-  for (; layer < window_.end_layer; ++layer) window_of_layer_[layer - first_layer_] = windows_.size();
   windows_.push_back(std::move(window_));
-  layers_together_ = std::min(kTimesTogether * layers_together_, kMostTogether);
+  for (; layer < windows_.back().end_layer; ++layer) window_of_layer_[layer - first_layer_] = windows_.size() - 1;
+  layers_together_ = std::min(kTimesTogether * layers_together_, kSlabLayers);
 }
 
 /// Forgets what a window before that was cancelled may have left.
@@ -101,10 +108,8 @@ bool CellPieces::meets_rows(const Box3& cell) const {
 }
 
 bool CellPieces::is_small(std::uint32_t cell) const {
-  const double mesh_of_cell = 1 / solid_->data().cell_maps[cell].inverse_jacobian.determinant();
   const bool regular = solid_->cell_class(cell) == CellClass::kRegular;
-  const double smallest = regular ? kSmallestRegularCell : kSmallestIrregularCell;
-  return std::abs(voxel_of_mesh_.linear().determinant() * mesh_of_cell) < smallest;
+  return solid_->data().volume_mm3(cell) < (regular ? smallest_regular_mm3_ : smallest_irregular_mm3_);
 }
 
 Box3 CellPieces::place_of(std::uint32_t cell) const {
@@ -117,7 +122,6 @@ void CellPieces::collect_parts(const CancellationToken& cancel) {
   const auto first = static_cast<std::ptrdiff_t>(pieces_.size());
   busy_cells_.clear();
   for (const std::uint32_t cell : cells_) {
-    (is_small(cell) ? window_.has_small_cells : window_.has_others) = true;
     if (is_small(cell)) continue;
     const std::shared_ptr<CellParts> known = store_->parts_of(cell, place_of(cell));
     if (const std::unique_lock lock(known->mutex, std::try_to_lock); lock) {
@@ -186,36 +190,36 @@ void CellPieces::scan_pieces(const CancellationToken& cancel) {
   }
 }
 
-/// Small cells are told by the boxes of all cells, where there are others.
-bool CellPieces::is_in_small_cell(const Window& window, const Vec3& voxel) const {
-  if (!window.has_small_cells || !window.has_others) return window.has_small_cells;
+/// By the boxes of all cells, whatever the window: its own don't tell what lies just above.
+bool CellPieces::is_in_small_cell(const Vec3& voxel) const {
+  if (!some_are_small_ || all_are_small_) return all_are_small_;
   const Vec3 point = mesh_of_voxel_ * voxel, margin = Vec3::Constant(voxel_in_mesh_mm_);
   return solid_->data().cell_boxes.any_meeting(Box3(point - margin, point + margin),
                                                [&](std::uint32_t cell) { return is_small(cell); });
 }
 
 bool CellPieces::is_in_hole(const Vec3& voxel) const {
-  const Window& window = window_of(voxel);
-  return window.hole_boxes.any_at(voxel, 0) || is_in_small_cell(window, voxel);
+  return window_of(voxel).hole_boxes.any_at(voxel, 0) || is_in_small_cell(voxel);
 }
 
 bool CellPieces::is_in_large_hole(const Vec3& voxel) const {
   const Window& window = window_of(voxel);
-  return is_in_small_cell(window, voxel) ||
+  return is_in_small_cell(voxel) ||
          window.hole_boxes.any_meeting(Box3(voxel, voxel), [&](std::uint32_t h) { return !window.holes[h].map; });
 }
 
-/// Of the hole whose middle is nearest; of several, in the lowest cell.
+/// Of the hole whose middle is nearest; of several, in the lowest cell, or else the first by its middle's coordinates.
 std::optional<CellParam> CellPieces::parameter_in_hole(const Vec3& voxel) const {
   if (is_in_large_hole(voxel)) return std::nullopt;
   std::optional<CellParam> nearest;
-  double nearest_distance = std::numeric_limits<double>::infinity();
+  std::tuple<double, std::uint32_t, double, double, double> nearest_order;
   const Window& window = window_of(voxel);
   window.hole_boxes.visit_at(voxel, 0, [&](std::uint32_t hole) {
     const auto& [cell, map] = window.holes[hole];
     const double distance = (voxel - map->voxel).squaredNorm();
-    if (distance > nearest_distance || (distance == nearest_distance && nearest->cell <= cell)) return;
-    nearest_distance = distance;
+    const std::tuple order(distance, cell, map->voxel.x(), map->voxel.y(), map->voxel.z());
+    if (nearest && nearest_order <= order) return;
+    nearest_order = order;
     nearest = CellParam{cell, (*map)(voxel)};
   });
   return nearest;

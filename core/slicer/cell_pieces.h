@@ -3,8 +3,8 @@
 //
 // The pieces of cells (slicer/cell_fitter.h) that meet a slab, and their voxels there.
 //
-// They are found for some layers of the slab at a time: few at first, since somebody waits for the first layer, and all
-// of them from the second slab on. Cells of few voxels are left out: holes, too. What a layer gets depends on the
+// They are found for some layers of the slab at a time, a window: one at first, since somebody waits for it, then more
+// and more. Cells of few voxels are left out: holes, too. What a layer gets depends on the
 // solid, the grid and the layer alone, not on what the store held before or on what was found together.
 
 #pragma once
@@ -95,7 +95,6 @@ class CellPieces {
   /// Layers that are looked at together.
   struct Window {
     std::uint32_t first_layer = 0, end_layer = 0;
-    bool has_small_cells = false, has_others = false;
     std::vector<Hole> holes;
     BoxTree hole_boxes;
     std::size_t end_piece = 0;
@@ -106,7 +105,7 @@ class CellPieces {
   void collect_cells();
   bool meets_rows(const Box3& cell) const;
   bool is_small(std::uint32_t cell) const;
-  bool is_in_small_cell(const Window& window, const Vec3& voxel) const;
+  bool is_in_small_cell(const Vec3& voxel) const;
   Box3 place_of(std::uint32_t cell) const;
   void collect_parts(const CancellationToken& cancel);
   void collect_parts_of(std::uint32_t cell, CellParts& known, const CancellationToken& cancel);
@@ -117,6 +116,8 @@ class CellPieces {
   const Grid grid_;
   const RowRange rows_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const double smallest_regular_mm3_, smallest_irregular_mm3_;  // Smaller cells are small.
+  const bool some_are_small_, all_are_small_;
   const double voxel_in_mesh_mm_;  // At most.
   const std::vector<ChannelTolerance> channels_;
   const std::shared_ptr<PieceStore> store_;

@@ -13,15 +13,16 @@
 namespace ccslice {
 namespace {
 
-constexpr double kTileMm = 2.8;  // Tiles of whole jobs: at most this long each way, powers of two of voxels.
-constexpr std::uint32_t kLargestTile = kRowsTogether;  // Voxels.
-constexpr std::uint64_t kSmallestTile = 128;           // Tiles of fewer voxels are inverted voxel by voxel.
-constexpr double kShareOfTolerance = 0.125;            // What leave-one-out errors may take of it,
-constexpr double kShareOutside = 0.5;                  // and what following a fit off the solid may.
+constexpr double kTileMm = 11.2;  // Tiles are at most this long each way, powers of two of voxels,
+constexpr std::uint32_t kMostColumns = 4 * kRowsTogether, kMostRows = kRowsTogether;  // and of at most so many.
+constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inverted voxel by voxel.
+constexpr double kShareOfTolerance = 0.125;   // What leave-one-out errors may take of it,
+constexpr double kShareAtMiddles = 0.5;       // what errors at the middles of cells may,
+constexpr double kShareOutside = 0.5;         // and what following a fit off the solid may.
 
-std::uint32_t tile_voxels(double pitch_mm) {
+std::uint32_t tile_voxels(double pitch_mm, std::uint32_t most) {
   std::uint32_t size = 1;
-  while (size < kLargestTile && 2 * size * pitch_mm <= kTileMm) size *= 2;
+  while (size < most && 2 * size * pitch_mm <= kTileMm) size *= 2;
   return size;
 }
 
@@ -45,7 +46,7 @@ MaterialTiles::MaterialTiles(MaterialField& field, const InterpolationSpec& spec
       grid_(spec.grid),
       channels_(spec.channels),
       outside_mm_(spec.outside_mm),
-      tile_size_{tile_voxels(grid_.pitch.x_mm), tile_voxels(grid_.pitch.y_mm), kSlabLayers},
+      tile_size_{tile_voxels(grid_.pitch.x_mm, kMostColumns), tile_voxels(grid_.pitch.y_mm, kMostRows), kSlabLayers},
       tile_columns_(tiles_over(grid_.extent.columns, tile_size_[0])),
       tile_rows_(tiles_over(grid_.extent.rows, tile_size_[1])),
       buckets_(tile_columns_),
@@ -54,6 +55,7 @@ MaterialTiles::MaterialTiles(MaterialField& field, const InterpolationSpec& spec
 
 void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers,
                           const CancellationToken& cancel) {
+  cancel_ = cancel;
   first_layer_ = first_layer;
   end_layer_ = first_layer + static_cast<std::uint32_t>(layers.size());
   tiles_.assign(std::size_t{tile_columns_} * tile_rows_, Node{});
@@ -69,7 +71,7 @@ void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<c
     first_hint_.reset();
     for (std::uint32_t column = 0; column < tile_columns_; ++column) {
       if (buckets_[column].empty()) continue;
-      cancel.throw_if_cancelled();
+      members_.clear();
       runs_.swap(buckets_[column]);
       pool_.clear();
       pool_values_.clear();
@@ -106,6 +108,7 @@ void MaterialTiles::bucket_row(std::uint32_t tile_row, std::span<const std::span
 
 MaterialTiles::Node MaterialTiles::build(const VoxelBox& box, std::size_t first_run, std::size_t first_member) {
   if (first_run == runs_.size()) return {};
+  cancel_.throw_if_cancelled();
   chosen_.clear();
   for (std::size_t m = first_member; m < members_.size(); ++m) {
     if (box.holds(pool_[members_[m]].voxel)) chosen_.push_back(members_[m]);
@@ -186,8 +189,35 @@ std::optional<MaterialTiles::Node> MaterialTiles::fit() {
     polynomials_.resize(first_polynomial);
     return std::nullopt;
   }
+  if (!agrees_with_cells(first_polynomial)) {
+    polynomials_.resize(first_polynomial);
+    return std::nullopt;
+  }
   fits_.push_back({frame_, first_polynomial, is_steep(first_polynomial)});
   return Node{Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
+}
+
+/// At the middles of all cells there: samples may lie farther apart than what one control point holds is wide.
+bool MaterialTiles::agrees_with_cells(std::size_t first_polynomial) {
+  const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
+  const Vec3 half = frame_.scale.cwiseInverse();
+  const auto world = [&](const Vec3& voxel) {
+    return (grid_.origin_mm + (voxel + Vec3::Constant(0.5)).cwiseProduct(pitch)).eval();
+  };
+  middles_.clear();
+  middle_channels_.clear();
+  field_->append_middles(Box3(world(frame_.centre - half), world(frame_.centre + half)), middles_, middle_channels_);
+  for (std::size_t m = 0; m < middles_.size(); ++m) {
+    const Vec3 voxel = (middles_[m] - grid_.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5);
+    const Vec3 place = frame_(voxel);
+    if ((place.cwiseAbs().array() > 1).any()) continue;
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      const double known = middle_channels_[m * field_->channel_count() + channels_[c].channel];
+      const double error = std::abs(value_at(polynomials_[first_polynomial + c], place) - known);
+      if (!(error <= kShareAtMiddles * channels_[c].tolerance)) return false;
+    }
+  }
+  return true;
 }
 
 /// At some sample, over as far as voxels may lie off the solid.

@@ -115,6 +115,7 @@ class MaterialTiles {
   std::optional<Node> fit();
   bool extrapolates();
   bool is_steep(std::size_t first_polynomial) const;
+  bool agrees_with_cells(std::size_t first_polynomial);
   TileFrame frame_of(std::size_t first_run) const;
   std::optional<CellParam> hint_for(const Voxel& voxel) const;
   Vec3 centre(const Voxel& voxel) const;
@@ -136,6 +137,7 @@ class MaterialTiles {
   std::uint32_t tile_columns_, tile_rows_;
 
   // Of the slab at hand.
+  CancellationToken cancel_;
   std::uint32_t first_layer_ = 0, end_layer_ = 0;
   std::vector<Node> tiles_;  // By row, then by column.
   std::vector<Node> children_;
@@ -168,6 +170,8 @@ class MaterialTiles {
   std::optional<CellParam> first_hint_;
   std::vector<Vec3> places_;
   std::vector<double> fit_values_, values_;
+  std::vector<Vec3> middles_;  // Of cells,
+  std::vector<double> middle_channels_;
   CubicFitter fitter_;
   MaterialPass exact_;
 };

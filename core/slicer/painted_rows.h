@@ -31,7 +31,7 @@ class PaintedRows {
 
   /// By row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
-  /// Unpainted: few together, in small holes or beside pieces,
+  /// Unpainted, to be inverted: short runs in small holes or beside pieces, and others where there are few of them,
   std::span<const HintedRun> alone() const { return alone_; }
   /// and others.
   std::span<const Span> rest() const { return rest_; }

@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/limit/solid_data.h"
 #include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -29,6 +30,49 @@ TEST(LimitSolid, RefinesOnlyCellsThatNeedIt) {
   const auto solid = LimitSolid::prepare(mixed);
   EXPECT_GT(solid->cell_count(), 144u);
   EXPECT_LT(solid->cell_count(), 144u + 7 * 10);
+}
+
+// Sheared boxes hold all of their cells, and little else where cells are straight.
+TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    LimitEvaluator evaluator(*solid);
+    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+      const CellMap& map = solid->data().cell_maps[cell];
+      for (int n = 0; n < 40; ++n) {
+        Vec3 uvw(share(random), share(random), share(random));
+        if (n % 2 == 0) uvw[n / 2 % 3] = n / 6 % 2;  // On a face.
+        ASSERT_TRUE(map.may_hold(map(evaluator.geo({cell, uvw})), 0)) << name << " " << cell << " " << uvw.transpose();
+      }
+    }
+  }
+  ControlMesh sheared = oracle::box_mesh(4, 4, 4);
+  for (Vec3& p : sheared.positions) p.x() += 3 * p.z();
+  const auto solid = LimitSolid::prepare(sheared);
+  for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    if (solid->cell_class(cell) != CellClass::kRegular) continue;
+    const CellMap& map = solid->data().cell_maps[cell];
+    const Vec3 beside = map.middle + Vec3(12, 0, 0);  // In the cell's box.
+    EXPECT_TRUE(solid->data().cell_boxes.box(cell).contains(beside));
+    EXPECT_FALSE(map.may_hold(map(beside), 0.1));
+    EXPECT_TRUE(map.may_hold(map(beside), 10));
+  }
+}
+
+TEST(LimitSolid, KnowsTheChannelsAtTheMiddlesOfCells) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    LimitEvaluator evaluator(*solid);
+    std::vector<double> expected(solid->channel_count());
+    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+      evaluator.mat({cell, Vec3::Constant(0.5)}, expected);
+      const auto known = solid->data().channels_at_middle(cell);
+      ASSERT_EQ(known.size(), expected.size());
+      for (std::size_t c = 0; c < expected.size(); ++c) EXPECT_NEAR(known[c], expected[c], 1e-12) << name;
+    }
+  }
 }
 
 TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {

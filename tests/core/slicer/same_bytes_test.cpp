@@ -144,5 +144,27 @@ INSTANTIATE_TEST_SUITE_P(Parts, SlicePart,
                                          Part{"TiltedSmoothBox", make_smooth_box, 0.6, {0.5, 0.4, 0.4}}),
                          name_of);
 
+// Layers that lie beside small cells, but more than a layer from them: a new worker, which looks at them alone, against
+// one that looks at the slab. (Voxels are far flatter than wide here.)
+TEST(SameBytes, WhateverAWorkerSlicedBefore) {
+  struct Case {
+    ControlMesh (*make)();
+    VoxelPitch pitch;
+    std::vector<std::uint32_t> layers;
+  };
+  for (const auto& [make, pitch, layers] : {Case{[] { return make_grid(); }, {0.3, 0.3, 0.05}, {396, 397, 398, 399}},
+                                            Case{[] { return make_bracket(); }, {0.0846, 0.1692, 0.06}, {53, 54}}}) {
+    const Solid solid = LimitSolid::prepare(make());
+    SliceJob job = job_of(solid, pitch);
+    LayerSlicer experienced(solid, job);
+    for (const std::uint32_t layer : {0u, kSlabLayers, layers[0] - layers[0] % kSlabLayers}) {
+      experienced.slice(layer, {});
+    }
+    for (const std::uint32_t layer : layers) {
+      expect_same_layer(LayerSlicer(solid, job).slice(layer, {}), experienced.slice(layer, {}));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ccslice
