@@ -318,13 +318,15 @@ TEST_F(ClientTest, AThrowingCallbackEndsTheCall) {
 
 TEST_F(ClientTest, CancellationEndsARunningStreamQuickly) {
   client_.ensure_uploaded(mesh_);
-  std::atomic<bool> hanging = false;
+  std::atomic<bool> hanging = false, ended = false;
   server_.before_layer = [&](std::uint32_t layer, grpc::ServerContext& context) {
     while (layer == 2 && !context.IsCancelled()) {
       hanging = true;
       std::this_thread::sleep_for(milliseconds(1));
     }
-    return grpc::Status::OK;
+    if (layer != 2) return grpc::Status::OK;
+    ended = true;
+    return grpc::Status::CANCELLED;
   };
   Cancellation cancellation;
   std::thread other([&] {
@@ -335,6 +337,7 @@ TEST_F(ClientTest, CancellationEndsARunningStreamQuickly) {
   const ClientError error = error_of(
       [&] { client_.slice(request, [](const v1::SliceHeader&, const Layer&) {}, {.cancellation = &cancellation}); });
   other.join();
+  while (!ended) std::this_thread::sleep_for(milliseconds(1));  // It looks at what is on this stack.
   EXPECT_EQ(error.reason(), local_reason::kCancelledHere);
   EXPECT_EQ(error_of([&] { client_.server_info({.cancellation = &cancellation}); }).reason(),
             local_reason::kCancelledHere);
