@@ -59,14 +59,11 @@ class InvertedField final : public MaterialField {
     for (std::size_t p = first; p < points.size(); ++p) points[p] = world_of_mesh * points[p];
   }
 
-  void append_middles(const Box3& world, std::vector<Vec3>& points, std::vector<double>& channels) const override {
+  bool any_middle(const Box3& world, const AcceptMiddle& accept) const override {
     const LimitSolid::Data& data = solid_->data();
     const Placement world_of_mesh = mesh_of_world_.inverse(Eigen::Affine);
-    data.cell_boxes.any_meeting(world.transformed(mesh_of_world_), [&](std::uint32_t cell) {
-      points.push_back(world_of_mesh * data.cell_maps[cell].middle);
-      const std::span<const double> values = data.channels_at_middle(cell);
-      channels.insert(channels.end(), values.begin(), values.end());
-      return false;
+    return data.cell_boxes.any_meeting(world.transformed(mesh_of_world_), [&](std::uint32_t cell) {
+      return accept(world_of_mesh * data.cell_maps[cell].middle, data.channels_at_middle(cell));
     });
   }
 

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -34,8 +35,10 @@ class MaterialField {
   virtual bool is_ambiguous(const Box3& world) const = 0;
   /// Appends points of the irregular lines that pass through this box (and of others), about `spacing_mm` apart.
   virtual void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) = 0;
-  /// Appends the middles of the cells there (and of others) and, point by point, their channels.
-  virtual void append_middles(const Box3& world, std::vector<Vec3>& points, std::vector<double>& channels) const = 0;
+  /// A cell's middle, world mm, and its channels.
+  using AcceptMiddle = std::function<bool(const Vec3& middle, std::span<const double> channels)>;
+  /// True if accept() is, for the middle of any cell whose box meets the given one. Stops there.
+  virtual bool any_middle(const Box3& world, const AcceptMiddle& accept) const = 0;
   virtual std::size_t channel_count() const = 0;
 
   /// The parameters of the world points first + k * step, 0 <= k < count, and their channels: invert() and mat() of

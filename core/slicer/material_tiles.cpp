@@ -197,27 +197,26 @@ std::optional<MaterialTiles::Node> MaterialTiles::fit() {
   return Node{Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
 }
 
-/// At the middles of all cells there: samples may lie farther apart than what one control point holds is wide.
-bool MaterialTiles::agrees_with_cells(std::size_t first_polynomial) {
+/// At the middles of all cells there: samples may lie farther apart than what one control point holds is wide. Along
+/// axes of three voxels or fewer a cubic says nothing between them, where middles are: there samples have to do.
+bool MaterialTiles::agrees_with_cells(std::size_t first_polynomial) const {
+  constexpr double kThin = 1.25;  // Half of three voxels' distances is 1, of four 1.5.
   const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
   const Vec3 half = frame_.scale.cwiseInverse();
+  if (half.minCoeff() < kThin) return true;
   const auto world = [&](const Vec3& voxel) {
     return (grid_.origin_mm + (voxel + Vec3::Constant(0.5)).cwiseProduct(pitch)).eval();
   };
-  middles_.clear();
-  middle_channels_.clear();
-  field_->append_middles(Box3(world(frame_.centre - half), world(frame_.centre + half)), middles_, middle_channels_);
-  for (std::size_t m = 0; m < middles_.size(); ++m) {
-    const Vec3 voxel = (middles_[m] - grid_.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5);
-    const Vec3 place = frame_(voxel);
-    if ((place.cwiseAbs().array() > 1).any()) continue;
+  const auto differs = [&](const Vec3& middle, std::span<const double> channels) {
+    const Vec3 place = frame_((middle - grid_.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5));
+    if ((place.cwiseAbs().array() > 1).any()) return false;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-      const double known = middle_channels_[m * field_->channel_count() + channels_[c].channel];
-      const double error = std::abs(value_at(polynomials_[first_polynomial + c], place) - known);
-      if (!(error <= kShareAtMiddles * channels_[c].tolerance)) return false;
+      const double error = value_at(polynomials_[first_polynomial + c], place) - channels[channels_[c].channel];
+      if (!(std::abs(error) <= kShareAtMiddles * channels_[c].tolerance)) return true;
     }
-  }
-  return true;
+    return false;
+  };
+  return !field_->any_middle(Box3(world(frame_.centre - half), world(frame_.centre + half)), differs);
 }
 
 /// At some sample, over as far as voxels may lie off the solid.

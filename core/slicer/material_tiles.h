@@ -7,13 +7,13 @@
 // A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each tile some three dozen voxels
 // inside the contours are inverted exactly: those nearest to the tile's corners, and others spread evenly over the
 // voxels that are inside. A cubic polynomial (material/tile_polynomial.h) is fitted to their materials. The tile is
-// accepted if every sample's leave-one-out error is at most an eighth of the tolerance; otherwise it is halved along
-// its longest axes, and so on; in the smallest tiles, and where the solid folds, every voxel is inverted; where
-// materials are steep, so are the ends of rows, which may lie off the solid. A tile that the boundary cuts needs
-// nothing outside: its samples lie inside like its voxels.
+// accepted if every sample's leave-one-out error is at most an eighth of the tolerance, and the error at the middle of
+// every cell there a tenth; otherwise it is halved along its longest axes, and so on; in the smallest tiles, and where
+// the solid folds, every voxel is inverted; where materials are steep, so are the ends of rows, which may lie off the
+// solid. A tile that the boundary cuts needs nothing outside: its samples lie inside like its voxels.
 //
-// The tiles follow from the slab's occupancy alone, which follows from its absolute layers: same bytes for any split.
-// Those of a row of tiles follow from its own voxels alone.
+// The tiles follow from the solid and the slab's occupancy alone, which follows from its absolute layers: same bytes
+// for any split. Those of a row of tiles follow from its own voxels alone.
 
 #pragma once
 
@@ -115,7 +115,7 @@ class MaterialTiles {
   std::optional<Node> fit();
   bool extrapolates();
   bool is_steep(std::size_t first_polynomial) const;
-  bool agrees_with_cells(std::size_t first_polynomial);
+  bool agrees_with_cells(std::size_t first_polynomial) const;
   TileFrame frame_of(std::size_t first_run) const;
   std::optional<CellParam> hint_for(const Voxel& voxel) const;
   Vec3 centre(const Voxel& voxel) const;
@@ -170,8 +170,6 @@ class MaterialTiles {
   std::optional<CellParam> first_hint_;
   std::vector<Vec3> places_;
   std::vector<double> fit_values_, values_;
-  std::vector<Vec3> middles_;  // Of cells,
-  std::vector<double> middle_channels_;
   CubicFitter fitter_;
   MaterialPass exact_;
 };

@@ -34,7 +34,7 @@ class IdentityField final : public MaterialField {
   }
   bool is_ambiguous(const Box3&) const override { return false; }
   void append_irregular_points(const Box3&, double, std::vector<Vec3>&) override {}
-  void append_middles(const Box3&, std::vector<Vec3>&, std::vector<double>&) const override {}
+  bool any_middle(const Box3&, const AcceptMiddle&) const override { return false; }
   std::size_t channel_count() const override { return 3; }
 
   std::function<bool(const Vec3&)> unreachable;
