@@ -17,7 +17,7 @@ constexpr double kTileMm = 11.2;  // Tiles are at most this long each way, power
 constexpr std::uint32_t kMostColumns = 4 * kRowsTogether, kMostRows = kRowsTogether;  // and of at most so many.
 constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inverted voxel by voxel.
 constexpr double kShareOfTolerance = 0.125;   // What leave-one-out errors may take of it,
-constexpr double kShareAtMiddles = 0.5;       // what errors at the middles of cells may,
+constexpr double kShareAtMiddles = 0.1;       // errors at cells' middles, which are up to ten times that at corners,
 constexpr double kShareOutside = 0.5;         // and what following a fit off the solid may.
 
 std::uint32_t tile_voxels(double pitch_mm, std::uint32_t most) {

@@ -94,6 +94,25 @@ TEST(SlabMaterials, LeaveSmallCellsToTiles) {
   EXPECT_GT(found.interpolated, 0u);
 }
 
+// One control point in many small cells that is off by a few times the tolerance: at its own place three tenths of it
+// are left, a tenth in the middles of cells, where tiles are judged.
+TEST(SlabMaterials, SeeWhatASingleControlPointHolds) {
+  ControlMesh mesh = oracle::box_mesh(24, 12, 8, 0.6);
+  mesh.channel_names = {"bumps"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) {
+    const Vec3 at = p / 0.6;
+    const auto is_every_sixth = [&](int a) { return std::lround(at[a]) % 6 == 3; };
+    const bool bump = is_every_sixth(0) && is_every_sixth(1) && std::lround(at.z()) == 4;
+    mesh.channel_values.push_back(static_cast<float>(at.x() / 24 + (bump ? 4.4 * kTolerance : 0)));
+  }
+  const Solid solid = LimitSolid::prepare(mesh);
+  const Comparison found =
+      compare(solid, job_of(solid, {0.05, 0.05, 0.05}), std::vector<std::uint32_t>{38, 46, 47, 48, 54});
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(static_cast<double>(found.interpolated), 0.9 * static_cast<double>(found.voxels));
+}
+
 // Positions and materials odd about the middle of each cell's row: errors of the fifth degree, which vanish at
 // equidistant nodes of a cell in the middle.
 TEST(SlabMaterials, SeeErrorsBetweenTheNodes) {
