@@ -135,7 +135,8 @@ void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& 
   block.values.resize(channels_.size());
   place_parameters(box, kShares, kGroupsBetweenNodes);
   if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
-    return sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), block);
+    return sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), kGroupsBetweenNodes,
+                        block);
   }
   known_.fill(false);
   sample_patches(cell, kGroupsBetweenNodes * kLanes, block);
@@ -143,7 +144,6 @@ void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& 
 
 void CellBlockSampler::place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares,
                                         std::size_t groups) {
-  groups_ = groups;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     for (std::size_t g = 0; g < groups; ++g) {
@@ -195,10 +195,10 @@ void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place,
   for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
 }
 
-void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle,
+void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, std::size_t groups,
                                     CellBlock& block) const noexcept {
   const std::size_t channel_count = values_.size();
-  for (std::size_t g = 0; g < groups_; ++g) {
+  for (std::size_t g = 0; g < groups; ++g) {
     std::array<Lanes, 3> local;
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<std::size_t>(a);

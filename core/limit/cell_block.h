@@ -76,7 +76,8 @@ class CellBlockSampler {
   void sample_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box, CellBlock& block) const noexcept;
   void copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block);
   void keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block);
-  void sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, CellBlock& block) const noexcept;
+  void sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, std::size_t groups,
+                    CellBlock& block) const noexcept;
   void sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept;
   void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
   void sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept;
@@ -84,7 +85,6 @@ class CellBlockSampler {
 
   LimitEvaluator* evaluator_;
   const std::vector<std::uint32_t> channels_;
-  std::size_t groups_ = 0;  // To sample.
   std::array<BlockValues, 3> parameters_;
   std::vector<double> values_;  // All channels at one node.
   std::array<PatchPlace, kBlockSlots> places_;

@@ -48,25 +48,16 @@ void find_in_line(PatchPlace& place) noexcept {
   place.factor[1] *= 2 * scale;
 }
 
-/// All in registers: numbers written one by one to memory and read back in pairs would stall.
 void enter_frame(const Frame& frame, PatchPlace& place) noexcept {
-  const auto pick = [](unsigned from, auto a, auto b, auto c) { return from == 0 ? a : from == 1 ? b : c; };
-  const double x = place.local[0], y = place.local[1], z = place.local[2];
   const double by_x = place.factor[0], by_y = place.factor[1], by_z = place.factor[2];
-  const auto [axis_x, axis_y, axis_z] = place.axis;
-  const auto local = [&](unsigned from) {
-    const double coordinate = pick(from, x, y, z);
-    return frame.origin >> from & 1 ? 1 - coordinate : coordinate;
+  const auto [x, y, z] = place.axis;
+  const auto factor = [&](std::size_t a) {
+    const double per_cell = frame.along(a, by_x, by_y, by_z);
+    return frame.is_mirrored(a) ? -per_cell : per_cell;
   };
-  const auto factor = [&](unsigned from) {
-    const double per_cell = pick(from, by_x, by_y, by_z);
-    return frame.origin >> from & 1 ? -per_cell : per_cell;
-  };
-  const auto axis = [&](unsigned from) { return pick(from, axis_x, axis_y, axis_z); };
-  const auto [a, b, c] = frame.axis;
-  place.local = {local(a), local(b), local(c)};
-  place.factor = {factor(a), factor(b), factor(c)};
-  place.axis = {axis(a), axis(b), axis(c)};
+  place.local = frame.to_framed(place.local);
+  place.factor = {factor(0), factor(1), factor(2)};
+  place.axis = {frame.along(0, x, y, z), frame.along(1, x, y, z), frame.along(2, x, y, z)};
 }
 
 }  // namespace

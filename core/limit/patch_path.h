@@ -67,11 +67,6 @@ struct PatchRest {
   void visit_hull(Visit visit) const noexcept {
     for (std::size_t i = 0; i < points.size(); i += kPositionDimension) visit(Vec3::Map(&points[i]).eval());
   }
-  Box3 box() const noexcept {
-    Box3 box;
-    visit_hull([&](const Vec3& point) { box.extend(point); });
-    return box;
-  }
 };
 
 /// Walks the operators and writes patches as 4 x 4 x 4 grids (phantoms filled) of `dimension` doubles a point:

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/base/types.h"
@@ -28,13 +29,17 @@ struct Frame {
     const bool even = axis[1] == (axis[0] + 1) % 3;
     return even == (std::popcount(origin) % 2 == 0);
   }
+  /// Of three things along the cell's axes, the one along a framed axis. In registers: numbers written one by one to
+  /// memory and read back in pairs would stall.
+  template <typename T>
+  constexpr T along(std::size_t framed, T x, T y, T z) const {
+    return axis[framed] == 0 ? x : axis[framed] == 1 ? y : z;
+  }
+  constexpr bool is_mirrored(std::size_t framed) const { return origin >> axis[framed] & 1; }
   Vec3 to_framed(const Vec3& uvw) const {
-    Vec3 result;
-    for (int a = 0; a < 3; ++a) {
-      const auto b = axis[static_cast<std::size_t>(a)];
-      result[a] = origin >> b & 1 ? 1 - uvw[b] : uvw[b];
-    }
-    return result;
+    const double x = uvw[0], y = uvw[1], z = uvw[2];
+    const auto coordinate = [&](std::size_t a) { return is_mirrored(a) ? 1 - along(a, x, y, z) : along(a, x, y, z); };
+    return {coordinate(0), coordinate(1), coordinate(2)};
   }
   friend bool operator==(const Frame&, const Frame&) = default;
 };
