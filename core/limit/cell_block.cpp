@@ -16,12 +16,6 @@ namespace {
 
 constexpr std::size_t kMostKept = 12;
 
-// Those after the last node of either half: they repeat it.
-constexpr std::array<std::size_t, 3> kRepeatingSlots = {kEvenBlockNodes, kBlockSlots - 2, kBlockSlots - 1};
-constexpr std::size_t repeated_node(std::size_t slot) {
-  return std::tuple_size_v<BlockPoints> - 1 - slot / (kBlockSlots / 2);
-}
-
 void copy_slot(const CellBlock& from, std::size_t from_slot, CellBlock& to, std::size_t to_slot) {
   const auto copy = [&](const BlockValues& source, BlockValues& target) {
     target[to_slot / kLanes][to_slot % kLanes] = source[from_slot / kLanes][from_slot % kLanes];
@@ -54,33 +48,6 @@ SharedNodes shared_nodes(double low, double high, double whole_low, double whole
   return nodes;
 }
 
-std::array<BlockValues, 3> make_shares() {
-  std::array<BlockValues, 3> shares{};
-  const auto put = [&](std::size_t slot, std::size_t node) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      const std::size_t place = node / kBlockStride[a] % kBlockNodes;
-      shares[a][slot / kLanes][slot % kLanes] = static_cast<double>(place) / (kBlockNodes - 1);
-    }
-  };
-  for (const std::size_t slot : kRepeatingSlots) put(slot, repeated_node(slot));
-  for (std::size_t node = 0; node < std::tuple_size_v<BlockPoints>; ++node) put(block_slot(node), node);
-  return shares;
-}
-
-std::array<BlockValues, 3> make_shares_between_nodes() {
-  constexpr double kHalfWay = 0.5 / (kBlockNodes - 1);
-  std::array<BlockValues, 3> shares{};
-  for (std::size_t slot = 0; slot < kGroupsBetweenNodes * kLanes; ++slot) {
-    const std::size_t axis = slot / (2 * kLanes), bits = slot % (2 * kLanes);
-    for (std::size_t a = 0; a < 3; ++a) {
-      const bool high = (bits >> ((a + 3 - axis) % 3) & 1) != 0;
-      const double near = a == axis ? kHalfWay : 0;
-      shares[a][slot / kLanes][slot % kLanes] = high ? 1 - near : near;
-    }
-  }
-  return shares;
-}
-
 /// Of the patch that holds the whole box, if one does: patches are boxes of parameters, too.
 std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;
@@ -108,45 +75,45 @@ std::uint64_t order_of(const PatchPlace& place) {
 
 }  // namespace
 
-const std::array<BlockValues, 3>& block_shares() {
-  static const std::array<BlockValues, 3> kShares = make_shares();
-  return kShares;
-}
-
 CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels)
-    : evaluator_(&evaluator), channels_(std::move(channels)), values_(evaluator.solid().channel_count()) {}
+    : evaluator_(&evaluator),
+      channels_(std::move(channels)),
+      stencils_(evaluator.solid().data()),
+      values_(evaluator.solid().channel_count()) {}
 
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  block.values.resize(channels_.size());
-  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
-    return sample_nodes(evaluator_->patch(cell, *place), *place, box, block);
-  }
-  place_parameters(box, block_shares(), kBlockGroups);
-  known_.fill(false);
-  for (const std::size_t slot : kRepeatingSlots) known_[slot] = true;
-  copy_known(cell, box, block);
-  sample_patches(cell, kBlockSlots, block);
+  sample_box(cell, box, BlockPlaces::kNodes, block);
   for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
-  keep(cell, box, block);
 }
 
 void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
-  static const std::array<BlockValues, 3> kShares = make_shares_between_nodes();
-  block.values.resize(channels_.size());
-  place_parameters(box, kShares, kGroupsBetweenNodes);
-  if (const std::optional<PatchPlace> place = patch_of_box(evaluator_->solid().data(), cell, box)) {
-    return sample_patch(evaluator_->patch(cell, *place), *place, 0.5 * (box.low + box.high), kGroupsBetweenNodes,
-                        block);
-  }
-  known_.fill(false);
-  sample_patches(cell, kGroupsBetweenNodes * kLanes, block);
+  sample_box(cell, box, BlockPlaces::kBetweenNodes, block);
 }
 
-void CellBlockSampler::place_parameters(const ParamBox& box, const std::array<BlockValues, 3>& shares,
-                                        std::size_t groups) {
+void CellBlockSampler::sample_box(std::uint32_t cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
+  block.values.resize(channels_.size());
+  const LimitSolid::Data& data = evaluator_->solid().data();
+  const bool at_nodes = places == BlockPlaces::kNodes;
+  if (const std::optional<PatchPlace> place = patch_of_box(data, cell, box)) {
+    const Patch& patch = evaluator_->patch(cell, *place);
+    return at_nodes ? sample_nodes(patch, *place, box, block) : sample_between_nodes(patch, *place, box, block);
+  }
+  if (stencils_.are_worth_it(data.cells[cell], box)) return sample_ring(data.cells[cell], box, places, block);
+  place_parameters(box, places);
+  known_.fill(false);
+  if (at_nodes) {
+    for (const std::size_t slot : kRepeatingSlots) known_[slot] = true;
+    copy_known(cell, box, block);
+  }
+  sample_patches(cell, slots_at(places), block);
+  if (at_nodes) keep(cell, box, block);
+}
+
+void CellBlockSampler::place_parameters(const ParamBox& box, BlockPlaces places) {
+  const std::array<BlockValues, 3>& shares = block_shares(places);
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    for (std::size_t g = 0; g < groups; ++g) {
+    for (std::size_t g = 0; g < slots_at(places) / kLanes; ++g) {
       parameters_[i][g] = box.low[a] + shares[i][g] * (box.high[a] - box.low[a]);
     }
   }
@@ -192,17 +159,18 @@ void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place,
     }
     c += std::max<std::size_t>(count, 1);
   }
-  for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
 }
 
-void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place, const Vec3& middle, std::size_t groups,
-                                    CellBlock& block) const noexcept {
-  const std::size_t channel_count = values_.size();
-  for (std::size_t g = 0; g < groups; ++g) {
+void CellBlockSampler::sample_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                            CellBlock& block) const noexcept {
+  const std::array<BlockValues, 3>& shares = block_shares(BlockPlaces::kBetweenNodes);
+  const std::size_t channel_count = evaluator_->solid().channel_count();
+  for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
     std::array<Lanes, 3> local;
     for (int a = 0; a < 3; ++a) {
       const auto i = static_cast<std::size_t>(a);
-      local[i] = place.local[a] + place.factor[a] * (parameters_[place.axis[i]][g] - middle[place.axis[i]]);
+      const double size = box.high[place.axis[i]] - box.low[place.axis[i]];
+      local[i] = place.local[a] + place.factor[a] * size * (shares[place.axis[i]][g] - 0.5);
     }
     const LaneBasis basis(local);
     const std::array<Lanes, 3> position = patch_positions(patch, basis);
@@ -210,6 +178,40 @@ void CellBlockSampler::sample_patch(const Patch& patch, const PatchPlace& place,
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       block.values[c][g] = patch_channel(patch, channels_[c], channel_count, basis);
     }
+  }
+}
+
+/// By the ring of control points, in its own frame.
+void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
+  const LimitSolid::Data& data = evaluator_->solid().data();
+  const LimitStencils& stencils = stencils_.at(cell, box, places);
+  const SlotsInFrame& slots = slots_in_frame(cell.frame, places);
+  const auto put = [&](const BlockValues& in_frame, BlockValues& out) {
+    for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
+      out[slot / kLanes][slot % kLanes] = in_frame[slots[slot] / kLanes][slots[slot] % kLanes];
+    }
+  };
+  const auto ring = data.ring(cell);
+  std::array<BlockValues, kLanes> found;
+  for (std::size_t c = 0; c == 0 || c < channels_.size();) {
+    // The first time x, y, z and a channel, then four channels at a time.
+    const std::size_t first_lane = c == 0 ? 3 : 0, count = std::min(kLanes - first_lane, channels_.size() - c);
+    ring_.assign(ring.size(), Lanes{});
+    for (std::size_t p = 0; p < ring.size(); ++p) {
+      if (ring[p] == kNone) continue;
+      const double* point = data.point(ring[p]);
+      for (std::size_t lane = 0; lane < first_lane; ++lane) ring_[p][lane] = point[lane];
+      for (std::size_t k = 0; k < count; ++k) ring_[p][first_lane + k] = point[3 + channels_[c + k]];
+    }
+    stencils.apply(ring_.data(), [&](std::size_t strip, const auto& first, const auto& last) {
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        found[lane][2 * strip] = first[lane];
+        found[lane][2 * strip + 1] = last[lane];
+      }
+    });
+    for (std::size_t lane = 0; lane < first_lane; ++lane) put(found[lane], block.position[lane]);
+    for (std::size_t k = 0; k < count; ++k) put(found[first_lane + k], block.values[c + k]);
+    c += std::max<std::size_t>(count, 1);
   }
 }
 

@@ -76,6 +76,13 @@ std::array<double, 4> along_row(const CubicPolynomial& c, double y, double z) no
           c[10] + c[11] * y + c[12] * z + c[13] * yy + c[14] * yz + c[15] * zz, c[16] + c[17] * y + c[18] * z, c[19]};
 }
 
+double bound_along_row(const std::array<double, 4>& c, double from, double to) noexcept {
+  const auto value = [&](double x) { return ((c[3] * x + c[2]) * x + c[1]) * x + c[0]; };
+  const auto slope = [&](double x) { return (3 * c[3] * x + 2 * c[2]) * x + c[1]; };
+  const double third = (to - from) / 3, first = value(from), last = value(to);
+  return std::max({first, first + third * slope(from), last - third * slope(to), last});
+}
+
 void CubicFitter::factorize(std::span<const Vec3> places) {
   using Square = Eigen::Matrix<double, kCubicTerms, kCubicTerms, Eigen::RowMajor>;
   count_ = places.size();

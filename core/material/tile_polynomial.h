@@ -41,6 +41,9 @@ using CubicPolynomial = std::array<double, kCubicTerms>;
 /// The polynomial along a row: coefficients of 1, x, x^2, x^3.
 std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
 
+/// Nothing between two places along a row is larger, but for rounding: the largest coefficient in Bernstein form.
+double bound_along_row(const std::array<double, 4>& row, double from, double to) noexcept;
+
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 /// By central differences: exact to about a millionth of the third derivatives.
 Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;

@@ -239,6 +239,14 @@ bool CellPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) cons
   return true;
 }
 
+bool CellPieces::none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const {
+  const CellPiece& found = *found_[piece].piece;
+  const Vec3 from = found.frame(first), to = found.frame(last);
+  return std::ranges::all_of(found.beyond, [&](const CubicPolynomial& beyond) {
+    return bound_along_row(along_row(beyond, from.y(), from.z()), from.x(), to.x()) <= 0;
+  });
+}
+
 bool CellPieces::may_be_beyond(std::uint32_t piece, const Vec3& voxel) const {
   const CellPiece& found = *found_[piece].piece;
   return std::ranges::any_of(

@@ -81,6 +81,8 @@ class CellPieces {
   bool agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const;
   /// The voxel may lie off the solid, beside a piece whose polynomials can't be followed there.
   bool may_be_beyond(std::uint32_t piece, const Vec3& voxel) const;
+  /// None of the voxels of a row may, from one to another.
+  bool none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const;
 
  private:
   struct Found {

@@ -87,16 +87,21 @@ void PaintedRows::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t ro
 
 void PaintedRows::enter_row(std::uint32_t row) {
   row_ = row;
-  found_ = std::span(by_row_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
-  std::sort(found_.begin(), found_.end(), [](const ScannedRun& a, const ScannedRun& b) {
-    return a.begin != b.begin ? a.begin < b.begin : a.piece < b.piece;
-  });
+  const std::span<const ScannedRun> runs =
+      std::span(by_row_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
+  // Numbers are sorted several times as fast as runs.
+  by_column_.clear();
+  for (std::size_t r = 0; r < runs.size(); ++r) by_column_.push_back(std::uint64_t{runs[r].begin} << 32 | r);
+  std::sort(by_column_.begin(), by_column_.end());
+  found_.clear();
+  for (const std::uint64_t key : by_column_) found_.push_back(runs[static_cast<std::uint32_t>(key)]);
+  first_found_ = 0;
 }
 
 void PaintedRows::resolve_span(const Span& span) {
-  while (!found_.empty() && found_.front().end <= span.begin) found_ = found_.subspan(1);
+  while (first_found_ < found_.size() && found_[first_found_].end <= span.begin) ++first_found_;
   std::uint32_t at = span.begin;  // Up to here voxels are painted or left.
-  for (const ScannedRun& next : found_) {
+  for (const ScannedRun& next : std::span(found_).subspan(first_found_)) {
     if (next.begin >= span.end) break;
     if (next.end > span.begin) at = paint_next(next, at, span);
   }
@@ -167,7 +172,11 @@ double PaintedRows::beyond_painted(std::uint32_t column) const { return column -
 
 /// `after`: as ScannedRun's. Leaves those that may lie beyond what the piece can say.
 void PaintedRows::paint(const PieceRun& run, float after) {
-  if (!pieces_->piece(run.piece).has_beyond) return paint_all(run, after);
+  if (run.begin >= run.end) return;
+  if (!pieces_->piece(run.piece).has_beyond ||
+      pieces_->none_is_beyond(run.piece, voxel(run.begin), voxel(run.end - 1))) {
+    return paint_all(run, after);
+  }
   const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(run.piece, voxel(x)); };
   PieceRun part = run;
   for (; part.begin < run.end; part.begin = part.end) {

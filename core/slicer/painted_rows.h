@@ -63,9 +63,11 @@ class PaintedRows {
   std::vector<Span> rest_;
   std::vector<std::uint32_t> beside_rest_;  // The piece beside each of them, or none.
   std::vector<std::optional<CellParam>> hints_;
-  std::vector<ScannedRun> by_row_;       // By row, then by piece.
-  std::vector<std::size_t> row_begins_;  // In by_row_, and one more.
-  std::span<ScannedRun> found_;          // What is left of those of the row at hand, by column.
+  std::vector<ScannedRun> by_row_;        // By row, then by piece.
+  std::vector<std::size_t> row_begins_;   // In by_row_, and one more.
+  std::vector<std::uint64_t> by_column_;  // Those of the row at hand: column << 32 | place in the row.
+  std::vector<ScannedRun> found_;         // The same, themselves,
+  std::size_t first_found_ = 0;           // those before aren't needed any more.
 };
 
 }  // namespace ccslice

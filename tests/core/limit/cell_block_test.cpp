@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "core/limit/solid_data.h"
+#include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -46,16 +48,6 @@ void expect_samples(LimitEvaluator& evaluator, CellBlockSampler& sampler, std::u
   }
 }
 
-TEST(CellBlock, KeepsEvenAndOddNodesApart) {
-  std::set<std::size_t> slots;
-  for (std::size_t node = 0; node < kNodes; ++node) {
-    slots.insert(block_slot(node));
-    EXPECT_EQ(block_slot(node) < kBlockSlots / 2, node % 2 == 0);
-  }
-  EXPECT_EQ(slots.size(), kNodes);
-  EXPECT_EQ(block_slot(kNodes - 1), kEvenBlockNodes - 1);
-}
-
 TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
   const ParamBox whole, inner{Vec3(0.1, 0.3, 0.55), Vec3(0.2, 0.45, 0.9)}, octant{Vec3(0.5, 0, 0), Vec3(1, 0.5, 0.5)},
       thin{Vec3(0, 0.25, 0.5), Vec3(1, 0.375, 0.5625)}, corner{Vec3(0.75, 0.75, 0.75), Vec3(1, 1, 1)};
@@ -69,6 +61,45 @@ TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
       for (const ParamBox& box : {whole, inner, octant, thin, corner}) expect_samples(other, sampler, cell, box, name);
     }
   }
+}
+
+// Cells whose neighbourhoods are rare are sampled patch by patch, frequent ones by stencils.
+TEST(CellBlock, SamplesByStencilsToo) {
+  const auto solid = LimitSolid::prepare(make_bracket());
+  const LimitSolid::Data& data = solid->data();
+  const BlockStencils stencils(data);
+  LimitEvaluator evaluator(*solid), other(*solid);
+  const std::vector<std::uint32_t> channels(6, 0);
+  CellBlockSampler sampler(evaluator, channels);
+  std::map<CellClass, std::size_t> by_stencils;
+  const ParamBox boxes[] = {{}, {Vec3(0, 0.5, 0.25), Vec3(0.25, 1, 0.75)}};
+  for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += 3) {
+    for (const ParamBox& box : boxes) {
+      if (solid->cell_class(cell) == CellClass::kRegular || !stencils.are_worth_it(data.cells[cell], box)) continue;
+      ++by_stencils[solid->cell_class(cell)];
+      CellBlock block;
+      std::vector<double> expected(solid->channel_count());
+      sampler.sample(cell, box, block);
+      for (std::size_t node = 0; node < kNodes; ++node) {
+        const Vec3 position = other.geo_and_mat({cell, parameter(box, node)}, expected);
+        const std::size_t slot = block_slot(node);
+        const Vec3 found(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+        ASSERT_LT((found - position).norm(), 1e-10) << "cell " << cell << " node " << node;
+        for (const BlockValues& values : block.values) ASSERT_NEAR(at(values, slot), expected[0], 1e-11);
+      }
+      sampler.sample_between_nodes(cell, box, block);
+      for (std::size_t slot = 0; slot < kGroupsBetweenNodes * kLanes; ++slot) {
+        const Vec3 share = share_at_slot(block_shares(BlockPlaces::kBetweenNodes), slot);
+        const Vec3 uvw = box.low + share.cwiseProduct(box.high - box.low);
+        const Vec3 position = other.geo_and_mat({cell, uvw}, expected);
+        const Vec3 found(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+        ASSERT_LT((found - position).norm(), 1e-10) << "cell " << cell << " slot " << slot;
+        for (const BlockValues& values : block.values) ASSERT_NEAR(at(values, slot), expected[0], 1e-11);
+      }
+    }
+  }
+  EXPECT_GT(by_stencils[CellClass::kLine], 20u);
+  EXPECT_GT(by_stencils[CellClass::kVertex], 20u);
 }
 
 // Position and one channel come together, then four channels at a time.
@@ -114,7 +145,9 @@ TEST(CellBlock, IsTheSameToTheBitWhateverWasSampledBefore) {
     }
     return half;
   };
-  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+  std::vector<oracle::TinyMesh> meshes = oracle::tiny_meshes();
+  meshes.push_back({"bracket", make_bracket()});
+  for (const auto& [name, mesh] : meshes) {
     const auto solid = LimitSolid::prepare(mesh);
     if (solid->channel_count() == 0) continue;
     LimitEvaluator evaluator(*solid), other(*solid);

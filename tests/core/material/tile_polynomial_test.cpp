@@ -64,6 +64,26 @@ TEST(TileFrame, MapsTheVoxelsToTheCube) {
   EXPECT_EQ(frame(Vec3(11.5, 10.5, 7)), Vec3::Zero());
 }
 
+TEST(BoundAlongRow, HoldsBetweenItsEndsAndIsSharpOnShortRows) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int round = 0; round < 200; ++round) {
+    const std::array<double, 4> row = {u(random), u(random), u(random), u(random)};
+    const double a = u(random), b = u(random), from = std::min(a, b), to = std::max(a, b);
+    double largest = -std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= 64; ++k) {
+      const double x = from + k / 64.0 * (to - from);
+      largest = std::max(largest, row[0] + x * (row[1] + x * (row[2] + x * row[3])));
+    }
+    const double bound = bound_along_row(row, from, to);
+    EXPECT_GE(bound, largest - 1e-12);
+    EXPECT_LE(bound, largest + 3 * (to - from) * (to - from)) << "from " << from << " to " << to;
+  }
+  EXPECT_NEAR(bound_along_row({1, 2, 0, 0}, -1, 0.5), 2, 1e-15);
+  EXPECT_NEAR(bound_along_row({1, -2, 0, 0}, -1, 0.5), 3, 1e-15);
+  EXPECT_EQ(bound_along_row({0.25, 3, 5, 7}, 0, 0), 0.25);
+}
+
 TEST(CubicFitter, ReproducesCubics) {
   for (const std::size_t count : {40u, 60u, 90u}) {
     const Places places = random_places(count, 1);

@@ -1,0 +1,251 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/limit_stencils.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/limit/patch.h"
+#include "core/limit/patch_path.h"
+
+namespace ccslice {
+namespace {
+
+/// Places [begin, end) in the order of their patches.
+struct Range {
+  std::size_t begin = 0, end = 0;
+};
+
+/// Weights of points, row by row, at places: column n is the n-th place in the order of patches.
+class WeightTable {
+ public:
+  WeightTable() = default;
+  WeightTable(std::size_t points, const Range& places) : places_(places), rows_(points * width(), 0.0) {}
+
+  double* row(std::size_t point) { return rows_.data() + point * width(); }
+  const double* row(std::size_t point) const { return rows_.data() + point * width(); }
+  double& at(std::size_t point, std::size_t place) { return row(point)[place - places_.begin]; }
+  std::size_t width() const { return places_.end - places_.begin; }
+
+  /// row(to) += weight * from's row, where the places of `from` are among ours.
+  void add(std::size_t to, double weight, const WeightTable& from, std::size_t point) {
+    double* target = row(to) + (from.places_.begin - places_.begin);
+    const double* source = from.row(point);
+    for (std::size_t n = 0; n < from.width(); ++n) target[n] += weight * source[n];
+  }
+
+  /// REQUIRES: the same places everywhere.
+  void set_product(std::size_t to, const double* a, const double* b) {
+    double* target = row(to);
+    for (std::size_t n = 0; n < width(); ++n) target[n] = a[n] * b[n];
+  }
+
+  /// What points weigh by way of the points that stencils make of them. REQUIRES: the places of `made` are among ours.
+  void add_by_way_of(const Stencils& stencils, std::uint32_t first_row, const WeightTable& made, std::size_t count) {
+    for (std::size_t r = 0; r < count; ++r) {
+      for (std::uint32_t e = stencils.offsets[first_row + r]; e < stencils.offsets[first_row + r + 1]; ++e) {
+        add(stencils.indices[e], stencils.weights[e], made, r);
+      }
+    }
+  }
+
+  /// A phantom point is 2 * near - far: what it weighs, those weigh.
+  void move_phantom(std::size_t phantom, std::size_t near, std::size_t far) {
+    add(near, 2, *this, phantom);
+    add(far, -1, *this, phantom);
+    std::fill_n(row(phantom), width(), 0.0);
+  }
+
+ private:
+  Range places_;
+  std::vector<double> rows_;
+};
+
+/// The transpose of fill_phantoms(), of four points along each of `axes` axes.
+void move_phantoms(WeightTable& grid, std::size_t axes, PhantomMask phantoms) {
+  for (std::size_t axis = axes; axis-- > 0;) {
+    const std::size_t stride = std::size_t{1} << (2 * axis);
+    for (std::size_t p = 0; p < std::size_t{1} << (2 * axes); ++p) {
+      if (p / stride % 4 != 0) continue;
+      if (phantoms >> (2 * axis) & 1) grid.move_phantom(p, p + stride, p + 2 * stride);
+      if (phantoms >> (2 * axis + 1) & 1) grid.move_phantom(p + 3 * stride, p + 2 * stride, p + stride);
+    }
+  }
+}
+
+/// From the patches up to the ring.
+class StencilWalk {
+ public:
+  StencilWalk(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed) : data_(data) {
+    LimitCell in_frame = cell;
+    in_frame.frame = {};
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+    std::vector<PatchPlace> found;
+    for (std::uint32_t n = 0; n < framed.size(); ++n) {
+      found.push_back(find_patch(data, in_frame, framed[n]));
+      order.emplace_back(order_of(found.back()), n);
+    }
+    std::sort(order.begin(), order.end());
+    columns_.resize(framed.size());
+    for (const auto& [key, n] : order) {
+      columns_[n] = places_.size();
+      places_.push_back(found[n]);
+    }
+  }
+
+  WeightTable weights_of(const LimitCell& cell) const {
+    const Range all{0, places_.size()};
+    if (cell.cell_class == CellClass::kLine) return of_line_ring(cell.op, cell.ring_count / 4, cell.phantoms, all);
+    return of_vertex_ring(cell.op, all);
+  }
+
+  /// Of the n-th place asked for.
+  std::size_t column(std::size_t n) const { return columns_[n]; }
+
+ private:
+  const PatchPlace& place(std::size_t n) const { return places_[n]; }
+
+  /// The irregular place itself first, then from the deepest level on.
+  static std::uint64_t order_of(const PatchPlace& at) {
+    constexpr std::uint64_t kDeepest = kMaxPatchLevel;
+    const PatchPath& path = at.path;
+    const std::uint64_t sub_cell = std::uint64_t{!at.at_vertex} << 16 | (kDeepest - path.level) << 8 | path.child;
+    return sub_cell << 24 | std::uint64_t{!at.at_line} << 16 | (kDeepest - path.line_level) << 8 | path.line_child;
+  }
+
+  /// As far from the range's begin as the predicate holds.
+  template <typename Predicate>
+  Range prefix(const Range& range, Predicate holds) const {
+    Range result{range.begin, range.begin};
+    while (result.end < range.end && holds(place(result.end))) ++result.end;
+    return result;
+  }
+
+  /// REQUIRES: a vertex cell's places.
+  WeightTable of_vertex_ring(std::uint32_t op, const Range& range) const {
+    const Range at_vertex = prefix(range, [](const PatchPlace& at) { return at.at_vertex; });
+    WeightTable table = below_vertex(op, 0, range);
+    const VertexOperator& ring = data_.operators.vertices()[op];
+    for (std::size_t n = at_vertex.begin; n < at_vertex.end; ++n) {
+      for (std::size_t p = 0; p < ring.points; ++p) table.at(p, n) = ring.limit[p];
+    }
+    return table;
+  }
+
+  /// Of the ring at a level, at places that lie as deep; zero at the vertex itself.
+  WeightTable below_vertex(std::uint32_t op, int level, const Range& range) const {
+    const VertexOperator& ring = data_.operators.vertices()[op];
+    WeightTable table(ring.points, range);
+    const Range at_vertex = prefix(range, [](const PatchPlace& at) { return at.at_vertex; });
+    const Range rest{at_vertex.end, range.end};
+    const Range deeper = prefix(rest, [&](const PatchPlace& at) { return at.path.level > level; });
+    if (deeper.end > deeper.begin) {
+      const VertexOperator::Child& next = ring.children[0];
+      table.add_by_way_of(ring.stencils, next.first_row, below_vertex(next.op, level + 1, deeper), next.count);
+    }
+    for (Range child{deeper.end, deeper.end}; child.begin < range.end; child.begin = child.end) {
+      const std::uint8_t number = place(child.begin).path.child;
+      child = prefix({child.begin, range.end}, [&](const PatchPlace& at) { return at.path.child == number; });
+      const VertexOperator::Child& made = ring.children[number];
+      const WeightTable weights = made.cell_class == CellClass::kLine
+                                      ? of_line_ring(made.op, made.layer_points, made.phantoms, child)
+                                      : of_patch(3, made.phantoms, child);
+      table.add_by_way_of(ring.stencils, made.first_row, weights, made.count);
+    }
+    return table;
+  }
+
+  /// The four layers of a line (sub-)cell.
+  WeightTable of_line_ring(std::uint32_t op, std::size_t layer_points, PhantomMask phantoms, const Range& range) const {
+    const WeightTable planar = of_planar_ring(op, range);
+    WeightTable table(4 * layer_points, range);
+    const WeightTable along = basis_along(2, range);
+    for (std::size_t layer = 0; layer < 4; ++layer) {
+      for (std::size_t p = 0; p < layer_points; ++p) {
+        table.set_product(layer * layer_points + p, along.row(layer), planar.row(p));
+      }
+    }
+    for (std::size_t p = 0; p < layer_points; ++p) {
+      if (phantoms >> 4 & 1) table.move_phantom(p, p + layer_points, p + 2 * layer_points);
+      if (phantoms >> 5 & 1) table.move_phantom(p + 3 * layer_points, p + 2 * layer_points, p + layer_points);
+    }
+    return table;
+  }
+
+  /// One layer of a line (sub-)cell.
+  WeightTable of_planar_ring(std::uint32_t op, const Range& range) const {
+    WeightTable table = below_line(op, 0, range);
+    const PlanarOperator& ring = data_.operators.lines()[op];
+    const Range at_line = prefix(range, [](const PatchPlace& at) { return at.at_line; });
+    for (std::size_t n = at_line.begin; n < at_line.end; ++n) {
+      for (std::size_t p = 0; p < ring.points; ++p) table.at(p, n) = ring.limit[p];
+    }
+    return table;
+  }
+
+  /// Of the layer at a level, at places that lie as deep; zero at the line itself.
+  WeightTable below_line(std::uint32_t op, int level, const Range& range) const {
+    const PlanarOperator& ring = data_.operators.lines()[op];
+    WeightTable table(ring.points, range);
+    const Range at_line = prefix(range, [](const PatchPlace& at) { return at.at_line; });
+    const Range rest{at_line.end, range.end};
+    const Range deeper = prefix(rest, [&](const PatchPlace& at) { return at.path.line_level > level; });
+    if (deeper.end > deeper.begin) {
+      const ChildRows& next = ring.children[0];
+      table.add_by_way_of(ring.stencils, next.first_row, below_line(next.op, level + 1, deeper), next.count);
+    }
+    for (Range child{deeper.end, deeper.end}; child.begin < range.end; child.begin = child.end) {
+      const std::uint8_t number = place(child.begin).path.line_child;
+      child = prefix({child.begin, range.end}, [&](const PatchPlace& at) { return at.path.line_child == number; });
+      const ChildRows& made = ring.children[number];
+      table.add_by_way_of(ring.stencils, made.first_row, of_patch(2, made.phantoms, child), 16);
+    }
+    return table;
+  }
+
+  /// The patch's own points: 4 along each of `axes` axes.
+  WeightTable of_patch(std::size_t axes, PhantomMask phantoms, const Range& range) const {
+    WeightTable grid = basis_along(0, range);
+    for (std::size_t axis = 1; axis < axes; ++axis) {
+      const WeightTable along = basis_along(axis, range);
+      const std::size_t count = std::size_t{1} << (2 * axis);
+      WeightTable product(4 * count, range);
+      for (std::size_t p = 0; p < 4 * count; ++p) product.set_product(p, grid.row(p % count), along.row(p / count));
+      grid = std::move(product);
+    }
+    move_phantoms(grid, axes, phantoms);
+    return grid;
+  }
+
+  /// Of four points along an axis.
+  WeightTable basis_along(std::size_t axis, const Range& range) const {
+    WeightTable table(4, range);
+    for (std::size_t n = range.begin; n < range.end; ++n) {
+      std::array<double, 4> basis, unused;
+      bspline_basis(place(n).local[static_cast<Eigen::Index>(axis)], basis, unused);
+      for (std::size_t p = 0; p < 4; ++p) table.at(p, n) = basis[p];
+    }
+    return table;
+  }
+
+  const LimitSolid::Data& data_;
+  std::vector<PatchPlace> places_;    // In order,
+  std::vector<std::size_t> columns_;  // and where each of those asked for is among them.
+};
+
+}  // namespace
+
+LimitStencils::LimitStencils(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed)
+    : points_(cell.ring_count), strips_((framed.size() + kStencilStrip - 1) / kStencilStrip) {
+  const StencilWalk walk(data, cell, framed);
+  const WeightTable weights = walk.weights_of(cell);
+  weights_.assign(strips_ * points_ * 2, Lanes{});
+  for (std::size_t n = 0; n < framed.size(); ++n) {
+    const std::size_t column = walk.column(n), strip = n / kStencilStrip, at = n % kStencilStrip;
+    Lanes* weight = &weights_[strip * points_ * 2 + at / kLanes];
+    for (std::size_t p = 0; p < points_; ++p, weight += 2) (*weight)[at % kLanes] = weights.row(p)[column];
+  }
+}
+
+}  // namespace ccslice
