@@ -77,7 +77,7 @@ struct CellPart {
 Placement voxel_of_mesh(const Placement& placement, const Grid& grid);
 
 /// What errors of pieces may take of a channel's tolerance.
-inline constexpr double kPieceShareOfTolerance = 0.45;
+inline constexpr double kPieceShareOfTolerance = 0.55;
 
 /// One thread.
 class CellFitter {
