@@ -25,7 +25,26 @@ struct CubicRow {
   double low, high;
 };
 
-/// Integer samples are truncated. In blocks, so that the compiler sees plain loops over locals and vectorizes them.
+template <typename Sample, std::uint32_t kCount>
+void copy_samples(const Sample* from, std::uint8_t* to) noexcept {
+  std::memcpy(to, from, kCount * sizeof(Sample));  // Of a fixed size: a few instructions, no call.
+}
+
+/// `count` of the samples. REQUIRES: 0 < count <= 2 * kMost.
+template <typename Sample, std::uint32_t kMost>
+void copy_first(const std::array<Sample, 2 * kMost>& from, std::uint32_t count, std::uint8_t* to) noexcept {
+  if (count >= kMost) {
+    copy_samples<Sample, kMost>(from.data(), to);
+    copy_samples<Sample, kMost>(&from[count - kMost], to + (count - kMost) * sizeof(Sample));
+  } else if constexpr (kMost > 1) {
+    std::array<Sample, kMost> first;
+    std::copy_n(from.begin(), kMost, first.begin());
+    copy_first<Sample, kMost / 2>(first, count, to);
+  }
+}
+
+/// Integer samples are truncated. In blocks, so that the compiler sees plain loops over locals and vectorizes them; the
+/// last block ends where the row does, and writes what the one before wrote once more.
 template <typename Sample, typename Real, std::uint32_t kBlock>
 void write_blocks(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
   const auto t0 = static_cast<Real>(row.t0), dt = static_cast<Real>(row.dt);
@@ -34,22 +53,30 @@ void write_blocks(const CubicRow& row, std::uint32_t count, std::uint8_t* out) n
   const auto low = static_cast<Real>(row.low), high = static_cast<Real>(row.high);
   using Wide = std::conditional_t<std::is_integral_v<Sample>, std::int32_t, Sample>;
   std::array<Sample, kBlock> block;
-  for (std::uint32_t begin = 0; begin < count; begin += kBlock) {
+  const auto fill_from = [&](std::uint32_t begin) {
     for (std::uint32_t k = 0; k < kBlock; ++k) {
       const Real t = t0 + dt * static_cast<Real>(static_cast<std::int32_t>(row.first + begin + k));
       const Real value = ((c3 * t + c2) * t + c1) * t + c0;
       block[k] = static_cast<Sample>(static_cast<Wide>(std::min(std::max(value, low), high)));
     }
-    std::memcpy(out + std::size_t{begin} * sizeof(Sample), block.data(),
-                std::min(kBlock, count - begin) * sizeof(Sample));
+  };
+  if (count < kBlock) {
+    fill_from(0);
+    return copy_first<Sample, kBlock / 2>(block, count, out);
+  }
+  for (std::uint32_t begin = 0; begin < count; begin += kBlock) {
+    const std::uint32_t at = std::min(begin, count - kBlock);
+    fill_from(at);
+    copy_samples<Sample, kBlock>(block.data(), out + std::size_t{at} * sizeof(Sample));
   }
 }
 
+/// REQUIRES: count > 0.
 template <typename Sample, typename Real>
 void write_cubic(const CubicRow& row, std::uint32_t count, std::uint8_t* out) noexcept {
   constexpr std::uint32_t kShort = 16, kLong = 64;
-  count <= 2 * kShort ? write_blocks<Sample, Real, kShort>(row, count, out)
-                      : write_blocks<Sample, Real, kLong>(row, count, out);
+  count < 2 * kLong ? write_blocks<Sample, Real, kShort>(row, count, out)
+                    : write_blocks<Sample, Real, kLong>(row, count, out);
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ class ContonePlane {
   void set_run(std::size_t index, std::uint32_t count, std::span<const double> channel_values,
                std::size_t channel_count) noexcept;
   /// Sets `count` voxels from `index` on to the values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, k from
-  /// `first` up, clamped to the channel's range in the control mesh, which bounds its exact values.
+  /// `first` up, clamped to the channel's range in the control mesh, which bounds its exact values. REQUIRES: count >
+  /// 0.
   void set_cubic(std::size_t index, std::uint32_t first, std::uint32_t count, double t0, double dt,
                  const std::array<double, 4>& c) noexcept;
   void copy(std::size_t from_index, std::size_t to_index) noexcept;
