@@ -21,6 +21,14 @@ using Lanes = double __attribute__((vector_size(8 * kLanes)));
 inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) noexcept { return _mm256_fmadd_pd(a, b, c); }
 inline Lanes multiply_add(Lanes a, double b, Lanes c) noexcept { return _mm256_fmadd_pd(a, _mm256_set1_pd(b), c); }
 
+inline Lanes round_up(Lanes lanes) noexcept { return _mm256_ceil_pd(lanes); }
+
+/// Bit k: lane k of a comparison holds.
+template <typename Comparison>
+unsigned lanes_of(Comparison holds) noexcept {
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<Lanes>(holds)));
+}
+
 inline double largest(Lanes lanes) noexcept {
   return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
 }

@@ -52,6 +52,7 @@ void BlockRaster::scan_face(std::size_t axis, std::size_t side, std::size_t step
   for_each_quad(step, [&](std::size_t s, std::size_t t) {
     const Node &a = nodes_[face.node(s, t)], &b = nodes_[face.node(s + step, t)], &c = nodes_[face.node(s, t + step)],
                &d = nodes_[face.node(s + step, t + step)];
+    if (a.layer == b.layer && a.layer == c.layer && a.layer == d.layer) return;
     const auto squared = [](const Node& p, const Node& q) {
       return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y) + (p.z - q.z) * (p.z - q.z);
     };
@@ -71,25 +72,43 @@ void BlockRaster::scan_triangle(const Node& a, const Node& b, const Node& c) {
   cross_layers(*low, *high, *middle, *high);
 }
 
-/// The layers between `from` and `to` cross a triangle's edge between them and its longest one.
+/// The layers between `from` and `to` cross a triangle's edge between them and its longest one. Four at a time: most
+/// crossings lie between the same two rows, and to find that out is all there is to do.
 void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& from, const Node& to) {
   if (from.layer >= to.layer) return;
   const double of_long = 1 / (high.z - low.z), of_short = 1 / (to.z - from.z);
-  for (std::uint32_t layer = from.layer; layer < to.layer; ++layer) {
-    const double s = (layer - low.z) * of_long, t = (layer - from.z) * of_short;
-    cross_rows(layer, low.y + s * (high.y - low.y), low.x + s * (high.x - low.x), from.y + t * (to.y - from.y),
-               from.x + t * (to.x - from.x));
+  for (std::uint32_t layer = from.layer; layer < to.layer; layer += kLanes) {
+    const Lanes at = Lanes{0, 1, 2, 3} + static_cast<double>(layer);
+    const Lanes s = (at - low.z) * of_long, t = (at - from.z) * of_short;
+    const Lanes long_y = low.y + s * (high.y - low.y), long_x = low.x + s * (high.x - low.x);
+    const Lanes short_y = from.y + t * (to.y - from.y), short_x = from.x + t * (to.x - from.x);
+    const auto is_turned = short_y < long_y;
+    Segments segments;
+    segments.y = is_turned ? short_y : long_y;
+    segments.x = is_turned ? short_x : long_x;
+    const Lanes end_y = is_turned ? long_y : short_y, end_x = is_turned ? long_x : short_x;
+    segments.begin = first_rows(segments.y);
+    segments.end = first_rows(end_y);
+    segments.slope = (end_x - segments.x) / (end_y - segments.y);
+    const unsigned crossing = lanes_of(segments.begin < segments.end);
+    for (std::uint32_t lane = 0; crossing >> lane != 0 && layer + lane < to.layer; ++lane) {
+      if (crossing >> lane & 1) cross_rows(layer + lane, segments, lane);
+    }
   }
 }
 
-void BlockRaster::cross_rows(std::uint32_t layer, double y0, double x0, double y1, double x1) {
-  if (y1 < y0) {
-    std::swap(y0, y1);
-    std::swap(x0, x1);
-  }
-  const std::uint32_t begin = first_from(y0, first_row_, end_row_), end = first_from(y1, first_row_, end_row_);
-  if (begin >= end) return;
-  const double slope = (x1 - x0) / (y1 - y0);
+/// Of the block's, the first ones that aren't below.
+Lanes BlockRaster::first_rows(Lanes y) const {
+  const double low = first_row_, high = end_row_;
+  const Lanes least = Lanes{} + low, most = Lanes{} + high;
+  y = y < least ? least : y;
+  return round_up(most < y ? most : y);
+}
+
+void BlockRaster::cross_rows(std::uint32_t layer, const Segments& segments, std::uint32_t lane) {
+  const auto begin = static_cast<std::uint32_t>(segments.begin[lane]),
+             end = static_cast<std::uint32_t>(segments.end[lane]);
+  const double y0 = segments.y[lane], x0 = segments.x[lane], slope = segments.slope[lane];
   Row* row = &rows_[std::size_t{layer - first_layer_} * (end_row_ - first_row_) + (begin - first_row_)];
   for (std::uint32_t y = begin; y < end; ++y, ++row) {
     if (row->count < kMostCrossings) row->columns[row->count] = x0 + (y - y0) * slope;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/base/block_nodes.h"
+#include "core/base/lanes.h"
 #include "core/base/types.h"
 
 namespace ccslice {
@@ -43,6 +44,11 @@ class BlockRaster {
     std::uint32_t count = 0;
     std::array<double, kMostCrossings> columns;
   };
+  /// Where four layers cross a triangle, by rising row.
+  struct Segments {
+    Lanes y, x, slope;  // The first end, and columns a row.
+    Lanes begin, end;   // Rows that are crossed.
+  };
   struct Node {
     double x, y, z;
     std::uint32_t layer;  // The first one of the window that isn't below.
@@ -52,7 +58,8 @@ class BlockRaster {
   void scan_face(std::size_t axis, std::size_t side, std::size_t step);
   void scan_triangle(const Node& a, const Node& b, const Node& c);
   void cross_layers(const Node& low, const Node& high, const Node& from, const Node& to);
-  void cross_rows(std::uint32_t layer, double y0, double x0, double y1, double x1);
+  Lanes first_rows(Lanes y) const;
+  void cross_rows(std::uint32_t layer, const Segments& segments, std::uint32_t lane);
   static void append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
                           std::vector<BlockRun>& runs);
 
