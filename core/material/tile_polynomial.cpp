@@ -69,18 +69,20 @@ TileFrame TileFrame::of(const Vec3& low, const Vec3& high) {
   return frame;
 }
 
-std::array<double, 4> along_row(const CubicPolynomial& c, double y, double z) noexcept {
-  const double yy = y * y, yz = y * z, zz = z * z;
-  return {c[0] + c[1] * y + c[2] * z + c[3] * yy + c[4] * yz + c[5] * zz + (c[6] * yy + c[7] * yz + c[8] * zz) * y +
-              c[9] * zz * z,
-          c[10] + c[11] * y + c[12] * z + c[13] * yy + c[14] * yz + c[15] * zz, c[16] + c[17] * y + c[18] * z, c[19]};
+CubicInLayer in_layer(const CubicPolynomial& c, double z) noexcept {
+  return {{((c[9] * z + c[5]) * z + c[2]) * z + c[0], (c[8] * z + c[4]) * z + c[1], c[7] * z + c[3], c[6]},
+          {(c[15] * z + c[12]) * z + c[10], c[14] * z + c[11], c[13]},
+          {c[18] * z + c[16], c[17]},
+          c[19]};
 }
 
 double bound_along_row(const std::array<double, 4>& c, double from, double to) noexcept {
   const auto value = [&](double x) { return ((c[3] * x + c[2]) * x + c[1]) * x + c[0]; };
   const auto slope = [&](double x) { return (3 * c[3] * x + 2 * c[2]) * x + c[1]; };
   const double third = (to - from) / 3, first = value(from), last = value(to);
-  return std::max({first, first + third * slope(from), last - third * slope(to), last});
+  const double second = first + third * slope(from), before_last = last - third * slope(to);
+  if (!std::isfinite(first + second + before_last + last)) return std::numeric_limits<double>::infinity();
+  return std::max({first, second, before_last, last});
 }
 
 void CubicFitter::factorize(std::span<const Vec3> places) {

@@ -38,10 +38,26 @@ struct TileFrame {
 /// Coefficients of x^i y^j z^k, i + j + k <= 3, ordered by i: ten of x^0, six of x^1, three of x^2, one of x^3.
 using CubicPolynomial = std::array<double, kCubicTerms>;
 
+/// The polynomial in a layer: coefficients of y^j times 1, x, x^2, x^3.
+struct CubicInLayer {
+  std::array<double, 4> of_one;
+  std::array<double, 3> of_x;
+  std::array<double, 2> of_xx;
+  double of_xxx;
+};
+CubicInLayer in_layer(const CubicPolynomial& polynomial, double z) noexcept;
+
 /// The polynomial along a row: coefficients of 1, x, x^2, x^3.
-std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept;
+inline std::array<double, 4> along_row(const CubicInLayer& layer, double y) noexcept {
+  const auto& [a, b, c, d] = layer;
+  return {((a[3] * y + a[2]) * y + a[1]) * y + a[0], (b[2] * y + b[1]) * y + b[0], c[1] * y + c[0], d};
+}
+inline std::array<double, 4> along_row(const CubicPolynomial& polynomial, double y, double z) noexcept {
+  return along_row(in_layer(polynomial, z), y);
+}
 
 /// Nothing between two places along a row is larger, but for rounding: the largest coefficient in Bernstein form.
+/// Infinite if one of them isn't finite.
 double bound_along_row(const std::array<double, 4>& row, double from, double to) noexcept;
 
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;

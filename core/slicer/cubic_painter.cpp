@@ -16,17 +16,4 @@ CubicPainter::CubicPainter(const LayerTarget& target, std::uint32_t layer, std::
   }
 }
 
-void CubicPainter::paint(const TileFrame& frame, std::span<const CubicPolynomial> polynomials, std::uint32_t row,
-                         std::uint32_t begin, std::uint32_t end) const {
-  const Span part = target_.window.clipped({row, begin, end});
-  if (part.begin == part.end) return;
-  const Vec3 at = frame(Vec3(begin, row, layer_));
-  const std::size_t index = target_.window.index(part.begin, row);
-  for (std::size_t p = 0; p < channel_of_plane_.size(); ++p) {
-    target_.planes[p].set_cubic(index, part.begin - begin, part.end - part.begin, at.x(), frame.scale.x(),
-                                along_row(polynomials[channel_of_plane_[p]], at.y(), at.z()));
-  }
-  target_.stats.voxels_interpolated += target_.count(part);
-}
-
 }  // namespace ccslice

@@ -280,7 +280,8 @@ void MaterialTiles::paint_fit(PaintJob& job, const Fit& fit, Span run) {
   const bool ends = fit.steep && run.end == job.inside.end && run.begin < run.end;
   if (ends) --run.end;
   const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
-  job.cubics.paint(fit.frame, polynomials, run.y, run.begin, run.end);
+  job.cubics.paint(fit.frame, run.y, run.begin, run.end,
+                   [&](std::size_t c, double y, double z) { return along_row(polynomials[c], y, z); });
   if (ends) paint_exactly(job, {}, {run.y, run.end, run.end + 1});
 }
 

@@ -4,6 +4,7 @@
 #include "core/slicer/slab_materials.h"
 
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "core/slicer/cubic_painter.h"
@@ -12,6 +13,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::size_t kRunsPerPoll = 4096;
+constexpr std::uint32_t kNoLayer = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
@@ -24,6 +26,7 @@ void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   layers_.resize(end_layer - first_layer);
   for (Layer& layer : layers_) layer.resolved = false;
   tiles_solved_ = false;
+  layer_of_cubics_.clear();
   pieces_.start(first_layer, end_layer);
 }
 
@@ -54,13 +57,33 @@ bool SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const 
   return tiles_.paint(target, layer, rows.rest(), rows.alone(), spans_of(layer));
 }
 
-void SlabMaterials::paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const {
+void SlabMaterials::paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) {
   const CubicPainter painter(target, layer, pieces_.channels());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     if (r % kRunsPerPoll == 0) target.cancel.throw_if_cancelled();
     const PieceRun& run = runs[r];
-    painter.paint(pieces_.piece(run.piece).frame, pieces_.polynomials(run.piece), run.row, run.begin, run.end);
+    const TileFrame& frame = pieces_.piece(run.piece).frame;
+    const CubicInLayer* const in_this_layer = cubics_of(run.piece, layer);
+    painter.paint(frame, run.row, run.begin, run.end,
+                  [&](std::size_t c, double y, double) { return along_row(in_this_layer[c], y); });
   }
+}
+
+/// A piece's polynomials in a layer, which most of its rows there share. One a channel.
+const CubicInLayer* SlabMaterials::cubics_of(std::uint32_t piece, std::uint32_t layer) {
+  const std::span<const CubicPolynomial> polynomials = pieces_.polynomials(piece);
+  const std::size_t first = piece * polynomials.size();
+  if (layer_of_cubics_.size() <= piece) {
+    layer_of_cubics_.resize(piece + std::size_t{1}, kNoLayer);
+    cubics_.resize(layer_of_cubics_.size() * polynomials.size());
+  }
+  if (layer_of_cubics_[piece] != layer) {
+    layer_of_cubics_[piece] = layer;
+    const TileFrame& frame = pieces_.piece(piece).frame;
+    const double z = (layer - frame.centre.z()) * frame.scale.z();
+    for (std::size_t c = 0; c < polynomials.size(); ++c) cubics_[first + c] = in_layer(polynomials[c], z);
+  }
+  return &cubics_[first];
 }
 
 }  // namespace ccslice

@@ -60,7 +60,8 @@ class SlabMaterials {
 
   const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
-  void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs) const;
+  void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs);
+  const CubicInLayer* cubics_of(std::uint32_t piece, std::uint32_t layer);
 
   const Grid grid_;
   CellPieces pieces_;
@@ -68,6 +69,9 @@ class SlabMaterials {
   std::uint32_t first_layer_ = 0;
   std::vector<Layer> layers_;
   bool tiles_solved_ = false;
+  // By piece of the slab: the layer that cubics_ are in. They are by piece, then by channel.
+  std::vector<std::uint32_t> layer_of_cubics_;
+  std::vector<CubicInLayer> cubics_;
 };
 
 }  // namespace ccslice

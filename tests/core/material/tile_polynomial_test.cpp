@@ -82,6 +82,14 @@ TEST(BoundAlongRow, HoldsBetweenItsEndsAndIsSharpOnShortRows) {
   EXPECT_NEAR(bound_along_row({1, 2, 0, 0}, -1, 0.5), 2, 1e-15);
   EXPECT_NEAR(bound_along_row({1, -2, 0, 0}, -1, 0.5), 3, 1e-15);
   EXPECT_EQ(bound_along_row({0.25, 3, 5, 7}, 0, 0), 0.25);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (const double value : {kInfinity, -kInfinity, std::nan("")}) {
+      std::array<double, 4> row = {-1, 0, 0, 0};
+      row[k] = value;
+      EXPECT_EQ(bound_along_row(row, -1, 0), kInfinity);
+    }
+  }
 }
 
 TEST(CubicFitter, ReproducesCubics) {
