@@ -48,6 +48,14 @@ SharedNodes shared_nodes(double low, double high, double whole_low, double whole
   return nodes;
 }
 
+/// A point's numbers by fours, for as many lanes: x, y, z and a channel at first, then four channels each. Calls
+/// visit(lanes before them, first channel, channels).
+template <typename Visit>
+void for_each_four_numbers(std::size_t channels, Visit visit) {
+  visit(3, 0, std::min<std::size_t>(1, channels));
+  for (std::size_t c = 1; c < channels; c += kLanes) visit(0, c, std::min(kLanes, channels - c));
+}
+
 /// Of the patch that holds the whole box, if one does: patches are boxes of parameters, too.
 std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;
@@ -96,7 +104,8 @@ void CellBlockSampler::sample_box(std::uint32_t cell, const ParamBox& box, Block
   const bool at_nodes = places == BlockPlaces::kNodes;
   if (const std::optional<PatchPlace> place = patch_of_box(data, cell, box)) {
     const Patch& patch = evaluator_->patch(cell, *place);
-    return at_nodes ? sample_nodes(patch, *place, box, block) : sample_between_nodes(patch, *place, box, block);
+    return at_nodes ? sample_patch_at_nodes(patch, *place, box, block)
+                    : sample_patch_between_nodes(patch, *place, box, block);
   }
   if (stencils_.are_worth_it(data.cells[cell], box)) return sample_ring(data.cells[cell], box, places, block);
   place_parameters(box, places);
@@ -120,8 +129,8 @@ void CellBlockSampler::place_parameters(const ParamBox& box, BlockPlaces places)
 }
 
 /// All nodes of a box in one patch, axis by axis.
-void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
-                                    CellBlock& block) const noexcept {
+void CellBlockSampler::sample_patch_at_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                             CellBlock& block) const noexcept {
   std::array<std::array<std::array<double, 4>, kBlockNodes>, 3> basis;
   for (std::size_t n = 0; n < kBlockNodes; n += kLanes) {
     std::array<Lanes, 3> local;
@@ -142,9 +151,7 @@ void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place,
   }
   std::array<Lanes, 64> points;
   std::array<Lanes, std::tuple_size_v<BlockPoints>> found;
-  for (std::size_t c = 0; c == 0 || c < channels_.size();) {
-    // The first time x, y, z and a channel, then four channels at a time.
-    const std::size_t first_lane = c == 0 ? 3 : 0, count = std::min(kLanes - first_lane, channels_.size() - c);
+  for_each_four_numbers(channels_.size(), [&](std::size_t first_lane, std::size_t c, std::size_t count) {
     for (std::size_t p = 0; p < points.size(); ++p) {
       for (std::size_t lane = 0; lane < first_lane; ++lane) points[p][lane] = patch.points[4 * p + lane];
       for (std::size_t k = 0; k < count; ++k) {
@@ -157,12 +164,11 @@ void CellBlockSampler::sample_nodes(const Patch& patch, const PatchPlace& place,
       for (std::size_t lane = 0; lane < first_lane; ++lane) block.position[lane][group][at] = found[n][lane];
       for (std::size_t k = 0; k < count; ++k) block.values[c + k][group][at] = found[n][first_lane + k];
     }
-    c += std::max<std::size_t>(count, 1);
-  }
+  });
 }
 
-void CellBlockSampler::sample_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
-                                            CellBlock& block) const noexcept {
+void CellBlockSampler::sample_patch_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                                  CellBlock& block) const noexcept {
   const std::array<BlockValues, 3>& shares = block_shares(BlockPlaces::kBetweenNodes);
   const std::size_t channel_count = evaluator_->solid().channel_count();
   for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
@@ -193,9 +199,7 @@ void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, B
   };
   const auto ring = data.ring(cell);
   std::array<BlockValues, kLanes> found;
-  for (std::size_t c = 0; c == 0 || c < channels_.size();) {
-    // The first time x, y, z and a channel, then four channels at a time.
-    const std::size_t first_lane = c == 0 ? 3 : 0, count = std::min(kLanes - first_lane, channels_.size() - c);
+  for_each_four_numbers(channels_.size(), [&](std::size_t first_lane, std::size_t c, std::size_t count) {
     ring_.assign(ring.size(), Lanes{});
     for (std::size_t p = 0; p < ring.size(); ++p) {
       if (ring[p] == kNone) continue;
@@ -211,8 +215,7 @@ void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, B
     });
     for (std::size_t lane = 0; lane < first_lane; ++lane) put(found[lane], block.position[lane]);
     for (std::size_t k = 0; k < count; ++k) put(found[first_lane + k], block.values[c + k]);
-    c += std::max<std::size_t>(count, 1);
-  }
+  });
 }
 
 void CellBlockSampler::sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept {

@@ -49,9 +49,10 @@ class CellBlockSampler {
 
   void sample_box(std::uint32_t cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
   // In one patch.
-  void sample_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box, CellBlock& block) const noexcept;
-  void sample_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
-                            CellBlock& block) const noexcept;
+  void sample_patch_at_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                             CellBlock& block) const noexcept;
+  void sample_patch_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                  CellBlock& block) const noexcept;
   // By stencils.
   void sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
   // Patch by patch.

@@ -84,7 +84,7 @@ class StencilWalk {
     std::vector<PatchPlace> found;
     for (std::uint32_t n = 0; n < framed.size(); ++n) {
       found.push_back(find_patch(data, in_frame, framed[n]));
-      order.emplace_back(order_of(found.back()), n);
+      order.emplace_back(depth_order(found.back()), n);
     }
     std::sort(order.begin(), order.end());
     columns_.resize(framed.size());
@@ -107,7 +107,7 @@ class StencilWalk {
   const PatchPlace& place(std::size_t n) const { return places_[n]; }
 
   /// The irregular place itself first, then from the deepest level on.
-  static std::uint64_t order_of(const PatchPlace& at) {
+  static std::uint64_t depth_order(const PatchPlace& at) {
     constexpr std::uint64_t kDeepest = kMaxPatchLevel;
     const PatchPath& path = at.path;
     const std::uint64_t sub_cell = std::uint64_t{!at.at_vertex} << 16 | (kDeepest - path.level) << 8 | path.child;

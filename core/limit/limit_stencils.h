@@ -34,9 +34,9 @@ class LimitStencils {
   /// At parameters in the cell's frame (Frame::to_framed). REQUIRES: `cell` isn't regular.
   LimitStencils(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed);
 
-  /// Calls put(strip, values) for each strip of places: kStencilStrip limits of each of four numbers that every point
-  /// of the ring has, the numbers' first four places before their last four. Weights of points that a ring lacks are
-  /// zero.
+  /// Calls put(strip, first, last) for each strip of places. The ring's points have four numbers each: first[d] holds
+  /// the limits of the d-th one at the strip's first four places, last[d] at its last four. REQUIRES: zeros for points
+  /// that the ring lacks.
   template <typename Put>
   void apply(const Lanes* points, Put put) const noexcept {
     for (std::size_t strip = 0; strip < strips_; ++strip) {

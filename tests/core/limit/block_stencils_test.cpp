@@ -67,25 +67,33 @@ TEST_F(StencilsOfABracket, AreSharedByCellsOfANeighbourhoodWhateverTheirFrames) 
   BlockStencils stencils(solid_->data());
   std::size_t different_frames = 0;
   for (const auto& [key, cells] : neighbourhoods()) {
-    const LimitStencils* first = &stencils.at(*cells.front(), {}, BlockPlaces::kNodes);
-    EXPECT_EQ(&stencils.at(*cells.back(), {}, BlockPlaces::kNodes), first);
-    EXPECT_NE(&stencils.at(*cells.back(), {}, BlockPlaces::kBetweenNodes), first);
-    EXPECT_EQ(first->points(), cells.front()->ring_count);
+    const LimitStencils& first = stencils.at(*cells.front(), {}, BlockPlaces::kNodes);
+    EXPECT_EQ(first.points(), cells.front()->ring_count);
+    const std::vector<double> expected = numbers(first);
+    const std::size_t bytes = stencils.memory_bytes();
+    EXPECT_EQ(numbers(stencils.at(*cells.back(), {}, BlockPlaces::kNodes)), expected);
+    EXPECT_EQ(stencils.memory_bytes(), bytes);
+    EXPECT_NE(numbers(stencils.at(*cells.back(), {}, BlockPlaces::kBetweenNodes)), expected);
+    EXPECT_GT(stencils.memory_bytes(), bytes);
     different_frames += cells.front()->frame != cells.back()->frame;
   }
   EXPECT_GT(different_frames, 0u);
 }
 
-// All boxes of an eighth of a cell along x and y, and more: some hundred MiB.
+// Small boxes of one cell, until all are forgotten twice.
 TEST_F(StencilsOfABracket, AreTheSameWhenTheyAreMadeAgain) {
   BlockStencils stencils(solid_->data());
   const LimitCell& cell = *neighbourhoods().begin()->second.front();
   const std::vector<double> before = numbers(stencils.at(cell, {}, BlockPlaces::kNodes));
-  std::size_t made_bytes = 0;
-  for (int n = 0; made_bytes < std::size_t{64} << 20; ++n) {
-    const Vec3 low(n % 8 / 8.0, n / 8 % 8 / 8.0, n / 64 % 64 / 64.0);
-    made_bytes += stencils.at(cell, {low, low + Vec3(1, 1, 1) / 64}, BlockPlaces::kNodes).memory_bytes();
+  int forgotten = 0;
+  for (int n = 0; forgotten < 2 && n < 64 * 64; ++n) {
+    const std::size_t bytes = stencils.memory_bytes();
+    const Vec3 low(n % 8 / 8.0, n / 8 % 8 / 8.0, n / 64 / 64.0);
+    stencils.at(cell, {low, low + Vec3::Constant(1.0 / 64)}, BlockPlaces::kNodes);
+    forgotten += stencils.memory_bytes() < bytes;
+    ASSERT_LE(stencils.memory_bytes(), std::size_t{16} << 20);
   }
+  ASSERT_EQ(forgotten, 2);
   EXPECT_EQ(numbers(stencils.at(cell, {}, BlockPlaces::kNodes)), before);
 }
 

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <map>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/limit/solid_data.h"
@@ -102,24 +104,37 @@ TEST(CellBlock, SamplesByStencilsToo) {
   EXPECT_GT(by_stencils[CellClass::kVertex], 20u);
 }
 
+/// A cell that is sampled by stencils as a whole.
+std::uint32_t frequent_cell(const LimitSolid& solid) {
+  const BlockStencils stencils(solid.data());
+  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+    const LimitCell& cell = solid.data().cells[c];
+    if (cell.cell_class != CellClass::kRegular && stencils.are_worth_it(cell, {})) return c;
+  }
+  throw std::logic_error("all neighbourhoods are rare");
+}
+
 // Position and one channel come together, then four channels at a time.
 TEST(CellBlock, SamplesManyChannels) {
   const std::vector<std::uint32_t> channels = {1, 0, 0, 1, 1, 0, 1, 0, 0, 1};
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
-  ASSERT_GE(solid->channel_count(), 2u);
-  for (const ParamBox& box : {ParamBox{}, ParamBox{Vec3(0.5, 0.5, 0.5), Vec3(0.75, 1, 0.5625)}}) {
-    for (std::size_t count = 0; count <= channels.size(); ++count) {
-      LimitEvaluator evaluator(*solid), other(*solid);
-      CellBlock block;
-      CellBlockSampler(evaluator, {channels.begin(), channels.begin() + static_cast<std::ptrdiff_t>(count)})
-          .sample(0, box, block);
-      ASSERT_EQ(block.values.size(), count);
-      std::vector<double> values(solid->channel_count());
-      for (std::size_t node = 0; node < kNodes; ++node) {
-        const Vec3 position = other.geo_and_mat({0, parameter(box, node)}, values);
-        EXPECT_NEAR(at(block.position[2], block_slot(node)), position.z(), 1e-11);
-        for (std::size_t c = 0; c < count; ++c) {
-          EXPECT_NEAR(at(block.values[c], block_slot(node)), values[channels[c]], 1e-12);
+  const auto rare = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
+  const auto frequent = LimitSolid::prepare(oracle::tiny_mesh("plate_4x4x1"));
+  for (const auto& [solid, cell] : {std::pair(rare, 0u), std::pair(frequent, frequent_cell(*frequent))}) {
+    ASSERT_GE(solid->channel_count(), 2u);
+    for (const ParamBox& box : {ParamBox{}, ParamBox{Vec3(0.5, 0.5, 0.5), Vec3(0.75, 1, 0.5625)}}) {
+      for (std::size_t count = 0; count <= channels.size(); ++count) {
+        LimitEvaluator evaluator(*solid), other(*solid);
+        CellBlock block;
+        CellBlockSampler(evaluator, {channels.begin(), channels.begin() + static_cast<std::ptrdiff_t>(count)})
+            .sample(cell, box, block);
+        ASSERT_EQ(block.values.size(), count);
+        std::vector<double> values(solid->channel_count());
+        for (std::size_t node = 0; node < kNodes; ++node) {
+          const Vec3 position = other.geo_and_mat({cell, parameter(box, node)}, values);
+          EXPECT_NEAR(at(block.position[2], block_slot(node)), position.z(), 1e-11);
+          for (std::size_t c = 0; c < count; ++c) {
+            EXPECT_NEAR(at(block.values[c], block_slot(node)), values[channels[c]], 1e-12);
+          }
         }
       }
     }
