@@ -41,6 +41,13 @@ class WeightTable {
     for (std::size_t n = 0; n < width(); ++n) target[n] = a[n] * b[n];
   }
 
+  /// The same weights at each of these places.
+  void set_columns(const Range& places, const std::vector<double>& weights) {
+    for (std::size_t p = 0; p < weights.size(); ++p) {
+      for (std::size_t n = places.begin; n < places.end; ++n) at(p, n) = weights[p];
+    }
+  }
+
   /// What points weigh by way of the points that stencils make of them. REQUIRES: the places of `made` are among ours.
   void add_by_way_of(const Stencils& stencils, std::uint32_t first_row, const WeightTable& made, std::size_t count) {
     for (std::size_t r = 0; r < count; ++r) {
@@ -124,12 +131,9 @@ class StencilWalk {
 
   /// REQUIRES: a vertex cell's places.
   WeightTable of_vertex_ring(std::uint32_t op, const Range& range) const {
-    const Range at_vertex = prefix(range, [](const PatchPlace& at) { return at.at_vertex; });
     WeightTable table = below_vertex(op, 0, range);
-    const VertexOperator& ring = data_.operators.vertices()[op];
-    for (std::size_t n = at_vertex.begin; n < at_vertex.end; ++n) {
-      for (std::size_t p = 0; p < ring.points; ++p) table.at(p, n) = ring.limit[p];
-    }
+    table.set_columns(prefix(range, [](const PatchPlace& at) { return at.at_vertex; }),
+                      data_.operators.vertices()[op].limit);
     return table;
   }
 
@@ -176,11 +180,8 @@ class StencilWalk {
   /// One layer of a line (sub-)cell.
   WeightTable of_planar_ring(std::uint32_t op, const Range& range) const {
     WeightTable table = below_line(op, 0, range);
-    const PlanarOperator& ring = data_.operators.lines()[op];
-    const Range at_line = prefix(range, [](const PatchPlace& at) { return at.at_line; });
-    for (std::size_t n = at_line.begin; n < at_line.end; ++n) {
-      for (std::size_t p = 0; p < ring.points; ++p) table.at(p, n) = ring.limit[p];
-    }
+    table.set_columns(prefix(range, [](const PatchPlace& at) { return at.at_line; }),
+                      data_.operators.lines()[op].limit);
     return table;
   }
 
