@@ -20,7 +20,6 @@ struct Range {
 /// Weights of points, row by row, at places: column n is the n-th place in the order of patches.
 class WeightTable {
  public:
-  WeightTable() = default;
   WeightTable(std::size_t points, const Range& places) : places_(places), rows_(points * width(), 0.0) {}
 
   double* row(std::size_t point) { return rows_.data() + point * width(); }
