@@ -54,14 +54,14 @@ std::vector<SlotsInFrame> slots_in_all_frames(BlockPlaces places) {
   const std::array<BlockValues, 3>& shares = block_shares(places);
   std::vector<std::uint8_t> slot_of((kShareSteps + 1) * (kShareSteps + 1) * (kShareSteps + 1));
   for (std::size_t slot = slots_at(places); slot-- > 0;) {
-    slot_of[number_of(share_at_slot(shares, slot))] = static_cast<std::uint8_t>(slot);
+    slot_of[number_of(at_slot(shares, slot))] = static_cast<std::uint8_t>(slot);
   }
   std::vector<SlotsInFrame> result(std::size_t{9} * 8);
   for (const auto& axis : kAxes) {
     for (std::uint8_t origin = 0; origin < 8; ++origin) {
       const Frame frame{axis, origin};
       for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
-        result[number_of(frame)][slot] = slot_of[number_of(frame.to_framed(share_at_slot(shares, slot)))];
+        result[number_of(frame)][slot] = slot_of[number_of(frame.to_framed(at_slot(shares, slot)))];
       }
     }
   }

@@ -50,9 +50,10 @@ constexpr std::size_t slots_at(BlockPlaces places) {
 /// The places' parameters as shares of their box, by axis.
 const std::array<BlockValues, 3>& block_shares(BlockPlaces places = BlockPlaces::kNodes);
 
-inline Vec3 share_at_slot(const std::array<BlockValues, 3>& shares, std::size_t slot) {
+/// Of three numbers at every slot, those at one.
+inline Vec3 at_slot(const std::array<BlockValues, 3>& values, std::size_t slot) noexcept {
   const std::size_t group = slot / kLanes, lane = slot % kLanes;
-  return {shares[0][group][lane], shares[1][group][lane], shares[2][group][lane]};
+  return {values[0][group][lane], values[1][group][lane], values[2][group][lane]};
 }
 
 /// By slot of a cell's block, that of the same place where axes are those of the cell's frame.

@@ -33,7 +33,7 @@ const LimitStencils& BlockStencils::at(const LimitCell& cell, const ParamBox& bo
   if (known != stencils_.end()) return known->second;
   std::vector<Vec3> framed;
   for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
-    framed.push_back(low + share_at_slot(block_shares(places), slot).cwiseProduct(size));
+    framed.push_back(low + at_slot(block_shares(places), slot).cwiseProduct(size));
   }
   LimitStencils stencils(data_, cell, framed);
   bytes_ += stencils.memory_bytes();

@@ -223,7 +223,7 @@ void CellBlockSampler::sample_patches(std::uint32_t cell, std::size_t slots, Cel
   std::size_t wanted = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) {
     if (known_[slot]) continue;
-    places_[slot] = find_patch(data, data.cells[cell], parameter(slot));
+    places_[slot] = find_patch(data, data.cells[cell], at_slot(parameters_, slot));
     order_[wanted++] = {order_of(places_[slot]), slot};
   }
   std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(wanted));
@@ -294,14 +294,9 @@ void CellBlockSampler::sample_slots(const Patch& patch, const std::array<std::si
 
 void CellBlockSampler::sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept {
   const std::size_t group = slot / kLanes, lane = slot % kLanes;
-  const Vec3 position = evaluator_->geo_and_mat({cell, parameter(slot)}, values_);
+  const Vec3 position = evaluator_->geo_and_mat({cell, at_slot(parameters_, slot)}, values_);
   for (int a = 0; a < 3; ++a) block.position[static_cast<std::size_t>(a)][group][lane] = position[a];
   for (std::size_t c = 0; c < channels_.size(); ++c) block.values[c][group][lane] = values_[channels_[c]];
-}
-
-Vec3 CellBlockSampler::parameter(std::size_t slot) const noexcept {
-  const std::size_t group = slot / kLanes, lane = slot % kLanes;
-  return {parameters_[0][group][lane], parameters_[1][group][lane], parameters_[2][group][lane]};
 }
 
 }  // namespace ccslice

@@ -62,7 +62,6 @@ class CellBlockSampler {
   void sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept;
   void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
   void sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept;
-  Vec3 parameter(std::size_t slot) const noexcept;
 
   LimitEvaluator* evaluator_;
   const std::vector<std::uint32_t> channels_;

@@ -42,8 +42,8 @@ using CubicPolynomial = std::array<double, kCubicTerms>;
 struct CubicInLayer {
   std::array<double, 4> of_one;
   std::array<double, 3> of_x;
-  std::array<double, 2> of_xx;
-  double of_xxx;
+  std::array<double, 2> of_x_squared;
+  double of_x_cubed;
 };
 CubicInLayer in_layer(const CubicPolynomial& polynomial, double z) noexcept;
 

@@ -99,8 +99,7 @@ void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& fr
 
 /// Of the block's, the first ones that aren't below.
 Lanes BlockRaster::first_rows(Lanes y) const {
-  const double low = first_row_, high = end_row_;
-  const Lanes least = Lanes{} + low, most = Lanes{} + high;
+  const Lanes least = Lanes{} + static_cast<double>(first_row_), most = Lanes{} + static_cast<double>(end_row_);
   y = y < least ? least : y;
   return round_up(most < y ? most : y);
 }

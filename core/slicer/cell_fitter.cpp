@@ -89,10 +89,7 @@ void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::
 void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
   sampler_.sample(cell, box, block_);
   place_groups(kBlockGroups);
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    const std::size_t slot = block_slot(n), group = slot / kLanes, lane = slot % kLanes;
-    points_[n] = {places_[0][group][lane], places_[1][group][lane], places_[2][group][lane]};
-  }
+  for (std::size_t n = 0; n < points_.size(); ++n) points_[n] = at_slot(places_, block_slot(n));
 }
 
 /// The positions of the first groups of block_, in voxels.

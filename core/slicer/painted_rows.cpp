@@ -188,7 +188,6 @@ void PaintedRows::paint(const PieceRun& run, float after) {
 }
 
 void PaintedRows::paint_all(const PieceRun& run, float after) {
-  if (run.begin >= run.end) return;
   if (painted_before(run.begin) != nullptr && painted_.back().piece == run.piece) {
     painted_.back().end = run.end;
   } else {

@@ -30,7 +30,7 @@ TEST(BlockSlots, KnowThemselvesInEveryFrame) {
         const Frame frame = frame_at(corner, along);
         const SlotsInFrame& slots = slots_in_frame(frame, places);
         for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
-          EXPECT_EQ(share_at_slot(shares, slots[slot]), frame.to_framed(share_at_slot(shares, slot)));
+          EXPECT_EQ(at_slot(shares, slots[slot]), frame.to_framed(at_slot(shares, slot)));
         }
       }
     }

@@ -85,16 +85,16 @@ TEST(CellBlock, SamplesByStencilsToo) {
       for (std::size_t node = 0; node < kNodes; ++node) {
         const Vec3 position = other.geo_and_mat({cell, parameter(box, node)}, expected);
         const std::size_t slot = block_slot(node);
-        const Vec3 found(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+        const Vec3 found = at_slot(block.position, slot);
         ASSERT_LT((found - position).norm(), 1e-10) << "cell " << cell << " node " << node;
         for (const BlockValues& values : block.values) ASSERT_NEAR(at(values, slot), expected[0], 1e-11);
       }
       sampler.sample_between_nodes(cell, box, block);
       for (std::size_t slot = 0; slot < kGroupsBetweenNodes * kLanes; ++slot) {
-        const Vec3 share = share_at_slot(block_shares(BlockPlaces::kBetweenNodes), slot);
+        const Vec3 share = at_slot(block_shares(BlockPlaces::kBetweenNodes), slot);
         const Vec3 uvw = box.low + share.cwiseProduct(box.high - box.low);
         const Vec3 position = other.geo_and_mat({cell, uvw}, expected);
-        const Vec3 found(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+        const Vec3 found = at_slot(block.position, slot);
         ASSERT_LT((found - position).norm(), 1e-10) << "cell " << cell << " slot " << slot;
         for (const BlockValues& values : block.values) ASSERT_NEAR(at(values, slot), expected[0], 1e-11);
       }
@@ -208,7 +208,7 @@ TEST(CellBlock, SamplesEdgesBetweenNodes) {
         bool found = false;
         for (std::size_t k = 0; k < 2 * kLanes; ++k) {
           const std::size_t slot = 2 * kLanes * static_cast<std::size_t>(axis) + k;
-          const Vec3 sampled(at(block.position[0], slot), at(block.position[1], slot), at(block.position[2], slot));
+          const Vec3 sampled = at_slot(block.position, slot);
           if ((sampled - position).norm() > 1e-11) continue;
           found = true;
           EXPECT_NEAR(at(block.values[0], slot), channels[0], 1e-12);
