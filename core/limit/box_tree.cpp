@@ -4,51 +4,87 @@
 #include "core/limit/box_tree.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace ccslice {
 
-namespace {
-constexpr std::uint32_t kLeafItems = 4;
+class BoxTree::Builder {
+ public:
+  Builder(BoxTree& tree, std::span<const Box3> boxes, const CancellationToken& cancel)
+      : tree_(tree), boxes_(boxes), cancel_(cancel), items_(boxes.size()) {
+    std::iota(items_.begin(), items_.end(), 0u);
+    tree_.branches_.resize(boxes.size());
+    tree_.nodes_.reserve(boxes.size() / 3 + 1);
+  }
+
+  void run() { add_node(items_); }
+
+ private:
+  /// Of full branches and one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
+  std::uint32_t add_node(std::span<std::uint32_t> items) {
+    cancel_.throw_if_cancelled();
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const auto index = static_cast<std::uint32_t>(tree_.nodes_.size());
+    Node& node = tree_.nodes_.emplace_back();
+    node.min.fill(Lanes{kInfinity, kInfinity, kInfinity, kInfinity});
+    node.max.fill(Lanes{-kInfinity, -kInfinity, -kInfinity, -kInfinity});
+    std::size_t most = 1;  // Items of a branch.
+    while (most * kLanes < items.size()) most *= kLanes;
+    std::size_t branches = 0;
+    add_branches(items, most, index, branches);
+    return index;
+  }
+
+  /// Cuts along the longest extent of the boxes' middles.
+  void add_branches(std::span<std::uint32_t> items, std::size_t most, std::uint32_t node, std::size_t& branch) {
+    if (items.size() <= most) return add_branch(items, node, branch++);
+    Box3 centres;
+    for (const std::uint32_t item : items) centres.extend(boxes_[item].center());
+    Eigen::Index axis = 0;
+    centres.sizes().maxCoeff(&axis);
+    const std::size_t first = items.size() > 2 * most ? 2 * most : most;
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(first), items.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       const double ca = boxes_[a].center()[axis], cb = boxes_[b].center()[axis];
+                       return ca != cb ? ca < cb : a < b;
+                     });
+    add_branches(items.first(first), most, node, branch);
+    add_branches(items.subspan(first), most, node, branch);
+  }
+
+  void add_branch(std::span<std::uint32_t> items, std::uint32_t node, std::size_t branch) {
+    Box3 box;
+    for (const std::uint32_t item : items) box.extend(boxes_[item]);
+    for (std::size_t a = 0; a < 3; ++a) {
+      tree_.nodes_[node].min[a][branch] = box.min()[static_cast<Eigen::Index>(a)];
+      tree_.nodes_[node].max[a][branch] = box.max()[static_cast<Eigen::Index>(a)];
+    }
+    if (items.size() == 1) {
+      tree_.branches_[items.front()] = static_cast<std::uint32_t>(node * kLanes + branch);
+      tree_.nodes_[node].branches[branch] = kItem | items.front();
+    } else {
+      const std::uint32_t below = add_node(items);
+      tree_.nodes_[node].branches[branch] = below;
+    }
+  }
+
+  BoxTree& tree_;
+  const std::span<const Box3> boxes_;
+  const CancellationToken& cancel_;
+  std::vector<std::uint32_t> items_;
+};
+
+BoxTree::BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel) {
+  if (boxes.empty()) return;
+  Builder(*this, boxes, cancel).run();
 }
 
-BoxTree::BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel)
-    : boxes_(boxes.begin(), boxes.end()), items_(boxes.size()) {
-  if (boxes_.empty()) return;
-  std::iota(items_.begin(), items_.end(), 0u);
-  nodes_.reserve(boxes_.size());
-  nodes_.emplace_back();
-  split(0, 0, static_cast<std::uint32_t>(items_.size()), cancel);
-}
-
-void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count, const CancellationToken& cancel) {
-  cancel.throw_if_cancelled();
-  Box3 box, centres;
-  for (std::uint32_t i = first; i < first + count; ++i) {
-    box.extend(boxes_[items_[i]]);
-    centres.extend(boxes_[items_[i]].center());
-  }
-  nodes_[node].box = box;
-  if (count <= kLeafItems) {
-    nodes_[node].first = first;
-    nodes_[node].count = count;
-    return;
-  }
-  // Median split along the longest extent of the centres: the depth is logarithmic, whatever the boxes.
-  Eigen::Index axis = 0;
-  centres.sizes().maxCoeff(&axis);
-  const auto begin = items_.begin() + first;
-  const std::uint32_t half = count / 2;
-  std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-    const double ca = boxes_[a].center()[axis], cb = boxes_[b].center()[axis];
-    return ca != cb ? ca < cb : a < b;
-  });
-  const auto children = static_cast<std::uint32_t>(nodes_.size());
-  nodes_[node].first = children;
-  nodes_.emplace_back();
-  nodes_.emplace_back();
-  split(children, first, half, cancel);
-  split(children + 1, first + half, count - half, cancel);
+Box3 BoxTree::box(std::uint32_t item) const {
+  const Node& node = nodes_[branches_[item] / kLanes];
+  const std::size_t b = branches_[item] % kLanes;
+  return Box3(Vec3(node.min[0][b], node.min[1][b], node.min[2][b]),
+              Vec3(node.max[0][b], node.max[1][b], node.max[2][b]));
 }
 
 }  // namespace ccslice

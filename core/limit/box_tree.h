@@ -1,16 +1,19 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A bounding volume hierarchy over axis-aligned boxes: which items may hold a point.
+// A bounding volume hierarchy over axis-aligned boxes: which items may hold a point. Each node has up to four branches,
+// whose boxes are compared at once.
 
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/base/lanes.h"
 #include "core/base/types.h"
 
 namespace ccslice {
@@ -18,66 +21,76 @@ namespace ccslice {
 class BoxTree {
  public:
   BoxTree() = default;
-  /// Throws Error{kCancelled}.
+  /// Throws Error{kCancelled}. REQUIRES: fewer than 2^29 boxes.
   explicit BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel = {});
 
-  std::size_t size() const { return boxes_.size(); }
-  const Box3& box(std::uint32_t item) const { return boxes_[item]; }
-  std::size_t memory_bytes() const {
-    return boxes_.size() * sizeof(Box3) + nodes_.size() * sizeof(Node) + items_.size() * 4;
-  }
+  std::size_t size() const { return branches_.size(); }
+  Box3 box(std::uint32_t item) const;
+  std::size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + branches_.size() * sizeof(std::uint32_t); }
 
   /// Calls visit(item) for every item whose box, grown by `margin`, holds the point. No order. Allocation-free.
   template <typename Visit>
   void visit_at(const Vec3& point, double margin, Visit visit) const noexcept {
-    any([&](const Box3& box) { return holds(box, point, margin); },
+    any([&](const Node& node) { return holding(node, point, margin); },
         [&](std::uint32_t item) { return visit(item), false; });
   }
 
   /// True if the box of any item, grown by `margin`, holds the point.
   bool any_at(const Vec3& point, double margin) const noexcept {
-    return any([&](const Box3& box) { return holds(box, point, margin); }, [](std::uint32_t) { return true; });
+    return any([&](const Node& node) { return holding(node, point, margin); }, [](std::uint32_t) { return true; });
   }
 
   /// True if accept(item) is, for any item whose box meets the given one. Stops there.
   template <typename Accept>
   bool any_meeting(const Box3& other, Accept accept) const noexcept {
-    return any([&](const Box3& box) { return box.intersects(other); }, accept);
+    return any([&](const Node& node) { return meeting(node, other); }, accept);
   }
 
  private:
-  template <typename Meets, typename Accept>
-  bool any(Meets meets, Accept accept) const noexcept {
+  static constexpr std::uint32_t kItem = 1u << 31;  // Of a branch: not another node.
+
+  struct Node {
+    std::array<Lanes, 3> min, max;  // By axis, a lane a branch. Where there is none: +infinity, -infinity.
+    std::array<std::uint32_t, kLanes> branches{};
+  };
+
+  template <typename Matching, typename Accept>
+  bool any(Matching matching, Accept accept) const noexcept {
     if (nodes_.empty()) return false;
     std::array<std::uint32_t, 64> stack;
     std::size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
       const Node& node = nodes_[stack[--depth]];
-      if (!meets(node.box)) continue;
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        if (meets(boxes_[items_[i]]) && accept(items_[i])) return true;
+      for (unsigned left = matching(node); left != 0; left &= left - 1) {
+        const std::uint32_t branch = node.branches[static_cast<std::size_t>(std::countr_zero(left))];
+        if (!(branch & kItem)) {
+          stack[depth++] = branch;
+        } else if (accept(branch & ~kItem)) {
+          return true;
+        }
       }
-      if (node.count > 0) continue;
-      stack[depth++] = node.first;
-      stack[depth++] = node.first + 1;
     }
     return false;
   }
 
-  struct Node {
-    Box3 box;
-    std::uint32_t first = 0;  // First item if a leaf, else the first of two children.
-    std::uint32_t count = 0;  // Items of a leaf; 0 for inner nodes.
-  };
-  static bool holds(const Box3& box, const Vec3& p, double margin) noexcept {
-    return ((box.min().array() - margin) <= p.array()).all() && (p.array() <= (box.max().array() + margin)).all();
+  /// Bit b: branch b's box, grown by `margin`, holds the point.
+  static unsigned holding(const Node& node, const Vec3& p, double margin) noexcept {
+    return lanes_of((node.min[0] - margin <= p.x()) & (p.x() <= node.max[0] + margin) &
+                    (node.min[1] - margin <= p.y()) & (p.y() <= node.max[1] + margin) &
+                    (node.min[2] - margin <= p.z()) & (p.z() <= node.max[2] + margin));
   }
-  void split(std::uint32_t node, std::uint32_t first, std::uint32_t count, const CancellationToken& cancel);
+  /// Bit b: branch b's box meets the other one.
+  static unsigned meeting(const Node& node, const Box3& other) noexcept {
+    return lanes_of((node.min[0] <= other.max().x()) & (other.min().x() <= node.max[0]) &
+                    (node.min[1] <= other.max().y()) & (other.min().y() <= node.max[1]) &
+                    (node.min[2] <= other.max().z()) & (other.min().z() <= node.max[2]));
+  }
 
-  std::vector<Box3> boxes_;
-  std::vector<std::uint32_t> items_;
+  class Builder;
+
   std::vector<Node> nodes_;
+  std::vector<std::uint32_t> branches_;  // By item: its own, numbered through all nodes.
 };
 
 }  // namespace ccslice

@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 #include <set>
+#include <vector>
 
 namespace ccslice {
 namespace {
@@ -16,26 +18,54 @@ TEST(BoxTree, FindsNothingWhenEmpty) {
   BoxTree(std::span<const Box3>()).visit_at(Vec3::Zero(), 1, [](std::uint32_t) { FAIL(); });
 }
 
-TEST(BoxTree, FindsWhatALinearScanFinds) {
-  std::mt19937 random(7);
+std::vector<Box3> random_boxes(std::size_t count, std::mt19937& random) {
   std::uniform_real_distribution<double> place(0, 10), size(0, 2);
   std::vector<Box3> boxes;
-  for (int i = 0; i < 500; ++i) {
+  while (boxes.size() < count) {
     const Vec3 low(place(random), place(random), place(random));
     boxes.emplace_back(low, low + Vec3(size(random), size(random), size(random)));
   }
-  const BoxTree tree(boxes);
-  for (int i = 0; i < 500; ++i) {
-    const Vec3 point(place(random), place(random), place(random));
-    const double margin = i % 3 * 0.1;
-    std::multiset<std::uint32_t> expected, found;
-    for (std::uint32_t b = 0; b < boxes.size(); ++b) {
-      const Box3 grown(boxes[b].min().array() - margin, boxes[b].max().array() + margin);
-      if (grown.contains(point)) expected.insert(b);
+  return boxes;
+}
+
+// Full nodes, nodes with one branch left, one level and several.
+constexpr std::array<std::size_t, 11> kSizes = {1, 2, 3, 4, 5, 15, 16, 17, 64, 65, 500};
+
+TEST(BoxTree, FindsWhatALinearScanFinds) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(0, 10), size(0, 1);
+  for (const std::size_t count : kSizes) {
+    const std::vector<Box3> boxes = random_boxes(count, random);
+    const BoxTree tree(boxes);
+    for (int i = 0; i < 500; ++i) {
+      const Vec3 point(place(random), place(random), place(random));
+      const double margin = i % 3 * 0.1;
+      const Box3 other(point, point + Vec3(size(random), size(random), size(random)));
+      std::multiset<std::uint32_t> expected, found, expected_meeting, meeting;
+      for (std::uint32_t b = 0; b < boxes.size(); ++b) {
+        const Box3 grown(boxes[b].min().array() - margin, boxes[b].max().array() + margin);
+        if (grown.contains(point)) expected.insert(b);
+        if (boxes[b].intersects(other)) expected_meeting.insert(b);
+      }
+      tree.visit_at(point, margin, [&](std::uint32_t item) { found.insert(item); });
+      EXPECT_EQ(found, expected);
+      EXPECT_EQ(tree.any_at(point, margin), !expected.empty());
+      EXPECT_FALSE(tree.any_meeting(other, [&](std::uint32_t item) { return meeting.insert(item), false; }));
+      EXPECT_EQ(meeting, expected_meeting);
     }
-    tree.visit_at(point, margin, [&](std::uint32_t item) { found.insert(item); });
-    EXPECT_EQ(found, expected);
-    EXPECT_EQ(tree.any_at(point, margin), !expected.empty());
+  }
+}
+
+TEST(BoxTree, KnowsTheBoxOfEachItem) {
+  std::mt19937 random(8);
+  for (const std::size_t count : kSizes) {
+    const std::vector<Box3> boxes = random_boxes(count, random);
+    const BoxTree tree(boxes);
+    ASSERT_EQ(tree.size(), count);
+    for (std::uint32_t b = 0; b < count; ++b) {
+      EXPECT_EQ(tree.box(b).min(), boxes[b].min());
+      EXPECT_EQ(tree.box(b).max(), boxes[b].max());
+    }
   }
 }
 
