@@ -36,7 +36,7 @@ ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, 
   intervals_.reserve(face_count);
   for (std::uint32_t face = 0; face < face_count; ++face) {
     poll();
-    const Box3 box = surface.hull_box(face);
+    const Box3& box = surface.hull_box(face);
     const double middle = direction.dot(box.center()) + offset;
     const double half = 0.5 * direction.cwiseAbs().dot(box.sizes());
     const double room = lift_mm() + 2 * margin_mm();

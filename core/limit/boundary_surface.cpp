@@ -46,14 +46,7 @@ BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
   return net;
 }
 
-Box3 BoundarySurface::hull_box(std::uint32_t face) const noexcept {
-  const auto& data = solid_->data();
-  Box3 box;
-  for (const std::uint32_t p : data.ring(data.face_rings[face])) {
-    if (p != kNone) box.extend(data.position(p));
-  }
-  return box;
-}
+const Box3& BoundarySurface::hull_box(std::uint32_t face) const noexcept { return solid_->data().face_hulls[face]; }
 
 void BoundarySurface::irregular_corner(std::uint32_t face, IrregularCorner& corner) const {
   const auto& data = solid_->data();

@@ -78,7 +78,7 @@ class BoundarySurface {
   /// REQUIRES: faces()[face].regular.
   BezierPatch regular_patch(std::uint32_t face) const noexcept;
   /// Control points whose convex hull holds the face's surface: their box.
-  Box3 hull_box(std::uint32_t face) const noexcept;
+  const Box3& hull_box(std::uint32_t face) const noexcept;
   /// REQUIRES: !faces()[face].regular. Writes the whole face (level 0). Reuses the memory of `corner`.
   void irregular_corner(std::uint32_t face, IrregularCorner& corner) const;
   /// Splits off the three regular patches of the next level, over the boxes (in units of 2^-(level+1)) at (1,0), (0,1)

@@ -305,6 +305,11 @@ void Builder::add_boundary_faces(std::size_t level, std::uint32_t cell) {
     data_.faces.push_back(record);
     data_.face_rings.push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring),
                                 add_ring(at, ring.points), static_cast<std::uint32_t>(ring.points.size())});
+    Box3 hull;
+    for (const std::uint32_t p : data_.ring(data_.face_rings.back())) {
+      if (p != kNone) hull.extend(data_.position(p));
+    }
+    data_.face_hulls.push_back(hull);
   }
 }
 

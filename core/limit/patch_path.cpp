@@ -110,11 +110,13 @@ PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
 }
 
 void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) const noexcept {
+  const std::size_t count = std::min(dimension_, data_.dimension);
   for (const std::uint32_t id : ring) {
     if (id == kNone) {
       std::fill(out, out + dimension_, 0.0);
     } else {
-      std::copy_n(data_.point(id), std::min(dimension_, data_.dimension), out);
+      const double* point = data_.point(id);  // A few numbers: a call to copy them would take longer than they do.
+      for (std::size_t d = 0; d < count; ++d) out[d] = point[d];
     }
     out += dimension_;
   }

@@ -13,9 +13,9 @@
 namespace ccslice {
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
-/// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings and the counts
-/// of the summary. Throws Error{kMeshTooLarge} if operators or rings outgrow the limits, Error{kCancelled}, and what
-/// options.reserve does.
+/// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
+/// the counts of the summary. Throws Error{kMeshTooLarge} if operators or rings outgrow the limits, Error{kCancelled},
+/// and what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps, middle_channels and volumes.

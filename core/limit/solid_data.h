@@ -69,6 +69,7 @@ struct LimitSolid::Data {
   OperatorTable operators;
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
+  std::vector<Box3> face_hulls;  // Boxes of the rings' points.
   std::vector<CellMap> cell_maps;
   std::vector<double> middle_channels;  // mat(1/2, 1/2, 1/2) by cell, then by channel.
   CellVolumes regular_volumes, irregular_volumes;

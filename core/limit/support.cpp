@@ -58,13 +58,14 @@ class Search {
   Search(const BoundarySurface& surface, const Vec3& direction, const CancellationToken& cancel)
       : surface_(surface), direction_(direction), poll_(cancel) {}
 
-  /// `hulls`: of each face. Few faces are looked at, those of the largest bounds, so they are not sorted.
-  double run(const std::vector<Box3>& hulls) {
+  /// Few faces are looked at, those of the largest bounds, so they are not sorted.
+  double run() {
     std::vector<BoundedFace> faces;
-    faces.reserve(hulls.size());
+    faces.reserve(surface_.faces().size());
     double lowest = std::numeric_limits<double>::infinity();
-    for (std::uint32_t f = 0; f < hulls.size(); ++f) {
-      const Box3& box = hulls[f];
+    for (std::uint32_t f = 0; f < surface_.faces().size(); ++f) {
+      poll_();
+      const Box3& box = surface_.hull_box(f);
       faces.push_back({direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f});
       lowest = std::min(lowest, direction_.cwiseMin(0).dot(box.max()) + direction_.cwiseMax(0).dot(box.min()));
     }
@@ -123,16 +124,10 @@ class Search {
 
 std::vector<double> support(const BoundarySurface& surface, std::span<const Vec3> directions,
                             const CancellationToken& cancel) {
-  PeriodicPoll poll(cancel);
-  std::vector<Box3> hulls(surface.faces().size());
-  for (std::uint32_t f = 0; f < hulls.size(); ++f) {
-    poll();
-    hulls[f] = surface.hull_box(f);
-  }
   std::vector<double> values;
   for (const Vec3& direction : directions) {
     cancel.throw_if_cancelled();
-    values.push_back(Search(surface, direction, cancel).run(hulls));
+    values.push_back(Search(surface, direction, cancel).run());
   }
   return values;
 }

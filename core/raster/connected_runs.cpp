@@ -16,14 +16,19 @@ std::uint32_t ConnectedRuns::root(std::uint32_t run) noexcept {
 
 /// Joins runs with those `layer_step` layers and `row_step` rows before: one sweep over both.
 void ConnectedRuns::connect_rows(std::span<const VoxelRun> runs, std::uint32_t layer_step, std::uint32_t row_step) {
+  const auto place_of = [](std::uint32_t layer, std::uint32_t row) { return std::uint64_t{layer} << 32 | row; };
   std::uint32_t before = 0;
+  std::uint64_t place_before = 0;  // Of `before`.
+  if (!runs.empty()) place_before = place_of(runs[0].layer, runs[0].row);
   for (std::uint32_t r = 0; r < runs.size(); ++r) {
     const VoxelRun& run = runs[r];
     if (run.layer < layer_step || run.row < row_step) continue;
-    const std::pair target{run.layer - layer_step, run.row - row_step};
-    const auto row_of = [&](std::uint32_t k) { return std::pair{runs[k].layer, runs[k].row}; };
-    while (row_of(before) < target || (row_of(before) == target && runs[before].end <= run.begin)) ++before;
-    for (std::uint32_t k = before; row_of(k) == target && runs[k].begin < run.end; ++k) {
+    const std::uint64_t target = place_of(run.layer - layer_step, run.row - row_step);
+    while (place_before < target || (place_before == target && runs[before].end <= run.begin)) {
+      ++before;
+      place_before = place_of(runs[before].layer, runs[before].row);
+    }
+    for (std::uint32_t k = before; place_of(runs[k].layer, runs[k].row) == target && runs[k].begin < run.end; ++k) {
       const std::uint32_t a = root(k), b = root(r);
       parents_[std::max(a, b)] = std::min(a, b);
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/lanes.h"
 #include "core/slicer/material_tiles.h"
 
 namespace ccslice {
@@ -21,6 +22,14 @@ constexpr std::size_t kCandidates = 92;      // From which they are chosen: spre
 constexpr double kMostLeverage = 2;          // Of voxels that are not samples: beyond, a fit guesses.
 constexpr std::size_t kMostParts = 8;        // Connected parts of a node.
 constexpr double kGoldenRatio = 0.6180339887498949;
+
+/// A tile's diagonals and axes, by coordinate, four at a time, and two that lead nowhere: what a run's first and last
+/// voxel count.
+constexpr std::size_t kDirections = 14, kDirectionLanes = 4;
+constexpr std::array<Lanes, kDirectionLanes> kAlongFirst{{{-1, 0, -1, 0}, {-1, 0, -1, 0}, {-1, 0, 0, 0}, {}}};
+constexpr std::array<Lanes, kDirectionLanes> kAlongLast{{{0, 1, 0, 1}, {0, 1, 0, 1}, {0, 1, 0, 0}, {}}};
+constexpr std::array<Lanes, kDirectionLanes> kAlongRows{{{-1, -1, 1, 1}, {-1, -1, 1, 1}, {0, 0, -1, 1}, {}}};
+constexpr std::array<Lanes, kDirectionLanes> kAlongLayers{{{-1, -1, -1, -1}, {1, 1, 1, 1}, {}, {-1, 1, 0, 0}}};
 
 }  // namespace
 
@@ -130,38 +139,27 @@ void MaterialTiles::add_feature_candidates(const VoxelBox& box) {
 
 /// The voxels that lie farthest along the tile's axes and diagonals.
 void MaterialTiles::add_corner_candidates(std::size_t first_run) {
-  constexpr std::size_t kDirections = 14;
-  static constexpr std::array<std::array<int, 3>, kDirections> kDirection = {{{-1, -1, -1},
-                                                                              {1, -1, -1},
-                                                                              {-1, 1, -1},
-                                                                              {1, 1, -1},
-                                                                              {-1, -1, 1},
-                                                                              {1, -1, 1},
-                                                                              {-1, 1, 1},
-                                                                              {1, 1, 1},
-                                                                              {-1, 0, 0},
-                                                                              {1, 0, 0},
-                                                                              {0, -1, 0},
-                                                                              {0, 1, 0},
-                                                                              {0, 0, -1},
-                                                                              {0, 0, 1}}};
-  std::array<double, kDirections> best;
-  best.fill(-std::numeric_limits<double>::infinity());
-  std::array<Voxel, kDirections> corner{};
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  std::array<Lanes, kDirectionLanes> best{}, best_run{};
+  best.fill(Lanes{kNone, kNone, kNone, kNone});
   const Vec3 scale = frame_.scale;
   for (std::size_t r = first_run; r < runs_.size(); ++r) {
     const Run& run = runs_[r];
+    const double first = run.begin * scale.x(), last = (run.end - 1) * scale.x();
     const double y = run.row * scale.y(), z = run.layer * scale.z();
-    for (std::size_t d = 0; d < kDirections; ++d) {
-      const auto& [along_x, along_y, along_z] = kDirection[d];
-      const std::uint32_t column = along_x > 0 ? run.end - 1 : run.begin;
-      const double score = along_x * (column * scale.x()) + along_y * y + along_z * z;
-      if (score <= best[d]) continue;
-      best[d] = score;
-      corner[d] = {column, run.row, run.layer};
+    const Lanes number = Lanes{} + static_cast<double>(r);
+    for (std::size_t d = 0; d < kDirectionLanes; ++d) {
+      const Lanes score = kAlongFirst[d] * first + kAlongLast[d] * last + kAlongRows[d] * y + kAlongLayers[d] * z;
+      const auto better = score > best[d];
+      best[d] = better ? score : best[d];
+      best_run[d] = better ? number : best_run[d];
     }
   }
-  for (const Voxel& voxel : corner) add_candidate(voxel);
+  for (std::size_t d = 0; d < kDirections; ++d) {
+    const std::size_t group = d / kLanes, lane = d % kLanes;
+    const Run& run = runs_[static_cast<std::size_t>(best_run[group][lane])];
+    add_candidate({kAlongLast[group][lane] > 0 ? run.end - 1 : run.begin, run.row, run.layer});
+  }
 }
 
 void MaterialTiles::add_spread_candidates(std::size_t first_run, std::uint64_t voxels) {

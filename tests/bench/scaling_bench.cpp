@@ -61,24 +61,33 @@ double ns_per_voxel(const StageCost& cost) {
 }
 
 void measure_cells(const Options& options, BarTable& table) {
-  std::vector<double> ns;
-  double voxels = 0;
+  std::vector<PrinterJob> jobs;
   for (int times = 0; times <= kMostRefinements; ++times) {
-    const PrinterJob job = make_printer_job("ring", refine_mesh(make_ring(), times));
-    const std::string cells = std::to_string(job.solid->cell_count()) + " cells";
-    const StageCost cost = slice_slabs(job, spread_slab_runs(job.job.grid, 1, options.slabs).front());
-    const auto now = static_cast<double>(cost.voxels);  // Contours may differ by their tolerance.
-    if (times > 0 && std::abs(now - voxels) > 1e-4 * voxels) throw std::runtime_error("refining changed the ring");
-    voxels = now;
-    ns.push_back(ns_per_voxel(cost));
-    table.note("ring of " + cells + ": contours, raster, materials", ns.back(), "ns/voxel");
-    if (times < kMostRefinements) continue;
-    const double count = job.solid->cell_count();
-    table.add("slicing, 262,144 cells against 512", ns.back() / ns.front(), "times", Bound::kAtMost, 1.5);
-    table.add("preparing, per regular cell", 1e-3 * job.prepare_ns / count, "us CPU", Bound::kAtMost, 5);
-    table.add("memory, per regular cell", static_cast<double>(job.solid->summary().memory_bytes) / 1024 / count, "KiB",
-              Bound::kAtMost, 1.5);
+    jobs.push_back(make_printer_job("ring", refine_mesh(make_ring(), times)));
   }
+  std::vector<std::vector<double>> ns(jobs.size());
+  std::vector<double> ratios;
+  for (int run = 0; run < options.runs; ++run) {
+    double voxels = 0;
+    for (std::size_t j = 0; j < jobs.size(); ++j) {
+      const StageCost cost = slice_slabs(jobs[j], spread_slab_runs(jobs[j].job.grid, 1, options.slabs).front());
+      const auto now = static_cast<double>(cost.voxels);  // Contours may differ by their tolerance.
+      if (j > 0 && std::abs(now - voxels) > 1e-4 * voxels) throw std::runtime_error("refining changed the ring");
+      voxels = now;
+      ns[j].push_back(ns_per_voxel(cost));
+    }
+    ratios.push_back(ns.back().back() / ns.front().back());
+  }
+  for (std::size_t j = 0; j < jobs.size(); ++j) {
+    const std::string cells = std::to_string(jobs[j].solid->cell_count()) + " cells";
+    table.note("ring of " + cells + ": contours, raster, materials", median(ns[j]), "ns/voxel");
+  }
+  const PrinterJob& largest = jobs.back();
+  const double count = largest.solid->cell_count();
+  table.add("slicing, 262,144 cells against 512", median(ratios), "times", Bound::kAtMost, 1.5);
+  table.add("preparing, per regular cell", 1e-3 * largest.prepare_ns / count, "us CPU", Bound::kAtMost, 5);
+  table.add("memory, per regular cell", static_cast<double>(largest.solid->summary().memory_bytes) / 1024 / count,
+            "KiB", Bound::kAtMost, 1.5);
   const PrinterJob grid = sample_printer_job("grid");
   table.add("preparing, per irregular cell (grid)", 1e-3 * grid.prepare_ns / grid.solid->cell_count(), "us CPU",
             Bound::kAtMost, 200);
