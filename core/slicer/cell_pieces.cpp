@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/prefetch.h"
 #include "core/limit/solid_data.h"
 #include "core/slicer/layer_slicer.h"
 
@@ -49,6 +50,7 @@ void CellPieces::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   window_of_layer_.assign(end_layer - first_layer, kNoWindow);
   pieces_.clear();
   polynomials_.clear();
+  beyonds_.clear();
   found_.clear();
   runs_.resize(end_layer - first_layer);
   for (std::vector<ScannedRun>& runs : runs_) runs.clear();
@@ -75,6 +77,7 @@ void CellPieces::start_window(std::uint32_t first_layer) {
   const std::size_t pieces = windows_.empty() ? 0 : windows_.back().end_piece;
   found_.resize(pieces);
   pieces_.resize(pieces);
+  beyonds_.resize(pieces == 0 ? 0 : pieces_.back().end_beyond);
   polynomials_.resize(pieces * channels_.size());
   std::uint32_t& end = window_.end_layer = first_layer;
   do {
@@ -88,12 +91,13 @@ const CellPieces::Window& CellPieces::window_of(const Vec3& voxel) const {
   return windows_[window_of_layer_[static_cast<std::uint32_t>(voxel.z()) - first_layer_]];
 }
 
-/// Those whose boxes meet the window, and whose pieces or holes may meet the rows, by id.
+/// Those whose boxes meet the window, and whose pieces or holes may meet the rows, by id. None that is small is needed.
 void CellPieces::collect_cells() {
   const BoxTree& boxes = solid_->data().cell_boxes;
   const Box3 slab(Vec3(-1, -1, window_.first_layer - 1.0),
                   Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(window_.end_layer)));
   cells_.clear();
+  if (all_are_small_) return;
   boxes.any_meeting(slab.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
     const Box3 voxels = boxes.box(cell).transformed(voxel_of_mesh_);
     if (voxels.intersects(slab) && meets_rows(voxels)) cells_.push_back(cell);
@@ -172,10 +176,15 @@ bool CellPieces::meets_window(const Box3& voxels) const {
 }
 
 void CellPieces::scan_pieces(const CancellationToken& cancel) {
-  for (const Found& found : std::span(found_).subspan(pieces_.size())) {
+  for (std::size_t f = pieces_.size(); f < found_.size(); ++f) {
     cancel.throw_if_cancelled();
+    const Found& found = found_[f];
+    if (f + 1 < found_.size()) prefetch(found_[f + 1].piece.get());
     const auto p = static_cast<std::uint32_t>(pieces_.size());
-    pieces_.push_back({found.piece->frame, found.piece->reach, !found.piece->beyond.empty()});
+    const auto first_beyond = static_cast<std::uint32_t>(beyonds_.size());
+    beyonds_.insert(beyonds_.end(), found.piece->beyond.begin(), found.piece->beyond.end());
+    pieces_.push_back(
+        {found.piece->frame, found.piece->reach, first_beyond, static_cast<std::uint32_t>(beyonds_.size())});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
     // Not beyond the part's place: what is there was looked for in the layers that it meets, no others.
@@ -240,17 +249,17 @@ bool CellPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) cons
 }
 
 bool CellPieces::none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const {
-  const CellPiece& found = *found_[piece].piece;
-  const Vec3 from = found.frame(first), to = found.frame(last);
-  return std::ranges::all_of(found.beyond, [&](const CubicPolynomial& beyond) {
+  const SlabPiece& slab_piece = pieces_[piece];
+  const Vec3 from = slab_piece.frame(first), to = slab_piece.frame(last);
+  return std::ranges::all_of(beyonds(slab_piece), [&](const CubicPolynomial& beyond) {
     return bound_along_row(along_row(beyond, from.y(), from.z()), from.x(), to.x()) <= 0;
   });
 }
 
 bool CellPieces::may_be_beyond(std::uint32_t piece, const Vec3& voxel) const {
-  const CellPiece& found = *found_[piece].piece;
-  return std::ranges::any_of(
-      found.beyond, [&](const CubicPolynomial& beyond) { return !(value_at(beyond, found.frame(voxel)) <= 0); });
+  const Vec3 at = pieces_[piece].frame(voxel);
+  return std::ranges::any_of(beyonds(pieces_[piece]),
+                             [&](const CubicPolynomial& beyond) { return !(value_at(beyond, at) <= 0); });
 }
 
 }  // namespace ccslice

@@ -37,10 +37,11 @@ struct ScannedRun : PieceRun {
 };
 
 /// Of a piece, what painting reads.
-struct SlabPiece {
+struct alignas(64) SlabPiece {
   TileFrame frame;
   double reach;
-  bool has_beyond;
+  std::uint32_t first_beyond, end_beyond;  // Polynomials of the slab that tell what is beyond the boundary.
+  bool has_beyond() const { return first_beyond < end_beyond; }
 };
 
 /// One thread.
@@ -102,6 +103,9 @@ class CellPieces {
     std::size_t end_piece = 0;
   };
 
+  std::span<const CubicPolynomial> beyonds(const SlabPiece& piece) const {
+    return std::span(beyonds_).subspan(piece.first_beyond, piece.end_beyond - piece.first_beyond);
+  }
   const Window& window_of(const Vec3& voxel) const;
   void start_window(std::uint32_t first_layer);
   void collect_cells();
@@ -133,6 +137,7 @@ class CellPieces {
   std::vector<Found> found_;                   // Pieces by window, then by cell, then as parts come,
   std::vector<SlabPiece> pieces_;              // and what painting reads of them.
   std::vector<CubicPolynomial> polynomials_;   // By piece, then by channel.
+  std::vector<CubicPolynomial> beyonds_;       // By piece.
   std::vector<std::vector<ScannedRun>> runs_;  // By layer.
 
   // Scratch memory.

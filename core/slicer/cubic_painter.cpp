@@ -4,8 +4,21 @@
 #include "core/slicer/cubic_painter.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace ccslice {
+
+void LayerCubics::reduce(std::uint32_t index, const TileFrame& frame, std::span<const CubicPolynomial> polynomials,
+                         std::uint32_t layer) {
+  if (layers_.size() <= index) {
+    layers_.resize(index + std::size_t{1}, std::numeric_limits<std::uint32_t>::max());
+    cubics_.resize(layers_.size() * polynomials.size());
+  }
+  layers_[index] = layer;
+  const double z = (layer - frame.centre.z()) * frame.scale.z();
+  CubicInLayer* cubics = &cubics_[index * polynomials.size()];
+  for (const CubicPolynomial& polynomial : polynomials) *cubics++ = in_layer(polynomial, z);
+}
 
 CubicPainter::CubicPainter(const LayerTarget& target, std::uint32_t layer, std::span<const ChannelTolerance> channels)
     : target_(target), layer_(layer) {

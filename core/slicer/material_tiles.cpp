@@ -8,8 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/slicer/cubic_painter.h"
-
 namespace ccslice {
 namespace {
 
@@ -35,7 +33,7 @@ std::uint32_t tiles_over(std::uint32_t voxels, std::uint32_t size) { return (vox
 struct MaterialTiles::PaintJob {
   const LayerTarget& target;
   std::uint32_t layer;
-  CubicPainter cubics;
+  CubicPainter painter;
   Span inside;                          // That the voxels at hand are of.
   Span exact_run;                       // To be inverted, across nodes; empty if begin == end,
   std::optional<CellParam> exact_hint;  // and a hint for its first voxel.
@@ -62,6 +60,7 @@ void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<c
   children_.clear();
   fits_.clear();
   polynomials_.clear();
+  cubics_.clear();
   hints_.clear();
   max_residual_mm_ = 0;
   cursors_.assign(layers.size(), 0);
@@ -272,7 +271,8 @@ void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
   exact_.solve_from(job.target, alone);
 }
 
-void MaterialTiles::paint_fit(PaintJob& job, const Fit& fit, Span run) {
+void MaterialTiles::paint_fit(PaintJob& job, std::uint32_t index, Span run) {
+  const Fit& fit = fits_[index];
   if (fit.steep && run.begin == job.inside.begin) {
     paint_exactly(job, {}, {run.y, run.begin, run.begin + 1});
     ++run.begin;
@@ -280,8 +280,7 @@ void MaterialTiles::paint_fit(PaintJob& job, const Fit& fit, Span run) {
   const bool ends = fit.steep && run.end == job.inside.end && run.begin < run.end;
   if (ends) --run.end;
   const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
-  job.cubics.paint(fit.frame, run.y, run.begin, run.end,
-                   [&](std::size_t c, double y, double z) { return along_row(polynomials[c], y, z); });
+  job.painter.paint(fit.frame, cubics_.of(index, fit.frame, polynomials, job.layer), run.y, run.begin, run.end);
   if (ends) paint_exactly(job, {}, {run.y, run.end, run.end + 1});
 }
 
@@ -292,7 +291,7 @@ void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox&
   if (begin >= end) return;
   switch (node.kind) {
     case Node::Kind::kEmpty: return;
-    case Node::Kind::kPolynomial: return paint_fit(job, fits_[node.index], {row, begin, end});
+    case Node::Kind::kPolynomial: return paint_fit(job, node.index, {row, begin, end});
     case Node::Kind::kExact: return paint_exactly(job, hints_[node.index], {row, begin, end});
     case Node::Kind::kSplit: break;
   }

@@ -29,6 +29,7 @@
 #include "core/material/tile_polynomial.h"
 #include "core/raster/connected_runs.h"
 #include "core/raster/occupancy.h"
+#include "core/slicer/cubic_painter.h"
 #include "core/slicer/grid.h"
 #include "core/slicer/interpolation_spec.h"
 #include "core/slicer/layer_slicer.h"
@@ -121,7 +122,7 @@ class MaterialTiles {
   Vec3 centre(const Voxel& voxel) const;
   Box3 world_box(const VoxelBox& box) const;
 
-  void paint_fit(PaintJob& job, const Fit& fit, Span run);
+  void paint_fit(PaintJob& job, std::uint32_t fit, Span run);
   void paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row, std::uint32_t begin,
                    std::uint32_t end);
   void paint_tiles(PaintJob& job, const Span& span);
@@ -143,6 +144,7 @@ class MaterialTiles {
   std::vector<Node> children_;
   std::vector<Fit> fits_;
   std::vector<CubicPolynomial> polynomials_;
+  LayerCubics cubics_;                           // Of the fits.
   std::vector<std::optional<CellParam>> hints_;  // Of exact tiles.
   double max_residual_mm_ = 0;                   // Over the samples.
 

@@ -7,11 +7,14 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/prefetch.h"
+
 namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kRunsAhead = 8;
 constexpr std::uint32_t kMostShort = 32;   // Voxels of a run that needs no tile,
 constexpr std::uint32_t kMostLong = 1024;  // and of all longer ones of kRowsTogether rows.
 
@@ -82,7 +85,10 @@ void PaintedRows::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t ro
   for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
   for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
   by_row_.resize(runs.size());
-  for (const ScannedRun& run : runs) by_row_[row_begins_[run.row + 1]++] = run;
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r + kRunsAhead < runs.size()) prefetch(&by_row_[row_begins_[runs[r + kRunsAhead].row + 1]]);
+    by_row_[row_begins_[runs[r].row + 1]++] = runs[r];
+  }
 }
 
 void PaintedRows::enter_row(std::uint32_t row) {
@@ -94,7 +100,10 @@ void PaintedRows::enter_row(std::uint32_t row) {
   for (std::size_t r = 0; r < runs.size(); ++r) by_column_.push_back(std::uint64_t{runs[r].begin} << 32 | r);
   std::sort(by_column_.begin(), by_column_.end());
   found_.clear();
-  for (const std::uint64_t key : by_column_) found_.push_back(runs[static_cast<std::uint32_t>(key)]);
+  for (const std::uint64_t key : by_column_) {
+    found_.push_back(runs[static_cast<std::uint32_t>(key)]);
+    prefetch(&pieces_->piece(found_.back().piece));
+  }
   first_found_ = 0;
 }
 
@@ -173,7 +182,7 @@ double PaintedRows::beyond_painted(std::uint32_t column) const { return column -
 /// `after`: as ScannedRun's. Leaves those that may lie beyond what the piece can say.
 void PaintedRows::paint(const PieceRun& run, float after) {
   if (run.begin >= run.end) return;
-  if (!pieces_->piece(run.piece).has_beyond ||
+  if (!pieces_->piece(run.piece).has_beyond() ||
       pieces_->none_is_beyond(run.piece, voxel(run.begin), voxel(run.end - 1))) {
     return paint_all(run, after);
   }

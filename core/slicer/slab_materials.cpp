@@ -4,16 +4,13 @@
 #include "core/slicer/slab_materials.h"
 
 #include <cstddef>
-#include <limits>
 #include <utility>
-
-#include "core/slicer/cubic_painter.h"
 
 namespace ccslice {
 namespace {
 
 constexpr std::size_t kRunsPerPoll = 4096;
-constexpr std::uint32_t kNoLayer = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kRunsAhead = 12;
 
 }  // namespace
 
@@ -26,7 +23,7 @@ void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   layers_.resize(end_layer - first_layer);
   for (Layer& layer : layers_) layer.resolved = false;
   tiles_solved_ = false;
-  layer_of_cubics_.clear();
+  cubics_.clear();
   pieces_.start(first_layer, end_layer);
 }
 
@@ -61,29 +58,16 @@ void SlabMaterials::paint_pieces(const LayerTarget& target, std::uint32_t layer,
   const CubicPainter painter(target, layer, pieces_.channels());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     if (r % kRunsPerPoll == 0) target.cancel.throw_if_cancelled();
+    if (r + kRunsAhead < runs.size()) {
+      const std::uint32_t ahead = runs[r + kRunsAhead].piece;
+      prefetch(&pieces_.piece(ahead));
+      cubics_.prefetch_for(ahead, pieces_.polynomials(ahead));
+    }
     const PieceRun& run = runs[r];
     const TileFrame& frame = pieces_.piece(run.piece).frame;
-    const CubicInLayer* const in_this_layer = cubics_of(run.piece, layer);
-    painter.paint(frame, run.row, run.begin, run.end,
-                  [&](std::size_t c, double y, double) { return along_row(in_this_layer[c], y); });
+    painter.paint(frame, cubics_.of(run.piece, frame, pieces_.polynomials(run.piece), layer), run.row, run.begin,
+                  run.end);
   }
-}
-
-/// A piece's polynomials in a layer, which most of its rows there share. One a channel.
-const CubicInLayer* SlabMaterials::cubics_of(std::uint32_t piece, std::uint32_t layer) {
-  const std::span<const CubicPolynomial> polynomials = pieces_.polynomials(piece);
-  const std::size_t first = piece * polynomials.size();
-  if (layer_of_cubics_.size() <= piece) {
-    layer_of_cubics_.resize(piece + std::size_t{1}, kNoLayer);
-    cubics_.resize(layer_of_cubics_.size() * polynomials.size());
-  }
-  if (layer_of_cubics_[piece] != layer) {
-    layer_of_cubics_[piece] = layer;
-    const TileFrame& frame = pieces_.piece(piece).frame;
-    const double z = (layer - frame.centre.z()) * frame.scale.z();
-    for (std::size_t c = 0; c < polynomials.size(); ++c) cubics_[first + c] = in_layer(polynomials[c], z);
-  }
-  return &cubics_[first];
 }
 
 }  // namespace ccslice

@@ -21,6 +21,7 @@
 #include "core/limit/limit_solid.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/cell_pieces.h"
+#include "core/slicer/cubic_painter.h"
 #include "core/slicer/grid.h"
 #include "core/slicer/interpolation_spec.h"
 #include "core/slicer/material_field.h"
@@ -61,7 +62,6 @@ class SlabMaterials {
   const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs);
-  const CubicInLayer* cubics_of(std::uint32_t piece, std::uint32_t layer);
 
   const Grid grid_;
   CellPieces pieces_;
@@ -69,9 +69,7 @@ class SlabMaterials {
   std::uint32_t first_layer_ = 0;
   std::vector<Layer> layers_;
   bool tiles_solved_ = false;
-  // By piece of the slab: the layer that cubics_ are in. They are by piece, then by channel.
-  std::vector<std::uint32_t> layer_of_cubics_;
-  std::vector<CubicInLayer> cubics_;
+  LayerCubics cubics_;  // Of the pieces.
 };
 
 }  // namespace ccslice
