@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -19,8 +20,11 @@ namespace {
 constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
 constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
 constexpr double kStartMargin = 0.125;
-constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
-constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
+constexpr double kFarFromCell = 2.5;   // A candidate's distance beyond which a hint isn't followed.
+constexpr double kNearOutside = 100;   // Times the distance that counts as just outside.
+constexpr double kJustOutside = 5000;  // Times the distance that counts as found: 0.005 mm.
+constexpr double kFarthestOfCell = 1;  // Of a candidate's distances, those that points in its cell may have.
+constexpr int kFootSteps = 4;
 constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
@@ -41,16 +45,21 @@ double distance_from_cell(const Vec3& guess) { return (guess.array() - 0.5).abs(
 /// A guess that Newton may start from: well inside the cell.
 Vec3 start_from(const Vec3& guess) { return guess.cwiseMax(kStartMargin).cwiseMin(1 - kStartMargin); }
 
-/// The parameter is on the boundary of the solid, and not on another side of its cell.
-bool is_on_boundary(const LimitSolid::Data& data, const CellParam& at) {
+/// The sides of its cell that the parameter is on: bit 2 * axis + (at 1).
+unsigned sides_at(const Vec3& uvw) {
   constexpr double kOnSide = 1e-3;
-  const unsigned boundary = data.cells[at.cell].boundary_sides;
   unsigned sides = 0;
   for (int a = 0; a < 3; ++a) {
-    if (at.uvw[a] < kOnSide) sides |= 1u << (2 * a);
-    if (at.uvw[a] > 1 - kOnSide) sides |= 2u << (2 * a);
+    if (uvw[a] < kOnSide) sides |= 1u << (2 * a);
+    if (uvw[a] > 1 - kOnSide) sides |= 2u << (2 * a);
   }
-  return sides != 0 && (sides & ~boundary) == 0;
+  return sides;
+}
+
+/// The parameter is on the boundary of the solid, and not on another side of its cell.
+bool is_on_boundary(const LimitSolid::Data& data, const CellParam& at) {
+  const unsigned sides = sides_at(at.uvw);
+  return sides != 0 && (sides & ~unsigned{data.cells[at.cell].boundary_sides}) == 0;
 }
 
 /// Which candidates come first.
@@ -141,6 +150,62 @@ struct PointInverter::State {
     return false;
   }
 
+  /// Follows what was found along a side of its cell to the foot of the perpendicular from the point. False if that
+  /// isn't on the side.
+  bool drop_perpendicular(const Vec3& point, int side, InversionResult& found) noexcept {
+    const int axis = side / 2, along_s = (axis + 1) % 3, along_t = (axis + 2) % 3;
+    Vec3& uvw = found.at.uvw;
+    uvw[axis] = side % 2;
+    for (int step = 0; step < kFootSteps; ++step) {
+      const LimitSample sample = evaluator.sample(found.at);
+      const Vec3 residual = point - sample.position;
+      Eigen::Matrix<double, 3, 2> tangents;
+      tangents << sample.jacobian.col(along_s), sample.jacobian.col(along_t);
+      const Eigen::Vector2d next = (tangents.transpose() * tangents).inverse() * (tangents.transpose() * residual);
+      found.residual_mm = residual.norm();
+      if ((tangents * next).norm() <= options.accept_mm) return true;
+      uvw[along_s] += next[0];
+      uvw[along_t] += next[1];
+      ++found.newton_steps;
+      if (!((uvw.array() >= 0).all() && (uvw.array() <= 1).all())) return false;
+    }
+    return false;
+  }
+
+  /// The point lies on the outer side of the face that was found.
+  bool is_above(const Vec3& point, int side, const CellParam& found) noexcept {
+    const LimitSample sample = evaluator.sample(found);
+    const int axis = side / 2;
+    const Vec3 normal = sample.jacobian.col((axis + 1) % 3).cross(sample.jacobian.col((axis + 2) % 3));
+    const double outward = (side % 2 == 1) == (sample.jacobian.determinant() > 0) ? 1 : -1;
+    return outward * normal.dot(point - sample.position) > 0;
+  }
+
+  /// From where a hint led to: if that is a face of the boundary just below the point, the foot of the perpendicular is
+  /// the answer, or else what one of the cells holds that the point may lie in by their maps: a part may touch itself.
+  bool end_just_outside(const Vec3& point, InversionResult& best) noexcept {
+    const double most = std::min(options.outside_mm, kJustOutside * options.accept_mm);
+    if (!(best.residual_mm <= most) || !is_on_boundary(data, best.at)) return false;
+    const unsigned sides = sides_at(best.at.uvw);
+    const int side = std::countr_zero(sides);
+    InversionResult foot = best;
+    if (!std::has_single_bit(sides) || !drop_perpendicular(point, side, foot)) return false;
+    if (!(foot.residual_mm <= most) || !is_above(point, side, foot.at)) return false;
+    foot.full = true;
+    collect(point, Order::kNearest, [&](std::uint32_t cell) { return cell != foot.at.cell; });
+    for (const Candidate& c : candidates) {
+      if (c.distance > kFarthestOfCell) break;
+      InversionResult other = foot;
+      const bool found = run(c.cell, c.start, point, other, Patience::kQuick);
+      foot.newton_steps = other.newton_steps;
+      if (!found) continue;
+      foot = other;
+      break;
+    }
+    best = foot;
+    return true;
+  }
+
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
     best.full = true;
     collect(point, Order::kNearest, [](std::uint32_t) { return true; });
@@ -216,7 +281,7 @@ std::optional<InversionResult> PointInverter::invert(const Vec3& point, const st
     best = state.search_lowest_cell(point, hint, best);
   } else if (!hint || distance_from_cell(state.data.cell_maps[hint->cell](point)) > kFarFromCell ||
              !state.run(hint->cell, hint->uvw, point, best, Patience::kQuick)) {
-    best = state.search(point, best);
+    if (!state.end_just_outside(point, best)) best = state.search(point, best);
   }
   if (!(best.residual_mm <= outside_mm)) return std::nullopt;
   if (state.data.overlap_boxes.any_at(point, outside_mm)) best = state.prefer_lower_part(point, best);

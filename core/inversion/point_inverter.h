@@ -32,7 +32,7 @@ struct InversionResult {
   CellParam at;
   double residual_mm = 0;  // |geo(at) - point|.
   int newton_steps = 0;
-  bool full = false;  // The whole candidate search ran (no hint, or not found in the hint's cell).
+  bool full = false;  // Cells were searched for (no hint, or not found in the hint's cell).
 };
 
 /// One solid, one thread. Distances are measured in the mesh frame.

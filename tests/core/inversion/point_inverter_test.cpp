@@ -5,14 +5,30 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "core/limit/boundary_surface.h"
 #include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
+
+/// Two sharp boxes that share no vertex; the second, whose cells have the higher ids, lies `offset` from the first.
+ControlMesh two_boxes(const Vec3& offset) {
+  ControlMesh mesh = oracle::box_mesh(3, 3, 3);
+  oracle::sharpen_by_cells(mesh, 1);
+  const ControlMesh other = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
+  for (const Vec3& p : other.positions) mesh.positions.push_back(p + offset);
+  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
+  for (const auto& [v, w] : other.sharp_edges) mesh.sharp_edges.push_back({v + first, w + first});
+  for (const std::uint32_t v : other.sharp_vertices) mesh.sharp_vertices.push_back(v + first);
+  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  return mesh;
+}
 
 TEST(PointInverter, FindsEveryEvaluatedPointOfTheCatalogue) {
   std::mt19937 random(21);
@@ -56,6 +72,29 @@ TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
   }
 }
 
+// Also from the other side of such a face, and beside the boundary.
+TEST(PointInverter, FindsPointsBesideFacesFromHintsNearby) {
+  const auto solid = LimitSolid::prepare(make_engine());
+  PointInverter inverter(*solid);
+  LimitEvaluator evaluator(*solid);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> u(0, 1), exponent(8, 24), offset(-0.05, 0.05);
+  std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+  for (int i = 0; i < 4000; ++i) {
+    CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
+    for (int k = 0; k <= i / 3 % 2; ++k) {
+      const double distance = std::exp2(-exponent(random));
+      at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
+    }
+    const Vec3 point = evaluator.geo(at);
+    const auto hint = inverter.invert(point + Vec3(offset(random), offset(random), offset(random)));
+    if (!hint) continue;
+    const auto found = inverter.invert(point, hint->at);
+    ASSERT_TRUE(found) << "cell " << at.cell << " at " << at.uvw.transpose();
+    EXPECT_LE(found->residual_mm, 1e-6) << "cell " << at.cell << " at " << at.uvw.transpose();
+  }
+}
+
 TEST(PointInverter, UsesAHintInTheSameCell) {
   ControlMesh mesh = oracle::box_mesh(3, 3, 3);
   oracle::sharpen_by_cells(mesh, 1);
@@ -88,6 +127,84 @@ TEST(PointInverter, TakesTheNearestParameterJustOutsideAndNothingFarther) {
   EXPECT_FALSE(inverter.invert(Vec3(-0.02, 5, 5), near->at));
 }
 
+// Off a face the foot of the perpendicular is the answer, which a hint leads to without looking at other cells.
+TEST(PointInverter, EndsAtTheFaceBelowAPointThatAHintLeadsTo) {
+  constexpr double kOffMm = 1e-3;
+  const auto solid = LimitSolid::prepare(make_engine());
+  const BoundarySurface surface(*solid);
+  PointInverter inverter(*solid), fresh(*solid);
+  LimitEvaluator evaluator(*solid);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(0.1, 0.9);
+  std::uniform_int_distribution<std::uint32_t> face(0, static_cast<std::uint32_t>(surface.faces().size() - 1));
+  int quick = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::uint32_t f = face(random);
+    const CellParam at = surface.cell_param(f, u(random), u(random));
+    const LimitSample sample = evaluator.sample(at);
+    const int axis = surface.faces()[f].cell_side / 2;
+    Vec3 normal = sample.jacobian.col((axis + 1) % 3).cross(sample.jacobian.col((axis + 2) % 3)).normalized();
+    if ((surface.faces()[f].cell_side % 2 == 0) != (sample.jacobian.determinant() < 0)) normal = -normal;
+    CellParam hint = at;
+    hint.uvw = 0.2 * Vec3::Constant(0.5) + 0.8 * at.uvw;
+    const Vec3 point = sample.position + kOffMm * normal;
+    const auto found = inverter.invert(point, hint), searched = fresh.invert(point);
+    ASSERT_TRUE(found && searched) << "face " << f;
+    EXPECT_NEAR(found->residual_mm, kOffMm, 1e-8) << "face " << f;
+    EXPECT_LE((evaluator.geo(found->at) - evaluator.geo(searched->at)).norm(), 1e-6) << "face " << f;
+    EXPECT_TRUE(found->full && searched->full);
+    quick += 2 * found->newton_steps < searched->newton_steps;
+  }
+  EXPECT_GT(quick, 600);
+}
+
+// Touching, and so near to it that their boxes don't meet.
+TEST(PointInverter, FindsWhatAnotherPartHoldsBeyondTheFaceThatAHintLeadsTo) {
+  for (const double gap_mm : {0.0, 1e-7, 5e-4}) {
+    const auto solid = LimitSolid::prepare(two_boxes(Vec3(30 + gap_mm, 0, 0)));
+    PointInverter inverter(*solid);
+    const auto hint = inverter.invert(Vec3(29, 14, 16));
+    ASSERT_TRUE(hint);
+    ASSERT_LT(hint->at.cell, 27u);
+    const auto found = inverter.invert(Vec3(30.001, 14, 16), hint->at);
+    ASSERT_TRUE(found);
+    EXPECT_GE(found->at.cell, 27u) << gap_mm;
+    EXPECT_LE(found->residual_mm, 1e-6) << gap_mm;
+  }
+}
+
+// A U whose arms lean through each other.
+TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
+  ControlMesh mesh = oracle::box_mesh(7, 3, 8, 10, [](int x, int, int z) { return z < 2 || x != 3; });
+  for (Vec3& p : mesh.positions) {
+    const double lean = std::clamp((p.z() - 20) / 40, 0.0, 1.0);
+    p.x() += p.x() < 35 ? 8 * lean : -8 * lean;
+  }
+  const auto solid = LimitSolid::prepare(mesh);
+  ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
+  const BoundarySurface surface(*solid);
+  PointInverter inverter(*solid), fresh(*solid);
+  LimitEvaluator evaluator(*solid);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> u(0, 1);
+  std::uniform_int_distribution<std::uint32_t> face(0, static_cast<std::uint32_t>(surface.faces().size() - 1));
+  int inside = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const CellParam at = surface.cell_param(face(random), u(random), u(random));
+    CellParam hint = at;
+    hint.uvw = 0.2 * Vec3::Constant(0.5) + 0.8 * at.uvw;
+    // A thousandth of a millimetre to some side: outside of the arm itself, half of the time.
+    const Vec3 point = evaluator.geo(at) + 1e-3 * Vec3(u(random) - 0.5, u(random) - 0.5, u(random) - 0.5);
+    const auto searched = fresh.invert(point);
+    if (!searched || searched->residual_mm > 1e-6) continue;
+    const auto found = inverter.invert(point, hint);
+    ASSERT_TRUE(found) << point.transpose();
+    EXPECT_LE(found->residual_mm, 1e-6) << point.transpose();
+    inside += found->at.cell != at.cell;
+  }
+  EXPECT_GT(inside, 50);
+}
+
 TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
@@ -103,20 +220,6 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
     EXPECT_EQ(hinted->at.cell, plain->at.cell);
     EXPECT_EQ(hinted->at.uvw, plain->at.uvw);
   }
-}
-
-/// Two sharp boxes that share no vertex; the second, whose cells have the higher ids, lies `offset` from the first.
-ControlMesh two_boxes(const Vec3& offset) {
-  ControlMesh mesh = oracle::box_mesh(3, 3, 3);
-  oracle::sharpen_by_cells(mesh, 1);
-  const ControlMesh other = mesh;
-  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
-  for (const Vec3& p : other.positions) mesh.positions.push_back(p + offset);
-  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
-  for (const auto& [v, w] : other.sharp_edges) mesh.sharp_edges.push_back({v + first, w + first});
-  for (const std::uint32_t v : other.sharp_vertices) mesh.sharp_vertices.push_back(v + first);
-  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
-  return mesh;
 }
 
 TEST(PointInverter, GivesOverlapsToThePartWithTheLowestCellWhateverTheHint) {
