@@ -18,17 +18,20 @@ class BoxTree::Builder {
     tree_.nodes_.reserve(boxes.size() / 3 + 1);
   }
 
-  void run() { add_node(items_); }
+  void run() {
+    add_node(items_);
+    tree_.nodes_.shrink_to_fit();
+  }
 
  private:
   /// Of full branches and one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
   std::uint32_t add_node(std::span<std::uint32_t> items) {
     cancel_.throw_if_cancelled();
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const auto index = static_cast<std::uint32_t>(tree_.nodes_.size());
     Node& node = tree_.nodes_.emplace_back();
-    node.min.fill(Lanes{kInfinity, kInfinity, kInfinity, kInfinity});
-    node.max.fill(Lanes{-kInfinity, -kInfinity, -kInfinity, -kInfinity});
+    node.min.fill(Lanes{kNone, kNone, kNone, kNone});
+    node.max = node.min;
     std::size_t most = 1;  // Items of a branch.
     while (most * kLanes < items.size()) most *= kLanes;
     std::size_t branches = 0;

@@ -50,7 +50,7 @@ class BoxTree {
   static constexpr std::uint32_t kItem = 1u << 31;  // Of a branch: not another node.
 
   struct Node {
-    std::array<Lanes, 3> min, max;  // By axis, a lane a branch. Where there is none: +infinity, -infinity.
+    std::array<Lanes, 3> min, max;  // By axis, a lane a branch. Where there is none: NaN, which no test holds for.
     std::array<std::uint32_t, kLanes> branches{};
   };
 

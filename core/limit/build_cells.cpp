@@ -21,8 +21,9 @@ namespace {
 
 constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
 
-// While they are prepared limit cells were measured to take up to 2.2 kB, operators and channels apart.
-constexpr std::uint64_t kLimitCellBytes = 2560;
+// While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
+// and cells that share no faces up to 0.5 kB more for each.
+constexpr std::uint64_t kLimitCellBytes = 2560, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // Of the smallest mesh.
 
 /// One refinement level: a complex, where its points start, and what its places are called on the surface.
@@ -54,6 +55,7 @@ class Builder {
       reserve();
       cells = add_refined_level(bad);
     }
+    reserve_faces();
     for (Level& level : levels_) {
       walkers_.emplace_back(level.complex);
       surface_walkers_.emplace_back(level.complex);
@@ -67,6 +69,7 @@ class Builder {
  private:
   void reserve() const;
   void reserve_operators();
+  void reserve_faces();
   std::size_t child_count(const std::vector<std::uint32_t>& cells) const;
   void add_control_level(CellComplex complex);
   std::vector<std::uint32_t> classify(const std::vector<std::uint32_t>& cells);
@@ -89,6 +92,7 @@ class Builder {
   std::uint32_t next_vertex_root_ = 0;
   std::uint32_t next_edge_root_ = 0;
   std::size_t needed_cells_ = 0;           // For what reserve() asks: limit cells, ...
+  std::size_t needed_faces_ = 0;           // ... boundary faces ...
   std::size_t needed_operator_bytes_ = 0;  // ... and operators.
 };
 
@@ -97,7 +101,8 @@ void Builder::reserve() const {
   if (!options_.reserve) return;
   // Of points at most twice, while they are copied, and of the middles of cells.
   const std::uint64_t values = mesh_.channel_count() * (2 * (mesh_.vertex_count() + needed_cells_) + needed_cells_);
-  options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ + sizeof(double) * values + needed_operator_bytes_);
+  options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ + kBoundaryFaceBytes * needed_faces_ +
+                   sizeof(double) * values + needed_operator_bytes_);
 }
 
 /// How many different operators there are shows as they are made: asks for as much again each time.
@@ -106,6 +111,21 @@ void Builder::reserve_operators() {
   if (bytes <= needed_operator_bytes_) return;
   needed_operator_bytes_ = 2 * bytes;
   reserve();
+}
+
+void Builder::reserve_faces() {
+  for (const Level& level : levels_) {
+    for (std::uint32_t c = 0; c < level.classes.size(); ++c) {
+      if (!level.classes[c]) continue;
+      for (const std::uint32_t half_face : level.complex.cell_half_faces(c)) {
+        needed_faces_ += level.complex.face_on_boundary(half_face / 2);
+      }
+    }
+  }
+  reserve();
+  data_.faces.reserve(needed_faces_);
+  data_.face_rings.reserve(needed_faces_);
+  data_.face_hulls.reserve(needed_faces_);
 }
 
 /// Of the last level's cells.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <random>
 #include <set>
 #include <vector>
@@ -78,6 +79,18 @@ TEST(BoxTree, FindsWhetherAnyAcceptedBoxMeetsAnother) {
   EXPECT_TRUE(tree.any_meeting(corner, [](std::uint32_t item) { return item == 1; }));
   EXPECT_FALSE(tree.any_meeting(corner, [](std::uint32_t item) { return item == 2; }));
   EXPECT_FALSE(tree.any_meeting(Box3(Vec3::Constant(3), Vec3::Constant(4)), [](std::uint32_t) { return true; }));
+}
+
+TEST(BoxTree, FindsAllInABoxWithoutEnd) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::mt19937 random(9);
+  for (const std::size_t count : kSizes) {
+    const BoxTree tree(random_boxes(count, random));
+    std::size_t found = 0;
+    tree.any_meeting(Box3(Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)),
+                     [&](std::uint32_t) { return ++found > count; });
+    EXPECT_EQ(found, count);
+  }
 }
 
 TEST(BoxTree, StopsWhenCancelled) {
