@@ -33,8 +33,9 @@ class LayerCubics {
   /// What of() is about to be called for.
   void prefetch_for(std::uint32_t index, std::span<const CubicPolynomial> polynomials) const {
     prefetch(polynomials.data(), polynomials.size());
-    prefetch(layers_.data() + index);
-    prefetch(cubics_.data() + index * polynomials.size(), polynomials.size());
+    if (index >= layers_.size()) return;
+    prefetch(&layers_[index]);
+    prefetch(&cubics_[index * polynomials.size()], polynomials.size());
   }
 
  private:
