@@ -20,11 +20,11 @@ namespace {
 constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
 constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
 constexpr double kStartMargin = 0.125;
-constexpr double kFarFromCell = 2.5;   // A candidate's distance beyond which a hint isn't followed.
-constexpr double kNearOutside = 100;   // Times the distance that counts as just outside.
-constexpr double kJustOutside = 5000;  // Times the distance that counts as found: 0.005 mm.
-constexpr double kFarthestOfCell = 1;  // Of a candidate's distances, those that points in its cell may have.
-constexpr int kFootSteps = 4;
+constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
+constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
+constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm.
+constexpr double kFarthestOfCell = 1;       // Of a candidate's distances, those that points in its cell may have.
+constexpr int kFootSteps = 4;               // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
@@ -151,7 +151,7 @@ struct PointInverter::State {
   }
 
   /// Follows what was found along a side of its cell to the foot of the perpendicular from the point. False if that
-  /// isn't on the side.
+  /// isn't on the side, or the point lies on the cell's side of it. REQUIRES: the cell doesn't fold.
   bool drop_perpendicular(const Vec3& point, int side, InversionResult& found) noexcept {
     const int axis = side / 2, along_s = (axis + 1) % 3, along_t = (axis + 2) % 3;
     Vec3& uvw = found.at.uvw;
@@ -163,7 +163,10 @@ struct PointInverter::State {
       tangents << sample.jacobian.col(along_s), sample.jacobian.col(along_t);
       const Eigen::Vector2d next = (tangents.transpose() * tangents).inverse() * (tangents.transpose() * residual);
       found.residual_mm = residual.norm();
-      if ((tangents * next).norm() <= options.accept_mm) return true;
+      if ((tangents * next).norm() <= options.accept_mm) {
+        const double along_axis = tangents.col(0).cross(tangents.col(1)).dot(residual);
+        return side % 2 == 1 ? along_axis > 0 : along_axis < 0;
+      }
       uvw[along_s] += next[0];
       uvw[along_t] += next[1];
       ++found.newton_steps;
@@ -172,35 +175,22 @@ struct PointInverter::State {
     return false;
   }
 
-  /// The point lies on the outer side of the face that was found.
-  bool is_above(const Vec3& point, int side, const CellParam& found) noexcept {
-    const LimitSample sample = evaluator.sample(found);
-    const int axis = side / 2;
-    const Vec3 normal = sample.jacobian.col((axis + 1) % 3).cross(sample.jacobian.col((axis + 2) % 3));
-    const double outward = (side % 2 == 1) == (sample.jacobian.determinant() > 0) ? 1 : -1;
-    return outward * normal.dot(point - sample.position) > 0;
-  }
-
   /// From where a hint led to: if that is a face of the boundary just below the point, the foot of the perpendicular is
   /// the answer, or else what one of the cells holds that the point may lie in by their maps: a part may touch itself.
   bool end_just_outside(const Vec3& point, InversionResult& best) noexcept {
     const double most = std::min(options.outside_mm, kJustOutside * options.accept_mm);
-    if (!(best.residual_mm <= most) || !is_on_boundary(data, best.at)) return false;
+    if (!(best.residual_mm <= most)) return false;
     const unsigned sides = sides_at(best.at.uvw);
-    const int side = std::countr_zero(sides);
+    if (!std::has_single_bit(sides) || !(sides & data.cells[best.at.cell].boundary_sides)) return false;
     InversionResult foot = best;
-    if (!std::has_single_bit(sides) || !drop_perpendicular(point, side, foot)) return false;
-    if (!(foot.residual_mm <= most) || !is_above(point, side, foot.at)) return false;
+    if (!drop_perpendicular(point, std::countr_zero(sides), foot) || !(foot.residual_mm <= most)) return false;
     foot.full = true;
     collect(point, Order::kNearest, [&](std::uint32_t cell) { return cell != foot.at.cell; });
     for (const Candidate& c : candidates) {
       if (c.distance > kFarthestOfCell) break;
       InversionResult other = foot;
-      const bool found = run(c.cell, c.start, point, other, Patience::kQuick);
+      if (run(c.cell, c.start, point, other, Patience::kQuick)) return best = other, true;
       foot.newton_steps = other.newton_steps;
-      if (!found) continue;
-      foot = other;
-      break;
     }
     best = foot;
     return true;
