@@ -10,6 +10,7 @@
 
 #include "core/mesh/cell_complex.h"
 #include "core/subdivision/refine.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice::bench {
 namespace {
@@ -75,15 +76,7 @@ ControlMesh refine_mesh(const ControlMesh& mesh, int times) {
 
 ControlMesh stack_meshes(const ControlMesh& mesh, int count, double distance_mm) {
   ControlMesh stack = mesh;
-  for (int copy = 1; copy < count; ++copy) {
-    const auto first = static_cast<std::uint32_t>(stack.vertex_count());
-    for (const Vec3& p : mesh.positions) stack.positions.push_back(p + Vec3(0, 0, copy * distance_mm));
-    stack.channel_values.insert(stack.channel_values.end(), mesh.channel_values.begin(), mesh.channel_values.end());
-    stack.cell_kinds.insert(stack.cell_kinds.end(), mesh.cell_kinds.begin(), mesh.cell_kinds.end());
-    for (const std::uint32_t v : mesh.cell_vertices) stack.cell_vertices.push_back(first + v);
-    for (const auto& [a, b] : mesh.sharp_edges) stack.sharp_edges.push_back({first + a, first + b});
-    for (const std::uint32_t v : mesh.sharp_vertices) stack.sharp_vertices.push_back(first + v);
-  }
+  for (int copy = 1; copy < count; ++copy) oracle::append_mesh(stack, mesh, Vec3(0, 0, copy * distance_mm));
   return stack;
 }
 

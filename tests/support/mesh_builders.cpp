@@ -135,6 +135,16 @@ ControlMesh refined_mesh(const ControlMesh& mesh) {
   return result;
 }
 
+void append_mesh(ControlMesh& mesh, const ControlMesh& other, const Vec3& offset) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
+  for (const Vec3& p : other.positions) mesh.positions.push_back(p + offset);
+  mesh.channel_values.insert(mesh.channel_values.end(), other.channel_values.begin(), other.channel_values.end());
+  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(first + v);
+  for (const auto& [a, b] : other.sharp_edges) mesh.sharp_edges.push_back({first + a, first + b});
+  for (const std::uint32_t v : other.sharp_vertices) mesh.sharp_vertices.push_back(first + v);
+}
+
 void jitter(ControlMesh& mesh, double amplitude_mm, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shift(-amplitude_mm, amplitude_mm);

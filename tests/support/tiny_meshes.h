@@ -56,6 +56,8 @@ std::vector<std::array<int, 3>> hull_triangles(const std::vector<Vec3>& points);
 /// The refined mesh's own points as a control mesh of hexes.
 ControlMesh refined_mesh(const ControlMesh& mesh);
 
+/// Adds a mesh of the same channels, moved by an offset, as parts that share nothing with those before.
+void append_mesh(ControlMesh& mesh, const ControlMesh& other, const Vec3& offset);
 /// Moves every vertex by at most `amplitude_mm` in each direction.
 void jitter(ControlMesh& mesh, double amplitude_mm, std::uint32_t seed);
 void add_random_channels(ControlMesh& mesh, int channels, std::uint32_t seed);

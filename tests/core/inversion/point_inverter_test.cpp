@@ -20,13 +20,7 @@ namespace {
 ControlMesh two_boxes(const Vec3& offset) {
   ControlMesh mesh = oracle::box_mesh(3, 3, 3);
   oracle::sharpen_by_cells(mesh, 1);
-  const ControlMesh other = mesh;
-  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
-  for (const Vec3& p : other.positions) mesh.positions.push_back(p + offset);
-  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
-  for (const auto& [v, w] : other.sharp_edges) mesh.sharp_edges.push_back({v + first, w + first});
-  for (const std::uint32_t v : other.sharp_vertices) mesh.sharp_vertices.push_back(v + first);
-  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  oracle::append_mesh(mesh, ControlMesh(mesh), offset);
   return mesh;
 }
 
@@ -51,6 +45,30 @@ TEST(PointInverter, FindsEveryEvaluatedPointOfTheCatalogue) {
   }
 }
 
+/// Random parameters beside a face of a cell, or beside two: 1/256 of it or less off.
+class PlacesBesideFaces {
+ public:
+  PlacesBesideFaces(const LimitSolid& solid, double most_halvings, std::mt19937& random)
+      : random_(random), cell_(0, solid.cell_count() - 1), exponent_(8, most_halvings) {}
+
+  CellParam operator()(int i) {
+    CellParam at{cell_(random_), Vec3(u_(random_), u_(random_), u_(random_))};
+    for (int k = 0; k <= i / 3 % 2; ++k) {
+      const double distance = std::exp2(-exponent_(random_));
+      at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
+    }
+    return at;
+  }
+
+ private:
+  std::mt19937& random_;
+  std::uniform_int_distribution<std::uint32_t> cell_;
+  std::uniform_real_distribution<double> u_{0, 1}, exponent_;
+};
+
+/// A parameter of the same cell a fifth of the way to its middle.
+CellParam towards_middle(const CellParam& at) { return {at.cell, 0.2 * Vec3::Constant(0.5) + 0.8 * at.uvw}; }
+
 // Nearer to a face between cells than a point may lie outside the solid: the nearest parameter in the cell behind the
 // face won't do.
 TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
@@ -58,14 +76,9 @@ TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
   PointInverter inverter(*solid);
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(7);
-  std::uniform_real_distribution<double> u(0, 1), exponent(8, 14);
-  std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+  PlacesBesideFaces places(*solid, 14, random);
   for (int i = 0; i < 4000; ++i) {
-    CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
-    for (int k = 0; k <= i / 3 % 2; ++k) {  // Beside a face, or beside two.
-      const double distance = std::exp2(-exponent(random));
-      at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
-    }
+    const CellParam at = places(i);
     const auto found = inverter.invert(evaluator.geo(at));
     ASSERT_TRUE(found) << "cell " << at.cell << " at " << at.uvw.transpose();
     EXPECT_LE(found->residual_mm, 1e-6) << "cell " << at.cell << " at " << at.uvw.transpose();
@@ -78,14 +91,10 @@ TEST(PointInverter, FindsPointsBesideFacesFromHintsNearby) {
   PointInverter inverter(*solid);
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(8);
-  std::uniform_real_distribution<double> u(0, 1), exponent(8, 24), offset(-0.05, 0.05);
-  std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+  PlacesBesideFaces places(*solid, 24, random);
+  std::uniform_real_distribution<double> offset(-0.05, 0.05);
   for (int i = 0; i < 4000; ++i) {
-    CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
-    for (int k = 0; k <= i / 3 % 2; ++k) {
-      const double distance = std::exp2(-exponent(random));
-      at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
-    }
+    const CellParam at = places(i);
     const Vec3 point = evaluator.geo(at);
     const auto hint = inverter.invert(point + Vec3(offset(random), offset(random), offset(random)));
     if (!hint) continue;
@@ -145,10 +154,8 @@ TEST(PointInverter, EndsAtTheFaceBelowAPointThatAHintLeadsTo) {
     const int axis = surface.faces()[f].cell_side / 2;
     Vec3 normal = sample.jacobian.col((axis + 1) % 3).cross(sample.jacobian.col((axis + 2) % 3)).normalized();
     if ((surface.faces()[f].cell_side % 2 == 0) != (sample.jacobian.determinant() < 0)) normal = -normal;
-    CellParam hint = at;
-    hint.uvw = 0.2 * Vec3::Constant(0.5) + 0.8 * at.uvw;
     const Vec3 point = sample.position + kOffMm * normal;
-    const auto found = inverter.invert(point, hint), searched = fresh.invert(point);
+    const auto found = inverter.invert(point, towards_middle(at)), searched = fresh.invert(point);
     ASSERT_TRUE(found && searched) << "face " << f;
     EXPECT_NEAR(found->residual_mm, kOffMm, 1e-8) << "face " << f;
     EXPECT_LE((evaluator.geo(found->at) - evaluator.geo(searched->at)).norm(), 1e-6) << "face " << f;
@@ -191,13 +198,11 @@ TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
   int inside = 0;
   for (int i = 0; i < 4000; ++i) {
     const CellParam at = surface.cell_param(face(random), u(random), u(random));
-    CellParam hint = at;
-    hint.uvw = 0.2 * Vec3::Constant(0.5) + 0.8 * at.uvw;
     // A thousandth of a millimetre to some side: outside of the arm itself, half of the time.
     const Vec3 point = evaluator.geo(at) + 1e-3 * Vec3(u(random) - 0.5, u(random) - 0.5, u(random) - 0.5);
     const auto searched = fresh.invert(point);
     if (!searched || searched->residual_mm > 1e-6) continue;
-    const auto found = inverter.invert(point, hint);
+    const auto found = inverter.invert(point, towards_middle(at));
     ASSERT_TRUE(found) << point.transpose();
     EXPECT_LE(found->residual_mm, 1e-6) << point.transpose();
     inside += found->at.cell != at.cell;

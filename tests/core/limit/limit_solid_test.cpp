@@ -267,12 +267,7 @@ TEST(LimitSolid, AsksForTheMemoryOfCellsThatShareNothing) {
   ControlMesh cell = oracle::box_mesh(1, 1, 1), mesh;
   oracle::sharpen_by_cells(cell, 1);
   for (std::uint32_t i = 0; i < 4096; ++i) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
-    for (const Vec3& p : cell.positions) mesh.positions.push_back(p + 20.0 * Vec3(i % 16, i / 16 % 16, i / 256));
-    for (const std::uint32_t v : cell.cell_vertices) mesh.cell_vertices.push_back(v + first);
-    for (const auto& [v, w] : cell.sharp_edges) mesh.sharp_edges.push_back({v + first, w + first});
-    for (const std::uint32_t v : cell.sharp_vertices) mesh.sharp_vertices.push_back(v + first);
-    mesh.cell_kinds.insert(mesh.cell_kinds.end(), cell.cell_kinds.begin(), cell.cell_kinds.end());
+    oracle::append_mesh(mesh, cell, 20.0 * Vec3(i % 16, i / 16 % 16, i / 256));
   }
   std::uint64_t asked = 0;
   PrepareOptions options;

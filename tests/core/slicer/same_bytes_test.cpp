@@ -14,6 +14,7 @@
 #include "core/mesh/models.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
@@ -65,12 +66,10 @@ ControlMesh make_smooth_box() {
 // Two smooth boxes without a common vertex that run through each other.
 ControlMesh make_crossing_boxes() {
   ControlMesh mesh = make_smooth_box();
-  const ControlMesh other = mesh;
-  const auto first = static_cast<std::uint32_t>(mesh.vertex_count());
-  for (const Vec3& p : other.positions) mesh.positions.push_back(Vec3(20 - p.y(), p.x() - 5, p.z() + 3));
-  for (const std::uint32_t v : other.cell_vertices) mesh.cell_vertices.push_back(v + first);
-  for (const float value : other.channel_values) mesh.channel_values.push_back(1 - value);
-  mesh.cell_kinds.insert(mesh.cell_kinds.end(), other.cell_kinds.begin(), other.cell_kinds.end());
+  ControlMesh other = mesh;
+  for (Vec3& p : other.positions) p = Vec3(20 - p.y(), p.x() - 5, p.z() + 3);
+  for (float& value : other.channel_values) value = 1 - value;
+  oracle::append_mesh(mesh, other, Vec3::Zero());
   return mesh;
 }
 
