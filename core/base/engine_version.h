@@ -9,6 +9,6 @@ namespace ccslice {
 
 /// Changes whenever the same request may give other bytes than before: clients refuse to mix layers of different
 /// versions.
-inline constexpr std::string_view kEngineVersion = "11";
+inline constexpr std::string_view kEngineVersion = "12";
 
 }  // namespace ccslice

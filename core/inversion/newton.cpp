@@ -100,9 +100,10 @@ void snap(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& point, Newt
 }  // namespace
 
 NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
-                            double accept_mm, Patience patience) noexcept {
+                            const Acceptance& acceptance, Patience patience) noexcept {
   const bool regular = evaluator.solid().cell_class(cell) == CellClass::kRegular;
-  NewtonResult best{start, std::numeric_limits<double>::infinity(), 0};
+  const double accept_mm = acceptance.in_cell(cell);
+  NewtonResult best{start, std::numeric_limits<double>::infinity()};
   Vec3 uvw = start;
   int idle = 0;  // Held steps only: free ones may stagnate for longer beside singular corners, and arrive.
   bool held = false;
@@ -111,14 +112,21 @@ NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const
     const Vec3 residual = point - sample.position;
     const double norm = residual.norm();
     idle = !held || norm < 0.9 * best.residual_mm ? 0 : idle + 1;
-    if (norm < best.residual_mm) best = {uvw, norm, step};
-    if (best.residual_mm <= accept_mm || idle >= static_cast<int>(patience)) break;
+    const bool better = norm < best.residual_mm;
+    if (better) best = {uvw, norm, step};
+    best.accepted = best.residual_mm <= accept_mm;
+    if (best.residual_mm <= acceptance.least_mm() || (best.accepted && !better)) break;
+    if (idle >= static_cast<int>(patience)) break;
     const Step next = bounded_step(sample.jacobian, residual, uvw, bounds_at(uvw, regular));
-    if (next.uvw == uvw) break;
+    const double length = (next.uvw - uvw).cwiseAbs().maxCoeff();
+    if (length == 0 || (best.accepted && length <= kAcceptOfCell)) break;
     uvw = next.uvw;
     held = next.held;
   }
-  if (!regular && best.residual_mm > accept_mm) snap(evaluator, cell, point, best);
+  if (!regular && !best.accepted) {
+    snap(evaluator, cell, point, best);
+    best.accepted = best.residual_mm <= accept_mm;
+  }
   return best;
 }
 

@@ -11,6 +11,7 @@
 
 #pragma once
 
+#include "core/inversion/acceptance.h"
 #include "core/limit/limit_evaluator.h"
 
 namespace ccslice {
@@ -19,14 +20,15 @@ struct NewtonResult {
   Vec3 uvw = Vec3::Zero();
   double residual_mm = 0;
   int steps = 0;
+  bool accepted = false;
 };
 
 /// When to give a cell up: after so many steps in a row that were held back at a face and gained less than a tenth.
 enum class Patience : int { kQuick = 1, kLong = 4 };
 
-/// Stops when the residual is at most `accept_mm`, or when it stagnates. Always returns the best parameter met.
-/// Noexcept.
+/// Stops when the residual is accepted, or when it stagnates. Beside singular lines, where long ways in parameters are
+/// short ones in space, it goes on until the steps are short as well. Always returns the best parameter met.
 NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
-                            double accept_mm, Patience patience = Patience::kLong) noexcept;
+                            const Acceptance& acceptance, Patience patience = Patience::kLong) noexcept;
 
 }  // namespace ccslice

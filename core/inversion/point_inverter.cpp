@@ -22,7 +22,8 @@ constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis
 constexpr double kStartMargin = 0.125;
 constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
 constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
-constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm.
+constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm,
+constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin cell.
 constexpr double kFarthestOfCell = 1;       // Of a candidate's distances, those that points in its cell may have.
 constexpr int kFootSteps = 4;               // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
@@ -71,12 +72,13 @@ struct PointInverter::State {
   const LimitSolid& solid;
   const LimitSolid::Data& data;
   InversionOptions options;
+  Acceptance acceptance;
   LimitEvaluator evaluator;
   std::vector<Candidate> candidates;
   int runs_left = 0;
 
   State(const LimitSolid& s, const InversionOptions& o)
-      : solid(s), data(s.data()), options(o), evaluator(s, o.patch_cache_bytes) {
+      : solid(s), data(s.data()), options(o), acceptance(s, o.accept_mm), evaluator(s, o.patch_cache_bytes) {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
@@ -127,12 +129,12 @@ struct PointInverter::State {
            Patience patience = Patience::kLong) noexcept {
     if (runs_left == 0) return false;
     --runs_left;
-    const NewtonResult found = newton_in_cell(evaluator, cell, start, point, options.accept_mm, patience);
+    const NewtonResult found = newton_in_cell(evaluator, cell, start, point, acceptance, patience);
     best.newton_steps += found.steps;
     if (found.residual_mm >= best.residual_mm) return false;
     best.at = {cell, found.uvw};
     best.residual_mm = found.residual_mm;
-    return found.residual_mm <= options.accept_mm;
+    return found.accepted;
   }
 
   /// From several of the 64 interior starts of a cell, the nearest first.
@@ -155,6 +157,7 @@ struct PointInverter::State {
   bool drop_perpendicular(const Vec3& point, int side, InversionResult& found) noexcept {
     const int axis = side / 2, along_s = (axis + 1) % 3, along_t = (axis + 2) % 3;
     Vec3& uvw = found.at.uvw;
+    const double accept_mm = acceptance.in_cell(found.at.cell);
     uvw[axis] = side % 2;
     for (int step = 0; step < kFootSteps; ++step) {
       const LimitSample sample = evaluator.sample(found.at);
@@ -163,7 +166,7 @@ struct PointInverter::State {
       tangents << sample.jacobian.col(along_s), sample.jacobian.col(along_t);
       const Eigen::Vector2d next = (tangents.transpose() * tangents).inverse() * (tangents.transpose() * residual);
       found.residual_mm = residual.norm();
-      if ((tangents * next).norm() <= options.accept_mm) {
+      if ((tangents * next).norm() <= accept_mm) {
         const double along_axis = tangents.col(0).cross(tangents.col(1)).dot(residual);
         return side % 2 == 1 ? along_axis > 0 : along_axis < 0;
       }
@@ -175,10 +178,16 @@ struct PointInverter::State {
     return false;
   }
 
+  /// How far from a cell the foot of the perpendicular is the answer.
+  double just_outside_mm(std::uint32_t cell) const noexcept {
+    const double of_cell = kJustOutsideOfCell * data.cell_maps[cell].thickness_mm();
+    return std::min({options.outside_mm, kJustOutside * options.accept_mm, of_cell});
+  }
+
   /// From where a hint led to: if that is a face of the boundary just below the point, the foot of the perpendicular is
   /// the answer, or else what one of the cells holds that the point may lie in by their maps: a part may touch itself.
   bool end_just_outside(const Vec3& point, InversionResult& best) noexcept {
-    const double most = std::min(options.outside_mm, kJustOutside * options.accept_mm);
+    const double most = just_outside_mm(best.at.cell);
     if (!(best.residual_mm <= most)) return false;
     const unsigned sides = sides_at(best.at.uvw);
     if (!std::has_single_bit(sides) || !(sides & data.cells[best.at.cell].boundary_sides)) return false;

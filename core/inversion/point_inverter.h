@@ -6,9 +6,9 @@
 // Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Each has a first
 // guess of the parameter from its middle and the Jacobian there; Newton (newton.h) starts from those, the nearest to
 // a cell's middle first, and gives wrong cells up quickly. Where that fails, it starts in each at the nearest of the
-// interior points (i + 1/2)/2, and at last at the nearest few of (i + 1/2)/4. A result is accepted in geometry space,
-// after clamping. The work for
-// one point is bounded, and so is the memory: of the candidates only as many are kept as Newton may run.
+// interior points (i + 1/2)/2, and at last at the nearest few of (i + 1/2)/4. A result is accepted after clamping
+// (acceptance.h). The work for one point is bounded, and so is the memory: of the candidates only as many are kept as
+// Newton may run.
 
 #pragma once
 
@@ -23,7 +23,7 @@
 namespace ccslice {
 
 struct InversionOptions {
-  double accept_mm = 1e-6;   // A point inside: |geo - point| at most this.
+  double accept_mm = 1e-6;   // A point inside: |geo - point| at most this, and less in small cells (acceptance.h).
   double outside_mm = 2e-3;  // Points this far outside the limit volume still get the nearest parameter found.
   std::size_t patch_cache_bytes = kSmallPatchCacheBytes;
 };

@@ -35,7 +35,11 @@ void SolvedRow::reset(std::size_t count, std::size_t channels) {
 }
 
 RowInverter::RowInverter(PointInverter& inverter, const LimitSolid& solid, const InversionOptions& options)
-    : inverter_(&inverter), solid_(&solid), options_(options), channels_(solid.channel_count()) {}
+    : inverter_(&inverter),
+      solid_(&solid),
+      options_(options),
+      acceptance_(solid, options.accept_mm),
+      channels_(solid.channel_count()) {}
 
 void RowInverter::solve(const Vec3& first, const Vec3& step, std::uint32_t count, const std::optional<CellParam>& hint,
                         std::span<const RowEntry> beside, const CancellationToken& cancel, SolvedRow& row) {
@@ -67,7 +71,10 @@ void RowInverter::solve(const Vec3& first, const Vec3& step, std::uint32_t count
 std::optional<CellParam> RowInverter::enter(std::uint32_t k, const std::optional<CellParam>& hint, Node& node) {
   if (!hint || is_ambiguous(k, k)) return std::nullopt;
   patch_ = inverter_->evaluator().patch_at(*hint, place_);
-  if (patch_ == nullptr || !make_node(k, place_.local, node) || !in_unit_cube(node.local)) return std::nullopt;
+  if (patch_ == nullptr) return std::nullopt;
+  const LimitSample sample = patch_sample(patch_->points, place_.local);
+  accept_mm_ = acceptance_.at(place_.factor.cwiseInverse().asDiagonal() * sample.jacobian.inverse());
+  if (!make_node(k, place_.local, node) || !in_unit_cube(node.local)) return std::nullopt;
   const CellParam at = in_cell(*hint, node.local);
   place_.local = node.local;
   return at;
@@ -120,7 +127,7 @@ bool RowInverter::make_node(std::uint32_t k, const Vec3& guess, Node& node) cons
     const LimitSample sample = patch_sample(patch_->points, local);
     const Vec3 residual = point(k) - sample.position;
     const Mat3 inverse = sample.jacobian.inverse();
-    if (residual.norm() <= options_.accept_mm) {
+    if (residual.norm() <= accept_mm_) {
       node = {k, residual.norm(), local, sample.jacobian, inverse, inverse * step_};
       return node.slope.allFinite();
     }
@@ -169,7 +176,7 @@ bool RowInverter::correct(const Guess& guess, LanePoint& local) {
     for (std::size_t a = 0; a < 3; ++a) residual[a] = guess.point[a] - position[a];
     const Lanes squared = residual[0] * residual[0] + residual[1] * residual[1] + residual[2] * residual[2];
     const double worst = std::sqrt(largest(squared));
-    if (worst <= options_.accept_mm) {
+    if (worst <= accept_mm_) {
       row_->max_residual_mm = std::max(row_->max_residual_mm, worst);
       return true;
     }

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/inversion/acceptance.h"
 #include "core/inversion/point_inverter.h"
 #include "core/limit/patch_lanes.h"
 #include "core/limit/patch_path.h"
@@ -97,6 +98,7 @@ class RowInverter {
   PointInverter* inverter_;
   const LimitSolid* solid_;
   const InversionOptions options_;
+  const Acceptance acceptance_;
   std::size_t channels_;
   // Of the row at hand.
   Vec3 first_ = Vec3::Zero(), step_ = Vec3::Zero();
@@ -105,6 +107,7 @@ class RowInverter {
   std::span<const RowEntry> beside_;  // What is left of it.
   const Patch* patch_ = nullptr;
   PatchPlace place_;
+  double accept_mm_ = 0;                              // In the patch.
   std::array<LanePoint, kRowStride / kLanes> curve_;  // Parameters in the patch of the points after a node.
 };
 

@@ -46,6 +46,8 @@ struct CellMap {
   Box3 hull;                             // Holds the guesses for all points of the cell: a sheared box around it.
 
   Vec3 operator()(const Vec3& point) const { return Vec3::Constant(0.5) + inverse_jacobian * (point - middle); }
+  /// About, and at most, its least extent; infinite where there is no Jacobian.
+  double thickness_mm() const { return 1 / inverse_jacobian.norm(); }
   /// The cell may come as near as that to the point that was guessed.
   bool may_hold(const Vec3& guess, double distance_mm) const {
     const Vec3 margin = distance_mm * inverse_jacobian.cwiseAbs().rowwise().sum() + kRounding * hull.diagonal();

@@ -14,8 +14,7 @@ namespace ccslice {
 namespace {
 
 constexpr double kAcceptMm = 1e-6;
-constexpr std::size_t kPatchCacheBytes = 8 << 20;    // What the patches of a slab's cells take, or most of them.
-constexpr double kSmallestAcceptOfDiagonal = 1e-12;  // What doubles can reach, however the placement magnifies.
+constexpr std::size_t kPatchCacheBytes = 8 << 20;  // What the patches of a slab's cells take, or most of them.
 
 class InvertedField final : public MaterialField {
  public:
@@ -74,7 +73,7 @@ class InvertedField final : public MaterialField {
 
   InversionOptions options(double outside_mm) const {
     InversionOptions result;
-    result.accept_mm = std::max(kAcceptMm / scales_[0], kSmallestAcceptOfDiagonal * diagonal_mm());
+    result.accept_mm = kAcceptMm / scales_[0];
     result.outside_mm = outside_mm / scales_[2];
     result.patch_cache_bytes = kPatchCacheBytes;
     return result;

@@ -47,10 +47,10 @@ class MaterialField {
                          std::span<const RowEntry> beside, const CancellationToken& cancel, SolvedRow& row);
 };
 
-/// The real one. A point inside is accepted within 1e-6 mm, and a point that the contours' tolerance puts inside
-/// although it is `outside_mm` off the limit volume still gets a parameter; both are world lengths. Residuals are
-/// |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales, an upper bound for the rest.
-/// REQUIRES: placement passes validate_placement().
+/// The real one. A point inside is accepted within 1e-6 mm, less in small cells (acceptance.h), and a point that the
+/// contours' tolerance puts inside although it is `outside_mm` off the limit volume still gets a parameter; both are
+/// world lengths. Residuals are |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales,
+/// an upper bound for the rest. REQUIRES: placement passes validate_placement().
 std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
                                                    double outside_mm);
 

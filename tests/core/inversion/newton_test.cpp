@@ -15,7 +15,8 @@ TEST(Newton, ArrivesInOneStepInALinearCell) {
   oracle::sharpen_by_cells(mesh, 1);
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
-  const NewtonResult result = newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(1, 9, 4), 1e-9);
+  const NewtonResult result =
+      newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(1, 9, 4), Acceptance(*solid, 1e-9));
   EXPECT_LT((result.uvw - Vec3(0.1, 0.9, 0.4)).norm(), 1e-12);
   EXPECT_EQ(result.steps, 1);
 }
@@ -25,10 +26,11 @@ TEST(Newton, SlidesAlongTheFaceToTheNearestParameter) {
   oracle::sharpen_by_cells(mesh, 1);
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
-  const NewtonResult face = newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 3, 4), 1e-9);
+  const NewtonResult face = newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 3, 4), Acceptance(*solid, 1e-9));
   EXPECT_LT((face.uvw - Vec3(0, 0.3, 0.4)).norm(), 1e-12);
   EXPECT_NEAR(face.residual_mm, 2, 1e-12);
-  const NewtonResult corner = newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 13, 15), 1e-9);
+  const NewtonResult corner =
+      newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 13, 15), Acceptance(*solid, 1e-9));
   EXPECT_LT((corner.uvw - Vec3(0, 1, 1)).norm(), 1e-12);
 }
 
@@ -38,7 +40,8 @@ TEST(Newton, NeverLeavesTheCell) {
     LimitEvaluator evaluator(*solid);
     for (std::uint32_t c = 0; c < solid->cell_count(); c += 3) {
       for (const Vec3& far : {Vec3(100, 0, 0), Vec3(-50, 80, -20), Vec3(15, 15, 15)}) {
-        const NewtonResult result = newton_in_cell(evaluator, c, Vec3(0.375, 0.625, 0.125), far, 1e-9);
+        const NewtonResult result =
+            newton_in_cell(evaluator, c, Vec3(0.375, 0.625, 0.125), far, Acceptance(*solid, 1e-9));
         EXPECT_TRUE((result.uvw.array() >= 0).all() && (result.uvw.array() <= 1).all()) << name;
         EXPECT_TRUE(std::isfinite(result.residual_mm)) << name;
       }

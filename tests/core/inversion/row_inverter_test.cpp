@@ -75,6 +75,56 @@ TEST(RowInverter, FindsEveryPointOfRowsThroughTheCatalogue) {
   }
 }
 
+/// How far the materials of points of a row are from those of the same points alone: a share of the channels' ranges.
+double worst_difference(Rows& rows, const Vec3& first, const Vec3& step, std::uint32_t count, std::size_t& compared) {
+  const SolvedRow& row = rows.solve(first, step, count);
+  PointInverter alone(rows.solid);
+  const std::size_t channels = rows.solid.channel_count();
+  std::vector<double> values(channels);
+  double worst = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::optional<InversionResult> found = alone.invert(first + k * step);
+    if (!found || found->residual_mm > 1e-6 || row.points[k] == RowPoint::kUnresolved) continue;
+    ++compared;
+    alone.evaluator().mat(found->at, values);
+    for (std::size_t c = 0; c < channels; ++c) {
+      const ChannelRange& range = rows.solid.summary().channels[c];
+      worst = std::max(worst, std::abs(row.values[k * channels + c] - values[c]) / (range.max - range.min));
+    }
+  }
+  return worst;
+}
+
+/// Rows through random places of each cell of the catalogue, some of them beside lines and corners, of parts that many
+/// times as large.
+void expect_alike(double scale) {
+  constexpr unsigned kSeed = 11;
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> u(0, 1), exponent(0, 8), direction(-1, 1);
+  std::size_t compared = 0;
+  for (auto [name, mesh] : oracle::tiny_meshes()) {
+    for (Vec3& p : mesh.positions) p *= scale;
+    const auto solid = LimitSolid::prepare(mesh);
+    if (solid->channel_count() == 0) continue;
+    Rows rows(*solid);
+    LimitEvaluator evaluator(*solid);
+    std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
+    for (int i = 0; i < 12; ++i) {
+      CellParam middle{cell(random), Vec3(u(random), u(random), u(random))};
+      for (int a = 0; a < i % 4; ++a) middle.uvw[a] = std::exp2(-exponent(random));
+      const Vec3 step = scale * (i % 2 ? 0.05 : 0.4) * Vec3(direction(random), direction(random), direction(random));
+      EXPECT_LT(worst_difference(rows, evaluator.geo(middle) - 20 * step, step, 41, compared), 1e-6)
+          << name << " times " << scale << ", seed " << kSeed << ", row " << i;
+    }
+  }
+  EXPECT_GT(compared, 10000u);
+}
+
+TEST(RowInverter, FindsTheMaterialsThatSinglePointsHave) {
+  expect_alike(1);
+  expect_alike(0.01);
+}
+
 TEST(RowInverter, MarchesThroughASolidWithoutSearchingEachPoint) {
   ControlMesh mesh = oracle::box_mesh(4, 4, 4);
   oracle::sharpen_by_cells(mesh, 1);
