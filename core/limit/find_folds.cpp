@@ -11,6 +11,7 @@
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
+#include "core/limit/vertex_folds.h"
 
 namespace ccslice {
 
@@ -29,14 +30,15 @@ class CellSearch {
       : cancel_(cancel),
         builder_(data, kPositionDimension),
         patches_(kHalvingsAtLeast + kHalvingsPerCell * data.cells.size()),
-        lines_(data) {}
+        lines_(data),
+        vertices_(data, lines_) {}
 
   FoldFinding examine(const LimitCell& cell) {
     worst_ = {};
     const int line_levels = cell.cell_class == CellClass::kLine ? kFoldLevels : kSubCellFoldLevels;
     builder_.visit_patches(
         cell, kFoldLevels, line_levels, [&](const PatchPath& path, double* grid) { look_at_patch(path, grid); },
-        [&](const PatchRest& rest) { rest.at_vertex ? look_beside_vertex(cell) : look_beside_line(rest); });
+        [&](const PatchRest& rest) { rest.at_vertex ? look_beside_vertex(cell, rest) : look_beside_line(rest); });
     return worst_;
   }
 
@@ -55,9 +57,13 @@ class CellSearch {
     if (!folds()) keep(lines_.examine(rest.op, rest.points), rest.path);
   }
 
-  /// In one direction, so deep that all others are alike.
-  void look_beside_vertex(const LimitCell& cell) {
+  /// Level by level where a sharp line leads to the vertex, else in one direction, so deep that all others are alike.
+  void look_beside_vertex(const LimitCell& cell, const PatchRest& rest) {
     if (folds()) return;
+    if (vertices_.has_sharp_edge(rest.op)) {
+      cancel_.throw_if_cancelled();
+      return keep(vertices_.examine(rest.op, rest.points), rest.path);
+    }
     constexpr PatchPath kPath{kVertexFoldLevel, 7, 0, 0};
     std::array<double, 64 * kPositionDimension> grid;
     builder_.build(cell, kPath, grid.data());
@@ -80,6 +86,7 @@ class CellSearch {
   PatchBuilder builder_;
   FoldSearch patches_;
   LineFolds lines_;
+  VertexFolds vertices_;
   FoldFinding worst_;  // Of the cell.
 };
 

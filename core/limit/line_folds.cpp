@@ -13,8 +13,36 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint8_t kOuterChild = 3;  // Off both axes.
-constexpr double kRounding = 1e-9;       // Of the product of the three vectors' lengths, with room.
+constexpr double kRounding = 1e-12;  // Of the product of the three vectors' lengths, with room.
+
+/// Where to look, in the parameters of one of the three patches of a level.
+struct Place {
+  std::uint8_t child;
+  double u, v;
+};
+constexpr std::array<Place, 6> kPlaces = {{{3, 0.5, 0.5}, {1, 1, 0}, {3, 1, 0}, {3, 1, 1}, {3, 0, 1}, {2, 0, 1}}};
+
+enum class LineKind { kInside, kSmooth, kSharp };
+
+/// Across the line a sharp edge stays where it is, and a smooth one follows three points of the boundary.
+LineKind kind_of(const PlanarOperator& line) {
+  const auto weighs = [](double weight) { return std::abs(weight) > kRounding; };
+  const auto count = std::count_if(line.limit.begin(), line.limit.end(), weighs);
+  return count == 1 ? LineKind::kSharp : count == 3 ? LineKind::kSmooth : LineKind::kInside;
+}
+
+using Ring = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;  // Row p: weights in its point p.
+
+Eigen::RowVectorXd limit_of(const PlanarOperator& line, const Ring& ring) {
+  return Eigen::Map<const Eigen::RowVectorXd>(line.limit.data(), static_cast<Eigen::Index>(line.points)) * ring;
+}
+
+Ring child_of(const PlanarOperator& line, std::size_t child, const Ring& ring) {
+  const ChildRows& rows = line.children[child];
+  Ring next(rows.count, ring.cols());
+  line.stencils.apply(rows.first_row, rows.count, ring.data(), static_cast<std::size_t>(ring.cols()), next.data());
+  return next;
+}
 
 template <std::size_t kCount>
 using Polynomial = std::array<double, kCount>;  // Bernstein coefficients.
@@ -54,6 +82,24 @@ Vec3 value_at(Curve curve, double t) {
     for (std::size_t i = 0; i < count; ++i) curve[i] += t * (curve[i + 1] - curve[i]);
   }
   return curve[0];
+}
+
+/// Appends the weights in d/du and d/dv at a place beside the line. `ring`: less the limit, doubled at every level.
+void append_view(const PlanarOperator& line, const Ring& ring, const Place& place, Eigen::MatrixXd& views) {
+  Ring grid = child_of(line, place.child, ring);
+  fill_phantoms(grid.data(), 2, static_cast<std::size_t>(grid.cols()), line.children[place.child].phantoms);
+  std::array<double, 4> value_u, slope_u, value_v, slope_v;
+  bspline_basis(place.u, value_u, slope_u);
+  bspline_basis(place.v, value_v, slope_v);
+  const Eigen::Index column = views.cols();
+  views.conservativeResize(Eigen::NoChange, column + 2);
+  views.rightCols<2>().setZero();
+  for (std::size_t p = 0; p < 16; ++p) {
+    const std::size_t i = p % 4, j = p / 4;
+    const Eigen::VectorXd weights = 2 * grid.row(static_cast<Eigen::Index>(p));
+    views.col(column) += slope_u[i] * value_v[j] * weights;
+    views.col(column + 1) += value_u[i] * slope_v[j] * weights;
+  }
 }
 
 /// A piece [low, low + size] of the line, and the determinant there.
@@ -103,62 +149,60 @@ Least least_of(const Polynomial<9>& polynomial, double rounding) {
 
 }  // namespace
 
+bool LineFolds::is_sharp(std::uint32_t op) const { return kind_of(data_.operators.lines()[op]) == LineKind::kSharp; }
+
 /// Subdivides the unit vectors of the ring's points.
-const LineFolds::Rows& LineFolds::rows(std::uint32_t op) {
-  Rows& rows = rows_[op];
-  if (rows.rows() > 0) return rows;
+const LineFolds::Weights& LineFolds::weights_of(std::uint32_t op) {
+  Weights& weights = weights_[op];
+  if (weights.cols() > 0) return weights;
   const auto& lines = data_.operators.lines();
-  const std::size_t dimension = lines[op].points;
-  std::vector<double> ring(dimension * dimension, 0.0), next;
-  for (std::size_t i = 0; i < dimension; ++i) ring[i * dimension + i] = 1;
-  const auto step = [&](const PlanarOperator& now, const ChildRows& child) {
-    next.assign(child.count * dimension, 0.0);
-    now.stencils.apply(child.first_row, child.count, ring.data(), dimension, next.data());
-    ring.swap(next);
-  };
+  const auto points = static_cast<Eigen::Index>(lines[op].points);
+  const LineKind kind = kind_of(lines[op]);
+  const int last_level = kind == LineKind::kInside ? kLevels : kLastLevels;
+  Ring ring = Ring::Identity(points, points);
+  weights = limit_of(lines[op], ring).transpose();
   std::uint32_t at = op;
-  for (int level = 0; level < kLevels; ++level) {
-    const ChildRows& inner = lines[at].children[0];
-    step(lines[at], inner);
-    at = inner.op;
+  for (int level = 0;; ++level) {
+    ring.rowwise() -= limit_of(lines[at], ring);
+    if (level == kLevels || level == last_level) {
+      for (std::size_t i = 0; i < (kind == LineKind::kSharp ? kPlaces.size() : 1); ++i) {
+        append_view(lines[at], ring, kPlaces[i], weights);
+      }
+    }
+    if (level == last_level) return weights;
+    ring = 2 * child_of(lines[at], 0, ring);
+    at = lines[at].children[0].op;
   }
-  const ChildRows& outer = lines[at].children[kOuterChild];
-  step(lines[at], outer);
-  fill_phantoms(ring.data(), 2, dimension, outer.phantoms);
-  std::array<double, 4> value, slope;
-  bspline_basis(0.5, value, slope);
-  rows.setZero(static_cast<Eigen::Index>(dimension), 3);
-  for (std::size_t p = 0; p < 16; ++p) {
-    const Eigen::Map<const Eigen::VectorXd> weights(ring.data() + p * dimension, rows.rows());
-    const std::size_t i = p % 4, j = p / 4;
-    rows.col(0) += value[i] * value[j] * weights;
-    rows.col(1) += std::ldexp(slope[i] * value[j], kLevels + 1) * weights;
-    rows.col(2) += std::ldexp(value[i] * slope[j], kLevels + 1) * weights;
-  }
-  return rows;
 }
 
-FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers) {
-  const Rows& weights = rows(op);
-  const auto points = static_cast<std::size_t>(weights.rows());
-  const Vec3 origin = Vec3::Map(layers.data());  // Derivatives are small beside coordinates.
-  std::array<Curve, 3> curves;                   // Position, d/du, d/dv.
+FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers, Views views) {
+  const Weights& all = weights_of(op);
+  const auto weights = all.leftCols(views == Views::kAll ? all.cols() : 3);
+  const Eigen::Index points = weights.rows();
+  const Vec3 origin = Vec3::Map(layers.data());                         // Derivatives are small beside coordinates.
+  std::vector<Curve> curves(static_cast<std::size_t>(weights.cols()));  // Position, then d/du and d/dv by view.
   for (std::size_t layer = 0; layer < 4; ++layer) {
-    Mat3 sums = Mat3::Zero();
-    for (std::size_t p = 0; p < points; ++p) {
-      const Vec3 point = Vec3::Map(layers.data() + kPositionDimension * (layer * points + p)) - origin;
-      sums += point * weights.row(static_cast<Eigen::Index>(p));
-    }
-    for (std::size_t c = 0; c < 3; ++c) curves[c][layer] = sums.col(static_cast<Eigen::Index>(c));
+    using Points = Eigen::Matrix<double, kPositionDimension, Eigen::Dynamic>;
+    const double* first = layers.data() + kPositionDimension * static_cast<std::size_t>(points) * layer;
+    const Eigen::Map<const Points> of_layer(first, kPositionDimension, points);
+    const Eigen::Matrix3Xd sums = (of_layer.topRows<3>().colwise() - origin) * weights;
+    for (std::size_t c = 0; c < curves.size(); ++c) curves[c][layer] = sums.col(static_cast<Eigen::Index>(c));
   }
   for (Curve& curve : curves) curve = to_bernstein(curve);
-  const auto& [position, along_u, along_v] = curves;
-  const Polynomial<9> polynomial = determinant(along_u, along_v, position);
+  const Curve& position = curves[0];
   Curve steps;
   for (std::size_t i = 0; i < 3; ++i) steps[i] = 3 * (position[i + 1] - position[i]);
   steps[3] = steps[2];
-  const Least least = least_of(polynomial, kRounding * longest(along_u) * longest(along_v) * longest(steps));
-  return {least.verdict, least.value, origin + value_at(position, least.w)};
+  FoldFinding worst;
+  for (std::size_t c = 1; c < curves.size() && worst.verdict != FoldVerdict::kFolds; c += 2) {
+    const Curve &along_u = curves[c], &along_v = curves[c + 1];
+    const double rounding = kRounding * longest(along_u) * longest(along_v) * longest(steps);
+    const Least least = least_of(determinant(along_u, along_v, position), rounding);
+    const FoldVerdict verdict = std::max(worst.verdict, least.verdict);
+    if (least.value < worst.determinant) worst = {verdict, least.value, origin + value_at(position, least.w)};
+    worst.verdict = verdict;
+  }
+  return worst;
 }
 
 }  // namespace ccslice

@@ -29,9 +29,10 @@ inline constexpr int kFoldLevels = 3;
 /// Conclusive for every patch that it looks at (fold_search.h): it folds, it doesn't, or it counts as undecided, which
 /// the inversion treats as folding. It looks at the first kFoldLevels levels of patches towards an irregular line or
 /// vertex (at one level along the lines of a vertex cell), and at the limit on all of each line (line_folds.h) and at
-/// the vertex, which decides for all levels that are deep enough. What can go unreported is a fold in the levels
-/// between that reaches neither: within an eighth of a cell of a line or vertex (a quarter along the lines of a vertex
-/// cell), yet off it. Bounded by a number of steps for each patch and for the whole solid.
+/// the vertex, which decides for all levels that are deep enough; where sharp edges lead to the vertex, at one level
+/// after the other (vertex_folds.h). What can go unreported is a fold in the levels between that reaches neither:
+/// within an eighth of a cell of a line or vertex (a quarter along the lines of a vertex cell), yet off it. Bounded by
+/// a number of steps for each patch and for the whole solid.
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data);
 
 /// Finds the cells whose boxes meet those of a separate part of the solid (one that shares no vertex): fills
