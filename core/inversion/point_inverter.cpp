@@ -234,19 +234,42 @@ struct PointInverter::State {
     return best;
   }
 
-  /// Near folds. A cell that the hint leads to bounds the search, and is searched again without the hint.
+  bool folds(std::uint32_t cell) const noexcept {
+    return std::binary_search(data.fold_cells.begin(), data.fold_cells.end(), cell);
+  }
+
+  /// REQUIRES: the point is near folds.
+  bool may_hold(std::uint32_t cell, const Vec3& point) const noexcept {
+    const CellMap& map = data.cell_maps[cell];
+    const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
+    return data.hulls_near_folds.may_hold(cell, map(point), margin);
+  }
+
+  /// A cell that doesn't fold has one parameter for a point: its map's guess leads there, or the nearest start does.
+  bool search_near_folds(const Candidate& c, const Vec3& point, InversionResult& best) noexcept {
+    const bool may_fold = folds(c.cell);
+    if (!may_fold && run(c.cell, c.start, point, best, Patience::kQuick)) return true;
+    if (run(c.cell, nearest_start(c.cell, point), point, best)) return true;
+    return may_fold && search_thoroughly(c.cell, point, best);
+  }
+
+  /// Near folds. A cell that the hint leads to bounds the search; if it folds, it is searched again without the hint.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
     const bool bounded = hint && run(hint->cell, hint->uvw, point, best);
     const InversionResult bound = best;
     best.full = true;
-    collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return !bounded || cell <= hint->cell; });
+    const std::uint32_t below = !bounded ? solid.cell_count() : hint->cell + folds(hint->cell);
+    collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return cell < below && may_hold(cell, point); });
     best.residual_mm = std::numeric_limits<double>::infinity();
     for (const Candidate& c : candidates) {
-      if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
-      if (search_thoroughly(c.cell, point, best)) return best;
+      if (search_near_folds(c, point, best)) return best;
     }
-    return bounded ? bound : best;
+    if (bounded) return bound;
+    for (const Candidate& c : candidates) {
+      if (!folds(c.cell) && search_thoroughly(c.cell, point, best)) return best;
+    }
+    return best;
   }
 
   /// Where separate parts overlap: the same point in a part before that of `found`, if any holds it.

@@ -99,6 +99,7 @@ void find_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
     const FoldFinding worst = search.examine(data.cells[c]);
     if (worst.verdict == FoldVerdict::kUnfolded) continue;
     boxes.push_back(data.cell_boxes.box(c));
+    data.fold_cells.push_back(c);
     if (worst.verdict == FoldVerdict::kUndecided) {
       ++data.summary.undecided_cells;
       continue;

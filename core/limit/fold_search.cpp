@@ -70,18 +70,6 @@ bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
   return spread.allFinite() && keeps_regular((1 + kRounding) * spread);
 }
 
-void halve(const BezierVolume& net, std::size_t axis, BezierVolume& low, BezierVolume& high) {
-  const std::size_t stride = stride_of(axis);
-  for (std::size_t p = 0; p < 64; ++p) {
-    if ((p / stride) % 4 != 0) continue;
-    const std::size_t q = p + stride, r = q + stride, s = r + stride;
-    const Quad pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
-    const Quad pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
-    low[p] = net[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
-    high[q] = qrs, high[r] = rs, high[s] = net[s];
-  }
-}
-
 /// Looks at the middle. True if that settles it.
 bool settle_at_middle(const BezierVolume& net, FoldFinding& finding) {
   static const TensorBasis kMiddle = basis_at(Vec3::Constant(0.5));
@@ -98,7 +86,7 @@ bool settle_in_halves(const BezierVolume& net, FoldFinding& finding) {
     const std::size_t count = std::size_t{1} << axis;
     for (std::size_t i = 0; i < count; ++i) {
       const BezierVolume whole = parts[i];
-      halve(whole, axis, parts[i], parts[i + count]);
+      halve_net(whole, axis, parts[i], parts[i + count]);
     }
   }
   bool settled = true;
@@ -195,6 +183,18 @@ double variation(const std::array<double, 729>& b, std::size_t axis) {
 }
 
 }  // namespace
+
+void halve_net(const BezierVolume& net, std::size_t axis, BezierVolume& low, BezierVolume& high) {
+  const std::size_t stride = stride_of(axis);
+  for (std::size_t p = 0; p < 64; ++p) {
+    if ((p / stride) % 4 != 0) continue;
+    const std::size_t q = p + stride, r = q + stride, s = r + stride;
+    const Quad pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
+    const Quad pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
+    low[p] = net[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
+    high[q] = qrs, high[r] = rs, high[s] = net[s];
+  }
+}
 
 /// det J = J_u . (J_v x J_w), whose factors have degrees (2,3,3), and (3,2,3) + (3,3,2) = (6,5,5).
 void FoldSearch::set_up(const BezierVolume& net) {

@@ -22,8 +22,8 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
          bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.middle_channels) + bytes_of(data.faces) +
          bytes_of(data.face_rings) + bytes_of(data.face_hulls) + data.operators.memory_bytes() +
-         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + data.overlap_boxes.memory_bytes() +
-         bytes_of(data.parts);
+         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
+         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
 }
 
 }  // namespace
@@ -37,6 +37,7 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   data->cells.shrink_to_fit();
   build_cell_boxes(options.cancel, *data);
   find_folds(options.cancel, *data);
+  find_hulls_near_folds(options.cancel, *data);
   find_overlaps(mesh, options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);
   data->summary.memory_bytes = memory_bytes(*data);

@@ -35,6 +35,9 @@ inline constexpr int kFoldLevels = 3;
 /// a number of steps for each patch and for the whole solid.
 void find_folds(const CancellationToken& cancel, LimitSolid::Data& data);
 
+/// Finds what the cells near fold_boxes consist of: fills hulls_near_folds. REQUIRES: cell_boxes, fold_boxes.
+void find_hulls_near_folds(const CancellationToken& cancel, LimitSolid::Data& data);
+
 /// Finds the cells whose boxes meet those of a separate part of the solid (one that shares no vertex): fills
 /// overlap_boxes and parts. REQUIRES: cell_boxes.
 void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data);

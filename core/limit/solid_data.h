@@ -14,6 +14,7 @@
 
 #include "core/limit/boundary_surface.h"
 #include "core/limit/box_tree.h"
+#include "core/limit/cell_hulls.h"
 #include "core/limit/limit_solid.h"
 #include "core/subdivision/frame.h"
 #include "core/subdivision/operators.h"
@@ -75,10 +76,12 @@ struct LimitSolid::Data {
   std::vector<CellMap> cell_maps;
   std::vector<double> middle_channels;  // mat(1/2, 1/2, 1/2) by cell, then by channel.
   CellVolumes regular_volumes, irregular_volumes;
-  BoxTree cell_boxes;                // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;                // Of the cells that fold, or may fold.
-  BoxTree overlap_boxes;             // Of the cells that may overlap a separate part of the solid.
-  std::vector<std::uint32_t> parts;  // By cell: its part, numbered by first cells. Empty if no parts overlap.
+  BoxTree cell_boxes;                     // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;                     // Of the cells that fold, or may fold.
+  std::vector<std::uint32_t> fold_cells;  // Those cells, ascending.
+  CellHulls hulls_near_folds;             // Of the cells whose boxes meet theirs.
+  BoxTree overlap_boxes;                  // Of the cells that may overlap a separate part of the solid.
+  std::vector<std::uint32_t> parts;       // By cell: its part, numbered by first cells. Empty if no parts overlap.
   SolidSummary summary;
 
   std::span<const std::uint32_t> ring(const LimitCell& cell) const {
