@@ -10,9 +10,12 @@
 // perturb the choice, not the errors: fractions stay as exact, and neighbouring layers don't correlate. The direction
 // of the rows alternates, and starts with another one in every other layer.
 //
-// Errors that fall on voxels outside the solid are dropped. Voxels that would get theirs from there get random ones
-// instead, as large on average as errors are inside (measured): without them the first rows would all look alike, and
-// have too little of what is rare. Materials that are absent are never chosen, whatever the errors.
+// At the boundary as many errors must come in as leave, or else the voxels there have too little of what is rare:
+// errors inside aren't 0 on average, but positive for rare materials. What leaves a row at its end enters the next row,
+// which starts there, or the row's next run, unless that is far. Other errors that fall on voxels outside the solid are
+// dropped, and for each share that a voxel would get from there it gets one of an error that is made up: as large on
+// average as errors inside (measured), evenly spread beyond that along any line and from layer to layer, so that sums
+// over many voxels are hardly off. Materials that are absent are never chosen, whatever the errors.
 
 #pragma once
 
@@ -30,8 +33,14 @@ class ErrorDiffusion {
 
   /// No errors.
   void start_layer(std::uint32_t width);
-  /// Goes on to a row, `rows` after the one before (1 but for rows left out), in a direction of its own.
-  void start_row(std::uint32_t rows, bool reverse, std::uint32_t key);
+  /// Random numbers of a row.
+  struct RowNumbers {
+    std::uint32_t key;    // Of white noise.
+    std::uint32_t phase;  // Of the sequence that errors from outside are made of.
+  };
+  /// Goes on to a row, `rows` after the one before. REQUIRES: rows that follow on one another (rows = 1) have opposite
+  /// directions.
+  void start_row(std::uint32_t rows, bool reverse, const RowNumbers& numbers);
   /// Voxels [begin, end) of the block of kMixBlock columns from `first` on. REQUIRES: runs come in the row's direction.
   void choose(std::uint32_t first, std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
               std::uint8_t* out) noexcept;
@@ -46,20 +55,23 @@ class ErrorDiffusion {
     std::int32_t step;
   };
 
+  static constexpr std::int64_t kNowhere = -(std::int64_t{1} << 40);
+
   template <typename FromRow, typename FromAbove>
   void start_run(const Run& run, const FromRow& from_row, const FromAbove& from_above) noexcept;
+  float share_from_outside(const Run& run, std::uint32_t k) const noexcept;
   void choose_of_two(const Run& run, const Fractions& fractions, std::uint8_t* out) noexcept;
   void choose_of_many(const Run& run, const Fractions& fractions, std::uint8_t* out) noexcept;
 
   std::size_t materials_;
   bool reverse_ = false;
-  std::uint32_t key_ = 0;
+  RowNumbers numbers_{};
   // By column, one column of margin each side. With two materials the first one's errors, which are the other's
   // negated.
   std::vector<float> here_, below_;
   std::vector<Errors> many_here_, many_below_;
-  std::vector<std::uint8_t> inside_here_, inside_above_;  // By column, with a margin of a block.
-  std::int64_t next_ = -1;                                // The column that the last error goes on to.
+  std::vector<std::uint8_t> inside_here_, inside_above_;  // Likewise: 1 inside the solid, where runs have come.
+  std::int64_t next_ = kNowhere;                          // The column that the last error goes on to.
   float error_ = 0;
   Errors many_error_{};
 };

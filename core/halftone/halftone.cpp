@@ -18,6 +18,11 @@ std::uint32_t shift(std::uint64_t seed, std::uint64_t axis) {
   return seed == 0 ? 0 : static_cast<std::uint32_t>(mix64(mix64(seed) + axis) % kMaskEdge);
 }
 
+// Of error diffusion's sequence: its steps from row to row and from layer to layer (error_diffusion.cpp).
+std::uint32_t even_phase(std::uint64_t seed, std::uint32_t y, std::uint32_t z) {
+  return static_cast<std::uint32_t>(mix64(seed)) + 0xabc98389u * y + 0x8cb92ba7u * z;
+}
+
 // Thresholds of white noise have as many bits as the mask's: none is so near to 1 that the sum's rounding matters.
 float white_threshold(std::uint32_t key, std::uint32_t x) {
   return (static_cast<float>(static_cast<std::int32_t>(random_bits(key, x) >> 14)) + 0.5f) * 0x1p-18f;
@@ -61,7 +66,7 @@ void Halftoner::start_row(std::uint32_t y) {
   }
   if (halftone.method != HalftoneMethod::kErrorDiffusion) return;
   reverse_ = ((y ^ layer_) & 1) != 0;
-  diffusion_.start_row(y - row_, reverse_, key_);
+  diffusion_.start_row(y - row_, reverse_, {key_, even_phase(halftone.seed, y, layer_)});
   row_ = y;
 }
 
