@@ -7,6 +7,7 @@
 
 #include "server/rpc/point_call.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -15,8 +16,9 @@
 #include <vector>
 
 #include "core/base/number_text.h"
-#include "core/inversion/point_inverter.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/slicer/layer_slicer.h"
+#include "core/slicer/material_field.h"
 #include "server/rpc/call.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"
@@ -26,6 +28,9 @@ namespace ccslice::server {
 namespace {
 
 constexpr int kPointsPerPoll = 64;
+constexpr double kOnSurfaceMm = 1e-6;          // What inversion accepts,
+constexpr double kRoundingOfDiagonal = 1e-12;  // and what doubles can't tell apart.
+constexpr double kNearMm = 1e-3;               // Beyond the contours' tolerance: as far as SliceRange looks.
 
 template <class Request, class Response>
 class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
@@ -73,6 +78,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
   const LimitSolid& solid() const { return *mesh_->solid(); }
 
   Placement placement_ = Placement::Identity();
+  MeshPtr mesh_;
 
  private:
   void read() {
@@ -122,25 +128,26 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
 
   Executor::Lane lane_;
   CancellationToken cancel_ = CancellationToken::make();
-  MeshPtr mesh_;
   Request request_;
   Response response_;
 };
 
+/// Points are inverted as SliceRange inverts its voxels (material_field.h), so that both give them the same materials.
 class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePointsResponse> {
  public:
   ProbeCall(ServiceState& state, grpc::CallbackServerContext& context) : PointCall(state, context, "ProbePoints") {}
 
  private:
   void open(const LimitSolid& solid) override {
-    inverter_.emplace(solid);
+    evaluator_.emplace(solid);
     materials_.resize(solid.channel_count());
   }
 
   void answer(const v1::ProbePointsRequest& request, v1::ProbePointsResponse& response) override {
     const int points = request.points_mm_size() / 3;
     require_batch(request.points_mm_size(), points, "points_mm");
-    const Placement to_mesh = placement_.inverse();
+    accept_tolerance(request);
+    prepare_field();
     for (int p = 0; p < points; ++p) {
       poll(p);
       const Vec3 point(request.points_mm(3 * p), request.points_mm(3 * p + 1), request.points_mm(3 * p + 2));
@@ -150,18 +157,45 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
         throw Error(ErrorCode::kPointNonFinite,
                     field + ": point " + std::to_string(p) + " is NaN or infinite; leave it out", field, {p});
       }
-      probe(point, to_mesh, response);
+      probe(point, response);
     }
   }
 
-  void probe(const Vec3& point, const Placement& to_mesh, v1::ProbePointsResponse& response) {
-    const auto found = inverter_->invert(to_mesh * point, hint_);
+  void accept_tolerance(const v1::ProbePointsRequest& request) {
+    if (!request.has_contour_tolerance_mm()) return;
+    const double tolerance_mm = request.contour_tolerance_mm(), most_mm = state_.slice_limits.max_contour_tolerance_mm;
+    if (!(tolerance_mm >= 0 && tolerance_mm <= most_mm)) {
+      throw Error(ErrorCode::kToleranceInvalid,
+                  "contour_tolerance_mm: " + number_text(tolerance_mm) + " is outside [0, " + number_text(most_mm) +
+                      "]; give that of the SliceRange to compare with, or leave it out",
+                  "contour_tolerance_mm");
+    }
+    contour_tolerance_mm_ = tolerance_mm;
+  }
+
+  /// Clients may repeat a placement with every batch: what was kept for it is worth keeping.
+  void prepare_field() {
+    if (field_ && field_placement_.matrix() == placement_.matrix() && field_tolerance_mm_ == contour_tolerance_mm_) {
+      return;
+    }
+    const Vec3 scales = Eigen::JacobiSVD<Mat3>(placement_.linear()).singularValues();
+    const double rounding_mm = kRoundingOfDiagonal * scales[0] * solid().summary().bounding_box.diagonal().norm();
+    // Residuals are found in the mesh's frame, and told by the largest scale. A point within the tolerance may be off
+    // by the tolerance over the smallest one there.
+    inside_mm_ = (contour_tolerance_mm_ + kOnSurfaceMm + rounding_mm) * scales[0] / scales[2];
+    field_ = make_material_field(mesh_->solid(), placement_, contour_tolerance_mm_ + kNearMm);
+    field_placement_ = placement_;
+    field_tolerance_mm_ = contour_tolerance_mm_;
+  }
+
+  void probe(const Vec3& point, v1::ProbePointsResponse& response) {
+    const auto found = field_->invert(point, hint_);
     std::fill(materials_.begin(), materials_.end(), 0.0);
     if (!found) return add(v1::POINT_LOCATION_OUTSIDE, CellParam{}, 0, 0, response);
     hint_ = found->at;
-    inverter_->evaluator().mat(found->at, materials_);
-    const double residual_mm = (placement_ * inverter_->evaluator().geo(found->at) - point).norm();
-    const bool inside = found->residual_mm <= InversionOptions().accept_mm;
+    field_->mat(found->at, materials_);
+    const double residual_mm = (placement_ * evaluator_->geo(found->at) - point).norm();
+    const bool inside = found->residual_mm <= inside_mm_;
     add(inside ? v1::POINT_LOCATION_INSIDE : v1::POINT_LOCATION_NEAR, found->at, solid().control_cell(found->at.cell),
         residual_mm, response);
   }
@@ -176,7 +210,14 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
     response.add_residuals_mm(residual_mm);
   }
 
-  std::optional<PointInverter> inverter_;
+  double contour_tolerance_mm_ = SliceJob().contour_tolerance_mm;
+  // For the placement and the tolerance at hand:
+  std::unique_ptr<MaterialField> field_;
+  Placement field_placement_ = Placement::Identity();
+  double field_tolerance_mm_ = 0;
+  double inside_mm_ = 0;  // Residuals of points that count as inside.
+
+  std::optional<LimitEvaluator> evaluator_;
   std::optional<CellParam> hint_;
   std::vector<double> materials_;
 };

@@ -66,7 +66,7 @@ class PointRpcs : public ::testing::Test {
 
 TEST_F(PointRpcs, ProbeTellsInsideFromNearFromOutside) {
   std::vector<v1::ProbePointsResponse> responses;
-  const grpc::Status status = probe({points({1, 2, 3, 11, 5, 5, 10.001, 5, 5, 7.5, 5, 5})}, responses);
+  const grpc::Status status = probe({points({1, 2, 3, 11, 5, 5, 10.0015, 5, 5, 7.5, 5, 5})}, responses);
   ASSERT_TRUE(status.ok()) << status.error_message();
   const v1::ProbePointsResponse& answer = responses.at(0);
   ASSERT_EQ(answer.locations_size(), 4);
@@ -79,8 +79,29 @@ TEST_F(PointRpcs, ProbeTellsInsideFromNearFromOutside) {
   EXPECT_EQ(answer.materials(1), 0);
   EXPECT_NEAR(answer.materials(3), 7.5, 1e-5);
   EXPECT_LE(answer.residuals_mm(0), 1e-6);
-  EXPECT_NEAR(answer.residuals_mm(2), 0.001, 1e-5);
+  EXPECT_NEAR(answer.residuals_mm(2), 0.0015, 1e-5);
   EXPECT_LT(answer.control_cells(0), 8u);
+}
+
+TEST_F(PointRpcs, PointsWithinTheContourToleranceAreInside) {
+  v1::ProbePointsRequest by_default = points({10.0009, 5, 5}), strict = by_default, again = by_default,
+                         wide = by_default;
+  strict.set_contour_tolerance_mm(0);
+  wide.set_contour_tolerance_mm(0.1);
+  wide.set_points_mm(0, 10.09);
+  v1::ProbePointsRequest scaled = wide;  // The tolerance is one of the world.
+  scaled.set_points_mm(0, 100.2);
+  for (const double number : {10, 0, 0, 0, 0, 10, 0, 0, 0, 0, 10, 0}) scaled.mutable_placement()->add_matrix(number);
+  scaled.set_points_mm(1, 50);
+  scaled.set_points_mm(2, 50);
+  std::vector<v1::ProbePointsResponse> responses;
+  ASSERT_TRUE(probe({by_default, strict, again, wide, scaled}, responses).ok());
+  EXPECT_EQ(responses[0].locations(0), v1::POINT_LOCATION_INSIDE);
+  EXPECT_NEAR(responses[0].residuals_mm(0), 0.0009, 1e-6);
+  EXPECT_EQ(responses[1].locations(0), v1::POINT_LOCATION_NEAR);
+  EXPECT_EQ(responses[2].locations(0), v1::POINT_LOCATION_NEAR) << "until another message sets it";
+  EXPECT_EQ(responses[3].locations(0), v1::POINT_LOCATION_INSIDE);
+  EXPECT_EQ(responses[4].locations(0), v1::POINT_LOCATION_OUTSIDE);
 }
 
 TEST_F(PointRpcs, EvaluateUndoesProbe) {
@@ -185,6 +206,12 @@ TEST_F(PointRpcs, ProbeRefusesWrongBatches) {
   v1::ProbePointsRequest large = points({});
   for (std::uint32_t i = 0; i <= 3 * kMaxPointsPerMessage + 2; ++i) large.add_points_mm(1);
   EXPECT_EQ(probe_failure(large).reason, "BATCH_TOO_LARGE");
+  for (const double tolerance : {-1e-9, 1.5, std::numeric_limits<double>::quiet_NaN()}) {
+    v1::ProbePointsRequest request = points({1, 2, 3});
+    request.set_contour_tolerance_mm(tolerance);
+    EXPECT_EQ(probe_failure(request).reason, "TOLERANCE_INVALID");
+    EXPECT_EQ(probe_failure(request).field, "contour_tolerance_mm");
+  }
   v1::ProbePointsRequest flat = points({1, 2, 3});
   for (int i = 0; i < 12; ++i) flat.mutable_placement()->add_matrix(0);
   EXPECT_EQ(probe_failure(flat).reason, "PLACEMENT_SINGULAR");
