@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One hostile job from its seed, sliced and compared:
+//
+//   tolerance   every voxel against the same job with every voxel inverted: off by at most
+//               tolerance * min(value range of the plane, range of the channel), plus what the samples' rounding takes,
+//               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the material's slope);
+//   resolved    no voxel without a parameter, unless the solid reports folds.
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "tests/oracle/hostile_mesh.h"
+
+namespace ccslice::oracle {
+
+enum class HostileCheck : std::uint8_t { kTolerance, kResolved };
+inline constexpr std::size_t kHostileChecks = 2;
+std::string_view to_text(HostileCheck check);
+
+struct HostileFinding {
+  std::uint64_t compared = 0, failed = 0;
+  std::uint64_t excused = 0;  // Beyond the tolerance, but by no more than two inversions may differ.
+  double worst = 0;           // Of the failed, or else of all: the largest error over its tolerance.
+  std::string where;          // The worst, if any failed.
+};
+
+struct HostileResult {
+  std::uint64_t seed = 0;
+  std::string description;  // Of the mesh and the job, in one line.
+  std::string refused;      // Why the mesh is none, or the job.
+  std::string broken;       // What was thrown that shouldn't be.
+  std::array<HostileFinding, kHostileChecks> findings;
+  std::uint64_t voxels = 0, interpolated = 0;
+  double seconds = 0;
+
+  HostileFinding& operator[](HostileCheck check) { return findings[static_cast<std::size_t>(check)]; }
+  const HostileFinding& operator[](HostileCheck check) const { return findings[static_cast<std::size_t>(check)]; }
+  bool failed() const;
+};
+
+struct HostileOptions {
+  double most_voxels = 3e5;          // A job, those outside of the part included.
+  std::span<const NamedMesh> files;  // Their shapes instead of made ones.
+};
+
+/// Throws nothing but std::bad_alloc.
+HostileResult run_hostile_seed(std::uint64_t seed, const HostileOptions& options = {});
+
+/// In one line: the seed, its job and what failed.
+std::string to_text(const HostileResult& result);
+
+}  // namespace ccslice::oracle

@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/oracle/hostile_job.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "tests/oracle/hostile_random.h"
+
+namespace ccslice::oracle {
+namespace {
+
+constexpr double kLeastVoxels = 2000;
+constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
+constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+class JobMaker {
+ public:
+  JobMaker(std::uint64_t seed, const LimitSolid& solid, double most_voxels)
+      : random_(seed, 3),
+        solid_(solid),
+        voxels_(random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels)) {}
+
+  HostileJob make() {
+    choose_placement();
+    choose_grid();
+    choose_tolerances();
+    choose_planes();
+    choose_range();
+    if (random_.chance(0.3)) choose_region();
+    return std::move(result_);
+  }
+
+ private:
+  void say(const std::string& text) { result_.description += (result_.description.empty() ? "" : ", ") + text; }
+
+  void choose_placement() {
+    Placement& placement = result_.job.placement;
+    constexpr std::array weights = {0.4, 0.25, 0.08, 0.07, 0.1, 0.1};
+    constexpr std::array names = {"identity", "rotated", "turned", "mirrored", "sheared", "scaled"};
+    const std::size_t kind = random_.weighted(weights);
+    say(names[kind]);
+    Mat3 turned;
+    turned << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+    const Vec3 scales(random_.log_between(0.2, 5), random_.log_between(0.2, 5), random_.log_between(0.2, 5));
+    Mat3 shear = Mat3::Identity();
+    shear(0, 1) = random_.between(-1.5, 1.5);
+    shear(1, 2) = random_.between(-1.5, 1.5);
+    const Mat3 rotation = random_.chance(0.5) ? random_.rotation() : Mat3::Identity();
+    if (kind == 1) placement.linear() = random_.rotation();
+    if (kind == 2) placement.linear() = turned;
+    if (kind == 3) placement.linear() = rotation * Vec3(-1, 1, 1).asDiagonal();
+    if (kind == 4) placement.linear() = rotation * shear;
+    if (kind == 5) placement.linear() = rotation * Mat3(scales.asDiagonal()) * rotation.transpose();
+    if (!random_.chance(0.2)) return;
+    const double far = random_.log_between(0.1, 1e4);
+    placement.translation() = far * random_.in_cube(1);
+    say("moved by " + number(far));
+  }
+
+  /// Voxels along each axis are some to some hundred, or a window of finer ones.
+  void choose_grid() {
+    const Box3 box = solid_.placed_bounding_box(result_.job.placement);
+    const Vec3 sizes = box.sizes();
+    double mean_mm = sizes.maxCoeff() / random_.log_between(5, 200);
+    const bool window = random_.chance(0.2), even = random_.chance(0.35);
+    if (window) mean_mm /= random_.log_between(1, 30);
+    Vec3 pitch;
+    for (int axis = 0; axis < 3; ++axis) {
+      pitch[axis] = even ? mean_mm : mean_mm * random_.log_between(1 / kSteepestPitch, kSteepestPitch);
+      const double most = sizes[axis] / random_.between(1.2, 6);  // A few voxels at least,
+      const double least = window ? 0 : sizes[axis] / 400;        // and not too many.
+      pitch[axis] = std::clamp(std::max(std::min(pitch[axis], most), least), 1e-4, 1e3);
+    }
+    const double across = sizes.x() / pitch.x() * sizes.y() / pitch.y();
+    if (!window && across > voxels_ / 2) pitch.head<2>() *= std::sqrt(across / (voxels_ / 2));
+    pitch = pitch.cwiseMin(1e3);
+    GridRequest request;
+    request.pitch = {pitch.x(), pitch.y(), pitch.z()};
+    if (window) {
+      place_window(box, pitch, request);
+    } else if (random_.chance(0.2)) {
+      request.origin_mm = box.min() - pitch.cwiseProduct(Vec3(random_.unit(), random_.unit(), random_.unit()));
+    }
+    result_.job.grid = plan_grid(solid_, result_.job.placement, request);
+    const GridExtent& extent = result_.job.grid.extent;
+    say("pitch " + number(pitch.x()) + "," + number(pitch.y()) + "," + number(pitch.z()));
+    say(std::to_string(extent.columns) + "x" + std::to_string(extent.rows) + "x" + std::to_string(extent.layers) +
+        (window ? " in a window" : ""));
+  }
+
+  void place_window(const Box3& box, const Vec3& pitch, GridRequest& request) {
+    const double side = std::cbrt(voxels_);
+    std::array<std::uint32_t, 3> counts;
+    Vec3 origin;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double all = box.sizes()[axis] / pitch[axis];
+      const double count = std::floor(std::clamp(side * random_.log_between(0.5, 2), 1.0, std::max(1.0, all)));
+      counts[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(count);
+      origin[axis] = box.min()[axis] + random_.unit() * (all - count) * pitch[axis];
+    }
+    request.origin_mm = origin;
+    request.extent = GridExtent{counts[0], counts[1], counts[2]};
+  }
+
+  void choose_tolerances() {
+    constexpr std::array weights = {0.25, 0.2, 0.1, 0.45};
+    std::optional<double>& tolerance = result_.job.material_tolerance;
+    switch (random_.weighted(weights)) {
+      case 0: break;
+      case 1: tolerance = 1.0 / 1024; break;
+      case 2: tolerance = 1.0 / 65536; break;
+      default: tolerance = random_.log_between(1e-5, 1);
+    }
+    say("tolerance " + (tolerance ? number(*tolerance) : "default"));
+    const double size_mm = result_.job.grid.part_box.sizes().maxCoeff();
+    double& contours_mm = result_.job.contour_tolerance_mm;
+    if (random_.chance(0.3)) contours_mm = random_.log_between(1e-5, 1e-2);
+    if (random_.chance(0.8)) contours_mm = std::clamp(contours_mm, 1e-5, std::max(1e-5, size_mm / 200));
+    if (contours_mm != 1e-3) say("contours " + number(contours_mm));
+  }
+
+  void choose_planes() {
+    std::string names;
+    if (random_.chance(0.4)) {
+      add_plane({});
+      names += " occupancy";
+    }
+    std::vector<std::uint32_t> channels;
+    const double share = random_.chance(0.5) ? 1 : 0.5;
+    for (std::uint32_t c = 0; c < solid_.channel_count(); ++c) {
+      if (random_.chance(share)) channels.push_back(c);
+    }
+    if (channels.empty()) channels.push_back(static_cast<std::uint32_t>(random_.bits() % solid_.channel_count()));
+    if (channels.size() > 1 && random_.chance(0.25)) {
+      PlaneSpec plane;
+      plane.content = PlaneContent::kChannels;
+      plane.channels = channels;
+      plane.sample_type = SampleType::kFloat32;
+      add_plane(plane);
+      names += " together";
+      for (const std::uint32_t channel : channels) names += " " + solid_.summary().channels[channel].name;
+    } else {
+      for (const std::uint32_t channel : channels) names += " " + add_channel(channel);
+    }
+    if (random_.chance(0.08)) names += " " + add_channel(channels.front());
+    say("planes" + names);
+  }
+
+  void add_plane(PlaneSpec plane) {
+    plane.encoding = Encoding::kRaw;
+    result_.job.planes.push_back(std::move(plane));
+  }
+
+  std::string add_channel(std::uint32_t channel) {
+    constexpr std::array types = {SampleType::kFloat32, SampleType::kUint8, SampleType::kUint16};
+    constexpr std::array names = {":f32", ":u8", ":u16"};
+    constexpr std::array weights = {0.7, 0.15, 0.15};
+    const std::size_t type = random_.weighted(weights);
+    const ChannelRange& range = solid_.summary().channels[channel];
+    PlaneSpec plane;
+    plane.content = PlaneContent::kChannel;
+    plane.channel = channel;
+    plane.sample_type = types[type];
+    std::string name = range.name + names[type];
+    const double span = range.max - range.min;
+    if (type > 0 && span > 0 && random_.chance(0.3)) {
+      const double low = range.min + span * random_.between(-0.5, 0.8);
+      plane.range = ValueRange{low, low + span * random_.log_between(0.01, 2)};
+      name += "[" + number(plane.range->min) + "," + number(plane.range->max) + "]";
+    }
+    add_plane(plane);
+    return name;
+  }
+
+  void choose_range() {
+    const GridExtent& extent = result_.job.grid.extent;
+    const double layer = static_cast<double>(extent.columns) * extent.rows;
+    const auto most = static_cast<std::uint32_t>(std::clamp(voxels_ / layer, 1.0, double{kMostLayers}));
+    const std::uint32_t count = std::min(extent.layers, most), last = extent.layers - count;
+    constexpr std::array weights = {0.25, 0.25, 0.5};
+    const std::size_t place = random_.weighted(weights);
+    result_.layer_count = count;
+    result_.first_layer = place == 0 ? 0 : place == 1 ? last : static_cast<std::uint32_t>(random_.bits() % (last + 1));
+    say("layers " + std::to_string(result_.first_layer) + ".." + std::to_string(result_.first_layer + count - 1));
+  }
+
+  /// Of `count`, some: where they begin and how many.
+  std::pair<std::uint32_t, std::uint32_t> part_of(std::uint32_t count) {
+    const auto begin = static_cast<std::uint32_t>(random_.bits() % count);
+    return {begin, 1 + static_cast<std::uint32_t>(random_.bits() % (count - begin))};
+  }
+
+  void choose_region() {
+    const GridExtent& extent = result_.job.grid.extent;
+    VoxelRegion region;
+    std::tie(region.first_column, region.extent.columns) = part_of(extent.columns);
+    std::tie(region.first_row, region.extent.rows) = part_of(extent.rows);
+    std::tie(region.first_layer, region.extent.layers) = part_of(result_.layer_count);
+    region.first_layer += result_.first_layer;
+    result_.region = region;
+    say("region " + std::to_string(region.first_column) + "+" + std::to_string(region.extent.columns) + " x " +
+        std::to_string(region.first_row) + "+" + std::to_string(region.extent.rows) + " x " +
+        std::to_string(region.first_layer) + "+" + std::to_string(region.extent.layers));
+  }
+
+  HostileRandom random_;
+  const LimitSolid& solid_;
+  const double voxels_;
+  HostileJob result_;
+};
+
+}  // namespace
+
+HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels) {
+  return JobMaker(seed, solid, most_voxels).make();
+}
+
+}  // namespace ccslice::oracle

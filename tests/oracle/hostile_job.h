@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A random slicing job from a seed: placement, pitch, place of the grid, planes, tolerances, range of layers, region.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/slicer/layer_slicer.h"
+
+namespace ccslice::oracle {
+
+struct HostileJob {
+  SliceJob job;                                    // All of the grid, raw planes.
+  std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice.
+  std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.
+  std::string description;                         // In one line.
+};
+
+/// About `most_voxels` at most, those outside of the part included. Throws what plan_grid() throws.
+HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels);
+
+}  // namespace ccslice::oracle

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tests/oracle/hostile_truth.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "core/limit/solid_data.h"
+
+namespace ccslice::oracle {
+namespace {
+
+constexpr double kAcceptMm = 1e-6;         // As voxels are inverted: world mm.
+constexpr double kRoundingOfSize = 1e-12;  // What doubles can reach.
+constexpr int kMostSteps = 40, kMostHalvings = 8;
+
+Vec3 scales_of(const Placement& placement) { return Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues(); }
+
+InversionOptions options_of(const Placement& placement, double diagonal_mm, double outside_mm) {
+  const Vec3 scales = scales_of(placement);
+  InversionOptions options;
+  options.accept_mm = std::max(kAcceptMm / scales[0], kRoundingOfSize * diagonal_mm);
+  options.outside_mm = outside_mm / scales[2];
+  return options;
+}
+
+double diagonal_of(const LimitSolid& solid) { return solid.summary().bounding_box.diagonal().norm(); }
+
+}  // namespace
+
+const char* to_text(VoxelPlace place) {
+  switch (place) {
+    case VoxelPlace::kInside: return "inside";
+    case VoxelPlace::kOff: return "off the solid";
+    default: return "near a fold or overlap";
+  }
+}
+
+TruthFinder::TruthFinder(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm)
+    : solid_(std::move(solid)),
+      mesh_of_world_(placement.inverse(Eigen::Affine)),
+      diagonal_mm_(diagonal_of(*solid_)),
+      accept_mm_(options_of(placement, diagonal_mm_, outside_mm).accept_mm),
+      inverter_(*solid_, options_of(placement, diagonal_mm_, outside_mm)) {}
+
+std::optional<VoxelTruth> TruthFinder::find(const Vec3& world) {
+  const Vec3 point = mesh_of_world_ * world;
+  const auto found = inverter_.invert(point);
+  if (!found) return std::nullopt;
+  VoxelTruth truth;
+  truth.at = found->at;
+  truth.residual_mm = polish(point, truth.at);
+  const Vec3 margin = Vec3::Constant(accept_mm_);
+  if (solid_->data().is_ambiguous(Box3(point - margin, point + margin))) {
+    truth.place = VoxelPlace::kAmbiguous;
+  } else if (truth.residual_mm > accept_mm_) {
+    truth.place = VoxelPlace::kOff;
+  }
+  truth.values = values_at(truth.at);
+  return truth;
+}
+
+std::vector<double> TruthFinder::slack(const VoxelTruth& truth) {
+  std::vector<double> slack(truth.values.size());
+  const Vec3 middle = inverter_.evaluator().geo(truth.at);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> change(slack.size());
+    for (const double side : {-1.0, 1.0}) {
+      CellParam at = truth.at;
+      polish(middle + side * accept_mm_ * Vec3::Unit(axis), at);
+      const std::vector<double> values = values_at(at);
+      for (std::size_t c = 0; c < change.size(); ++c) {
+        change[c] = std::max(change[c], std::abs(values[c] - truth.values[c]));
+      }
+    }
+    for (std::size_t c = 0; c < slack.size(); ++c) slack[c] += 2 * change[c];
+  }
+  return slack;
+}
+
+/// Newton's method with halved steps, inside the cell. Returns the residual.
+double TruthFinder::polish(const Vec3& point, CellParam& at) {
+  LimitEvaluator& evaluator = inverter_.evaluator();
+  LimitSample sample = evaluator.sample(at);
+  double residual = (point - sample.position).norm();
+  for (int step = 0; step < kMostSteps && residual > kRoundingOfSize * diagonal_mm_; ++step) {
+    Vec3 move = sample.jacobian.fullPivLu().solve(point - sample.position);
+    if (!move.allFinite()) break;
+    bool nearer = false;
+    for (int halving = 0; halving < kMostHalvings && !nearer; ++halving, move /= 2) {
+      const CellParam next{at.cell, (at.uvw + move).cwiseMax(0).cwiseMin(1)};
+      const LimitSample there = evaluator.sample(next);
+      const double left = (point - there.position).norm();
+      nearer = left < residual;
+      if (!nearer) continue;
+      at = next;
+      sample = there;
+      residual = left;
+    }
+    if (!nearer) break;
+  }
+  return residual;
+}
+
+std::vector<double> TruthFinder::values_at(const CellParam& at) {
+  std::vector<double> values(solid_->channel_count());
+  inverter_.evaluator().mat(at, values);
+  return values;
+}
+
+}  // namespace ccslice::oracle

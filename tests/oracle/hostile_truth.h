@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a voxel's materials are to rounding: its parameter as PointInverter finds it, then plain Newton in that cell
+// until nothing is left of the residual. And by how much two inversions may differ there: each may be off by what it
+// accepts in space, 1e-6 mm, so their materials by twice what materials change within that.
+
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/inversion/point_inverter.h"
+#include "core/limit/limit_evaluator.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice::oracle {
+
+enum class VoxelPlace {
+  kInside,
+  kOff,        // Inside the contours, whose tolerance reaches over the solid's boundary.
+  kAmbiguous,  // The solid may fold here, or parts of it overlap: there may be several parameters.
+};
+const char* to_text(VoxelPlace place);
+
+struct VoxelTruth {
+  CellParam at;
+  double residual_mm = 0;  // Mesh frame.
+  VoxelPlace place = VoxelPlace::kInside;
+  std::vector<double> values;  // By channel.
+};
+
+/// One thread.
+class TruthFinder {
+ public:
+  TruthFinder(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm);
+
+  /// Nothing if there is no parameter within `outside_mm`.
+  std::optional<VoxelTruth> find(const Vec3& world);
+  /// By channel: by how much two inversions of the voxel may differ.
+  std::vector<double> slack(const VoxelTruth& truth);
+
+ private:
+  double polish(const Vec3& point, CellParam& at);
+  std::vector<double> values_at(const CellParam& at);
+
+  std::shared_ptr<const LimitSolid> solid_;
+  Placement mesh_of_world_;
+  double diagonal_mm_, accept_mm_;
+  PointInverter inverter_;
+};
+
+}  // namespace ccslice::oracle
