@@ -67,6 +67,7 @@ Material make(HostileRandom& random, std::size_t vertices, std::string& name) {
 }  // namespace
 
 std::string add_hostile_channels(HostileRandom& random, ControlMesh& mesh) {
+  if (mesh.vertex_count() == 0) return " none";
   Box3 box;
   for (const Vec3& p : mesh.positions) box.extend(p);
   const Vec3 sizes = box.sizes().cwiseMax(1e-300);

@@ -14,7 +14,8 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kLeastVoxels = 2000;
+constexpr double kLeastVoxels = 5000;
+constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
 
@@ -24,12 +25,18 @@ std::string number(double value) {
   return text;
 }
 
+/// Where the solid folds all cells that may hold a voxel are searched, which takes long.
+double share_of(const LimitSolid& solid) {
+  const SolidSummary& summary = solid.summary();
+  return 10 * (summary.folding_cells + summary.undecided_cells) > summary.limit_cells ? 0.02 : 1;
+}
+
 class JobMaker {
  public:
   JobMaker(std::uint64_t seed, const LimitSolid& solid, double most_voxels)
       : random_(seed, 3),
         solid_(solid),
-        voxels_(random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels)) {}
+        voxels_(share_of(solid) * random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels)) {}
 
   HostileJob make() {
     choose_placement();
@@ -186,13 +193,24 @@ class JobMaker {
   void choose_range() {
     const GridExtent& extent = result_.job.grid.extent;
     const double layer = static_cast<double>(extent.columns) * extent.rows;
-    const auto most = static_cast<std::uint32_t>(std::clamp(voxels_ / layer, 1.0, double{kMostLayers}));
+    const auto most =
+        static_cast<std::uint32_t>(std::clamp(kInterpolatedShare * voxels_ / layer, 1.0, double{kMostLayers}));
     const std::uint32_t count = std::min(extent.layers, most), last = extent.layers - count;
     constexpr std::array weights = {0.25, 0.25, 0.5};
     const std::size_t place = random_.weighted(weights);
     result_.layer_count = count;
     result_.first_layer = place == 0 ? 0 : place == 1 ? last : static_cast<std::uint32_t>(random_.bits() % (last + 1));
     say("layers " + std::to_string(result_.first_layer) + ".." + std::to_string(result_.first_layer + count - 1));
+    choose_inverted(static_cast<std::uint32_t>(std::clamp(voxels_ / layer, 1.0, static_cast<double>(count))));
+  }
+
+  void choose_inverted(std::uint32_t wanted) {
+    std::uint32_t left = result_.layer_count;
+    for (std::uint32_t k = 0; k < result_.layer_count; ++k, --left) {
+      if (random_.bits() % left >= wanted) continue;
+      result_.inverted_layers.push_back(result_.first_layer + k);
+      --wanted;
+    }
   }
 
   /// Of `count`, some: where they begin and how many.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/slicer/layer_slicer.h"
 
@@ -15,12 +16,14 @@ namespace ccslice::oracle {
 
 struct HostileJob {
   SliceJob job;                                    // All of the grid, raw planes.
-  std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice.
+  std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
+  std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
   std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.
   std::string description;                         // In one line.
 };
 
-/// About `most_voxels` at most, those outside of the part included. Throws what plan_grid() throws.
+/// Inverts about `most_voxels` at most, those outside of the part included, and interpolates ten times as
+/// many. Throws what plan_grid() throws.
 HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels);
 
 }  // namespace ccslice::oracle
