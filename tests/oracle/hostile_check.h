@@ -3,10 +3,14 @@
 //
 // One hostile job from its seed, sliced and compared:
 //
-//   tolerance   every voxel against the same job with every voxel inverted: off by at most
+//   tolerance   every voxel of some layers against the same job with every voxel inverted: off by at most
 //               tolerance * min(value range of the plane, range of the channel), plus what the samples' rounding takes,
-//               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the material's slope);
-//   resolved    no voxel without a parameter, unless the solid reports folds.
+//               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope);
+//   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: voxels off the
+//               solid, where the contours' tolerance puts them inside, and those near folds and overlaps;
+//   occupancy   one layer against the winding numbers of its contours; all planes against one another;
+//   resolved    no voxel without a parameter, unless the solid reports folds;
+//   bytes       the same on two threads, with the range split anywhere, and in a region.
 
 #pragma once
 
@@ -16,20 +20,14 @@
 #include <string>
 #include <string_view>
 
+#include "tests/oracle/hostile_finding.h"
 #include "tests/oracle/hostile_mesh.h"
 
 namespace ccslice::oracle {
 
-enum class HostileCheck : std::uint8_t { kTolerance, kResolved };
-inline constexpr std::size_t kHostileChecks = 2;
+enum class HostileCheck : std::uint8_t { kTolerance, kTruth, kOccupancy, kResolved, kBytes };
+inline constexpr std::size_t kHostileChecks = 5;
 std::string_view to_text(HostileCheck check);
-
-struct HostileFinding {
-  std::uint64_t compared = 0, failed = 0;
-  std::uint64_t excused = 0;  // Beyond the tolerance, but by no more than two inversions may differ.
-  double worst = 0;           // Of the failed, or else of all: the largest error over its tolerance.
-  std::string where;          // The worst, if any failed.
-};
 
 struct HostileResult {
   std::uint64_t seed = 0;

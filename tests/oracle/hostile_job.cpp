@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tests/oracle/hostile_random.h"
+#include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -18,12 +20,6 @@ constexpr double kLeastVoxels = 5000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 /// Where the solid folds all cells that may hold a voxel are searched, which takes long.
 double share_of(const LimitSolid& solid) {

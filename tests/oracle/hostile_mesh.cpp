@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "tests/oracle/hostile_channels.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_shapes.h"
+#include "tests/oracle/hostile_text.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -19,12 +19,6 @@ namespace ccslice::oracle {
 namespace {
 
 constexpr double kCellMm = 10;
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 Box3 box_of(const ControlMesh& mesh) {
   Box3 box;

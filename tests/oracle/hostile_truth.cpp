@@ -35,7 +35,8 @@ const char* to_text(VoxelPlace place) {
   switch (place) {
     case VoxelPlace::kInside: return "inside";
     case VoxelPlace::kOff: return "off the solid";
-    default: return "near a fold or overlap";
+    case VoxelPlace::kAmbiguous: return "near a fold or overlap";
+    default: return "nowhere";
   }
 }
 

@@ -7,6 +7,8 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -17,11 +19,13 @@
 
 namespace ccslice::oracle {
 
-enum class VoxelPlace {
+enum class VoxelPlace : std::uint8_t {
   kInside,
   kOff,        // Inside the contours, whose tolerance reaches over the solid's boundary.
-  kAmbiguous,  // The solid may fold here, or parts of it overlap: there may be several parameters.
+  kAmbiguous,  // The solid may fold here, or overlap: there may be several parameters.
+  kNowhere,    // No parameter was found.
 };
+inline constexpr std::size_t kVoxelPlaces = 4;
 const char* to_text(VoxelPlace place);
 
 struct VoxelTruth {

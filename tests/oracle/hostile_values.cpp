@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Values of voxels: against those of inverted ones, and those against the truth.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "tests/oracle/hostile_comparisons.h"
+#include "tests/oracle/hostile_layers.h"
+#include "tests/oracle/hostile_random.h"
+#include "tests/oracle/hostile_text.h"
+
+namespace ccslice::oracle {
+namespace {
+
+constexpr double kOutsideSlackMm = 1e-3;       // As LayerSlicer has it.
+constexpr std::size_t kMostLookedInto = 5000;  // Of the samples of a job that are beyond the tolerance.
+constexpr std::size_t kMostPassedOn = 300;     // Of their voxels.
+constexpr std::size_t kRandomVoxels = 200;
+constexpr double kFloatRounding = 0x1p-22;  // Of two floats, and of the arithmetic before.
+constexpr double kTruthRounding = 1e-9;     // Of a channel's range.
+
+TruthFinder truths_of(const HostileRun& run) {
+  return {run.solid, run.job.job.placement, run.job.job.contour_tolerance_mm + kOutsideSlackMm};
+}
+
+std::optional<VoxelTruth> find(TruthFinder& truths, const HostileRun& run, const VoxelIndex& at) {
+  std::optional<VoxelTruth> truth = truths.find(run.centre(at.column, at.row, at.layer->index));
+  if (truth && truth->place == VoxelPlace::kInside && run.winding(*at.layer, at.column, at.row) != 1) {
+    truth->place = VoxelPlace::kAmbiguous;
+  }
+  return truth;
+}
+
+double inverted_value(const HostileRun& run, const VoxelIndex& at, std::uint32_t channel) {
+  const std::size_t voxel = std::size_t{at.row} * run.job.job.grid.extent.columns + at.column;
+  return ChannelSamples().value(at.layer->planes[1 + channel], voxel);
+}
+
+/// A sample beyond the tolerance.
+struct Suspect {
+  VoxelIndex at;
+  std::uint32_t channel = 0;
+  double value = 0, inverted = 0, error = 0, tolerance = 0;
+  double ratio() const { return error / tolerance; }
+};
+
+std::string place_text(const std::optional<VoxelTruth>& truth) {
+  if (!truth) return ", no parameter";
+  std::string text = ", cell " + std::to_string(truth->at.cell) + " at " + number(truth->at.uvw.x()) + "," +
+                     number(truth->at.uvw.y()) + "," + number(truth->at.uvw.z()) + ", " + to_text(truth->place);
+  if (truth->place == VoxelPlace::kOff) text += " by " + number(truth->residual_mm) + " mm";
+  return text;
+}
+
+std::string voxel_text(const HostileRun& run, const VoxelIndex& at, std::uint32_t channel) {
+  return "voxel " + std::to_string(at.column) + "," + std::to_string(at.row) + "," + std::to_string(at.layer->index) +
+         " channel " + run.solid->summary().channels[channel].name;
+}
+
+std::string describe(const HostileRun& run, const Suspect& suspect, const std::optional<VoxelTruth>& truth) {
+  std::string text = voxel_text(run, suspect.at, suspect.channel) + ": " + number(suspect.value) + ", inverted " +
+                     number(suspect.inverted) + " +- " + number(suspect.tolerance);
+  if (truth) text += ", truth " + number(truth->values[suspect.channel]);
+  return text + place_text(truth);
+}
+
+void note_failure(const std::optional<VoxelTruth>& truth, HostileFinding& finding) {
+  ++finding.failed;
+  ++finding.failed_at[static_cast<std::size_t>(truth ? truth->place : VoxelPlace::kNowhere)];
+}
+
+/// Compares one channel of one plane of one layer.
+class SampleComparison {
+ public:
+  SampleComparison(const HostileRun& run, const ChannelSamples& samples, std::vector<Suspect>& suspects,
+                   HostileFinding& finding)
+      : run_(run), samples_(samples), suspects_(suspects), finding_(finding) {}
+
+  void compare(const EncodedPlane& plane, const Layer& inverted) {
+    const GridExtent& extent = run_.job.job.grid.extent;
+    for (std::uint32_t row = 0; row < extent.rows; ++row) {
+      for (std::uint32_t column = 0; column < extent.columns; ++column) {
+        if (!bit_at(inverted.planes[0], extent.columns, column, row)) continue;
+        const std::size_t voxel = std::size_t{row} * extent.columns + column;
+        compare(samples_.value(plane, voxel), {column, row, &inverted});
+      }
+    }
+  }
+
+ private:
+  void compare(double value, const VoxelIndex& at) {
+    double inverted = inverted_value(run_, at, samples_.channel);
+    const bool integer = samples_.type != SampleType::kFloat32;
+    if (integer) inverted = std::clamp(inverted, samples_.range.min, samples_.range.max);
+    double scale = std::max(std::abs(inverted), std::abs(value));
+    if (integer) scale += samples_.range.max - samples_.range.min;
+    const double off = std::abs(value - inverted) - 0.5 * samples_.quantum() - kFloatRounding * scale;
+    const double error = std::isnan(off) ? std::numeric_limits<double>::infinity() : std::max(0.0, off);
+    ++finding_.compared;
+    if (error <= samples_.tolerance) {
+      finding_.worst = std::max(finding_.worst, error / samples_.tolerance);
+    } else {
+      suspects_.push_back({at, samples_.channel, value, inverted, error, samples_.tolerance});
+    }
+  }
+
+  const HostileRun& run_;
+  const ChannelSamples& samples_;
+  std::vector<Suspect>& suspects_;
+  HostileFinding& finding_;
+};
+
+/// Ratio of error and bound, of one voxel's inverted values.
+void judge(const HostileRun& run, const VoxelIndex& at, const std::optional<VoxelTruth>& truth,
+           const std::vector<double>& slack, HostileFinding& finding) {
+  for (std::uint32_t c = 0; c < slack.size(); ++c) {
+    const ChannelRange& channel = run.solid->summary().channels[c];
+    const double inverted = inverted_value(run, at, c), error = std::abs(inverted - truth->values[c]);
+    const double bound = slack[c] + kFloatRounding * std::abs(inverted) + kTruthRounding * (channel.max - channel.min) +
+                         std::numeric_limits<float>::denorm_min();
+    ++finding.compared;
+    const double ratio = std::isnan(error) ? std::numeric_limits<double>::infinity() : error / bound;
+    if (ratio > 1) note_failure(truth, finding);
+    if (ratio <= finding.worst) continue;
+    finding.worst = ratio;
+    if (ratio <= 1) continue;
+    finding.where = voxel_text(run, at, c) + ": inverted " + number(inverted) + ", truth " + number(truth->values[c]) +
+                    " +- " + number(bound) + place_text(truth);
+  }
+}
+
+void add_random_voxels(const HostileRun& run, std::vector<VoxelIndex>& voxels) {
+  HostileRandom random(run.seed, 4);
+  const GridExtent& extent = run.job.job.grid.extent;
+  for (std::size_t i = 0; i < kRandomVoxels && !run.inverted.empty(); ++i) {
+    const Layer& layer = run.inverted[random.bits() % run.inverted.size()];
+    const auto column = static_cast<std::uint32_t>(random.bits() % extent.columns);
+    const auto row = static_cast<std::uint32_t>(random.bits() % extent.rows);
+    if (bit_at(layer.planes[0], extent.columns, column, row)) voxels.push_back({column, row, &layer});
+  }
+}
+
+}  // namespace
+
+void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, HostileFinding& finding) {
+  std::vector<Suspect> suspects;
+  const std::vector<PlaneSpec>& planes = run.job.job.planes;
+  for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+    for (const ChannelSamples& samples : samples_of(*run.solid, run.job.job, planes[plane])) {
+      SampleComparison comparison(run, samples, suspects, finding);
+      for (const Layer& inverted : run.inverted) comparison.compare(run.layer(inverted.index).planes[plane], inverted);
+    }
+  }
+  if (suspects.empty()) return;
+  std::stable_sort(suspects.begin(), suspects.end(),
+                   [](const Suspect& a, const Suspect& b) { return a.ratio() > b.ratio(); });
+  TruthFinder truths = truths_of(run);
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    const Suspect& suspect = suspects[i];
+    if (i < kMostPassedOn) beyond.push_back(suspect.at);
+    if (i == kMostLookedInto) {  // The rest is less far beyond.
+      (finding.failed > 0 ? finding.failed : finding.excused) += suspects.size() - i;
+      break;
+    }
+    const std::optional<VoxelTruth> truth = find(truths, run, suspect.at);
+    const double slack = truth ? truths.slack(*truth)[suspect.channel] : 0;
+    if (suspect.error <= suspect.tolerance + slack) {
+      ++finding.excused;
+      continue;
+    }
+    note_failure(truth, finding);
+    if (finding.failed > 1) continue;
+    finding.worst = suspect.ratio();
+    finding.where = describe(run, suspect, truth);
+  }
+}
+
+void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, HostileFinding& finding) {
+  add_random_voxels(run, voxels);
+  TruthFinder truths = truths_of(run);
+  for (const VoxelIndex& at : voxels) {
+    const std::optional<VoxelTruth> truth = find(truths, run, at);
+    if (truth && truth->place == VoxelPlace::kInside) {
+      judge(run, at, truth, truths.slack(*truth), finding);
+    } else {
+      ++finding.excused;
+    }
+  }
+}
+
+}  // namespace ccslice::oracle
