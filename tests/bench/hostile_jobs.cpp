@@ -5,20 +5,26 @@
 // a mesh (tests/oracle/hostile_mesh.h), how it is sliced (hostile_job.h), and what is checked (hostile_check.h). Prints
 // a line for each seed that fails, and a summary.
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
 #include "core/mesh/mesh_file.h"
+#include "tests/bench/hostile_report.h"
 #include "tests/oracle/hostile_check.h"
 
 namespace ccslice::bench {
@@ -59,6 +65,20 @@ std::vector<oracle::NamedMesh> read_meshes(const Options& options) {
   return meshes;
 }
 
+thread_local std::uint64_t seed_at_work = 0;
+
+/// Says which seed it was, in what a signal handler may use.
+void tell_of_crash(int signal) {
+  std::array<char, 96> text;
+  constexpr std::string_view kBegin = "FAILED seed ", kEnd = ": CRASHED\n";
+  char* end = std::copy(kBegin.begin(), kBegin.end(), text.data());
+  end = std::to_chars(end, end + 24, seed_at_work).ptr;
+  end = std::copy(kEnd.begin(), kEnd.end(), end);
+  if (write(STDOUT_FILENO, text.data(), static_cast<std::size_t>(end - text.data())) < 0) _exit(3);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 /// Runs the seeds on several threads, and reports from one at a time.
 class SeedRunner {
  public:
@@ -76,6 +96,7 @@ class SeedRunner {
  private:
   void work() {
     for (std::uint64_t seed = next_++; seed <= options_.last; seed = next_++) {
+      seed_at_work = seed;
       take(oracle::run_hostile_seed(seed, hostile_));
     }
   }
@@ -105,46 +126,9 @@ class SeedRunner {
   std::chrono::steady_clock::time_point last_word_ = std::chrono::steady_clock::now();
 };
 
-/// True if nothing failed.
-bool summarize(const std::vector<HostileResult>& results) {
-  std::uint64_t refused = 0, broken = 0, failed = 0, voxels = 0, interpolated = 0;
-  double seconds = 0, slowest = 0;
-  std::uint64_t slowest_seed = 0;
-  for (const HostileResult& result : results) {
-    refused += !result.refused.empty();
-    broken += !result.broken.empty();
-    failed += result.failed();
-    voxels += result.voxels;
-    interpolated += result.interpolated;
-    seconds += result.seconds;
-    if (result.seconds > slowest) slowest = result.seconds, slowest_seed = result.seed;
-  }
-  for (std::size_t i = 0; i < oracle::kHostileChecks; ++i) {
-    oracle::HostileFinding all;
-    std::uint64_t seeds = 0, worst_seed = 0;
-    for (const HostileResult& result : results) {
-      const oracle::HostileFinding& finding = result.findings[i];
-      all.compared += finding.compared;
-      all.failed += finding.failed;
-      all.excused += finding.excused;
-      seeds += finding.failed > 0;
-      if (finding.worst > all.worst) all.worst = finding.worst, worst_seed = result.seed;
-    }
-    std::printf("%-10s %12llu compared, %9llu failed in %llu seeds, %llu excused, worst %.4g (seed %llu)\n",
-                std::string(to_text(static_cast<oracle::HostileCheck>(i))).c_str(),
-                static_cast<unsigned long long>(all.compared), static_cast<unsigned long long>(all.failed),
-                static_cast<unsigned long long>(seeds), static_cast<unsigned long long>(all.excused), all.worst,
-                static_cast<unsigned long long>(worst_seed));
-  }
-  std::printf(
-      "%zu seeds, %llu refused, %llu broken, %llu FAILED; %llu voxels, %.1f %% interpolated; %.3f s a seed, "
-      "slowest %.1f s (seed %llu)\n",
-      results.size(), static_cast<unsigned long long>(refused), static_cast<unsigned long long>(broken),
-      static_cast<unsigned long long>(failed), static_cast<unsigned long long>(voxels),
-      100.0 * static_cast<double>(interpolated) / static_cast<double>(std::max<std::uint64_t>(voxels, 1)),
-      seconds / static_cast<double>(std::max<std::size_t>(results.size(), 1)), slowest,
-      static_cast<unsigned long long>(slowest_seed));
-  return failed == 0;
+bool report(const Options& options, const std::vector<HostileResult>& results) {
+  if (!options.json.empty()) write_json(options.json, results);
+  return print_summary(results);
 }
 
 }  // namespace
@@ -169,11 +153,13 @@ int main(int argc, char** argv) {
   app.add_option("--mesh", options.meshes,
                  "Mesh files to take the shapes from, instead of made ones; sizes, channels and all else stay random")
       ->expected(1, -1);
+  app.add_option("--json", options.json, "Write what was found of every seed");
   app.add_flag("--verbose", options.verbose, "A line for every seed");
   CLI11_PARSE(app, argc, argv);
   try {
+    for (const int signal : {SIGSEGV, SIGFPE, SIGABRT, SIGBUS, SIGILL}) std::signal(signal, tell_of_crash);
     const std::vector<ccslice::oracle::NamedMesh> meshes = read_meshes(options);
-    return summarize(SeedRunner(options, meshes).run()) ? 0 : 1;
+    return report(options, SeedRunner(options, meshes).run()) ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hostile_jobs: %s\n", error.what());
     return 2;

@@ -29,7 +29,7 @@ void compare_all(const HostileRun& run, HostileResult& result) {
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
-  count_unresolved(run, result[HostileCheck::kResolved]);
+  count_unresolved(run, result[HostileCheck::kUnresolved]);
   compare_bytes(run, result[HostileCheck::kBytes]);
 }
 
@@ -101,7 +101,7 @@ std::string_view to_text(HostileCheck check) {
     case HostileCheck::kTolerance: return "tolerance";
     case HostileCheck::kTruth: return "truth";
     case HostileCheck::kOccupancy: return "occupancy";
-    case HostileCheck::kResolved: return "resolved";
+    case HostileCheck::kUnresolved: return "unresolved";
     default: return "bytes";
   }
 }

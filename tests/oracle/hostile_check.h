@@ -9,7 +9,7 @@
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: voxels off the
 //               solid, where the contours' tolerance puts them inside, and those near folds and overlaps;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another;
-//   resolved    no voxel without a parameter, unless the solid reports folds;
+//   unresolved  no voxel without a parameter, unless the solid reports folds;
 //   bytes       the same on two threads, with the range split anywhere, and in a region.
 
 #pragma once
@@ -25,7 +25,7 @@
 
 namespace ccslice::oracle {
 
-enum class HostileCheck : std::uint8_t { kTolerance, kTruth, kOccupancy, kResolved, kBytes };
+enum class HostileCheck : std::uint8_t { kTolerance, kTruth, kOccupancy, kUnresolved, kBytes };
 inline constexpr std::size_t kHostileChecks = 5;
 std::string_view to_text(HostileCheck check);
 

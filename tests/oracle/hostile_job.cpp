@@ -16,8 +16,9 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kLeastVoxels = 5000;
+constexpr double kLeastVoxels = 20'000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
+constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
 
@@ -71,23 +72,28 @@ class JobMaker {
     say("moved by " + number(far));
   }
 
-  /// Voxels along each axis are some to some hundred, or a window of finer ones.
-  void choose_grid() {
-    const Box3 box = solid_.placed_bounding_box(result_.job.placement);
-    const Vec3 sizes = box.sizes();
-    double mean_mm = sizes.maxCoeff() / random_.log_between(5, 200);
-    const bool window = random_.chance(0.2), even = random_.chance(0.35);
-    if (window) mean_mm /= random_.log_between(1, 30);
+  /// Of a grid of so many voxels, each axis by itself.
+  Vec3 pitch_of(const Vec3& sizes, double voxels, bool window) {
+    const double mean_mm = std::cbrt(sizes.prod() / voxels);
+    const bool even = random_.chance(0.3);
     Vec3 pitch;
     for (int axis = 0; axis < 3; ++axis) {
       pitch[axis] = even ? mean_mm : mean_mm * random_.log_between(1 / kSteepestPitch, kSteepestPitch);
-      const double most = sizes[axis] / random_.between(1.2, 6);  // A few voxels at least,
-      const double least = window ? 0 : sizes[axis] / 400;        // and not too many.
-      pitch[axis] = std::clamp(std::max(std::min(pitch[axis], most), least), 1e-4, 1e3);
+      const double most = sizes[axis] / random_.between(1.2, 6);         // A few voxels at least,
+      const double least = window ? 0 : sizes[axis] / kMostVoxelsAlong;  // and not too many.
+      pitch[axis] = std::max(std::min(pitch[axis], most), least);
     }
-    const double across = sizes.x() / pitch.x() * sizes.y() / pitch.y();
-    if (!window && across > voxels_ / 2) pitch.head<2>() *= std::sqrt(across / (voxels_ / 2));
-    pitch = pitch.cwiseMin(1e3);
+    const double across = sizes.x() / pitch.x() * sizes.y() / pitch.y(), most_across = 0.8 * voxels_;
+    if (!window && across > most_across) pitch.head<2>() *= std::sqrt(across / most_across);
+    return pitch.cwiseMax(1e-4).cwiseMin(1e3);
+  }
+
+  /// All of the part, or a window of a finer grid.
+  void choose_grid() {
+    const Box3 box = solid_.placed_bounding_box(result_.job.placement);
+    const bool window = random_.chance(0.15);
+    const double voxels = random_.log_between(500, kMostGridVoxels) * (window ? random_.log_between(1, 1e4) : 1);
+    const Vec3 pitch = pitch_of(box.sizes(), voxels, window);
     GridRequest request;
     request.pitch = {pitch.x(), pitch.y(), pitch.z()};
     if (window) {
