@@ -21,8 +21,7 @@ Material smooth(HostileRandom& random) {
   return [=](std::size_t, const Vec3& p) { return std::sin(waves.dot(p) + phase) + share * std::cos(more.dot(p)); };
 }
 
-Material linear(HostileRandom& random) {
-  const Vec3 slope = random.in_cube(1);
+Material linear(const Vec3& slope) {
   return [=](std::size_t, const Vec3& p) { return slope.dot(p); };
 }
 
@@ -49,47 +48,48 @@ Material step(HostileRandom& random) {
   return [=](std::size_t, const Vec3& p) { return normal.dot(p) > height ? 1.0 : 0.0; };
 }
 
-Material make(HostileRandom& random, std::size_t vertices, std::string& name) {
-  constexpr std::array weights = {0.25, 0.2, 0.25, 0.05, 0.1, 0.15};
-  constexpr std::array names = {"smooth", "linear", "random", "constant", "one vertex", "step"};
-  const std::size_t kind = random.weighted(weights);
-  name = names[kind];
+enum Kind : std::size_t { kSmooth, kLinear, kRandom, kConstant, kOneVertex, kStep };
+constexpr std::array kNames = {"smooth", "linear", "random", "constant", "one vertex", "step"};
+
+Material make(HostileRandom& random, std::size_t kind, const Vec3& slope, std::size_t vertices) {
   switch (kind) {
-    case 0: return smooth(random);
-    case 1: return linear(random);
-    case 2: return random_by_vertex(random);
-    case 3: return constant(random);
-    case 4: return one_vertex(random, vertices);
+    case kSmooth: return smooth(random);
+    case kLinear: return linear(slope);
+    case kRandom: return random_by_vertex(random);
+    case kConstant: return constant(random);
+    case kOneVertex: return one_vertex(random, vertices);
     default: return step(random);
   }
 }
 
 }  // namespace
 
-std::string add_hostile_channels(HostileRandom& random, ControlMesh& mesh) {
-  if (mesh.vertex_count() == 0) return " none";
+HostileChannels add_hostile_channels(HostileRandom& random, ControlMesh& mesh) {
+  constexpr std::array weights = {0.25, 0.3, 0.2, 0.03, 0.07, 0.15};
+  HostileChannels result;
   Box3 box;
   for (const Vec3& p : mesh.positions) box.extend(p);
-  const Vec3 sizes = box.sizes().cwiseMax(1e-300);
-  const int channels = random.pick(1, 3);
+  const auto channels = static_cast<std::size_t>(random.pick(1, 3));
   mesh.channel_names.clear();
-  mesh.channel_values.assign(mesh.vertex_count() * static_cast<std::size_t>(channels), 0);
-  std::string description;
-  for (int c = 0; c < channels; ++c) {
-    std::string name;
-    const Material material = make(random, mesh.vertex_count(), name);
+  mesh.channel_values.assign(mesh.vertex_count() * channels, 0);
+  for (std::size_t c = 0; c < channels && mesh.vertex_count() > 0; ++c) {
+    const Vec3 sizes = box.sizes().cwiseMax(1e-300), slope = random.in_cube(1);
+    const std::size_t kind = random.weighted(weights);
+    const Material material = make(random, kind, slope, mesh.vertex_count());
     const bool plain = random.chance(0.5);
     const double scale = plain ? 1 : random.log_between(1e-3, 1e3);
     const double base = plain ? 0 : scale * random.between(-20, 20);
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       const Vec3 place = (mesh.positions[v] - box.min()).cwiseQuotient(sizes);
-      mesh.channel_values[v * static_cast<std::size_t>(channels) + static_cast<std::size_t>(c)] =
-          static_cast<float>(base + scale * material(v, place));
+      mesh.channel_values[v * channels + c] = static_cast<float>(base + scale * material(v, place));
     }
     mesh.channel_names.push_back(std::string(1, static_cast<char>('a' + c)));
-    description += (c == 0 ? " " : " / ") + name;
+    result.description += (c == 0 ? " " : " / ") + std::string(kNames[kind]);
+    const Vec3 slope_mm = scale * slope.cwiseQuotient(sizes);
+    result.linear.emplace_back();
+    if (kind == kLinear) result.linear.back() = LinearMaterial{slope_mm, base - slope_mm.dot(box.min())};
   }
-  return description;
+  return result;
 }
 
 }  // namespace ccslice::oracle

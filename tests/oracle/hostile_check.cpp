@@ -27,6 +27,7 @@ void compare_all(const HostileRun& run, HostileResult& result) {
   }
   std::vector<VoxelIndex> beyond;
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
+  compare_linear(run, result[HostileCheck::kLinear]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
   count_unresolved(run, result[HostileCheck::kUnresolved]);
@@ -40,10 +41,8 @@ void slice(HostileRun& run) {
 }
 
 /// A mesh that isn't a solid, and a job that isn't one: null.
-std::shared_ptr<const LimitSolid> prepare(std::uint64_t seed, const HostileOptions& options, HostileResult& result) {
+std::shared_ptr<const LimitSolid> prepare(HostileMesh mesh, HostileResult& result) {
   try {
-    HostileMesh mesh = make_hostile_mesh(seed, options.files);
-    result.description = mesh.description;
     return LimitSolid::prepare(std::move(mesh.mesh));
   } catch (const Error& error) {
     if (static_cast<int>(error.code()) >= 200) throw;
@@ -84,12 +83,15 @@ void describe_folds(const SolidSummary& summary, std::string& description) {
 }
 
 void run(std::uint64_t seed, const HostileOptions& options, HostileResult& result) {
-  const std::shared_ptr<const LimitSolid> solid = prepare(seed, options, result);
+  HostileMesh mesh = make_hostile_mesh(seed, options.files);
+  result.description = mesh.description;
+  const std::vector<std::optional<LinearMaterial>> linear = mesh.linear;
+  const std::shared_ptr<const LimitSolid> solid = prepare(std::move(mesh), result);
   if (!solid) return;
   describe_folds(solid->summary(), result.description);
   std::optional<HostileJob> job = plan(seed, *solid, options, result);
   if (!job) return;
-  HostileRun run{seed, solid, std::move(*job), {}, {}};
+  HostileRun run{seed, solid, linear, std::move(*job), {}, {}};
   slice(run);
   compare_all(run, result);
 }
@@ -99,6 +101,7 @@ void run(std::uint64_t seed, const HostileOptions& options, HostileResult& resul
 std::string_view to_text(HostileCheck check) {
   switch (check) {
     case HostileCheck::kTolerance: return "tolerance";
+    case HostileCheck::kLinear: return "linear";
     case HostileCheck::kTruth: return "truth";
     case HostileCheck::kOccupancy: return "occupancy";
     case HostileCheck::kUnresolved: return "unresolved";

@@ -6,6 +6,8 @@
 //   tolerance   every voxel of some layers against the same job with every voxel inverted: off by at most
 //               tolerance * min(value range of the plane, range of the channel), plus what the samples' rounding takes,
 //               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope);
+//   linear      every voxel of every layer, in channels that are linear in the position, against that position: off by
+//               the same, plus how far off the solid a voxel inside the contours may be. Also right in folds;
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: voxels off the
 //               solid, where the contours' tolerance puts them inside, and those near folds and overlaps;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another;
@@ -25,8 +27,8 @@
 
 namespace ccslice::oracle {
 
-enum class HostileCheck : std::uint8_t { kTolerance, kTruth, kOccupancy, kUnresolved, kBytes };
-inline constexpr std::size_t kHostileChecks = 5;
+enum class HostileCheck : std::uint8_t { kTolerance, kLinear, kTruth, kOccupancy, kUnresolved, kBytes };
+inline constexpr std::size_t kHostileChecks = 6;
 std::string_view to_text(HostileCheck check);
 
 struct HostileResult {

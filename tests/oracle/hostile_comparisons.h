@@ -7,9 +7,11 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/slicer/layer_slicer.h"
+#include "tests/oracle/hostile_channels.h"
 #include "tests/oracle/hostile_finding.h"
 #include "tests/oracle/hostile_job.h"
 
@@ -19,6 +21,7 @@ namespace ccslice::oracle {
 struct HostileRun {
   std::uint64_t seed = 0;
   std::shared_ptr<const LimitSolid> solid;
+  std::vector<std::optional<LinearMaterial>> linear;  // By channel.
   HostileJob job;
   std::vector<Layer> layers;    // As the job asks for.
   std::vector<Layer> inverted;  // job.inverted_layers with every voxel inverted, as inverting_job() has it.
@@ -37,6 +40,9 @@ struct VoxelIndex {
 
 /// Appends the voxels that were looked into since they are beyond the tolerance.
 void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, HostileFinding& finding);
+
+/// Every voxel of channels that are linear in the position, in all layers: their values are known.
+void compare_linear(const HostileRun& run, HostileFinding& finding);
 
 /// Compares these voxels, and some random ones.
 void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, HostileFinding& finding);

@@ -16,16 +16,17 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kLeastVoxels = 20'000;
+constexpr double kLeastVoxels = 10'000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
 
-/// Where the solid folds all cells that may hold a voxel are searched, which takes long.
-double share_of(const LimitSolid& solid) {
+/// Of the limit cells, those that may fold.
+double folding_share(const LimitSolid& solid) {
   const SolidSummary& summary = solid.summary();
-  return 10 * (summary.folding_cells + summary.undecided_cells) > summary.limit_cells ? 0.02 : 1;
+  return static_cast<double>(summary.folding_cells + summary.undecided_cells) /
+         static_cast<double>(summary.limit_cells);
 }
 
 class JobMaker {
@@ -33,7 +34,10 @@ class JobMaker {
   JobMaker(std::uint64_t seed, const LimitSolid& solid, double most_voxels)
       : random_(seed, 3),
         solid_(solid),
-        voxels_(share_of(solid) * random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels)) {}
+        // Where a solid folds all cells that may hold a voxel are searched, which takes long.
+        voxels_(random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels) /
+                (1 + 200 * folding_share(solid))),
+        interpolated_(folding_share(solid) > 0 ? 2 * voxels_ : kInterpolatedShare * voxels_) {}
 
   HostileJob make() {
     choose_placement();
@@ -141,10 +145,6 @@ class JobMaker {
 
   void choose_planes() {
     std::string names;
-    if (random_.chance(0.4)) {
-      add_plane({});
-      names += " occupancy";
-    }
     std::vector<std::uint32_t> channels;
     const double share = random_.chance(0.5) ? 1 : 0.5;
     for (std::uint32_t c = 0; c < solid_.channel_count(); ++c) {
@@ -163,6 +163,7 @@ class JobMaker {
       for (const std::uint32_t channel : channels) names += " " + add_channel(channel);
     }
     if (random_.chance(0.08)) names += " " + add_channel(channels.front());
+    add_plane({});  // The occupancy.
     say("planes" + names);
   }
 
@@ -195,8 +196,7 @@ class JobMaker {
   void choose_range() {
     const GridExtent& extent = result_.job.grid.extent;
     const double layer = static_cast<double>(extent.columns) * extent.rows;
-    const auto most =
-        static_cast<std::uint32_t>(std::clamp(kInterpolatedShare * voxels_ / layer, 1.0, double{kMostLayers}));
+    const auto most = static_cast<std::uint32_t>(std::clamp(interpolated_ / layer, 1.0, double{kMostLayers}));
     const std::uint32_t count = std::min(extent.layers, most), last = extent.layers - count;
     constexpr std::array weights = {0.25, 0.25, 0.5};
     const std::size_t place = random_.weighted(weights);
@@ -236,7 +236,7 @@ class JobMaker {
 
   HostileRandom random_;
   const LimitSolid& solid_;
-  const double voxels_;
+  const double voxels_, interpolated_;
   HostileJob result_;
 };
 

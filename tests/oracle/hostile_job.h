@@ -15,7 +15,7 @@
 namespace ccslice::oracle {
 
 struct HostileJob {
-  SliceJob job;                                    // All of the grid, raw planes.
+  SliceJob job;                                    // All of the grid, raw planes; the last is the occupancy.
   std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
   std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
   std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.

@@ -124,8 +124,8 @@ HostileMesh make_hostile_mesh(std::uint64_t seed, std::span<const NamedMesh> fil
   if (shape.mesh.allow_folds) description += " allow folds";
   description += ", " + std::to_string(shape.mesh.cell_count()) + " cells, channels";
   HostileRandom material_random(seed, 2);
-  description += add_hostile_channels(material_random, shape.mesh);
-  return {std::move(shape.mesh), std::move(description)};
+  HostileChannels channels = add_hostile_channels(material_random, shape.mesh);
+  return {std::move(shape.mesh), description + channels.description, std::move(channels.linear)};
 }
 
 }  // namespace ccslice::oracle

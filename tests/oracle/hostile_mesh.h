@@ -8,10 +8,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/mesh/control_mesh.h"
+#include "tests/oracle/hostile_channels.h"
 
 namespace ccslice::oracle {
 
@@ -23,7 +26,8 @@ struct NamedMesh {
 
 struct HostileMesh {
   ControlMesh mesh;
-  std::string description;  // In one line.
+  std::string description;                            // In one line.
+  std::vector<std::optional<LinearMaterial>> linear;  // By channel.
 };
 
 /// Not always valid: cells may be inverted, pieces may touch at a vertex or an edge only. `files`: if there are any,
