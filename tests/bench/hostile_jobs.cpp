@@ -38,7 +38,7 @@ struct Options {
   double most_voxels = oracle::HostileOptions().most_voxels;
   std::vector<std::string> meshes;
   std::string json;
-  bool verbose = false;
+  bool only_linear = false, verbose = false;
 };
 
 std::uint64_t to_number(std::string_view text) {
@@ -83,7 +83,7 @@ void tell_of_crash(int signal) {
 class SeedRunner {
  public:
   SeedRunner(const Options& options, const std::vector<oracle::NamedMesh>& meshes)
-      : options_(options), hostile_{options.most_voxels, meshes}, next_(options.first) {}
+      : options_(options), hostile_{options.most_voxels, meshes, options.only_linear}, next_(options.first) {}
 
   std::vector<HostileResult> run() {
     std::vector<std::jthread> threads;
@@ -154,6 +154,9 @@ int main(int argc, char** argv) {
                  "Mesh files to take the shapes from, instead of made ones; sizes, channels and all else stay random")
       ->expected(1, -1);
   app.add_option("--json", options.json, "Write what was found of every seed");
+  app.add_flag("--only-linear", options.only_linear,
+               "Only compare channels that are linear in the position with it: no voxel is inverted, so many more "
+               "are looked at. Seeds without such a channel do nothing");
   app.add_flag("--verbose", options.verbose, "A line for every seed");
   CLI11_PARSE(app, argc, argv);
   try {

@@ -19,25 +19,40 @@
 namespace ccslice::oracle {
 namespace {
 
-/// What may be wrong is no reason to stop.
-void compare_all(const HostileRun& run, HostileResult& result) {
+void slice_inverted(HostileRun& run) {
+  LayerSlicer inverter(run.solid, inverting_job(*run.solid, run.job.job));
+  for (const std::uint32_t layer : run.job.inverted_layers) run.inverted.push_back(inverter.slice(layer, {}));
+}
+
+void slice_interpolated(HostileRun& run, HostileResult& result) {
+  run.layers = slice_layers(run.solid, run.job.job, run.job.first_layer, run.job.layer_count);
   for (const Layer& layer : run.layers) {
     result.voxels += layer.stats.voxels_inside;
     result.interpolated += layer.stats.voxels_interpolated;
   }
+}
+
+void compare(HostileRun& run, const HostileOptions& options, HostileResult& result) {
+  slice_interpolated(run, result);
+  compare_linear(run, result[HostileCheck::kLinear]);
+  if (options.only_linear) return;
+  slice_inverted(run);
   std::vector<VoxelIndex> beyond;
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
-  compare_linear(run, result[HostileCheck::kLinear]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
   count_unresolved(run, result[HostileCheck::kUnresolved]);
   compare_bytes(run, result[HostileCheck::kBytes]);
 }
 
-void slice(HostileRun& run) {
-  LayerSlicer inverter(run.solid, inverting_job(*run.solid, run.job.job));
-  for (const std::uint32_t layer : run.job.inverted_layers) run.inverted.push_back(inverter.slice(layer, {}));
-  run.layers = slice_layers(run.solid, run.job.job, run.job.first_layer, run.job.layer_count);
+/// A channel that compare_linear() knows is asked for.
+bool shows_linear(const HostileRun& run) {
+  for (const PlaneSpec& plane : run.job.job.planes) {
+    for (const ChannelSamples& samples : samples_of(*run.solid, run.job.job, plane)) {
+      if (run.linear[samples.channel]) return true;
+    }
+  }
+  return false;
 }
 
 /// A mesh that isn't a solid, and a job that isn't one: null.
@@ -92,8 +107,7 @@ void run(std::uint64_t seed, const HostileOptions& options, HostileResult& resul
   std::optional<HostileJob> job = plan(seed, *solid, options, result);
   if (!job) return;
   HostileRun run{seed, solid, linear, std::move(*job), {}, {}};
-  slice(run);
-  compare_all(run, result);
+  if (!options.only_linear || shows_linear(run)) compare(run, options, result);
 }
 
 }  // namespace

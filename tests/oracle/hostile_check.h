@@ -48,6 +48,7 @@ struct HostileResult {
 struct HostileOptions {
   double most_voxels = 3e5;          // A job, those outside of the part included.
   std::span<const NamedMesh> files;  // Their shapes instead of made ones.
+  bool only_linear = false;          // That check alone, which takes a tenth of the time.
 };
 
 /// Throws nothing but std::bad_alloc.

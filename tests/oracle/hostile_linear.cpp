@@ -3,6 +3,7 @@
 //
 // Channels that are linear in the position: their limit is, too, so every voxel's value is known without its parameter.
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,7 +32,9 @@ class LinearComparison {
     const ChannelRange& channel = run.solid->summary().channels[samples.channel];
     rounding_ = 0.5 * samples.quantum() + kFloatRounding * (std::max(std::abs(channel.min), std::abs(channel.max)) +
                                                             std::max(0.0, samples.range.max - samples.range.min));
-    rounding_ += slope_.norm() * (job.contour_tolerance_mm + kOutsideSlackMm);  // What off the solid is.
+    // A voxel off the solid is as far from it as that where the placement shrinks lengths most.
+    const double least_scale = Eigen::JacobiSVD<Mat3>(job.placement.linear()).singularValues()[2];
+    rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kOutsideSlackMm) / least_scale;
   }
 
   void compare(const EncodedPlane& plane, const Layer& layer) {
