@@ -3,7 +3,6 @@
 //
 // Channels that are linear in the position: their limit is, too, so every voxel's value is known without its parameter.
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -33,7 +32,7 @@ class LinearComparison {
     rounding_ = 0.5 * samples.quantum() + kFloatRounding * (std::max(std::abs(channel.min), std::abs(channel.max)) +
                                                             std::max(0.0, samples.range.max - samples.range.min));
     // A voxel off the solid is as far from it as that where the placement shrinks lengths most.
-    const double least_scale = Eigen::JacobiSVD<Mat3>(job.placement.linear()).singularValues()[2];
+    const double least_scale = scales_of(job.placement)[2];
     rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kOutsideSlackMm) / least_scale;
   }
 

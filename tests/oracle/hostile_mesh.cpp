@@ -19,6 +19,7 @@ namespace ccslice::oracle {
 namespace {
 
 constexpr double kCellMm = 10;
+constexpr std::size_t kMostCellsSharpenedAnywhere = 150;  // Sharp edges of many cells fold, which takes long to invert.
 
 Box3 box_of(const ControlMesh& mesh) {
   Box3 box;
@@ -75,6 +76,7 @@ void sharpen_some(HostileRandom& random, ControlMesh& mesh, std::string& descrip
   const std::size_t kind = random.weighted(weights);
   const double share = kind == 2 ? random.unit() : 1, corners = random.chance(0.25) ? random.between(0, 0.3) : 0;
   if (!mesh.sharp_edges.empty() || (kind == 0 && corners == 0)) return;
+  if (kind == 2 && mesh.cell_count() > kMostCellsSharpenedAnywhere) return;
   const BruteMesh brute = to_brute_mesh(mesh);
   const BruteTopology topology = build_topology(brute.cells, brute.vertex_count());
   std::vector<bool> tagged(mesh.vertex_count());

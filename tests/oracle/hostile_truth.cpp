@@ -17,8 +17,6 @@ constexpr double kAcceptMm = 1e-6;         // As voxels are inverted: world mm.
 constexpr double kRoundingOfSize = 1e-12;  // What doubles can reach.
 constexpr int kMostSteps = 40, kMostHalvings = 8;
 
-Vec3 scales_of(const Placement& placement) { return Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues(); }
-
 InversionOptions options_of(const Placement& placement, double diagonal_mm, double outside_mm) {
   const Vec3 scales = scales_of(placement);
   InversionOptions options;
@@ -30,6 +28,8 @@ InversionOptions options_of(const Placement& placement, double diagonal_mm, doub
 double diagonal_of(const LimitSolid& solid) { return solid.summary().bounding_box.diagonal().norm(); }
 
 }  // namespace
+
+Vec3 scales_of(const Placement& placement) { return Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues(); }
 
 const char* to_text(VoxelPlace place) {
   switch (place) {

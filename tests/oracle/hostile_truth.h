@@ -28,6 +28,9 @@ enum class VoxelPlace : std::uint8_t {
 inline constexpr std::size_t kVoxelPlaces = 4;
 const char* to_text(VoxelPlace place);
 
+/// Of lengths, the largest first.
+Vec3 scales_of(const Placement& placement);
+
 struct VoxelTruth {
   CellParam at;
   double residual_mm = 0;  // Mesh frame.
