@@ -89,6 +89,10 @@ CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::u
       stencils_(evaluator.solid().data()),
       values_(evaluator.solid().channel_count()) {}
 
+bool CellBlockSampler::is_in_one_patch(std::uint32_t cell, const ParamBox& box) const {
+  return patch_of_box(evaluator_->solid().data(), cell, box).has_value();
+}
+
 void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
   sample_box(cell, box, BlockPlaces::kNodes, block);
   for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);

@@ -36,6 +36,8 @@ class CellBlockSampler {
   CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels);
 
   void sample(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  /// Position and channels are tricubic in the box's parameters.
+  bool is_in_one_patch(std::uint32_t cell, const ParamBox& box) const;
   /// Fills the first kGroupsBetweenNodes groups: on each edge of the box half way between its first and its last two
   /// nodes.
   void sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block);

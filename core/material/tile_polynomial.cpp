@@ -7,14 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace ccslice {
 namespace {
 
 // Keeps the fit defined over places in one row or plane, where terms coincide; far below any tolerance.
 constexpr double kRidge = 1e-11;
-// A sample that determines part of the fit nearly alone can't be checked by the others: its error counts as infinite.
-constexpr double kLargestLeverage = 0.98;
 
 /// The terms at places first, first + 1, ...; zero beyond the last.
 LaneTerms terms_at(std::span<const Vec3> places, std::size_t first) {
@@ -102,38 +101,13 @@ void CubicFitter::factorize(std::span<const Vec3> places) {
   Square inverse = Square::Identity();
   Eigen::LLT<Square>(normal).matrixL().solveInPlace(inverse);
   std::copy_n(inverse.data(), kCubicTerms * kCubicTerms, inverse_.front().data());
-  one_minus_.resize(count_);
-  for (std::size_t i = 0; i < count_; i += kLanes) {
-    const Lanes found = leverages(terms_[i / kLanes]);
-    for (std::size_t k = i; k < std::min(count_, i + kLanes); ++k) {
-      one_minus_[k] = found[k - i] <= kLargestLeverage ? 1 - found[k - i] : 0;
-    }
-  }
 }
 
-Lanes CubicFitter::leverages(const LaneTerms& terms) const {
-  Lanes squares{};
-  for (std::size_t r = 0; r < kCubicTerms; ++r) {
-    Lanes half{};
-    for (std::size_t c = 0; c <= r; ++c) half = multiply_add(terms[c], inverse_[r][c], half);
-    squares = multiply_add(half, half, squares);
-  }
-  return squares;
-}
-
-double CubicFitter::largest_leverage(std::span<const Vec3> places) const {
-  Lanes most{};
-  for (std::size_t first = 0; first < places.size(); first += kLanes) {
-    const Lanes found = leverages(terms_at(places, first));
-    most = found > most ? found : most;
-  }
-  return largest(most);
-}
-
-double CubicFitter::fit(const double* values, std::size_t stride, CubicPolynomial& polynomial) {
+double CubicFitter::fit(std::span<const double> values, CubicPolynomial& polynomial) {
+  const double mean = std::reduce(values.begin(), values.end()) / static_cast<double>(count_);
   const auto samples_at = [&](std::size_t first) {
     Lanes samples{};
-    for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) samples[i - first] = values[i * stride];
+    for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) samples[i - first] = values[i] - mean;
     return samples;
   };
   LaneTerms products{};
@@ -143,17 +117,16 @@ double CubicFitter::fit(const double* values, std::size_t stride, CubicPolynomia
     for (std::size_t t = 0; t < kCubicTerms; ++t) products[t] = multiply_add(terms[t], samples, products[t]);
   }
   polynomial = solve(products);
-  double worst = 0;
+  Lanes worst{};
   for (std::size_t first = 0; first < count_; first += kLanes) {
     const LaneTerms& terms = terms_[first / kLanes];
     Lanes residuals = samples_at(first);
     for (std::size_t t = 0; t < kCubicTerms; ++t) residuals = multiply_add(terms[t], -polynomial[t], residuals);
-    for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) {
-      if (!(one_minus_[i] > 0)) return std::numeric_limits<double>::infinity();
-      worst = std::max(worst, std::abs(residuals[i - first]) / one_minus_[i]);
-    }
+    const Lanes size = residuals < 0 ? -residuals : residuals;
+    worst = worst < size ? size : worst;
   }
-  return worst;
+  polynomial[0] += mean;
+  return largest(worst);
 }
 
 /// The coefficients whose normal equations have this right-hand side, summed over the lanes.

@@ -1,14 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cubic polynomials that stand for material channels within a tile of voxels.
+// Cubic polynomials of total degree 3 (20 coefficients) that stand for material channels in a box of voxels, and their
+// fit by least squares.
 //
-// A channel is a smooth function of the world point inside a tile, so a polynomial of total degree 3 (20 coefficients)
-// is fitted by least squares to exact samples at voxel centres, and judged by its LEAVE-ONE-OUT errors: the error at
-// sample i of the fit to all others, r_i / (1 - h_ii), where r_i is the residual and h_ii the leverage. Every sample so
-// serves as a check point of a fit that hasn't seen it, at the cost of one fit.
-//
-// Coordinates are voxel indices, shifted and scaled to [-1, 1]^3 over the fitted voxels (TileFrame).
+// Coordinates are voxel indices, shifted and scaled to [-1, 1]^3 over what is fitted (TileFrame).
 
 #pragma once
 
@@ -73,26 +69,21 @@ Lanes values_at(const CubicPolynomial& polynomial, Lanes x, Lanes y, Lanes z) no
 /// Fits many channels over the same places. Memory is kept from fit to fit.
 class CubicFitter {
  public:
-  /// REQUIRES: at least kCubicTerms places, in [-1, 1]^3.
+  /// REQUIRES: some places, in [-1, 1]^3. Where they don't determine a polynomial, the one with small coefficients about
+  /// the mean is taken.
   void factorize(std::span<const Vec3> places);
-  /// How much the fit's value at each place depends on errors of the samples: the variance there for samples of
-  /// variance 1. At most about 1 among the samples; large where a fit extrapolates, or where the samples leave it
-  /// undetermined. Returns the largest.
-  double largest_leverage(std::span<const Vec3> places) const;
-  /// Fits values[i * stride] at the i-th place; returns the largest leave-one-out error.
-  double fit(const double* values, std::size_t stride, CubicPolynomial& polynomial);
+  /// Fits a value at each place; returns the largest error there.
+  double fit(std::span<const double> values, CubicPolynomial& polynomial);
 
  private:
   using Terms = std::array<double, kCubicTerms>;
 
-  Lanes leverages(const LaneTerms& terms) const;
   CubicPolynomial solve(const LaneTerms& products) const;
 
   std::size_t count_ = 0;
   std::vector<LaneTerms> terms_;  // Of the places, by fours; zero beyond the last.
   // L^-1, lower triangular, where L L^T = terms^T terms.
   std::array<Terms, kCubicTerms> inverse_;
-  std::vector<double> one_minus_;  // 1 - leverage.
 };
 
 }  // namespace ccslice

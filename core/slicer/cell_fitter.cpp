@@ -23,14 +23,7 @@ constexpr double kMostReach = 8;             // Columns that a piece's polynomia
 constexpr double kMostBeyond = 0.1;          // and of its thickness.
 constexpr double kMargin = 0.06;             // Of a part's size: its faces lie that near to its nodes' box,
 constexpr double kMarginOfHalf = 0.2;        // and to that of its parent's nodes.
-constexpr std::size_t kPatchCacheBytes = 8 << 20;
 constexpr unsigned kAllAxes = 7;
-
-std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channels) {
-  std::vector<std::uint32_t> ids;
-  for (const ChannelTolerance& channel : channels) ids.push_back(channel.channel);
-  return ids;
-}
 
 /// Of errors of cubics at this share of the thickness beyond what they were fitted to: the fourth Chebyshev polynomial.
 double growth_beyond(double share) {
@@ -50,30 +43,15 @@ unsigned largest_axes(const Vec3& numbers, double share) {
   return axes;
 }
 
-Box3 grown(const Box3& box, double share) {
-  const Vec3 margin = share * box.diagonal() + Vec3::Ones();
-  return Box3(box.min() - margin, box.max() + margin);
-}
-
 }  // namespace
-
-Placement voxel_of_mesh(const Placement& placement, const Grid& grid) {
-  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
-  Placement result;
-  result.linear() = pitch.cwiseInverse().asDiagonal() * placement.linear();
-  result.translation() = (placement.translation() - grid.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5);
-  return result;
-}
 
 CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
     : solid_(std::move(solid)),
-      voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
-      mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
+      mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       channels_(spec.channels),
-      evaluator_(std::make_unique<LimitEvaluator>(*solid_, kPatchCacheBytes)),
-      sampler_(*evaluator_, channel_ids(channels_)) {}
+      blocks_(*solid_, spec) {}
 
 void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::uint32_t part) {
   sample(cell, parts[part].parameters);
@@ -85,25 +63,10 @@ void CellFitter::examine(std::uint32_t cell, std::vector<CellPart>& parts, std::
   if (axes != 0) append_halves(parts, part, axes);
 }
 
-/// Fills block_, and its points in voxels.
+/// Fills places_ and values_, and the points.
 void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
-  sampler_.sample(cell, box, block_);
-  place_groups(kBlockGroups);
+  blocks_.sample(cell, box, places_, values_);
   for (std::size_t n = 0; n < points_.size(); ++n) points_[n] = at_slot(places_, block_slot(n));
-}
-
-/// The positions of the first groups of block_, in voxels.
-void CellFitter::place_groups(std::size_t groups) {
-  for (int a = 0; a < 3; ++a) {
-    const auto i = static_cast<std::size_t>(a);
-    for (std::size_t g = 0; g < groups; ++g) {
-      Lanes voxel = block_.position[0][g] * voxel_of_mesh_.linear()(a, 0) + voxel_of_mesh_.translation()[a];
-      for (int b = 1; b < 3; ++b) {
-        voxel = multiply_add(block_.position[static_cast<std::size_t>(b)][g], voxel_of_mesh_.linear()(a, b), voxel);
-      }
-      places_[i][g] = voxel;
-    }
-  }
 }
 
 /// Makes a piece of the part, or a hole. Or else returns the axes to halve it along.
@@ -117,13 +80,15 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
   const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
   const double growth = growth_beyond(shape.bulge.maxCoeff());
-  const double error = growth * fit(frame);
+  const bool one_patch = blocks_.is_in_one_patch(cell, part.parameters);
+  double error = fit(frame, one_patch, shape.bulge.maxCoeff());
+  if (!one_patch) error *= growth;
   unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
-    axes = axes_off_between_nodes(cell, part.parameters, frame);
+    if (!one_patch) axes = axes_off_between_nodes(cell, part.parameters, frame);
     if (axes == 0) {
       part.kind = CellPart::Kind::kPiece;
-      part.piece = make_piece(cell, shape, part.parameters, frame, error / growth);
+      part.piece = make_piece(cell, shape, part.parameters, frame, one_patch ? kPieceShareOfTolerance * error : kShareOffNodes * error);
       return 0;
     }
   }
@@ -140,17 +105,17 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
 /// Of polynomials_, which fit. They may be followed as long as their errors stay what they may be off the nodes.
 std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
                                                         const ParamBox& box, const TileFrame& frame, double error) {
-  const double most_growth = kShareOffNodes / (kPieceShareOfTolerance * error);
+  const double most_growth = 1 / error;
   const double beyond = std::clamp(share_of_growth(most_growth) - shape.bulge.maxCoeff(), 0.0, kMostBeyond);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
-  CellPiece piece{frame, parameters_of(shape, box), polynomials_, reach, points_, shape.step, {}};
+  CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
     const bool high = side % 2 != 0;
     const auto a = static_cast<Eigen::Index>(axis);
     const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
-    if (!at_side || !(boundary_sides >> side & 1) || !is_steep_at(frame, axis, high)) continue;
+    if (!at_side || !(boundary_sides >> side & 1) || !is_steep_at(frame, axis, high, error)) continue;
     piece.beyond.push_back(fit_beyond(axis, high));
   }
   return std::make_shared<const CellPiece>(std::move(piece));
@@ -158,12 +123,12 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, cons
 
 /// Following the polynomials as far outside as voxels may lie may change a channel by what pieces' errors leave of its
 /// tolerance.
-bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high) const {
+bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high, double error) const {
   const Vec3 scale = frame.scale.cwiseQuotient(pitch_mm_);
   const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3];
   const std::size_t first = high ? (kBlockNodes - 1) * kBlockStride[axis] : 0;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
-    const double most = (1 - kPieceShareOfTolerance) * channels_[c].tolerance / outside_mm_;
+    const double most = (1 - error) * channels_[c].tolerance / outside_mm_;
     for (std::size_t t = 0; t < kBlockNodes; t += 2) {
       for (std::size_t s = 0; s < kBlockNodes; s += 2) {
         const Vec3 place = frame(points_[first + s * s_stride + t * t_stride]);
@@ -174,16 +139,15 @@ bool CellFitter::is_steep_at(const TileFrame& frame, std::size_t axis, bool high
   return false;
 }
 
-/// Axes along which polynomials_ are off between the nodes. Overwrites block_ and places_. REQUIRES: they fit.
+/// Axes along which polynomials_ are off between the nodes. Overwrites places_ and values_. REQUIRES: they fit.
 unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const TileFrame& frame) {
   constexpr double kLikeTheWorst = 0.6;
-  sampler_.sample_between_nodes(cell, box, block_);
-  place_groups(kGroupsBetweenNodes);
-  enter_frame(frame, kGroupsBetweenNodes);
+  blocks_.sample_between_nodes(cell, box, places_, values_);
+  enter_frame(frame, kGroupsBetweenNodes, places_);
   Vec3 errors = Vec3::Zero();
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
-      const Lanes error = block_.values[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
+      const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
       const double worst = largest(error < 0 ? -error : error) / (kShareOffNodes * channels_[c].tolerance);
       double& known = errors[static_cast<Eigen::Index>(g / 2)];
       known = std::max(known, worst);
@@ -222,24 +186,20 @@ unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double
   return axes | fitter_.axes_to_halve(error);
 }
 
-/// Voxels -> the frame's coordinates.
-void CellFitter::enter_frame(const TileFrame& frame, std::size_t groups) {
-  for (int a = 0; a < 3; ++a) {
-    BlockValues& places = places_[static_cast<std::size_t>(a)];
-    for (std::size_t g = 0; g < groups; ++g) places[g] = (places[g] - frame.centre[a]) * frame.scale[a];
-  }
-}
-
-/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it.
-double CellFitter::fit(const TileFrame& frame) {
-  enter_frame(frame, kBlockGroups);
+/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it: in one
+/// patch a bound, beyond the part too.
+double CellFitter::fit(const TileFrame& frame, bool one_patch, double beyond) {
+  enter_frame(frame, kBlockGroups, places_);
   fitter_.factorize(places_);
+  if (one_patch) bound_.set_places(places_, beyond);
   polynomials_.clear();
   double worst = 0;
   for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
     polynomials_.emplace_back();
-    const double error = fitter_.fit(block_.values[c], polynomials_.back());
-    worst = std::max(worst, error / (kPieceShareOfTolerance * channels_[c].tolerance));
+    const double allowed = (one_patch ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
+    double error = fitter_.fit(values_[c], polynomials_.back());
+    if (one_patch && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
+    worst = std::max(worst, error / allowed);
   }
   return worst;
 }

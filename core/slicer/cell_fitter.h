@@ -30,12 +30,13 @@
 
 #include "core/base/block_nodes.h"
 #include "core/limit/cell_block.h"
-#include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
+#include "core/material/block_bound.h"
 #include "core/material/block_fitter.h"
 #include "core/material/tile_polynomial.h"
 #include "core/raster/block_shape.h"
 #include "core/slicer/interpolation_spec.h"
+#include "core/slicer/voxel_blocks.h"
 
 namespace ccslice {
 
@@ -54,6 +55,7 @@ struct CellPiece {
   TileFrame frame;
   ParameterMap parameters;
   std::vector<CubicPolynomial> polynomials;  // One a channel.
+  double error = 0;                          // At most, as a share of each channel's tolerance.
   double reach = 0;                          // Columns that the polynomials may be followed beyond the piece.
   BlockPoints points;                        // Voxels,
   std::size_t step;                          // and BlockShape's.
@@ -73,11 +75,9 @@ struct CellPart {
   std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
 };
 
-/// What a world in millimetres is in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
-Placement voxel_of_mesh(const Placement& placement, const Grid& grid);
-
 /// What errors of pieces may take of a channel's tolerance.
-inline constexpr double kPieceShareOfTolerance = 0.55;
+inline constexpr double kPieceShareOfTolerance = 0.85;
+inline constexpr double kIrregularShare = 0.55;
 
 /// One thread.
 class CellFitter {
@@ -91,33 +91,31 @@ class CellFitter {
 
  private:
   void sample(std::uint32_t cell, const ParamBox& box);
-  void place_groups(std::size_t groups);
-  void enter_frame(const TileFrame& frame, std::size_t groups);
   unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellPart& part);
   std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape, const ParamBox& box,
                                               const TileFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
   unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
-  double fit(const TileFrame& frame);
+  double fit(const TileFrame& frame, bool one_patch, double beyond);
   unsigned axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const TileFrame& frame);
-  bool is_steep_at(const TileFrame& frame, std::size_t axis, bool high) const;
+  bool is_steep_at(const TileFrame& frame, std::size_t axis, bool high, double error) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
   void append_halves(std::vector<CellPart>& parts, std::uint32_t part, unsigned axes) const;
   Box3 place_of_half(unsigned child, unsigned axes) const;
 
   std::shared_ptr<const LimitSolid> solid_;
-  const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const Placement mesh_of_voxel_;
   const Vec3 pitch_mm_;
   const double outside_mm_;
   const std::vector<ChannelTolerance> channels_;
-  std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when the fitter is moved: the sampler points to it.
-  CellBlockSampler sampler_;
+  VoxelBlocks blocks_;
 
   // Of the part at hand.
-  CellBlock block_;
-  std::array<BlockValues, 3> places_;
+  BlockPlacesInVoxels places_;
+  std::vector<BlockValues> values_;
   BlockPoints points_;
   BlockFitter fitter_;
+  BlockBound bound_;
   std::vector<CubicPolynomial> polynomials_;
 };
 

@@ -184,7 +184,7 @@ void CellPieces::scan_pieces(const CancellationToken& cancel) {
     const auto first_beyond = static_cast<std::uint32_t>(beyonds_.size());
     beyonds_.insert(beyonds_.end(), found.piece->beyond.begin(), found.piece->beyond.end());
     pieces_.push_back(
-        {found.piece->frame, found.piece->reach, first_beyond, static_cast<std::uint32_t>(beyonds_.size())});
+        {found.piece->frame, static_cast<float>(found.piece->error), static_cast<float>(found.piece->reach), first_beyond, static_cast<std::uint32_t>(beyonds_.size())});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
     // Not beyond the part's place: what is there was looked for in the layers that it meets, no others.
@@ -241,9 +241,10 @@ CellParam CellPieces::parameter_near(std::uint32_t piece, const Vec3& voxel) con
 
 bool CellPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const {
   const Vec3 at_a = piece(a).frame(voxel), at_b = piece(b).frame(voxel);
+  const double share = 1 - std::max(piece(a).error, piece(b).error);
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double difference = value_at(polynomials(a)[c], at_a) - value_at(polynomials(b)[c], at_b);
-    if (!(std::abs(difference) <= (1 - kPieceShareOfTolerance) * channels_[c].tolerance)) return false;
+    if (!(std::abs(difference) <= share * channels_[c].tolerance)) return false;
   }
   return true;
 }

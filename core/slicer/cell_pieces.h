@@ -39,7 +39,8 @@ struct ScannedRun : PieceRun {
 /// Of a piece, what painting reads.
 struct alignas(64) SlabPiece {
   TileFrame frame;
-  double reach;
+  float error;  // CellPiece's,
+  float reach;  // and reach.
   std::uint32_t first_beyond, end_beyond;  // Polynomials of the slab that tell what is beyond the boundary.
   bool has_beyond() const { return first_beyond < end_beyond; }
 };

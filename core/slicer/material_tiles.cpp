@@ -4,8 +4,6 @@
 #include "core/slicer/material_tiles.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <utility>
 
 namespace ccslice {
@@ -14,9 +12,6 @@ namespace {
 constexpr double kTileMm = 11.2;  // Tiles are at most this long each way, powers of two of voxels,
 constexpr std::uint32_t kMostColumns = 4 * kRowsTogether, kMostRows = kRowsTogether;  // and of at most so many.
 constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inverted voxel by voxel.
-constexpr double kShareOfTolerance = 0.125;   // What leave-one-out errors may take of it,
-constexpr double kShareAtMiddles = 0.1;       // errors at cells' middles, which are up to ten times that at corners,
-constexpr double kShareOutside = 0.5;         // and what following a fit off the solid may.
 
 std::uint32_t tile_voxels(double pitch_mm, std::uint32_t most) {
   std::uint32_t size = 1;
@@ -34,51 +29,39 @@ struct MaterialTiles::PaintJob {
   const LayerTarget& target;
   std::uint32_t layer;
   CubicPainter painter;
-  Span inside;                          // That the voxels at hand are of.
   Span exact_run;                       // To be inverted, across nodes; empty if begin == end,
   std::optional<CellParam> exact_hint;  // and a hint for its first voxel.
 };
 
-MaterialTiles::MaterialTiles(MaterialField& field, const InterpolationSpec& spec)
+MaterialTiles::MaterialTiles(std::shared_ptr<const LimitSolid> solid, MaterialField& field,
+                             const InterpolationSpec& spec)
     : field_(&field),
       grid_(spec.grid),
       channels_(spec.channels),
-      outside_mm_(spec.outside_mm),
       tile_size_{tile_voxels(grid_.pitch.x_mm, kMostColumns), tile_voxels(grid_.pitch.y_mm, kMostRows), kSlabLayers},
       tile_columns_(tiles_over(grid_.extent.columns, tile_size_[0])),
       tile_rows_(tiles_over(grid_.extent.rows, tile_size_[1])),
+      fitter_(std::move(solid), spec),
       buckets_(tile_columns_),
-      values_(field.channel_count()),
       exact_(field) {}
 
 void MaterialTiles::solve(std::uint32_t first_layer, std::span<const std::span<const Span>> layers,
                           const CancellationToken& cancel) {
   cancel_ = cancel;
   first_layer_ = first_layer;
-  end_layer_ = first_layer + static_cast<std::uint32_t>(layers.size());
   tiles_.assign(std::size_t{tile_columns_} * tile_rows_, Node{});
   children_.clear();
   fits_.clear();
   polynomials_.clear();
   cubics_.clear();
   hints_.clear();
-  max_residual_mm_ = 0;
   cursors_.assign(layers.size(), 0);
-  features_collected_ = false;
   for (std::uint32_t row = 0; row < tile_rows_; ++row) {
     bucket_row(row, layers);
-    first_hint_.reset();
     for (std::uint32_t column = 0; column < tile_columns_; ++column) {
       if (buckets_[column].empty()) continue;
-      members_.clear();
       runs_.swap(buckets_[column]);
-      pool_.clear();
-      pool_values_.clear();
-      features_loaded_ = false;
-      tile_runs_ = runs_.size();
-      tile_ = std::size_t{tile_columns_} * row + column;
-      tiles_[tile_] = build(tile_box(column, row), 0, 0);
-      if (!pool_.empty()) first_hint_ = pool_.back().at;
+      tiles_[std::size_t{tile_columns_} * row + column] = build(tile_box(column, row), 0, {});
     }
   }
 }
@@ -105,24 +88,49 @@ void MaterialTiles::bucket_row(std::uint32_t tile_row, std::span<const std::span
   }
 }
 
-MaterialTiles::Node MaterialTiles::build(const VoxelBox& box, std::size_t first_run, std::size_t first_member) {
+MaterialTiles::Node MaterialTiles::build(const VoxelBox& box, std::size_t first_run,
+                                         const TileFitter::Particles& around) {
   if (first_run == runs_.size()) return {};
   cancel_.throw_if_cancelled();
-  chosen_.clear();
-  for (std::size_t m = first_member; m < members_.size(); ++m) {
-    if (box.holds(pool_[members_[m]].voxel)) chosen_.push_back(members_[m]);
-  }
   std::uint64_t voxels = 0;
-  for (std::size_t r = first_run; r < runs_.size(); ++r) voxels += runs_[r].end - runs_[r].begin;
-  const std::uint8_t axes = voxels >= kSmallestTile ? axes_to_halve(box) : std::uint8_t{0};
-  if (axes != 0) {
-    if (!field_->is_ambiguous(world_box(box)) && choose_samples(box, first_run, voxels)) {
-      if (const std::optional<Node> node = fit()) return *node;
-    }
-    return build_split(box, axes, first_run);
+  Box3 centres;
+  for (std::size_t r = first_run; r < runs_.size(); ++r) {
+    const Run& run = runs_[r];
+    voxels += run.end - run.begin;
+    centres.extend(Vec3(run.begin, run.row, run.layer)).extend(Vec3(run.end - 1.0, run.row, run.layer));
   }
+  const std::uint8_t axes = axes_to_halve(box);
+  if (voxels < kSmallestTile || axes == 0) return add_exact(first_run, around);
+  if (is_ambiguous(centres)) return build_split(box, axes, first_run, around);
+  const TileFitter::Particles inside = fitter_.enter(centres, voxels, around);
+  Node node;
+  switch (fitter_.fit(inside, centres, voxels, kSmallestTile)) {
+    case TileFitter::Outcome::kFits: node = add_fit(); break;
+    case TileFitter::Outcome::kHopeless: node = add_exact(first_run, inside); break;
+    case TileFitter::Outcome::kHalve: node = build_split(box, axes, first_run, inside.known ? inside : around); break;
+  }
+  if (inside.known) fitter_.leave(inside);
+  return node;
+}
+
+bool MaterialTiles::is_ambiguous(const Box3& centres) const {
+  const LayerLattice lattice = grid_.lattice();
+  const auto world = [&](const Vec3& voxel) {
+    return lattice.centre(static_cast<std::uint32_t>(voxel.x()), static_cast<std::uint32_t>(voxel.y()),
+                          grid_.layer_z_mm(static_cast<std::uint32_t>(voxel.z())));
+  };
+  return field_->is_ambiguous(Box3(world(centres.min()), world(centres.max())));
+}
+
+MaterialTiles::Node MaterialTiles::add_fit() {
+  fits_.push_back({fitter_.frame(), polynomials_.size()});
+  polynomials_.insert(polynomials_.end(), fitter_.polynomials().begin(), fitter_.polynomials().end());
+  return {Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
+}
+
+MaterialTiles::Node MaterialTiles::add_exact(std::size_t first_run, const TileFitter::Particles& inside) {
   const Run& run = runs_[first_run];
-  hints_.push_back(hint_for({run.begin, run.row, run.layer}));
+  hints_.push_back(fitter_.near(inside, Vec3(run.begin, run.row, run.layer)));
   return {Node::Kind::kExact, 0, static_cast<std::uint32_t>(hints_.size() - 1)};
 }
 
@@ -141,11 +149,11 @@ std::uint8_t MaterialTiles::axes_to_halve(const VoxelBox& box) const {
   return axes;
 }
 
-MaterialTiles::Node MaterialTiles::build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run) {
+MaterialTiles::Node MaterialTiles::build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run,
+                                               const TileFitter::Particles& inside) {
   Node node{Node::Kind::kSplit, axes, static_cast<std::uint32_t>(children_.size())};
   children_.resize(children_.size() + 8);
-  const std::size_t end_run = runs_.size(), first_member = members_.size();
-  members_.insert(members_.end(), chosen_.begin(), chosen_.end());
+  const std::size_t end_run = runs_.size();
   for (std::uint32_t child = 0; child < 8; ++child) {
     if (child & ~std::uint32_t{axes}) continue;
     VoxelBox part = box;
@@ -162,95 +170,21 @@ MaterialTiles::Node MaterialTiles::build_split(const VoxelBox& box, std::uint8_t
       const std::uint32_t begin = std::max(run.begin, part.low[0]), end = std::min(run.end, part.high[0]);
       if (begin < end) runs_.push_back({run.layer, run.row, begin, end});
     }
-    const Node built = build(part, end_run, first_member);
+    const Node built = build(part, end_run, inside);
     children_[node.index + child] = built;
     runs_.resize(end_run);
   }
-  members_.resize(first_member);
   return node;
-}
-
-std::optional<MaterialTiles::Node> MaterialTiles::fit() {
-  places_.clear();
-  fit_values_.clear();
-  for (const std::size_t s : chosen_) {
-    places_.push_back(frame_(to_vec3(pool_[s].voxel)));
-    const double* values = &pool_values_[s * channels_.size()];
-    fit_values_.insert(fit_values_.end(), values, values + channels_.size());
-  }
-  fitter_.factorize(places_);
-  if (extrapolates()) return std::nullopt;
-  const std::size_t first_polynomial = polynomials_.size();
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    polynomials_.emplace_back();
-    const double error = fitter_.fit(&fit_values_[c], channels_.size(), polynomials_.back());
-    if (error <= kShareOfTolerance * channels_[c].tolerance) continue;
-    polynomials_.resize(first_polynomial);
-    return std::nullopt;
-  }
-  if (!agrees_with_cells(first_polynomial)) {
-    polynomials_.resize(first_polynomial);
-    return std::nullopt;
-  }
-  fits_.push_back({frame_, first_polynomial, is_steep(first_polynomial)});
-  return Node{Node::Kind::kPolynomial, 0, static_cast<std::uint32_t>(fits_.size() - 1)};
-}
-
-/// At the middles of all cells there: samples may lie farther apart than what one control point holds is wide. Along
-/// axes of three voxels or fewer a cubic says nothing between them, where middles are: there samples have to do.
-bool MaterialTiles::agrees_with_cells(std::size_t first_polynomial) const {
-  constexpr double kThin = 1.25;  // Half of three voxels' distances is 1, of four 1.5.
-  const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
-  const Vec3 half = frame_.scale.cwiseInverse();
-  if (half.minCoeff() < kThin) return true;
-  const auto world = [&](const Vec3& voxel) {
-    return (grid_.origin_mm + (voxel + Vec3::Constant(0.5)).cwiseProduct(pitch)).eval();
-  };
-  const auto differs = [&](const Vec3& middle, std::span<const double> channels) {
-    const Vec3 place = frame_((middle - grid_.origin_mm).cwiseQuotient(pitch) - Vec3::Constant(0.5));
-    if ((place.cwiseAbs().array() > 1).any()) return false;
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-      const double error = value_at(polynomials_[first_polynomial + c], place) - channels[channels_[c].channel];
-      if (!(std::abs(error) <= kShareAtMiddles * channels_[c].tolerance)) return true;
-    }
-    return false;
-  };
-  return !field_->any_middle(Box3(world(frame_.centre - half), world(frame_.centre + half)), differs);
-}
-
-/// At some sample, over as far as voxels may lie off the solid.
-bool MaterialTiles::is_steep(std::size_t first_polynomial) const {
-  const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    const double most = kShareOutside * channels_[c].tolerance / outside_mm_;
-    for (const Vec3& place : places_) {
-      const Vec3 per_voxel = gradient_at(polynomials_[first_polynomial + c], place).cwiseProduct(frame_.scale);
-      if (!(per_voxel.cwiseQuotient(pitch).norm() <= most)) return true;
-    }
-  }
-  return false;
-}
-
-Vec3 MaterialTiles::centre(const Voxel& voxel) const {
-  return grid_.lattice().centre(voxel[0], voxel[1], grid_.layer_z_mm(voxel[2]));
-}
-
-Box3 MaterialTiles::world_box(const VoxelBox& box) const {
-  return Box3(centre(box.low), centre({box.high[0] - 1, box.high[1] - 1, box.high[2] - 1}));
 }
 
 bool MaterialTiles::paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
                           std::span<const HintedRun> alone, std::span<const Span> inside) {
-  PaintJob job{target, layer, {target, layer, channels_}, {}, {}, {}};
-  auto around = inside.begin();
+  PaintJob job{target, layer, {target, layer, channels_}, {}, {}};
   exact_.start_layer();
-  if (!spans.empty()) target.stats.max_residual_mm = std::max(target.stats.max_residual_mm, max_residual_mm_);
   for (const Span& span : spans) {
     if (span.y >= target.window.end_row()) break;
     for (; !alone.empty() && is_before(alone.front().run, span); alone = alone.subspan(1))
       paint_alone(job, alone.front());
-    while (around->y != span.y || around->end <= span.begin) ++around;
-    job.inside = *around;
     paint_tiles(job, span);
   }
   for (const HintedRun& each : alone) paint_alone(job, each);
@@ -271,19 +205,6 @@ void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
   exact_.solve_from(job.target, alone);
 }
 
-void MaterialTiles::paint_fit(PaintJob& job, std::uint32_t index, Span run) {
-  const Fit& fit = fits_[index];
-  if (fit.steep && run.begin == job.inside.begin) {
-    paint_exactly(job, {}, {run.y, run.begin, run.begin + 1});
-    ++run.begin;
-  }
-  const bool ends = fit.steep && run.end == job.inside.end && run.begin < run.end;
-  if (ends) --run.end;
-  const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
-  job.painter.paint(fit.frame, cubics_.of(index, fit.frame, polynomials, job.layer), run.y, run.begin, run.end);
-  if (ends) paint_exactly(job, {}, {run.y, run.end, run.end + 1});
-}
-
 void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox& box, std::uint32_t row,
                                 std::uint32_t begin, std::uint32_t end) {
   begin = std::max(begin, box.low[0]);
@@ -291,7 +212,11 @@ void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox&
   if (begin >= end) return;
   switch (node.kind) {
     case Node::Kind::kEmpty: return;
-    case Node::Kind::kPolynomial: return paint_fit(job, node.index, {row, begin, end});
+    case Node::Kind::kPolynomial: {
+      const Fit& fit = fits_[node.index];
+      const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
+      return job.painter.paint(fit.frame, cubics_.of(node.index, fit.frame, polynomials, job.layer), row, begin, end);
+    }
     case Node::Kind::kExact: return paint_exactly(job, hints_[node.index], {row, begin, end});
     case Node::Kind::kSplit: break;
   }

@@ -16,7 +16,7 @@ constexpr std::size_t kRunsAhead = 12;
 
 SlabMaterials::SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field,
                              const InterpolationSpec& spec, std::shared_ptr<PieceStore> store, const RowRange& rows)
-    : grid_(spec.grid), pieces_(std::move(solid), spec, std::move(store), rows), tiles_(field, spec) {}
+    : grid_(spec.grid), pieces_(solid, spec, std::move(store), rows), tiles_(std::move(solid), field, spec) {}
 
 void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   first_layer_ = first_layer;

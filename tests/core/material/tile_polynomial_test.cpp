@@ -99,65 +99,35 @@ TEST(CubicFitter, ReproducesCubics) {
     CubicFitter fitter;
     fitter.factorize(places);
     CubicPolynomial polynomial;
-    EXPECT_LT(fitter.fit(values.data(), 1, polynomial), 1e-6);
+    EXPECT_LT(fitter.fit(values, polynomial), 1e-6);
     for (const Vec3& p : random_places(50, 2)) EXPECT_NEAR(value_at(polynomial, p), some_cubic(p), 1e-6);
   }
 }
 
-TEST(CubicFitter, FitsChannelsThatAreInterleaved) {
-  const Places places = random_places(40, 3);
-  std::vector<double> values;
-  for (const Vec3& p : places) values.insert(values.end(), {some_cubic(p), not_a_cubic(p), 5.0});
+TEST(CubicFitter, ItsErrorIsTheLargestAtThePlaces) {
+  const Places places = random_places(41, 4);
+  const std::vector<double> values = values_of(places, not_a_cubic);
   CubicFitter fitter;
   fitter.factorize(places);
-  CubicPolynomial first, second, third;
-  EXPECT_LT(fitter.fit(&values[0], 3, first), 1e-6);
-  EXPECT_GT(fitter.fit(&values[1], 3, second), 1e-3);
-  EXPECT_LT(fitter.fit(&values[2], 3, third), 1e-7);
-  const std::vector<double> alone = values_of(places, not_a_cubic);
-  CubicPolynomial expected;
-  fitter.fit(alone.data(), 1, expected);
-  EXPECT_EQ(second, expected);
-}
-
-TEST(CubicFitter, ItsErrorIsThatOfReallyLeavingOneOut) {
-  const Places places = random_places(40, 4);
-  const std::vector<double> values = values_of(places, not_a_cubic);
-  CubicFitter fitter, refitter;
-  fitter.factorize(places);
   CubicPolynomial polynomial;
-  const double error = fitter.fit(values.data(), 1, polynomial);
+  const double error = fitter.fit(values, polynomial);
   double worst = 0;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    Places others = places;
-    std::vector<double> their_values = values;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    their_values.erase(their_values.begin() + static_cast<std::ptrdiff_t>(i));
-    refitter.factorize(others);
-    refitter.fit(their_values.data(), 1, polynomial);
     worst = std::max(worst, std::abs(value_at(polynomial, places[i]) - values[i]));
   }
   EXPECT_GT(worst, 1e-3);
-  EXPECT_NEAR(error, worst, 1e-5 * worst);
+  EXPECT_NEAR(error, worst, 1e-12);
 }
 
-TEST(CubicFitter, ASampleThatNoOtherChecksCountsAsInfinitelyWrong) {
-  Places places = random_places(40, 5, Vec3(1, 1, 0));
-  places.push_back(Vec3(0, 0, 1));
-  const std::vector<double> values = values_of(places, [](const Vec3& p) { return p.x(); });
-  CubicFitter fitter;
-  fitter.factorize(places);
-  CubicPolynomial polynomial;
-  EXPECT_EQ(fitter.fit(values.data(), 1, polynomial), std::numeric_limits<double>::infinity());
-}
-
-TEST(CubicFitter, AsManySamplesAsTermsCheckNothing) {
-  const Places places = random_places(kCubicTerms, 6);
-  const std::vector<double> values = values_of(places, some_cubic);
-  CubicFitter fitter;
-  fitter.factorize(places);
-  CubicPolynomial polynomial;
-  EXPECT_EQ(fitter.fit(values.data(), 1, polynomial), std::numeric_limits<double>::infinity());
+// Whatever the places leave open: a fit once took a tenth off a constant where few columns were sampled.
+TEST(CubicFitter, ReproducesConstantsEverywhere) {
+  for (const Places& places : {random_places(3, 5), random_places(40, 5, Vec3(1, 0, 0)), Places(7, Vec3(1, -1, 1.0 / 3))}) {
+    CubicFitter fitter;
+    fitter.factorize(places);
+    CubicPolynomial polynomial;
+    EXPECT_EQ(fitter.fit(std::vector<double>(places.size(), 0.8202), polynomial), 0);
+    for (const Vec3& p : random_places(20, 8)) EXPECT_EQ(value_at(polynomial, p), 0.8202);
+  }
 }
 
 // Terms coincide there; a fit exists all the same, and is right where the samples are.
@@ -168,12 +138,12 @@ TEST(CubicFitter, TakesPlacesInOnePlaneOrOneRow) {
     CubicFitter fitter;
     fitter.factorize(places);
     CubicPolynomial polynomial;
-    EXPECT_LT(fitter.fit(values.data(), 1, polynomial), 1e-6) << spread.transpose();
+    EXPECT_LT(fitter.fit(values, polynomial), 1e-6) << spread.transpose();
     for (const Vec3& p : random_places(20, 8, spread)) {
       EXPECT_NEAR(value_at(polynomial, p), some_cubic(p), 1e-6) << spread.transpose();
     }
     const std::vector<double> rough = values_of(places, not_a_cubic);
-    const double error = fitter.fit(rough.data(), 1, polynomial);
+    const double error = fitter.fit(rough, polynomial);
     EXPECT_GT(error, 1e-5) << spread.transpose();
     EXPECT_LT(error, 10) << spread.transpose();
   }
@@ -184,12 +154,12 @@ TEST(CubicFitter, KeepsNothingOfTheFitBefore) {
   used.factorize(random_places(90, 9));
   CubicPolynomial a, b;
   const std::vector<double> other(90, 3.0);
-  used.fit(other.data(), 1, a);
+  used.fit(other, a);
   const Places places = random_places(40, 10);
   const std::vector<double> values = values_of(places, not_a_cubic);
   used.factorize(places);
   fresh.factorize(places);
-  EXPECT_EQ(used.fit(values.data(), 1, a), fresh.fit(values.data(), 1, b));
+  EXPECT_EQ(used.fit(values, a), fresh.fit(values, b));
   EXPECT_EQ(a, b);
 }
 
