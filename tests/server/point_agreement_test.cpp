@@ -244,5 +244,19 @@ TEST_F(PointAgreement, VoxelsInsideWideContoursAreInsideForProbesOfTheSameTolera
   EXPECT_GT(off, 0u);
 }
 
+TEST_F(PointAgreement, SmallPartsAgreeAsLargeOnesDo) {
+  const std::uint32_t seed = 23;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  int kind = 0;
+  for (const double scale : {0.1, 0.01}) {
+    for (const oracle::TinyMesh& tiny : oracle::tiny_meshes()) {
+      Placement placement = random_placement(random, kind++);
+      placement.prescale(scale);
+      expect_agreement(compare(tiny.mesh, placement, 1e-3 * scale), tiny.name + ", scale " + std::to_string(scale));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ccslice::server
