@@ -31,8 +31,16 @@ constexpr std::array<PairTerm, 6> kPairs = {{{3, 1, 1}, {4, 1, 2}, {5, 2, 2}, {1
 struct TripleTerm {
   std::size_t term, pair, c;  // The product of one of the pairs and a coordinate.
 };
-constexpr std::array<TripleTerm, 10> kTriples = {
-    {{6, 0, 1}, {7, 0, 2}, {8, 1, 2}, {9, 2, 2}, {13, 0, 0}, {14, 1, 0}, {15, 2, 0}, {17, 3, 0}, {18, 4, 0}, {19, 5, 0}}};
+constexpr std::array<TripleTerm, 10> kTriples = {{{6, 0, 1},
+                                                  {7, 0, 2},
+                                                  {8, 1, 2},
+                                                  {9, 2, 2},
+                                                  {13, 0, 0},
+                                                  {14, 1, 0},
+                                                  {15, 2, 0},
+                                                  {17, 3, 0},
+                                                  {18, 4, 0},
+                                                  {19, 5, 0}}};
 
 /// cos(n pi / 12).
 constexpr std::array<double, 13> kChebyshevNodes = {1,
@@ -177,8 +185,7 @@ void BlockBound::multiply_places() noexcept {
   }
 }
 
-double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValues& errors,
-                              double enough) noexcept {
+double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValues& errors, double enough) noexcept {
   constexpr double kOffGrid = 1.1547005383792517;  // 1 / cos(4 pi / 24).
   BlockGrid coefficients = grid_of(errors);
   to_chebyshev(coefficients);

@@ -13,15 +13,15 @@
 //
 //   |I e| <= sum |c_ijk|,    and beyond the box, up to 1 + 2 s along each axis,    sum |c_ijk| T_i T_j T_k (1 + 2 s).
 //
-// Where that is too much, the part of I e that has degree 4 in all is looked at on a grid of 13 x 13 x 13 Chebyshev nodes:
-// it exceeds its largest value there by a factor of 1 / cos(4 pi / 24) = 1.155 at the most. (A polynomial of degree n in
-// all is cos(n d) times as large at least at a distance d from where it is largest, where the distance in a cube is the
-// largest difference of arc cosines along an axis: Bos, Levenberg, Waldron, Metrics associated to multivariate polynomial
-// inequalities, 2004.) The rest of I e counts by its coefficients.
+// Where that is too much, the part of I e that has degree 4 in all is looked at on a grid of 13 x 13 x 13 Chebyshev
+// nodes: it exceeds its largest value there by a factor of 1 / cos(4 pi / 24) = 1.155 at the most. (A polynomial of
+// degree n in all is cos(n d) times as large at least at a distance d from where it is largest, where the distance in a
+// cube is the largest difference of arc cosines along an axis: Bos, Levenberg, Waldron, Metrics associated to
+// multivariate polynomial inequalities, 2004.) The rest of I e counts by its coefficients.
 //
-// What I leaves out has degree 5 or more along some axis. m has none of that, nor have linear terms of p; in products of
-// the coordinates the sums of absolute coefficients multiply (T_m T_n = (T_{m+n} + T_{|m-n|}) / 2), so it is bounded by
-// the sums of absolute Chebyshev coefficients of X by degree along each axis. At the nodes T_5, T_7, T_8 and T_9 are
+// What I leaves out has degree 5 or more along some axis. m has none of that, nor have linear terms of p; in products
+// of the coordinates the sums of absolute coefficients multiply (T_m T_n = (T_{m+n} + T_{|m-n|}) / 2), so it is bounded
+// by the sums of absolute Chebyshev coefficients of X by degree along each axis. At the nodes T_5, T_7, T_8 and T_9 are
 // equal to a T of lower degree, T_6 to T_0 + T_2 - T_4: I takes them for that.
 //
 // Nothing here rounds up: the bound holds but for rounding, some 1e-13 of the largest terms.
@@ -47,13 +47,13 @@ void to_chebyshev(BlockGrid& grid) noexcept;
 
 class BlockBound {
  public:
-  /// `places`: of the nodes, in the frame of the polynomials; they stay where they are. `beyond`: how far around the block
-  /// bounds are to hold, as a share of its size, as if its patch went on there. REQUIRES: places are tricubic in the
-  /// block's parameters.
+  /// `places`: of the nodes, in the frame of the polynomials; they stay where they are. `beyond`: how far around the
+  /// block bounds are to hold, as a share of its size, as if its patch went on there. REQUIRES: places are tricubic in
+  /// the block's parameters.
   void set_places(const std::array<BlockValues, 3>& places, double beyond) noexcept;
 
-  /// Of |e|. `errors`: e at the nodes. `enough`: a bound that is good enough: below it no tighter one is looked for.
-  /// REQUIRES: set_places() was called; the channel is tricubic.
+  /// A bound of |e|, if that is at most `enough`; or else some number above `enough`, which is all that is known then.
+  /// `errors`: e at the nodes. REQUIRES: set_places() was called; the channel is tricubic.
   double operator()(const CubicPolynomial& polynomial, const BlockValues& errors, double enough) noexcept;
 
  private:
@@ -62,7 +62,7 @@ class BlockBound {
   double largest_on_grid(const BlockGrid& coefficients) const noexcept;
 
   static constexpr std::size_t kGridNodes = 13;
-  double x_ = 1;  // 1 + 2 beyond.
+  double x_ = 1;                                // 1 + 2 beyond.
   std::array<double, 2 * kBlockNodes> growth_;  // T_0 to T_9 at x_: no T is larger up to there.
   const std::array<BlockValues, 3>* places_ = nullptr;
   bool multiplied_ = false;  // What follows is known.

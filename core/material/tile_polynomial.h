@@ -69,8 +69,8 @@ Lanes values_at(const CubicPolynomial& polynomial, Lanes x, Lanes y, Lanes z) no
 /// Fits many channels over the same places. Memory is kept from fit to fit.
 class CubicFitter {
  public:
-  /// REQUIRES: some places, in [-1, 1]^3. Where they don't determine a polynomial, the one with small coefficients about
-  /// the mean is taken.
+  /// REQUIRES: some places, in [-1, 1]^3. Where they don't determine a polynomial, the one with small coefficients
+  /// about the mean is taken.
   void factorize(std::span<const Vec3> places);
   /// Fits a value at each place; returns the largest error there.
   double fit(std::span<const double> values, CubicPolynomial& polynomial);

@@ -88,7 +88,8 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
     if (!one_patch) axes = axes_off_between_nodes(cell, part.parameters, frame);
     if (axes == 0) {
       part.kind = CellPart::Kind::kPiece;
-      part.piece = make_piece(cell, shape, part.parameters, frame, one_patch ? kPieceShareOfTolerance * error : kShareOffNodes * error);
+      part.piece = make_piece(cell, shape, part.parameters, frame,
+                              one_patch ? kPieceShareOfTolerance * error : kShareOffNodes * error);
       return 0;
     }
   }
@@ -108,15 +109,16 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, cons
   const double most_growth = 1 / error;
   const double beyond = std::clamp(share_of_growth(most_growth) - shape.bulge.maxCoeff(), 0.0, kMostBeyond);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
-  CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, points_, shape.step, {}};
+  CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
     const bool high = side % 2 != 0;
     const auto a = static_cast<Eigen::Index>(axis);
     const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
-    if (!at_side || !(boundary_sides >> side & 1) || !is_steep_at(frame, axis, high, error)) continue;
-    piece.beyond.push_back(fit_beyond(axis, high));
+    if (!at_side || !(boundary_sides >> side & 1)) continue;
+    piece.at_boundary = true;
+    if (is_steep_at(frame, axis, high, error)) piece.beyond.push_back(fit_beyond(axis, high));
   }
   return std::make_shared<const CellPiece>(std::move(piece));
 }

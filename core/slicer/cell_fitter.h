@@ -57,6 +57,7 @@ struct CellPiece {
   std::vector<CubicPolynomial> polynomials;  // One a channel.
   double error = 0;                          // At most, as a share of each channel's tolerance.
   double reach = 0;                          // Columns that the polynomials may be followed beyond the piece.
+  bool at_boundary = false;                  // A side of it is on the boundary.
   BlockPoints points;                        // Voxels,
   std::size_t step;                          // and BlockShape's.
   std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond

@@ -77,7 +77,7 @@ void CellPieces::start_window(std::uint32_t first_layer) {
   const std::size_t pieces = windows_.empty() ? 0 : windows_.back().end_piece;
   found_.resize(pieces);
   pieces_.resize(pieces);
-  beyonds_.resize(pieces == 0 ? 0 : pieces_.back().end_beyond);
+  beyonds_.resize(pieces == 0 ? 0 : pieces_.back().first_beyond + pieces_.back().beyond_count);
   polynomials_.resize(pieces * channels_.size());
   std::uint32_t& end = window_.end_layer = first_layer;
   do {
@@ -183,8 +183,9 @@ void CellPieces::scan_pieces(const CancellationToken& cancel) {
     const auto p = static_cast<std::uint32_t>(pieces_.size());
     const auto first_beyond = static_cast<std::uint32_t>(beyonds_.size());
     beyonds_.insert(beyonds_.end(), found.piece->beyond.begin(), found.piece->beyond.end());
-    pieces_.push_back(
-        {found.piece->frame, static_cast<float>(found.piece->error), static_cast<float>(found.piece->reach), first_beyond, static_cast<std::uint32_t>(beyonds_.size())});
+    pieces_.push_back({found.piece->frame, static_cast<float>(found.piece->error),
+                       static_cast<float>(found.piece->reach), first_beyond,
+                       static_cast<std::uint16_t>(found.piece->beyond.size()), found.piece->at_boundary});
     polynomials_.insert(polynomials_.end(), found.piece->polynomials.begin(), found.piece->polynomials.end());
     scanned_.clear();
     // Not beyond the part's place: what is there was looked for in the layers that it meets, no others.

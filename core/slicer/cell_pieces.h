@@ -39,10 +39,12 @@ struct ScannedRun : PieceRun {
 /// Of a piece, what painting reads.
 struct alignas(64) SlabPiece {
   TileFrame frame;
-  float error;  // CellPiece's,
-  float reach;  // and reach.
-  std::uint32_t first_beyond, end_beyond;  // Polynomials of the slab that tell what is beyond the boundary.
-  bool has_beyond() const { return first_beyond < end_beyond; }
+  float error;                 // CellPiece's,
+  float reach;                 // and reach.
+  std::uint32_t first_beyond;  // Of the slab's polynomials that tell what is beyond the boundary,
+  std::uint16_t beyond_count;  // so many.
+  bool at_boundary;            // CellPiece's.
+  bool has_beyond() const { return beyond_count > 0; }
 };
 
 /// One thread.
@@ -105,7 +107,7 @@ class CellPieces {
   };
 
   std::span<const CubicPolynomial> beyonds(const SlabPiece& piece) const {
-    return std::span(beyonds_).subspan(piece.first_beyond, piece.end_beyond - piece.first_beyond);
+    return std::span(beyonds_).subspan(piece.first_beyond, piece.beyond_count);
   }
   const Window& window_of(const Vec3& voxel) const;
   void start_window(std::uint32_t first_layer);

@@ -53,7 +53,9 @@ struct LayerStats {
   std::uint64_t voxels_inside = 0;
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
   std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.
-  std::uint64_t voxels_interpolated = 0;  // Between inverted ones, within the tolerance.
+  std::uint64_t voxels_interpolated = 0;  // By polynomials, within the tolerance.
+  std::uint64_t voxels_repainted = 0;     // Inverted because a voxel beside them was beyond its tolerance; also counted
+                                          // as coherent, full or unresolved.
   std::uint64_t voxels_unresolved = 0;    // Inside the contours, not reached: took the nearest solved parameter.
   double max_residual_mm = 0;             // Over all inverted voxels, unresolved ones excluded, world mm. Includes
                                           // voxels that were inverted for those of the region.

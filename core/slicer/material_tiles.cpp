@@ -200,6 +200,31 @@ void MaterialTiles::paint_tiles(PaintJob& job, const Span& span) {
   }
 }
 
+std::uint32_t MaterialTiles::enter_part(const Node& node, const Voxel& voxel, VoxelBox& box) const {
+  std::uint32_t child = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!(node.split_axes >> a & 1)) continue;
+    const std::uint32_t middle = (box.low[a] + box.high[a]) / 2;
+    const bool high = voxel[a] >= middle;
+    (high ? box.low : box.high)[a] = middle;
+    child |= (high ? 1u : 0u) << a;
+  }
+  return child;
+}
+
+std::optional<MaterialTiles::Paint> MaterialTiles::paint_of(std::uint32_t layer, std::uint32_t row,
+                                                            std::uint32_t column) const {
+  const std::uint32_t tile_column = column / tile_size_[0], tile_row = row / tile_size_[1];
+  VoxelBox box = tile_box(tile_column, tile_row);
+  const Node* node = &tiles_[std::size_t{tile_columns_} * tile_row + tile_column];
+  while (node->kind == Node::Kind::kSplit) {
+    node = &children_[node->index + enter_part(*node, {column, row, layer}, box)];
+  }
+  if (node->kind != Node::Kind::kPolynomial) return std::nullopt;
+  const Fit& fit = fits_[node->index];
+  return Paint{fit.frame, std::span(polynomials_).subspan(fit.first_polynomial, channels_.size())};
+}
+
 void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
   finish_exact_run(job);
   exact_.solve_from(job.target, alone);

@@ -3,10 +3,10 @@
 //
 // Materials of the voxels of a slab that lie in cells too small for pieces of their own.
 //
-// A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each, a cubic polynomial is fitted to all
-// cells there, and its error bounded over all of them (slicer/tile_fitter.h). If it may be too large, the tile is halved
-// along its longest axes, and so on; in the smallest tiles, where there are few voxels a cell, and where the solid folds,
-// every voxel is inverted.
+// A slab is cut into tiles of voxels at multiples of absolute voxel indices. In each, a cubic polynomial is fitted to
+// all cells there, and its error bounded over all of them (slicer/tile_fitter.h). If it may be too large, the tile is
+// halved along its longest axes, and so on; in the smallest tiles, where there are few voxels a cell, and where the
+// solid folds, every voxel is inverted.
 //
 // The tiles follow from the solid and the slab's occupancy alone, which follows from its absolute layers: same bytes
 // for any split. Those of a row of tiles follow from its own voxels alone.
@@ -49,6 +49,14 @@ class MaterialTiles {
   bool paint(const LayerTarget& target, std::uint32_t layer, std::span<const Span> spans,
              std::span<const HintedRun> alone, std::span<const Span> inside);
 
+  /// What paints a voxel of the slab that solve() saw.
+  struct Paint {
+    TileFrame frame;
+    std::span<const CubicPolynomial> polynomials;  // One a channel.
+  };
+  /// Nothing if it is inverted.
+  std::optional<Paint> paint_of(std::uint32_t layer, std::uint32_t row, std::uint32_t column) const;
+
  private:
   using Voxel = std::array<std::uint32_t, 3>;  // Column, row, layer.
 
@@ -71,6 +79,8 @@ class MaterialTiles {
   };
   struct PaintJob;
 
+  /// The part of a split node's box that holds a voxel, and its number among the children.
+  std::uint32_t enter_part(const Node& node, const Voxel& voxel, VoxelBox& box) const;
   VoxelBox tile_box(std::uint32_t column, std::uint32_t row) const;
   void bucket_row(std::uint32_t tile_row, std::span<const std::span<const Span>> layers);
   /// From runs_ from this one on, in a box of these particles.

@@ -42,6 +42,19 @@ void PaintedRows::resolve(const CellPieces& pieces, std::uint32_t layer, std::ui
   sort_out_rest();
 }
 
+void PaintedRows::invert(const RowRange& rows, std::span<const Span> spans) {
+  const auto is_theirs = [&](std::uint32_t row) { return row >= rows.begin && row < rows.end; };
+  std::erase_if(painted_, [&](const PieceRun& run) { return is_theirs(run.row); });
+  std::erase_if(rest_, [&](const Span& run) { return is_theirs(run.y); });
+  std::erase_if(alone_, [&](const HintedRun& each) { return is_theirs(each.run.y); });
+  std::vector<HintedRun> all;
+  for (const Span& span : spans) {
+    if (is_theirs(span.y)) all.push_back({span, {}});
+  }
+  const auto after = std::ranges::find_if(alone_, [&](const HintedRun& each) { return each.run.y >= rows.end; });
+  alone_.insert(after, all.begin(), all.end());
+}
+
 /// Moves what needs no tile from rest_ to alone_: short runs whose parameter is about known, and others outside of
 /// large holes if the rows that are cut into tiles together have few of them.
 void PaintedRows::sort_out_rest() {
@@ -135,9 +148,7 @@ void PaintedRows::compare_overlap(const ScannedRun& next, std::uint32_t begin, s
   begin = std::max(begin, last.begin);
   end = std::min(end, last.end);
   if (begin >= end) return;
-  if (pieces_->agree(last.piece, next.piece, voxel(begin)) && pieces_->agree(last.piece, next.piece, voxel(end - 1))) {
-    return;
-  }
+  if (agree(last.piece, next.piece, begin, end)) return;
   const float after = after_;
   painted_.pop_back();
   paint({row_, last.begin, begin, last.piece}, 0);
@@ -165,9 +176,19 @@ bool PaintedRows::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun
   for (std::uint32_t x = begin; x < end; ++x) {
     if (pieces_->is_in_hole(voxel(x))) return false;
   }
-  if (before == nullptr || after == nullptr) return true;
-  return pieces_->agree(before->piece, after->piece, voxel(begin)) &&
-         pieces_->agree(before->piece, after->piece, voxel(end - 1));
+  // At the end of a run of voxels some may lie off the solid: only a piece that ends there knows how far.
+  if (before == nullptr) return pieces_->piece(after->piece).at_boundary;
+  if (after == nullptr) return pieces_->piece(before->piece).at_boundary;
+  return agree(before->piece, after->piece, begin, end);
+}
+
+/// At all voxels from one column to another: whichever of two pieces holds one, the other is within the tolerance
+/// there.
+bool PaintedRows::agree(std::uint32_t a, std::uint32_t b, std::uint32_t begin, std::uint32_t end) const {
+  for (std::uint32_t x = begin; x < end; ++x) {
+    if (!pieces_->agree(a, b, voxel(x))) return false;
+  }
+  return true;
 }
 
 /// What ends at a column of the row at hand, or null.

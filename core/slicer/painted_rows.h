@@ -29,6 +29,9 @@ class PaintedRows {
   /// `spans`: the voxels inside, as rasterize() yields them. `rows`: of the grid.
   void resolve(const CellPieces& pieces, std::uint32_t layer, std::uint32_t rows, std::span<const Span> spans);
 
+  /// Has all voxels of the rows inverted. `spans`: as resolve() had them.
+  void invert(const RowRange& rows, std::span<const Span> spans);
+
   /// By row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
   /// Unpainted, to be inverted: short runs in small holes or beside pieces, and others where there are few of them,
@@ -43,6 +46,7 @@ class PaintedRows {
   std::uint32_t paint_next(const ScannedRun& next, std::uint32_t at, const Span& span);
   void compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end);
   void close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after);
+  bool agree(std::uint32_t a, std::uint32_t b, std::uint32_t begin, std::uint32_t end) const;
   bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after) const;
   const PieceRun* painted_before(std::uint32_t column) const;
   double beyond_painted(std::uint32_t column) const;

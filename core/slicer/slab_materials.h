@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Materials of a slab by interpolation with a checked error.
+// Materials of a slab by interpolation with a bounded error.
 //
 // Cells are painted by polynomials that are fitted to forward samples (slicer/cell_pieces.h, slicer/painted_rows.h).
 // The rest, in small cells, near folds and in parts that no polynomial fits, is cut into tiles of voxels
-// (slicer/material_tiles.h), whose polynomials are fitted to inverted voxels, or whose every voxel is inverted.
+// (slicer/material_tiles.h), whose polynomials are fitted to all cells there, or whose every voxel is inverted.
+//
+// Some of the voxels are inverted and compared (slicer/paint_guard.h).
 //
 // All follows from the slab's absolute layers: same bytes for any split.
 
@@ -27,6 +29,7 @@
 #include "core/slicer/material_field.h"
 #include "core/slicer/material_pass.h"
 #include "core/slicer/material_tiles.h"
+#include "core/slicer/paint_guard.h"
 #include "core/slicer/painted_rows.h"
 #include "core/slicer/piece_store.h"
 
@@ -55,15 +58,20 @@ class SlabMaterials {
 
  private:
   struct Layer {
-    bool resolved = false;
+    bool resolved = false, guarded = false;
     PaintedRows rows;
+    std::vector<RowRange> repainted;  // That the guard has inverted.
   };
 
   const PaintedRows& rows_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
+  void guard(std::uint32_t layer, std::span<const Span> spans, const CancellationToken& cancel);
+  bool agrees(std::uint32_t layer, const PieceRun& run);
+  bool agrees(std::uint32_t layer, const Span& run);
   void solve_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs);
 
   const Grid grid_;
+  PaintGuard guard_;
   CellPieces pieces_;
   MaterialTiles tiles_;  // Of the rest.
   std::uint32_t first_layer_ = 0;

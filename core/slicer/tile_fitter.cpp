@@ -126,7 +126,8 @@ void TileFitter::halve(std::uint32_t particle, Eigen::Index voxel_axis) {
   Vec3 lengths;
   for (std::size_t a = 0; a < 3; ++a) {
     const auto at = [&](std::size_t node) { return at_slot(pool_[particle]->places, block_slot(node))[voxel_axis]; };
-    lengths[static_cast<Eigen::Index>(a)] = std::abs(at(kMiddle + kHalf * kBlockStride[a]) - at(kMiddle - kHalf * kBlockStride[a]));
+    lengths[static_cast<Eigen::Index>(a)] =
+        std::abs(at(kMiddle + kHalf * kBlockStride[a]) - at(kMiddle - kHalf * kBlockStride[a]));
   }
   Eigen::Index axis = 0;
   lengths.maxCoeff(&axis);
@@ -226,7 +227,8 @@ bool TileFitter::is_at_boundary(const Particle& particle, const Box3& box) const
   for (std::size_t side = 0; side < 6; ++side) {
     const auto axis = static_cast<Eigen::Index>(side / 2);
     const bool high = side % 2 != 0;
-    if (!(sides >> side & 1) || (high ? particle.parameters.high[axis] < 1 : particle.parameters.low[axis] > 0)) continue;
+    if (!(sides >> side & 1) || (high ? particle.parameters.high[axis] < 1 : particle.parameters.low[axis] > 0))
+      continue;
     Box3 face;
     for (std::size_t n = 0; n < std::tuple_size_v<BlockPoints>; ++n) {
       const std::size_t at = n / kBlockStride[side / 2] % kBlockNodes;

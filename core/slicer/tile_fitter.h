@@ -3,11 +3,11 @@
 //
 // One cubic polynomial of the voxel for each channel in a box of voxels that many cells meet.
 //
-// All cells that may hold a voxel of the box are sampled forward (slicer/voxel_blocks.h), those that are large beside it
-// in parts: PARTICLES, each a box of a cell's parameters that meets the box of voxels. Polynomials are fitted to some of
-// their nodes, and the error is bounded over each particle, whole (material/block_bound.h). As every voxel inside the
-// solid lies in some particle, the error of its value is bounded, too: nothing is between samples. Particles beside
-// irregular lines, where an error isn't a polynomial, may take a smaller share of the tolerance.
+// All cells that may hold a voxel of the box are sampled forward (slicer/voxel_blocks.h), those that are large beside
+// it in parts: PARTICLES, each a box of a cell's parameters that meets the box of voxels. Polynomials are fitted to
+// some of their nodes, and the error is bounded over each particle, whole (material/block_bound.h). As every voxel
+// inside the solid lies in some particle, the error of its value is bounded, too: nothing is between samples. Particles
+// beside irregular lines, where an error isn't a polynomial, may take a smaller share of the tolerance.
 //
 // Voxels that the contours' tolerance puts inside, although they lie off the solid, take what the boundary has. Where a
 // polynomial is so steep that this may matter, it is refused beside the boundary.
@@ -43,8 +43,8 @@ class TileFitter {
 
   /// Forgets all particles.
   void clear();
-  /// Those that meet a box (between the centres of its outer voxels), which lies in the one that `around` is of. Not known
-  /// if there are so many that `voxels` are inverted as quickly.
+  /// Those that meet a box (between the centres of its outer voxels), which lies in the one that `around` is of. Not
+  /// known if there are so many that `voxels` are inverted as quickly.
   Particles enter(const Box3& box, std::uint64_t voxels, const Particles& around);
   /// Forgets what was found since the particles' box was entered.
   void leave(const Particles& particles);

@@ -315,6 +315,7 @@ v1::LayerStatistics to_message(const LayerStats& value) {
   message.set_voxels_full(value.voxels_full);
   message.set_voxels_interpolated(value.voxels_interpolated);
   message.set_voxels_unresolved(value.voxels_unresolved);
+  message.set_voxels_repainted(value.voxels_repainted);
   message.set_max_residual_mm(value.max_residual_mm);
   message.set_contour_loops(value.contour_loops);
   message.set_contour_points(value.contour_points);

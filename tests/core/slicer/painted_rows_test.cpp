@@ -71,6 +71,20 @@ TEST_F(PaintedRowsTest, PaintNothingElse) {
   EXPECT_TRUE(rows_.rest().empty());
 }
 
+TEST_F(PaintedRowsTest, LeaveRowsThatAreToBeInverted) {
+  std::vector<Span> spans;
+  for (std::uint32_t y = 0; y < job_.grid.extent.rows; ++y) spans.push_back({y, 0, job_.grid.extent.columns});
+  resolve(spans);
+  rows_.invert({10, 30}, spans);
+  EXPECT_EQ(painted(), std::uint64_t{job_.grid.extent.rows - 20} * job_.grid.extent.columns);
+  ASSERT_EQ(rows_.alone().size(), 20u);
+  for (std::uint32_t k = 0; k < 20; ++k) EXPECT_EQ(rows_.alone()[k].run, spans[10 + k]);
+  rows_.invert({0, 5}, spans);
+  EXPECT_EQ(rows_.alone().size(), 25u);
+  EXPECT_EQ(rows_.alone()[0].run.y, 0u) << "by row";
+  EXPECT_EQ(rows_.alone()[24].run.y, 29u);
+}
+
 TEST_F(PaintedRowsTest, AreEmptyForAnEmptyLayer) {
   resolve({});
   EXPECT_TRUE(rows_.painted().empty());
