@@ -99,8 +99,7 @@ class Builder {
 /// Refined cells with their share of the levels above.
 void Builder::reserve() const {
   if (!options_.reserve) return;
-  // Of points at most twice, while they are copied, and of the middles of cells.
-  const std::uint64_t values = mesh_.channel_count() * (2 * (mesh_.vertex_count() + needed_cells_) + needed_cells_);
+  const std::uint64_t values = mesh_.channel_count() * 2 * (mesh_.vertex_count() + needed_cells_);  // While copied.
   options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ + kBoundaryFaceBytes * needed_faces_ +
                    sizeof(double) * values + needed_operator_bytes_);
 }

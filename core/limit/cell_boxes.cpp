@@ -28,42 +28,19 @@ void visit_hull(const LimitCell& cell, PatchBuilder& builder, Visit visit) {
   builder.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) { rest.visit_hull(visit); });
 }
 
-/// What is known of the middles of cells, of all that control points hold.
-class Middles {
- public:
-  explicit Middles(LimitSolid::Data& data)
-      : data_(data),
-        builder_(data, data.dimension),
-        grid_(64 * data.dimension),
-        channels_(64 * (data.dimension - 3)),
-        at_middle_(data.dimension - 3) {
-    data.cell_maps.reserve(data.cells.size());
-    data.middle_channels.reserve(data.cells.size() * at_middle_.size());
+CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuilder& builder) {
+  alignas(32) std::array<double, kPatchPoints> grid;
+  const PatchPlace place = find_patch(data, cell, Vec3::Constant(0.5));
+  builder.build(cell, place.path, grid.data());
+  const LimitSample sample = in_cell(place, patch_sample(grid.data(), place.local));
+  CellMap map;
+  map.middle = sample.position;
+  if (std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant) {
+    map.inverse_jacobian = sample.jacobian.inverse();
   }
-
-  CellMap& append(const LimitCell& cell) {
-    const PatchPlace place = find_patch(data_, cell, Vec3::Constant(0.5));
-    builder_.build(cell, place.path, grid_.data());
-    load_patch(grid_.data(), data_.dimension, points_.data(), channels_.data());
-    patch_channels({points_.data(), channels_.data()}, place.local, at_middle_);
-    data_.middle_channels.insert(data_.middle_channels.end(), at_middle_.begin(), at_middle_.end());
-    const LimitSample sample = in_cell(place, patch_sample(points_.data(), place.local));
-    CellMap& map = data_.cell_maps.emplace_back();
-    map.middle = sample.position;
-    if (std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant) {
-      map.inverse_jacobian = sample.jacobian.inverse();
-    }
-    if (!map.inverse_jacobian.allFinite()) map.inverse_jacobian.setZero();
-    return map;
-  }
-
- private:
-  LimitSolid::Data& data_;
-  PatchBuilder builder_;
-  std::vector<double> grid_;
-  alignas(32) std::array<double, kPatchPoints> points_;
-  std::vector<double> channels_, at_middle_;
-};
+  if (!map.inverse_jacobian.allFinite()) map.inverse_jacobian.setZero();
+  return map;
+}
 
 }  // namespace
 
@@ -71,10 +48,10 @@ void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
   PatchBuilder builder(data, kPositionDimension);
   std::vector<Box3> all;
   all.reserve(data.cells.size());
-  Middles middles(data);
+  data.cell_maps.reserve(data.cells.size());
   for (const LimitCell& cell : data.cells) {
     if (all.size() % kCancelPeriod == 0) cancel.throw_if_cancelled();
-    CellMap& map = middles.append(cell);
+    CellMap& map = data.cell_maps.emplace_back(cell_map(data, cell, builder));
     Box3 box;
     visit_hull(cell, builder, [&](const Vec3& point) {
       box.extend(point);

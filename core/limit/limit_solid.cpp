@@ -20,10 +20,10 @@ std::size_t bytes_of(const std::vector<T>& v) {
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
-         bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.middle_channels) + bytes_of(data.faces) +
-         bytes_of(data.face_rings) + bytes_of(data.face_hulls) + data.operators.memory_bytes() +
-         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
-         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
+         bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
+         bytes_of(data.face_hulls) + data.operators.memory_bytes() + data.cell_boxes.memory_bytes() +
+         data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() +
+         data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
 }
 
 }  // namespace

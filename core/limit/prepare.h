@@ -18,7 +18,7 @@ namespace ccslice {
 /// and what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills cell_boxes, cell_maps, middle_channels and volumes.
+/// Fills cell_boxes, cell_maps and volumes.
 void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data);
 
 /// Levels of patches looked at towards an irregular line or vertex.

@@ -74,7 +74,6 @@ struct LimitSolid::Data {
   std::vector<SurfaceFaceRing> face_rings;
   std::vector<Box3> face_hulls;  // Boxes of the rings' points.
   std::vector<CellMap> cell_maps;
-  std::vector<double> middle_channels;  // mat(1/2, 1/2, 1/2) by cell, then by channel.
   CellVolumes regular_volumes, irregular_volumes;
   BoxTree cell_boxes;                     // Bounding boxes of the cells' limits, mesh frame.
   BoxTree fold_boxes;                     // Of the cells that fold, or may fold.
@@ -94,9 +93,6 @@ struct LimitSolid::Data {
   bool is_ambiguous(const Box3& box) const noexcept {
     const auto any = [](std::uint32_t) { return true; };
     return fold_boxes.any_meeting(box, any) || overlap_boxes.any_meeting(box, any);
-  }
-  std::span<const double> channels_at_middle(std::uint32_t cell) const {
-    return std::span(middle_channels).subspan(cell * (dimension - 3), dimension - 3);
   }
   double volume_mm3(std::uint32_t cell) const { return 1 / std::abs(cell_maps[cell].inverse_jacobian.determinant()); }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/limit/irregular_lines.h"
 #include "core/limit/solid_data.h"
 
 namespace ccslice {
@@ -46,26 +45,6 @@ class InvertedField final : public MaterialField {
     return solid_->data().is_ambiguous(world.transformed(mesh_of_world_));
   }
 
-  void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) override {
-    if (!lines_) lines_ = irregular_lines(*solid_);
-    const Box3 box = world.transformed(mesh_of_world_);
-    const std::size_t first = points.size();
-    for (const IrregularLine& line : *lines_) {
-      if (!solid_->data().cell_boxes.box(line.cell).intersects(box)) continue;
-      append_points(line, spacing_mm / scales_[0], inverter_.evaluator(), points);
-    }
-    const Placement world_of_mesh = mesh_of_world_.inverse(Eigen::Affine);
-    for (std::size_t p = first; p < points.size(); ++p) points[p] = world_of_mesh * points[p];
-  }
-
-  bool any_middle(const Box3& world, const AcceptMiddle& accept) const override {
-    const LimitSolid::Data& data = solid_->data();
-    const Placement world_of_mesh = mesh_of_world_.inverse(Eigen::Affine);
-    return data.cell_boxes.any_meeting(world.transformed(mesh_of_world_), [&](std::uint32_t cell) {
-      return accept(world_of_mesh * data.cell_maps[cell].middle, data.channels_at_middle(cell));
-    });
-  }
-
   std::size_t channel_count() const override { return solid_->channel_count(); }
 
  private:
@@ -96,7 +75,6 @@ class InvertedField final : public MaterialField {
   PointInverter inverter_;
   RowInverter row_inverter_;
   std::optional<PointInverter> far_inverter_;
-  std::optional<std::vector<IrregularLine>> lines_;
 };
 
 }  // namespace

@@ -5,11 +5,9 @@
 
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "core/base/cancellation.h"
 #include "core/base/types.h"
@@ -33,12 +31,6 @@ class MaterialField {
   /// The solid folds in this box, or separate parts of it overlap there, so that materials may jump between
   /// neighbouring points.
   virtual bool is_ambiguous(const Box3& world) const = 0;
-  /// Appends points of the irregular lines that pass through this box (and of others), about `spacing_mm` apart.
-  virtual void append_irregular_points(const Box3& world, double spacing_mm, std::vector<Vec3>& points) = 0;
-  /// A cell's middle, world mm, and its channels.
-  using AcceptMiddle = std::function<bool(const Vec3& middle, std::span<const double> channels)>;
-  /// True if accept() is, for the middle of any cell whose box meets the given one. Stops there.
-  virtual bool any_middle(const Box3& world, const AcceptMiddle& accept) const = 0;
   virtual std::size_t channel_count() const = 0;
 
   /// The parameters of the world points first + k * step, 0 <= k < count, and their channels: invert() and mat() of

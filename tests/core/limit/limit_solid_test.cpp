@@ -61,20 +61,6 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   }
 }
 
-TEST(LimitSolid, KnowsTheChannelsAtTheMiddlesOfCells) {
-  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
-    LimitEvaluator evaluator(*solid);
-    std::vector<double> expected(solid->channel_count());
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
-      evaluator.mat({cell, Vec3::Constant(0.5)}, expected);
-      const auto known = solid->data().channels_at_middle(cell);
-      ASSERT_EQ(known.size(), expected.size());
-      for (std::size_t c = 0; c < expected.size(); ++c) EXPECT_NEAR(known[c], expected[c], 1e-12) << name;
-    }
-  }
-}
-
 TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);

@@ -33,8 +33,6 @@ class IdentityField final : public MaterialField {
     for (int i = 0; i < 3; ++i) out[i] = at.uvw[i];
   }
   bool is_ambiguous(const Box3&) const override { return false; }
-  void append_irregular_points(const Box3&, double, std::vector<Vec3>&) override {}
-  bool any_middle(const Box3&, const AcceptMiddle&) const override { return false; }
   std::size_t channel_count() const override { return 3; }
 
   std::function<bool(const Vec3&)> unreachable;
