@@ -57,6 +57,7 @@ void TileFitter::clear() {
 TileFitter::Particles TileFitter::enter(const Box3& box, std::uint64_t voxels, const Particles& around) {
   const std::size_t most = std::min<std::size_t>(kMostParticles, voxels / kVoxelsAParticle + kFewest);
   const Box3 reached(box.min() - outside_voxels_, box.max() + outside_voxels_);
+  if (!around.known) clear();
   Particles found{true, members_.size(), members_.size()};
   if (!around.known) {
     found.known = collect(reached, most);
@@ -74,7 +75,6 @@ void TileFitter::leave(const Particles& particles) { members_.resize(particles.f
 
 /// Whole cells first. False if there are more than `most`.
 bool TileFitter::collect(const Box3& box, std::size_t most) {
-  clear();
   std::vector<std::uint32_t> cells;
   const bool too_many = solid_->data().cell_boxes.any_meeting(box.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
     cells.push_back(cell);

@@ -26,9 +26,18 @@ struct Comparison {
   double worst = 0;  // Share of the channel's range.
 };
 
+/// Of a plane of floats.
+double largest_difference(const EncodedPlane& a, const EncodedPlane& b) {
+  std::vector<float> x(a.bytes.size() / sizeof(float)), y(x.size());
+  std::memcpy(x.data(), a.bytes.data(), a.bytes.size());
+  std::memcpy(y.data(), b.bytes.data(), b.bytes.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) largest = std::max<double>(largest, std::abs(x[i] - y[i]));
+  return largest;
+}
+
 /// Layers against the same ones with every voxel inverted.
 Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32_t> layers) {
-  const ChannelRange& range = solid->summary().channels[0];
   if (!job.material_tolerance) job.material_tolerance = kTolerance;
   SliceJob exact_job = job;
   exact_job.material_tolerance = 0;
@@ -40,11 +49,9 @@ Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32
     result.interpolated += a.stats.voxels_interpolated;
     EXPECT_EQ(a.stats.voxels_interpolated + a.stats.voxels_coherent + a.stats.voxels_full + a.stats.voxels_unresolved,
               a.stats.voxels_inside);
-    std::vector<float> x(a.planes[1].bytes.size() / sizeof(float)), y(x.size());
-    std::memcpy(x.data(), a.planes[1].bytes.data(), a.planes[1].bytes.size());
-    std::memcpy(y.data(), b.planes[1].bytes.data(), b.planes[1].bytes.size());
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      result.worst = std::max(result.worst, std::abs(x[i] - y[i]) / (range.max - range.min));
+    for (std::size_t p = 1; p < job.planes.size(); ++p) {
+      const ChannelRange& range = solid->summary().channels[job.planes[p].channel];
+      result.worst = std::max(result.worst, largest_difference(a.planes[p], b.planes[p]) / (range.max - range.min));
     }
   }
   return result;
@@ -111,6 +118,25 @@ TEST(SlabMaterials, SeeWhatASingleControlPointHolds) {
       compare(solid, job_of(solid, {0.05, 0.05, 0.05}), std::vector<std::uint32_t>{38, 46, 47, 48, 54});
   EXPECT_LE(found.worst, kTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.9 * static_cast<double>(found.voxels));
+}
+
+// Rows a hundred and more to a cell, columns and layers far fewer.
+TEST(SlabMaterials, KeepTheToleranceInVoxelsOfUnequalSides) {
+  ControlMesh mesh = oracle::box_mesh(12, 1, 1, 3);
+  mesh.channel_names = {"a", "b", "c"};
+  for (const Vec3& p : mesh.positions) {
+    const double x = (p.x() - 18) / 18;
+    for (const double value :
+         {p.z() / 3, std::sqrt((1 + x * x) / 2), 0.5 + 0.5 * std::sin(p.x() / 6 + p.y() * p.z() / 3)})
+      mesh.channel_values.push_back(static_cast<float>(value));
+  }
+  const Solid solid = LimitSolid::prepare(mesh);
+  SliceJob job = job_of(solid, {0.1073067024728656, 0.013619929671635878, 0.02826310380267215});
+  job.planes.push_back(channel(1, SampleType::kFloat32));
+  job.planes.push_back(channel(2, SampleType::kFloat32));
+  const Comparison found = compare(solid, job, std::vector<std::uint32_t>{3, 4, 7, 10, 14, 18});
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
 }
 
 // Positions and materials odd about the middle of each cell's row: errors of the fifth degree, which vanish at
