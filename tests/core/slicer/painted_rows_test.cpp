@@ -78,7 +78,10 @@ TEST_F(PaintedRowsTest, LeaveRowsThatAreToBeInverted) {
   rows_.invert({10, 30}, spans);
   EXPECT_EQ(painted(), std::uint64_t{job_.grid.extent.rows - 20} * job_.grid.extent.columns);
   ASSERT_EQ(rows_.alone().size(), 20u);
-  for (std::uint32_t k = 0; k < 20; ++k) EXPECT_EQ(rows_.alone()[k].run, spans[10 + k]);
+  for (std::uint32_t k = 0; k < 20; ++k) {
+    EXPECT_EQ(rows_.alone()[k].run.y, 10 + k);
+    EXPECT_EQ(rows_.alone()[k].run.end, job_.grid.extent.columns);
+  }
   rows_.invert({0, 5}, spans);
   EXPECT_EQ(rows_.alone().size(), 25u);
   EXPECT_EQ(rows_.alone()[0].run.y, 0u) << "by row";
