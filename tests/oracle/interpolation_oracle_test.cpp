@@ -107,7 +107,10 @@ TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {
   const Subject subject(*mesh);
   const Difference difference = compare(subject, 200, 5);
   expect_within_tolerance(difference);
-  EXPECT_GT(difference.interpolated, 0u) << "nothing is tested here";
+  if (difference.interpolated > difference.voxels / 10) return;
+  const Difference finer = compare(subject, 800, 2);  // Cells of a few dozen voxels are inverted.
+  expect_within_tolerance(finer);
+  EXPECT_GT(finer.interpolated, 0u) << "nothing is tested here";
 }
 
 INSTANTIATE_TEST_SUITE_P(Samples, InterpolatedRealMeshes, testing::ValuesIn(sample_names()),
