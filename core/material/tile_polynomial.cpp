@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace ccslice {
 namespace {
@@ -104,7 +103,9 @@ void CubicFitter::factorize(std::span<const Vec3> places) {
 }
 
 double CubicFitter::fit(std::span<const double> values, CubicPolynomial& polynomial) {
-  const double mean = std::reduce(values.begin(), values.end()) / static_cast<double>(count_);
+  double differences = 0;  // From the first: the mean of equal values is theirs, to the last bit.
+  for (const double value : values) differences += value - values.front();
+  const double mean = values.front() + differences / static_cast<double>(count_);
   const auto samples_at = [&](std::size_t first) {
     Lanes samples{};
     for (std::size_t i = first; i < std::min(count_, first + kLanes); ++i) samples[i - first] = values[i] - mean;
