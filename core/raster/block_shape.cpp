@@ -4,6 +4,7 @@
 #include "core/raster/block_shape.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -13,7 +14,8 @@
 namespace ccslice {
 namespace {
 
-constexpr double kMostBulge = 0.05;  // Of the thickness: what a cubic fitted to the block may be extended by.
+constexpr double kMostBulge = 0.05;           // Of the thickness: what a cubic fitted to the block may be extended by.
+constexpr double kMostMiss = 4 * kMostBulge;  // Arcs along both axes of a face, and its twist.
 // Triangles are made larger than nodes allow as long as they miss faces by no more than this:
 constexpr double kMostCoarseBulge = 0.01;  // of the thickness,
 constexpr double kMostSagitta = 0.2;       // voxels.
@@ -75,6 +77,49 @@ double sagitta(const BlockPoints& p, std::size_t step, double enough) {
   return most;
 }
 
+/// Of the quadrilaterals of a face between every step-th node, how far triangles between their corners miss it at most:
+/// what second differences along either side and the mixed one tell. `heights`: of the face's nodes, across it.
+double miss_of_face(const std::array<std::array<double, kBlockNodes>, kBlockNodes>& heights, std::size_t step) {
+  const std::size_t half = step > 1 ? step / 2 : 1;
+  const double of_second_difference = step > 1 ? 0.5 : 0.125;
+  // The node in the middle of a side or, where there is none, the inner one of its ends.
+  const auto middle = [&](std::size_t begin) {
+    return step > 1 ? begin + half : std::clamp<std::size_t>(begin, 1, kBlockNodes - 2);
+  };
+  double most = 0;
+  for_each_quad(step, [&](std::size_t s, std::size_t t) {
+    double along_s = 0, along_t = 0;
+    const std::size_t ms = middle(s), mt = middle(t);
+    for (std::size_t n = 0; n <= step; ++n) {
+      const auto& row = heights[t + n];
+      along_s = std::max(along_s, std::abs(row[ms - half] - 2 * row[ms] + row[ms + half]));
+      along_t =
+          std::max(along_t, std::abs(heights[mt - half][s + n] - 2 * heights[mt][s + n] + heights[mt + half][s + n]));
+    }
+    const double twist = heights[t][s] + heights[t + step][s + step] - heights[t + step][s] - heights[t][s + step];
+    most = std::max(most, of_second_difference * (along_s + along_t) + 0.25 * std::abs(twist));
+  });
+  return most;
+}
+
+/// Sets what the triangles between every step-th node miss.
+void set_miss(const BlockPoints& points, BlockShape& shape) {
+  shape.miss = shape.bulge.maxCoeff();
+  shape.axes_of_miss = 0;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const BlockFace face(side / 2, side % 2);
+    const auto across = shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2));
+    std::array<std::array<double, kBlockNodes>, kBlockNodes> heights;
+    for (std::size_t t = 0; t < kBlockNodes; ++t) {
+      for (std::size_t s = 0; s < kBlockNodes; ++s) heights[t][s] = across.dot(points[face.node(s, t)]);
+    }
+    const double miss = miss_of_face(heights, shape.step);
+    if (miss <= shape.miss) continue;
+    shape.miss = miss;
+    shape.axes_of_miss = 7u & ~(1u << side / 2);
+  }
+}
+
 }  // namespace
 
 unsigned BlockShape::bent_axes() const {
@@ -82,6 +127,7 @@ unsigned BlockShape::bent_axes() const {
   for (int a = 0; a < 3; ++a) {
     if (bulge[a] > kMostBulge) axes |= 1u << a;
   }
+  if (miss > kMostMiss) axes |= axes_of_miss;
   return axes;
 }
 
@@ -102,9 +148,12 @@ BlockShape shape_of(const BlockPoints& points) {
   for (shape.step = kBlockNodes - 1; shape.step > 1; shape.step /= 2) {
     shape.bulge = bulges(points, shape.inverse_axes, shape.step, kMostCoarseBulge);
     if (shape.bulge.maxCoeff() > kMostCoarseBulge) continue;
-    if (sagitta(points, shape.step, kMostSagitta) <= kMostSagitta) return shape;
+    if (sagitta(points, shape.step, kMostSagitta) > kMostSagitta) continue;
+    set_miss(points, shape);
+    return shape;
   }
   shape.bulge = bulges(points, shape.inverse_axes, shape.step);
+  set_miss(points, shape);
   return shape;
 }
 

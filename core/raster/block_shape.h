@@ -23,8 +23,12 @@ struct BlockShape {
   std::size_t step = 1;  // Flat triangles between every step-th node stand for its faces: as large as bulges allow.
   // By axis: how far the triangles' sides along it miss the arc, as a share of the thickness across them.
   Vec3 bulge = Vec3::Zero();
+  // How far the triangles miss the faces, as a share of the thickness across them: arcs along both axes of a face and
+  // its twist together.
+  double miss = 0;
+  unsigned axes_of_miss = 0;  // Of the face that is missed by most.
 
-  /// Bit a: the bulge along axis a is notable: halve the block along it.
+  /// Bit a: the bulge along axis a, or the miss of a face along it, is notable: halve the block along it.
   unsigned bent_axes() const;
 
   /// Columns.

@@ -81,7 +81,7 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   const TileFrame frame = TileFrame::of(shape.box.min(), shape.box.max());
   const double growth = growth_beyond(shape.bulge.maxCoeff());
   const bool one_patch = blocks_.is_in_one_patch(cell, part.parameters);
-  double error = fit(frame, one_patch, shape.bulge.maxCoeff());
+  double error = fit(frame, one_patch, shape.miss);
   if (!one_patch) error *= growth;
   unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
@@ -103,11 +103,11 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
-/// Of polynomials_, which fit. They may be followed as long as their errors stay what they may be off the nodes.
+/// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
 std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
                                                         const ParamBox& box, const TileFrame& frame, double error) {
-  const double most_growth = 1 / error;
-  const double beyond = std::clamp(share_of_growth(most_growth) - shape.bulge.maxCoeff(), 0.0, kMostBeyond);
+  // The error is what it may have grown to as far off as the triangles miss the faces.
+  const double beyond = std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostBeyond);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
@@ -201,7 +201,7 @@ double CellFitter::fit(const TileFrame& frame, bool one_patch, double beyond) {
     const double allowed = (one_patch ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
     double error = fitter_.fit(values_[c], polynomials_.back());
     if (one_patch && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
-    worst = std::max(worst, error / allowed);
+    worst = std::max(error / allowed, worst);  // Not a number stays that.
   }
   return worst;
 }

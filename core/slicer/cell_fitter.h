@@ -4,11 +4,12 @@
 // A cell is cut into parts over each of which a cubic polynomial of the voxel stands for a channel.
 //
 // A part is sampled forward (limit/cell_block.h): positions and channels at 5 x 5 x 5 parameters, no inversion. A cubic
-// of the position is fitted to every other sample and judged at all of them (material/block_fitter.h), and at others
-// between them, since five equidistant ones don't show errors of the fifth degree. If the error is
-// above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the part is halved
-// along the fewest axes that seem enough, and so on. The map from parameters to points is smooth even where its inverse
-// isn't, beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
+// of the position is fitted to every other sample (material/block_fitter.h). Where the part lies in one regular patch
+// its error is bounded over all of it (material/block_bound.h). Beside irregular lines it is judged at all samples, and
+// at others between them, since five equidistant ones don't show errors of the fifth degree. If the error is above its
+// share of the tolerance, or the faces bulge too much to be told from flat triangles, the part is halved along the
+// fewest axes that seem enough, and so on. The map from parameters to points is smooth even where its inverse isn't,
+// beside irregular lines, and parts end where cells do; so they are far larger than boxes of voxels would be.
 //
 // Just outside of what it is fitted to a cubic's errors grow fast. A part's voxels are told by flat triangles, which
 // miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
@@ -77,7 +78,7 @@ struct CellPart {
 };
 
 /// What errors of pieces may take of a channel's tolerance.
-inline constexpr double kPieceShareOfTolerance = 0.85;
+inline constexpr double kPieceShareOfTolerance = 0.92;
 inline constexpr double kIrregularShare = 0.55;
 
 /// One thread.

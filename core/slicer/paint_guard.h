@@ -4,10 +4,10 @@
 // The last guard of interpolated materials: of the voxels that polynomials paint, a few are inverted and compared.
 //
 // Bounds say what errors are at most (docs/tolerance.md); what they assume, and what nobody thought of, this looks for.
-// Which voxels are compared follows from hashes of their absolute indices: about one of kVoxelsApart in each row, and
-// both ends of one of kRunsApart runs, since what a polynomial paints beyond its piece lies there. If one is beyond the
-// tolerance, all voxels of the layer's rows from a multiple of kRowsTogether to the next are inverted. So the same rows
-// are, whatever the range, the region and the number of threads.
+// Which voxels are compared follows from hashes of their absolute indices: about one of kVoxelsApart in each row, one
+// of kRunsApart beginnings of runs and one of as many ends, as what polynomials paint beyond pieces lies there. If one
+// is beyond the tolerance, all voxels of the layer's rows from a multiple of kRowsTogether to the next are inverted. So
+// the same rows are, whatever the range, the region and the number of threads.
 
 #pragma once
 

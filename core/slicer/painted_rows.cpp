@@ -143,17 +143,25 @@ std::uint32_t PaintedRows::paint_next(const ScannedRun& next, std::uint32_t at, 
 
 /// Voxels that are painted, and that the next piece would paint too: they are left where the two differ.
 void PaintedRows::compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end) {
-  if (painted_.empty() || painted_.back().row != row_) return;
-  const PieceRun last = painted_.back();
-  begin = std::max(begin, last.begin);
-  end = std::min(end, last.end);
-  if (begin >= end) return;
-  if (agree(last.piece, next.piece, begin, end)) return;
+  const auto differs = [&](const PieceRun& run) {
+    return !agree(run.piece, next.piece, std::max(begin, run.begin), std::min(end, run.end));
+  };
+  std::size_t first = painted_.size();
+  while (first > 0 && painted_[first - 1].row == row_ && painted_[first - 1].end > begin) --first;
+  overlapped_.assign(painted_.begin() + static_cast<std::ptrdiff_t>(first), painted_.end());
+  if (std::ranges::none_of(overlapped_, differs)) return;
   const float after = after_;
-  painted_.pop_back();
-  paint({row_, last.begin, begin, last.piece}, 0);
-  leave(begin, end, last.piece);
-  paint({row_, end, last.end, last.piece}, after);
+  painted_.resize(first);
+  for (const PieceRun& run : overlapped_) {
+    if (!differs(run)) {
+      paint_all(run, after);
+      continue;
+    }
+    const std::uint32_t low = std::max(begin, run.begin), high = std::min(end, run.end);
+    if (run.begin < low) paint_all({row_, run.begin, low, run.piece}, 0);
+    leave(low, high, run.piece);
+    if (high < run.end) paint_all({row_, high, run.end, run.piece}, after);
+  }
 }
 
 /// Paints voxels that no piece holds, each from the side that is nearer, or leaves them.

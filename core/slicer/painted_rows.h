@@ -62,7 +62,8 @@ class PaintedRows {
   const CellPieces* pieces_ = nullptr;
   std::uint32_t layer_ = 0, row_ = 0;
   std::vector<PieceRun> painted_;
-  float after_ = 0;  // The last one's, as ScannedRun's.
+  std::vector<PieceRun> overlapped_;  // Scratch memory.
+  float after_ = 0;                   // The last one's, as ScannedRun's.
   std::vector<HintedRun> alone_;
   std::vector<Span> rest_;
   std::vector<std::uint32_t> beside_rest_;  // The piece beside each of them, or none.

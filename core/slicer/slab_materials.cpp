@@ -10,7 +10,7 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kRunsPerPoll = 4096;
+constexpr std::size_t kRunsPerPoll = 4096, kRunsPerGuardPoll = 256;
 constexpr std::size_t kRunsAhead = 12;
 
 }  // namespace
@@ -55,12 +55,11 @@ void SlabMaterials::solve_tiles(const SpansOfLayer& spans_of, const Cancellation
 void SlabMaterials::guard(std::uint32_t layer, std::span<const Span> spans, const CancellationToken& cancel) {
   Layer& guarded = layers_[layer - first_layer_];
   if (guarded.guarded) return;
-  guarded.guarded = true;
   guarded.repainted.clear();
   std::set<std::uint32_t> blocks;
   const auto look_at = [&](const auto& runs, auto row_of) {
     for (std::size_t r = 0; r < runs.size(); ++r) {
-      if (r % kRunsPerPoll == 0) cancel.throw_if_cancelled();
+      if (r % kRunsPerGuardPoll == 0) cancel.throw_if_cancelled();
       const std::uint32_t block = row_of(runs[r]) / kRowsTogether;
       if (!agrees(layer, runs[r])) blocks.insert(block);
     }
@@ -71,6 +70,7 @@ void SlabMaterials::guard(std::uint32_t layer, std::span<const Span> spans, cons
     guarded.repainted.push_back({block * kRowsTogether, (block + 1) * kRowsTogether});
     guarded.rows.invert(guarded.repainted.back(), spans);
   }
+  guarded.guarded = true;  // Unless it was cancelled.
 }
 
 bool SlabMaterials::agrees(std::uint32_t layer, const PieceRun& run) {

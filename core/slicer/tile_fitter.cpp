@@ -14,7 +14,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
-constexpr std::size_t kMostParticles = 2048;    // Some 8 MiB.
+constexpr std::size_t kMostParticles = 2048;    // Some 8 MiB; whole cells of a box inside may come on top.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
 constexpr double kMargin = 0.06;                // Of a particle's size: its faces lie that near to its nodes' box.
 constexpr double kMostOver = 0.6;               // Of the box's size: particles that stick out farther are halved,
@@ -154,9 +154,9 @@ TileFitter::Outcome TileFitter::fit(const Particles& particles, const Box3& box,
   double worst = 0, steepest = 0;
   bool at_boundary = false;
   for (const std::uint32_t m : members) {
-    worst = std::max(worst, bound_over(*pool_[m], 1));
+    worst = std::max(bound_over(*pool_[m], 1), worst);  // Not a number stays that.
     if (!(worst <= 1)) return Outcome::kHalve;
-    steepest = std::max(steepest, steepness(*pool_[m]));
+    steepest = std::max(steepness(*pool_[m]), steepest);
     at_boundary = at_boundary || is_at_boundary(*pool_[m], box);
   }
   return at_boundary && !(worst * kShareInPatch + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
@@ -184,7 +184,7 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
       for (const std::size_t slot : slots) values_.push_back(pool_[p]->values[c][slot / kLanes][slot % kLanes]);
     }
     polynomials_.emplace_back();
-    worst = std::max(worst, fitter_.fit(values_, polynomials_.back()) / channels_[c].tolerance);
+    worst = std::max(fitter_.fit(values_, polynomials_.back()) / channels_[c].tolerance, worst);
   }
   return worst;
 }
@@ -202,7 +202,7 @@ double TileFitter::bound_over(const Particle& particle, double enough) {
       errors[g] = particle.values[c][g] - values_at(polynomials_[c], in_frame_[0][g], in_frame_[1][g], in_frame_[2][g]);
     }
     const double allowed = share * channels_[c].tolerance;
-    worst = std::max(worst, bound_(polynomials_[c], errors, enough * allowed) / allowed);
+    worst = std::max(bound_(polynomials_[c], errors, enough * allowed) / allowed, worst);
   }
   return worst;
 }

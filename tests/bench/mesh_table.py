@@ -92,8 +92,9 @@ def probe(server, mesh_id, points, folder):
 
 
 def far_from_surface(server, mesh_id, points, folder):
-    """How many of the points are alike with all places around them, a little farther than contours may be off."""
-    step = 1.5 * CONTOUR_TOLERANCE_MM
+    """How many of the points are alike with all places around them, farther than contours may be off, and points
+    outside count as inside, together."""
+    step = 4 * CONTOUR_TOLERANCE_MM
     steps = [(0, 0, 0)] + [tuple(sign * step * (d == axis) for d in range(3)) for axis in range(3) for sign in (-1, 1)]
     around = [tuple(p + s for p, s in zip(point, move)) for point in points for move in steps]
     answers = [answer["location"] for answer in probe(server, mesh_id, around, folder)]

@@ -93,6 +93,28 @@ TEST(SlabMaterials, InvertWhereTheSolidFolds) {
   EXPECT_LT(found.interpolated, found.voxels);
 }
 
+// A thin saddle: its faces have straight sides, and are missed by flat triangles all the same.
+TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
+  constexpr double kHeight = 1.5;
+  for (const double middle : {0.8, 0.3}) {
+    ControlMesh mesh = oracle::box_mesh(2, 2, 3);
+    oracle::sharpen_by_cells(mesh, 1);
+    mesh.channel_names = {"m"};
+    for (Vec3& p : mesh.positions) {
+      const double x = (p.x() - 10) / 10, y = (p.y() - 10) / 10, w = p.z() / 10;
+      const double of_layer = std::lround(w) == 1 ? middle : std::lround(w) == 2 ? -0.6 : 0.1;
+      mesh.channel_values.push_back(static_cast<float>(0.5 + 0.1 * of_layer + 0.07 * x * x * y - 0.05 * w * x));
+      p.z() = kHeight * w + 10 * kHeight * x * y;
+    }
+    const Solid solid = LimitSolid::prepare(mesh);
+    SliceJob job = job_of(solid, {0.25, 0.25, kHeight / 3.3});
+    for (double tolerance = 0.04; tolerance > 3e-4; tolerance /= 1.5) {
+      job.material_tolerance = tolerance;
+      EXPECT_LE(compare(solid, job).worst, tolerance);
+    }
+  }
+}
+
 // Cells of some hundred voxels.
 TEST(SlabMaterials, LeaveSmallCellsToTiles) {
   const Solid solid = LimitSolid::prepare(make_ring({64, 16, 16}));
