@@ -115,7 +115,7 @@ TEST_F(MaterialTilesTest, InvertWhereTheSolidFolds) {
 // No centre lies in the gap.
 TEST_F(MaterialTilesTest, PartsSideBySideKeepTheirOwnMaterials) {
   ControlMesh mesh = oracle::box_mesh(6, 6, 6, kCellMm);
-  oracle::append_mesh(mesh, mesh, Vec3(6 * kCellMm + 0.03, 0, 0));
+  oracle::append_mesh(mesh, ControlMesh(mesh), Vec3(6 * kCellMm + 0.03, 0, 0));
   for (const bool constant : {true, false}) {
     take(mesh, [&](const Vec3& p) { return p.x() < 6 * kCellMm + 0.01 ? 0.25 : constant ? 0.75 : 0.75 + p.y() / 100; });
     ASSERT_EQ(solid_->data().parts.size(), 0u) << "they don't overlap";
