@@ -77,8 +77,9 @@ struct CellPart {
   std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
 };
 
-/// What errors of pieces may take of a channel's tolerance.
+/// What errors of pieces may take of a channel's tolerance: bounds in one patch,
 inline constexpr double kPieceShareOfTolerance = 0.92;
+/// and what errors at the nodes may beside irregular lines.
 inline constexpr double kIrregularShare = 0.55;
 
 /// One thread.

@@ -222,7 +222,7 @@ std::optional<MaterialTiles::Paint> MaterialTiles::paint_of(std::uint32_t layer,
   }
   if (node->kind != Node::Kind::kPolynomial) return std::nullopt;
   const Fit& fit = fits_[node->index];
-  return Paint{fit.frame, std::span(polynomials_).subspan(fit.first_polynomial, channels_.size())};
+  return Paint{fit.frame, polynomials_of(fit)};
 }
 
 void MaterialTiles::paint_alone(PaintJob& job, const HintedRun& alone) {
@@ -239,27 +239,17 @@ void MaterialTiles::paint_piece(PaintJob& job, const Node& node, const VoxelBox&
     case Node::Kind::kEmpty: return;
     case Node::Kind::kPolynomial: {
       const Fit& fit = fits_[node.index];
-      const auto polynomials = std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
-      return job.painter.paint(fit.frame, cubics_.of(node.index, fit.frame, polynomials, job.layer), row, begin, end);
+      return job.painter.paint(fit.frame, cubics_.of(node.index, fit.frame, polynomials_of(fit), job.layer), row, begin,
+                               end);
     }
     case Node::Kind::kExact: return paint_exactly(job, hints_[node.index], {row, begin, end});
     case Node::Kind::kSplit: break;
   }
   VoxelBox part = box;
-  std::uint32_t child = 0;
-  const auto halve = [&](std::size_t a, std::uint32_t at) {
-    if (!(node.split_axes >> a & 1)) return;
-    const std::uint32_t middle = (box.low[a] + box.high[a]) / 2;
-    (at >= middle ? part.low : part.high)[a] = middle;
-    child |= (at >= middle ? 1u : 0u) << a;
-  };
-  halve(1, row);
-  halve(2, job.layer);
-  if (!(node.split_axes & 1)) return paint_piece(job, children_[node.index + child], part, row, begin, end);
-  const std::uint32_t middle = (box.low[0] + box.high[0]) / 2;
-  part.high[0] = middle;
+  const std::uint32_t child = enter_part(node, {begin, row, job.layer}, part);
   paint_piece(job, children_[node.index + child], part, row, begin, end);
-  part.low[0] = middle;
+  if (part.high[0] >= end) return;
+  part.low[0] = part.high[0];  // The other half of the row.
   part.high[0] = box.high[0];
   paint_piece(job, children_[node.index + (child | 1)], part, row, begin, end);
 }

@@ -79,6 +79,10 @@ class MaterialTiles {
   };
   struct PaintJob;
 
+  std::span<const CubicPolynomial> polynomials_of(const Fit& fit) const {
+    return std::span(polynomials_).subspan(fit.first_polynomial, channels_.size());
+  }
+
   /// The part of a split node's box that holds a voxel, and its number among the children.
   std::uint32_t enter_part(const Node& node, const Voxel& voxel, VoxelBox& box) const;
   VoxelBox tile_box(std::uint32_t column, std::uint32_t row) const;

@@ -95,8 +95,8 @@ bool SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const 
   const PaintedRows& rows = rows_of(layer, spans_of, target.cancel);
   if (!rows.rest().empty() && !tiles_solved_) solve_tiles(spans_of, target.cancel);
   guard(layer, spans_of(layer), target.cancel);
-  for (const Span& span : spans_of(layer)) {
-    for (const RowRange& repainted : layers_[layer - first_layer_].repainted) {
+  for (const RowRange& repainted : layers_[layer - first_layer_].repainted) {
+    for (const Span& span : spans_of(layer)) {
       if (span.y >= repainted.begin && span.y < repainted.end) target.stats.voxels_repainted += target.count(span);
     }
   }

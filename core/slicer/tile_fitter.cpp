@@ -112,6 +112,7 @@ std::uint32_t TileFitter::sample(std::uint32_t cell, const ParamBox& parameters)
   particle.cell = cell;
   particle.first_child = 0;
   particle.parameters = parameters;
+  particle.one_patch = blocks_.is_in_one_patch(cell, parameters);
   blocks_.sample(cell, parameters, particle.places, particle.values);
   particle.bounds = Box3();
   for (std::size_t slot = 0; slot < kBlockSlots; ++slot) particle.bounds.extend(at_slot(particle.places, slot));
@@ -191,7 +192,7 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
 
 /// As a share of what it may be.
 double TileFitter::bound_over(const Particle& particle, double enough) {
-  const double share = blocks_.is_in_one_patch(particle.cell, particle.parameters) ? kShareInPatch : kShareIrregular;
+  const double share = particle.one_patch ? kShareInPatch : kShareIrregular;
   in_frame_ = particle.places;
   enter_frame(frame_, kBlockGroups, in_frame_);
   bound_.set_places(in_frame_, 0);

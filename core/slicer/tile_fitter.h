@@ -65,6 +65,7 @@ class TileFitter {
     std::uint32_t cell;
     std::uint32_t first_child = 0;  // Its halves, if they were needed.
     ParamBox parameters;
+    bool one_patch;
     Box3 bounds;  // Voxels.
     BlockPlacesInVoxels places;
     std::vector<BlockValues> values;  // By channel.
