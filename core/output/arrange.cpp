@@ -41,16 +41,16 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
   return out;
 }
 
-BitImage arranged_bits(std::span<const Span> spans, const Arrangement& arrangement) {
+BitImage arranged_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement) {
   const LayerWindow& to = arrangement.to;
-  std::vector<Span> placed;
-  for (const Span& span : spans) {
-    const Span part = to.clipped(span);
+  std::vector<VoxelRun> placed;
+  for (const VoxelRun& span : spans) {
+    const VoxelRun part = to.clipped(span);
     if (part.begin == part.end) continue;
-    Span& there =
-        placed.emplace_back(Span{part.y - to.first_row, part.begin - to.first_column, part.end - to.first_column});
-    if (arrangement.order.rows_descending) there.y = to.rows - 1 - there.y;
-    if (arrangement.order.columns_descending) there = {there.y, to.columns - there.end, to.columns - there.begin};
+    VoxelRun& there = placed.emplace_back(
+        VoxelRun{part.row - to.first_row, part.begin - to.first_column, part.end - to.first_column});
+    if (arrangement.order.rows_descending) there.row = to.rows - 1 - there.row;
+    if (arrangement.order.columns_descending) there = {there.row, to.columns - there.end, to.columns - there.begin};
   }
   return to_bit_image(placed, to.columns, to.rows);
 }

@@ -39,6 +39,6 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
                                       const CancellationToken& cancel);
 
 /// The voxels of spans as a picture of arrangement.to; arrangement.from doesn't matter.
-BitImage arranged_bits(std::span<const Span> spans, const Arrangement& arrangement);
+BitImage arranged_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement);
 
 }  // namespace ccslice

@@ -23,10 +23,10 @@ struct LayerWindow {
     return std::size_t{columns} * (row - first_row) + (column - first_column);
   }
   /// What the window holds of a span: [begin, end) with begin == end if that is nothing.
-  Span clipped(const Span& span) const {
-    if (span.y < first_row || span.y >= end_row()) return {span.y, span.begin, span.begin};
+  VoxelRun clipped(const VoxelRun& span) const {
+    if (span.row < first_row || span.row >= end_row()) return {span.row, span.begin, span.begin};
     const std::uint32_t begin = std::max(span.begin, first_column);
-    return {span.y, begin, std::max(begin, std::min(span.end, end_column()))};
+    return {span.row, begin, std::max(begin, std::min(span.end, end_column()))};
   }
   bool operator==(const LayerWindow&) const = default;
 };

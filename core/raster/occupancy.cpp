@@ -89,7 +89,7 @@ void for_each_edge(const Contours& contours, const LayerLattice& lattice, const 
 }
 
 /// Crossings are sorted by column; the winding number is zero before the first.
-void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std::vector<Span>& spans) {
+void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std::vector<VoxelRun>& spans) {
   std::int32_t winding = 0;
   std::uint32_t begin = 0;
   for (std::size_t k = 0; k < crossings.size();) {
@@ -103,7 +103,7 @@ void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std
 
 }  // namespace
 
-std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows) {
+std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows) {
   std::vector<std::size_t> row_begin(lattice.height + std::size_t{2});
   for_each_edge(contours, lattice, rows, [&](const CrossingEdge& edge) {
     for (std::uint32_t row = edge.begin; row < edge.end; ++row) ++row_begin[row + 2];
@@ -118,7 +118,7 @@ std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattic
     }
   });
 
-  std::vector<Span> spans;
+  std::vector<VoxelRun> spans;
   for (std::uint32_t row = 0; row < lattice.height; ++row) {
     const std::span<RowCrossing> in_row(crossings.data() + row_begin[row], crossings.data() + row_begin[row + 1]);
     std::sort(in_row.begin(), in_row.end(),
@@ -128,10 +128,10 @@ std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattic
   return spans;
 }
 
-BitImage to_bit_image(std::span<const Span> spans, std::uint32_t width, std::uint32_t height) {
+BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height) {
   BitImage image(width, height);
-  for (const Span& span : spans) {
-    std::uint8_t* row = image.bits.data() + std::size_t{image.row_bytes} * span.y;
+  for (const VoxelRun& span : spans) {
+    std::uint8_t* row = image.bits.data() + std::size_t{image.row_bytes} * span.row;
     const std::uint32_t first = span.begin / 8, last = span.end / 8;
     const auto from_begin = static_cast<std::uint8_t>(0xff >> span.begin % 8);
     const auto before_end = static_cast<std::uint8_t>(~(0xff >> span.end % 8));

@@ -7,11 +7,11 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "core/contour/contour.h"
+#include "core/raster/voxel_runs.h"
 
 namespace ccslice {
 
@@ -41,20 +41,10 @@ struct LayerLattice {
   }
 };
 
-/// Voxels [begin, end) of row y.
-struct Span {
-  std::uint32_t y, begin, end;
-};
-
-/// Rows [begin, end). DEFAULT: all.
-struct RowRange {
-  std::uint32_t begin = 0, end = std::numeric_limits<std::uint32_t>::max();
-};
-
 /// Maximal runs of voxels inside, by row, then by column. A centre exactly on a contour belongs to the side of larger x
 /// (of larger y on horizontal edges): half-open, so that abutting solids share no voxel. `rows`: those wanted.
-std::vector<Span> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows = {});
+std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows = {});
 
-BitImage to_bit_image(std::span<const Span> spans, std::uint32_t width, std::uint32_t height);
+BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height);
 
 }  // namespace ccslice

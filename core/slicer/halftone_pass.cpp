@@ -26,7 +26,7 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
       histogram_(plan.printing().materials.size()),
       values_(plan.mixture().channels().size()) {}
 
-void HalftonePass::run(const Place& place, std::span<const Span> spans, std::span<const ContonePlane> channels,
+void HalftonePass::run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
                        const CancellationToken& cancel) {
   cancel.throw_if_cancelled();
   window_ = place.window;
@@ -35,10 +35,11 @@ void HalftonePass::run(const Place& place, std::span<const Span> spans, std::spa
   halftoner_.start_layer(place.lattice.width, place.layer);
   while (!spans.empty()) {
     cancel.throw_if_cancelled();
-    const auto end = std::find_if(spans.begin(), spans.end(), [&](const Span& span) { return span.y != spans[0].y; });
+    const auto end =
+        std::find_if(spans.begin(), spans.end(), [&](const VoxelRun& span) { return span.row != spans[0].row; });
     row_.clear();
-    for (const Span& span : spans.first(static_cast<std::size_t>(end - spans.begin()))) {
-      const Span part = window_.clipped(span);
+    for (const VoxelRun& span : spans.first(static_cast<std::size_t>(end - spans.begin()))) {
+      const VoxelRun part = window_.clipped(span);
       if (part.begin < part.end) row_.push_back(part);
     }
     if (!row_.empty()) run_row(place, row_, channels);
@@ -47,11 +48,11 @@ void HalftonePass::run(const Place& place, std::span<const Span> spans, std::spa
   }
 }
 
-void HalftonePass::run_row(const Place& place, std::span<const Span> row, std::span<const ContonePlane> channels) {
-  halftoner_.start_row(row.front().y);
+void HalftonePass::run_row(const Place& place, std::span<const VoxelRun> row, std::span<const ContonePlane> channels) {
+  halftoner_.start_row(row.front().row);
   const bool reverse = halftoner_.reverse();
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const Span& run = reverse ? row[row.size() - 1 - i] : row[i];
+    const VoxelRun& run = reverse ? row[row.size() - 1 - i] : row[i];
     const std::uint32_t first = run.begin / kBlock, last = (run.end - 1) / kBlock;
     for (std::uint32_t step = 0; step <= last - first; ++step) {
       run_block(place, run, reverse ? last - step : first + step, channels);
@@ -59,18 +60,18 @@ void HalftonePass::run_row(const Place& place, std::span<const Span> row, std::s
   }
 }
 
-void HalftonePass::run_block(const Place& place, const Span& run, std::uint32_t block,
+void HalftonePass::run_block(const Place& place, const VoxelRun& run, std::uint32_t block,
                              std::span<const ContonePlane> channels) {
   const std::uint32_t left = block * kBlock;
   const std::uint32_t begin = std::max(run.begin, left) - left, end = std::min(run.end, left + kBlock) - left;
-  const std::size_t index = window_.index(left + begin, run.y);
+  const std::size_t index = window_.index(left + begin, run.row);
   for (std::size_t channel = 0; channel < channels.size(); ++channel) {
     const std::uint8_t* samples = channels[channel].image().samples.data();
     std::memcpy(&values_[channel][begin], samples + sizeof(float) * index, sizeof(float) * (end - begin));
   }
   if (plan_.printing().map.strict) {
     const auto misfit = plan_.mixture().first_misfit(values_, begin, end);
-    if (misfit) refuse(place, left + static_cast<std::uint32_t>(*misfit), run.y, *misfit);
+    if (misfit) refuse(place, left + static_cast<std::uint32_t>(*misfit), run.row, *misfit);
   }
   plan_.mixture().evaluate(values_, fractions_);
   std::array<std::uint8_t, kBlock> chosen;
@@ -78,11 +79,11 @@ void HalftonePass::run_block(const Place& place, const Span& run, std::uint32_t 
   std::copy(chosen.begin() + begin, chosen.begin() + end, indices_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-void HalftonePass::count(const Place& place, std::span<const Span> row) {
-  for (const Span& run : row) {
-    const Span part = place.counted.clipped(run);
+void HalftonePass::count(const Place& place, std::span<const VoxelRun> row) {
+  for (const VoxelRun& run : row) {
+    const VoxelRun part = place.counted.clipped(run);
     if (part.begin == part.end) continue;
-    const auto begin = indices_.begin() + static_cast<std::ptrdiff_t>(window_.index(part.begin, part.y));
+    const auto begin = indices_.begin() + static_cast<std::ptrdiff_t>(window_.index(part.begin, part.row));
     for (std::size_t m = 0; m < histogram_.size(); ++m) {
       histogram_[m] += static_cast<std::uint64_t>(std::count(begin, begin + (part.end - part.begin), m + 1));
     }

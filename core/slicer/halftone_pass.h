@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
-#include "core/halftone/halftone.h"
-#include "core/material/contone.h"
+#include "core/field/contone.h"
 #include "core/output/plane.h"
+#include "core/printing/halftone.h"
 #include "core/raster/layer_window.h"
 #include "core/raster/occupancy.h"
 
@@ -35,7 +35,7 @@ class HalftonePass {
   /// `spans`: voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the window, of
   /// plan.mixture().channels() in that order. Error diffusion REQUIRES a window of all columns, from row 0 on. Throws
   /// Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
-  void run(const Place& place, std::span<const Span> spans, std::span<const ContonePlane> channels,
+  void run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
            const CancellationToken& cancel);
 
   /// Of the layer that was run last.
@@ -44,9 +44,9 @@ class HalftonePass {
   const std::vector<std::uint64_t>& histogram() const noexcept { return histogram_; }
 
  private:
-  void run_row(const Place& place, std::span<const Span> row, std::span<const ContonePlane> channels);
-  void run_block(const Place& place, const Span& run, std::uint32_t block, std::span<const ContonePlane> channels);
-  void count(const Place& place, std::span<const Span> row);
+  void run_row(const Place& place, std::span<const VoxelRun> row, std::span<const ContonePlane> channels);
+  void run_block(const Place& place, const VoxelRun& run, std::uint32_t block, std::span<const ContonePlane> channels);
+  void count(const Place& place, std::span<const VoxelRun> row);
   [[noreturn]] void refuse(const Place& place, std::uint32_t x, std::uint32_t y, std::size_t voxel) const;
 
   const HalftonePlan& plan_;
@@ -54,7 +54,7 @@ class HalftonePass {
   std::vector<std::uint32_t> palette_;
   LayerWindow window_;
   std::vector<std::uint8_t> indices_;
-  std::vector<Span> row_;  // What the window holds of the row at hand.
+  std::vector<VoxelRun> row_;  // What the window holds of the row at hand.
   std::vector<std::uint64_t> histogram_;
   std::vector<MixRow> values_;  // Of the block at hand, by channel.
   Fractions fractions_{};

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
 

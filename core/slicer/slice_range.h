@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "core/base/cancellation.h"
+#include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
-#include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
 

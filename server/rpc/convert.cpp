@@ -5,8 +5,8 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/job/validate_placement.h"
 #include "core/output/pack_indices.h"
-#include "core/slicer/validate_placement.h"
 #include "server/rpc/convert_printing.h"
 #include "server/service/service_error.h"
 

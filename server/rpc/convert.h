@@ -15,8 +15,8 @@
 #include "ccslice/v1/mesh.pb.h"
 #include "ccslice/v1/slice.pb.h"
 #include "core/base/types.h"
+#include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
-#include "core/slicer/layer_slicer.h"
 
 namespace ccslice::server {
 

@@ -10,7 +10,7 @@
 
 #include "ccslice/v1/material.pb.h"
 #include "core/limit/limit_solid.h"
-#include "core/material/printing.h"
+#include "core/printing/printing.h"
 
 namespace ccslice::server {
 

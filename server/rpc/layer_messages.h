@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "ccslice/v1/slice.pb.h"
-#include "core/slicer/layer_slicer.h"
+#include "core/job/slice_job.h"
 
 namespace ccslice::server {
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "core/base/number_text.h"
+#include "core/field/material_field.h"
+#include "core/job/slice_job.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/slicer/layer_slicer.h"
-#include "core/slicer/material_field.h"
 #include "server/rpc/call.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"

@@ -6,8 +6,8 @@
 #pragma once
 
 #include "ccslice/v1/slice.pb.h"
-#include "core/slicer/layer_slicer.h"
-#include "core/slicer/printer_profile.h"
+#include "core/job/printer_profile.h"
+#include "core/job/slice_job.h"
 
 namespace ccslice::server {
 

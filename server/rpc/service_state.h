@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "core/job/slice_limits.h"
 #include "core/mesh/validate.h"
-#include "core/slicer/slice_limits.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
 #include "server/service/idle_watch.h"

@@ -10,7 +10,8 @@
 #include <utility>
 
 #include "core/base/engine_version.h"
-#include "core/halftone/halftone.h"
+#include "core/printing/halftone.h"
+#include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/engine_version.h"
+#include "core/job/validate_job.h"
 #include "core/output/encode.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"

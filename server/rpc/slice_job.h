@@ -7,9 +7,9 @@
 
 #include "ccslice/v1/slice.pb.h"
 #include "core/base/cancellation.h"
+#include "core/job/slice_job.h"
+#include "core/job/slice_limits.h"
 #include "core/limit/limit_solid.h"
-#include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_limits.h"
 
 namespace ccslice::server {
 

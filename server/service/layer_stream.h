@@ -28,7 +28,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
-#include "core/slicer/layer_slicer.h"
+#include "core/job/slice_job.h"
 #include "server/service/executor.h"
 
 namespace ccslice::server {

@@ -59,10 +59,10 @@ std::vector<double> invert_layer(OurMethod& ours, const LayerShape& shape, std::
   std::vector<double> exact(shape.voxels * channels, std::nan(""));
   std::vector<std::optional<CellParam>> below(ours.lattice().width);
   std::size_t next = 0;
-  for (const Span& span : shape.spans) {
+  for (const VoxelRun& span : shape.spans) {
     std::optional<CellParam> hint;
     for (std::uint32_t x = span.begin; x < span.end; ++x, next += channels) {
-      const auto found = ours.field().invert(ours.lattice().centre(x, span.y, shape.z_mm), hint ? hint : below[x]);
+      const auto found = ours.field().invert(ours.lattice().centre(x, span.row, shape.z_mm), hint ? hint : below[x]);
       hint = below[x] = found ? std::optional(found->at) : std::nullopt;
       if (!found) {
         ++result.unresolved;
@@ -82,10 +82,10 @@ void compare_layer(OurMethod& interpolating, const LayerShape& shape, const std:
     const std::vector<float> values = interpolating.values(shape, c);
     const double range = std::max(channels[c].max - channels[c].min, 1e-30);
     std::size_t next = c;
-    for (const Span& span : shape.spans) {
+    for (const VoxelRun& span : shape.spans) {
       for (std::uint32_t x = span.begin; x < span.end; ++x, next += channels.size()) {
         if (std::isnan(exact[next])) continue;
-        const double value = values[std::size_t{span.y} * interpolating.lattice().width + x];
+        const double value = values[std::size_t{span.row} * interpolating.lattice().width + x];
         const double error = std::abs(value - exact[next]) / range;
         result.error.add(error);
         result.beyond += error > result.tolerance;

@@ -122,7 +122,7 @@ void rasterization(benchmark::State& state, const std::string& sample) {
   const Contours contours = method.trace(middle_layer(job));
   std::uint64_t voxels = 0;
   for (auto _ : state) {
-    const std::vector<Span> spans = rasterize(contours, method.lattice());
+    const std::vector<VoxelRun> spans = rasterize(contours, method.lattice());
     benchmark::DoNotOptimize(to_bit_image(spans, method.lattice().width, method.lattice().height));
     voxels = count_voxels(spans);
   }

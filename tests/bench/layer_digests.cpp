@@ -47,9 +47,9 @@ class Digest {
     for (const std::uint64_t count : stats.material_voxels) add(count);
     for (const EncodedPlane& plane : layer.planes) add(std::uint64_t{plane.crc32});
     for (const auto& loop : layer.contours.loops) {
-      for (const Vec2& point : loop) {
-        add(point.x());
-        add(point.y());
+      for (const ContourPoint& point : loop.points) {
+        add(point.xy.x());
+        add(point.xy.y());
       }
     }
   }

@@ -13,7 +13,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/material/contone.h"
+#include "core/field/contone.h"
 #include "tests/bench/our_method.h"
 #include "tests/bench/printer_job.h"
 #include "tests/support/limit_solid_for_algorithm1.h"

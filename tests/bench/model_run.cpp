@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/slicer/layer_slicer.h"
 #include "tests/bench/clocks.h"
 
 namespace ccslice::bench {
@@ -22,8 +23,8 @@ void compare_row(OurMethod& ours, const LayerShape& shape, const std::vector<flo
   std::vector<double> exact(run.solid.channels.size());
   const double range = std::max(channel.max - channel.min, 1e-30);
   std::optional<CellParam> hint;
-  for (const Span& span : shape.spans) {
-    if (span.y != row) continue;
+  for (const VoxelRun& span : shape.spans) {
+    if (span.row != row) continue;
     for (std::uint32_t x = span.begin; x < span.end; ++x) {
       const auto found = ours.field().invert(ours.lattice().centre(x, row, shape.z_mm), hint);
       if (!found) continue;

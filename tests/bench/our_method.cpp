@@ -33,9 +33,9 @@ std::vector<ChannelTolerance> channel_tolerances(const LimitSolid& solid, double
 
 }  // namespace
 
-std::uint64_t count_voxels(std::span<const Span> spans) {
+std::uint64_t count_voxels(std::span<const VoxelRun> spans) {
   std::uint64_t voxels = 0;
-  for (const Span& span : spans) voxels += span.end - span.begin;
+  for (const VoxelRun& span : spans) voxels += span.end - span.begin;
   return voxels;
 }
 
@@ -110,8 +110,9 @@ void OurMethod::paint(const LayerShape& shape, ContonePlane& plane) {
   plane.clear(lattice_.width, lattice_.height);
   const CancellationToken never;
   const LayerWindow all = window_of(lattice_);
-  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never, all, all}, shape.layer,
-               [&](std::uint32_t layer) { return std::span<const Span>(slab_[layer - slab_.front().layer].spans); });
+  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never, all, all}, shape.layer, [&](std::uint32_t layer) {
+    return std::span<const VoxelRun>(slab_[layer - slab_.front().layer].spans);
+  });
 }
 
 }  // namespace ccslice::bench

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "core/contour/contour_tracer.h"
-#include "core/material/contone.h"
+#include "core/field/contone.h"
+#include "core/field/material_field.h"
+#include "core/interpolation/slab_materials.h"
 #include "core/raster/occupancy.h"
-#include "core/slicer/material_field.h"
-#include "core/slicer/slab_materials.h"
 #include "tests/bench/printer_job.h"
 
 namespace ccslice::bench {
@@ -32,11 +32,11 @@ struct LayerShape {
   std::uint32_t layer = 0;
   double z_mm = 0;
   Contours contours;
-  std::vector<Span> spans;
+  std::vector<VoxelRun> spans;
   std::uint64_t voxels = 0;
 };
 
-std::uint64_t count_voxels(std::span<const Span> spans);
+std::uint64_t count_voxels(std::span<const VoxelRun> spans);
 
 class OurMethod {
  public:

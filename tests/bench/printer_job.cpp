@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/job/validate_job.h"
 #include "core/mesh/models.h"
 #include "tests/bench/clocks.h"
 

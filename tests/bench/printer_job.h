@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/control_mesh.h"
-#include "core/slicer/layer_slicer.h"
 
 namespace ccslice::bench {
 

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/job/validate_job.h"
+#include "core/slicer/layer_slicer.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_job.h"
 #include "tests/oracle/hostile_layers.h"

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/slicer/layer_slicer.h"
+#include "core/job/slice_job.h"
 #include "tests/oracle/hostile_channels.h"
 #include "tests/oracle/hostile_finding.h"
 #include "tests/oracle/hostile_job.h"

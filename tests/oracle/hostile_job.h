@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/slicer/layer_slicer.h"
+#include "core/job/slice_job.h"
 
 namespace ccslice::oracle {
 

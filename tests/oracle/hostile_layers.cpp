@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/material/contone.h"
+#include "core/field/contone.h"
 #include "core/slicer/slice_range.h"
 
 namespace ccslice::oracle {

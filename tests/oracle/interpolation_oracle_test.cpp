@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/slicer/layer_slicer.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/oracle/slicing.h"
 #include "tests/support/tiny_meshes.h"

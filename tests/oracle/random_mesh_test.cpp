@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "core/inversion/point_inverter.h"
+#include "core/slicer/layer_slicer.h"
 #include "tests/oracle/descents.h"
 #include "tests/oracle/slicing.h"
 #include "tests/support/random_meshes.h"

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/slicer/layer_slicer.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/oracle/slicing.h"
 #include "tests/support/tiny_meshes.h"

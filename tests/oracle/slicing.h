@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/slicer/layer_slicer.h"
+#include "core/job/slice_job.h"
 #include "tests/oracle/subject.h"
 #include "tests/support/algorithm1.h"
 #include "tests/support/limit_solid_for_algorithm1.h"

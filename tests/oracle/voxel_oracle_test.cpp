@@ -11,6 +11,7 @@
 #include "core/inversion/point_inverter.h"
 #include "core/mesh/models.h"
 #include "core/raster/occupancy.h"
+#include "core/slicer/layer_slicer.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/oracle/slicing.h"
 #include "tests/support/tiny_meshes.h"

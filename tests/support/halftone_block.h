@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "core/halftone/halftone.h"
+#include "core/printing/halftone.h"
 #include "tests/support/power_spectrum.h"
 
 namespace ccslice {

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
+#include "core/job/grid.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/models.h"
-#include "core/slicer/grid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/subdivision/refine.h"
 

@@ -50,7 +50,7 @@ TEST(Arrange, StopsWhenCancelled) {
 }
 
 TEST(ArrangedBits, CropTurnAndPackSpans) {
-  const std::vector<Span> spans = {{19, 0, 50}, {20, 5, 11}, {20, 12, 40}, {21, 11, 12}};
+  const std::vector<VoxelRun> spans = {{19, 0, 50}, {20, 5, 11}, {20, 12, 40}, {21, 11, 12}};
   const auto rows = [&](const PictureOrder& order) { return arranged_bits(spans, {kFrom, kFrom, order}).bits; };
   EXPECT_EQ(rows({}), (Bytes{0b10100000, 0b01000000}));
   EXPECT_EQ(rows({false, true}), (Bytes{0b01000000, 0b10100000}));

@@ -108,27 +108,27 @@ TEST(Occupancy, NoContoursNoVoxels) {
 TEST(Occupancy, SpansAreMaximalAndInOrder) {
   const LayerLattice lattice{.x0_mm = 0, .y0_mm = 0, .dx_mm = 1, .dy_mm = 1, .width = 30, .height = 4};
   // The second rectangle starts where the first ends; the third lies within it.
-  const std::vector<Span> spans = rasterize(
+  const std::vector<VoxelRun> spans = rasterize(
       contours_of({rectangle(2, 1, 9, 2), rectangle(9, 1, 15, 2), rectangle(10, 1, 12, 2), rectangle(20, 1, 21, 3)}),
       lattice);
   ASSERT_EQ(spans.size(), 3u);
   EXPECT_EQ(spans[0].begin, 2u);
   EXPECT_EQ(spans[0].end, 15u);
   EXPECT_EQ(spans[1].begin, 20u);
-  EXPECT_EQ(spans[2].y, 2u);
+  EXPECT_EQ(spans[2].row, 2u);
 }
 
 TEST(Occupancy, OfSomeRowsIsThatOfTheWhole) {
   const LayerLattice lattice{.x0_mm = 0, .y0_mm = 0, .dx_mm = 1, .dy_mm = 1, .width = 30, .height = 20};
   const Contours contours = contours_of({{{2, 1}, {25, 3}, {28, 19}, {9, 12}}, rectangle(12, 5, 20, 9)});
-  std::vector<Span> cut;
-  for (const Span& span : rasterize(contours, lattice)) {
-    if (span.y >= 4 && span.y < 11) cut.push_back(span);
+  std::vector<VoxelRun> cut;
+  for (const VoxelRun& span : rasterize(contours, lattice)) {
+    if (span.row >= 4 && span.row < 11) cut.push_back(span);
   }
-  const std::vector<Span> rows = rasterize(contours, lattice, {4, 11});
+  const std::vector<VoxelRun> rows = rasterize(contours, lattice, {4, 11});
   ASSERT_EQ(rows.size(), cut.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(rows[i].y, cut[i].y);
+    EXPECT_EQ(rows[i].row, cut[i].row);
     EXPECT_EQ(rows[i].begin, cut[i].begin);
     EXPECT_EQ(rows[i].end, cut[i].end);
   }
@@ -139,7 +139,7 @@ TEST(Occupancy, BitImagesHoldEverySpan) {
   for (int trial = 0; trial < 200; ++trial) {
     const std::uint32_t width = 1 + random() % 70;
     const std::uint32_t begin = random() % width, end = begin + 1 + random() % (width - begin);
-    const BitImage image = to_bit_image(std::vector<Span>{{1, begin, end}}, width, 3);
+    const BitImage image = to_bit_image(std::vector<VoxelRun>{{1, begin, end}}, width, 3);
     ASSERT_EQ(count(image), end - begin);
     for (std::uint32_t x = 0; x < width; ++x) ASSERT_EQ(image.get(x, 1), x >= begin && x < end);
     if (width % 8 == 0) continue;

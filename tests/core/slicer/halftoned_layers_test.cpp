@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/job/validate_job.h"
 #include "core/mesh/models.h"
+#include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
 

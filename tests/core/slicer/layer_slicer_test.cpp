@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/slicer/layer_slicer.h"
+#include "core/job/validate_job.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <string>
 
+#include "core/job/validate_job.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
 #include "core/slicer/layer_slicer.h"

@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/models.h"
+#include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#pragma once
+
+#include <span>
+
+#include "core/base/cancellation.h"
+#include "core/field/contone.h"
+#include "core/job/slice_job.h"
+#include "core/raster/layer_window.h"
+#include "core/raster/occupancy.h"
+
+namespace ccslice {
+
+/// A layer to fill. The references must outlive it.
+struct LayerTarget {
+  LayerLattice lattice;
+  double z_mm;
+  std::span<ContonePlane> planes;
+  LayerStats& stats;
+  const CancellationToken& cancel;
+  LayerWindow window;   // What the planes hold. Voxels elsewhere are left out,
+  LayerWindow counted;  // and counts are of the voxels in here.
+
+  bool is_whole() const { return window == window_of(lattice); }
+  std::uint64_t count(const VoxelRun& span) const {
+    const VoxelRun part = counted.clipped(span);
+    return part.end - part.begin;
+  }
+};
+
+}  // namespace ccslice

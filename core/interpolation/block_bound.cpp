@@ -1,0 +1,261 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/block_bound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
+constexpr std::size_t kDegrees = 10;           // Of products of three coordinates, along an axis.
+constexpr std::size_t kCoordinateDegrees = 4;  // Of a coordinate.
+
+/// Sums of absolute coefficients by degree along one axis.
+using Coordinate = std::array<double, kCoordinateDegrees>;
+using Pair = std::array<double, 2 * kCoordinateDegrees - 1>;
+using Degrees = std::array<double, kDegrees>;
+
+/// |T_k - I T_k| is at most this: 1 for T_k and the sum of what I takes it for. The 4 of T_6 stands for 28 / 3, since
+/// products of several that are left out count once for each of their axes, and the largest of them is T_6 T_6 T_6.
+constexpr Degrees kLeftOut = {0, 0, 0, 0, 0, 2, 28.0 / 3, 2, 2, 2};
+
+// Where the polynomial's quadratic and cubic terms stand (CubicPolynomial), with their coordinates.
+struct PairTerm {
+  std::size_t term, a, b;
+};
+constexpr std::array<PairTerm, 6> kPairs = {{{3, 1, 1}, {4, 1, 2}, {5, 2, 2}, {11, 0, 1}, {12, 0, 2}, {16, 0, 0}}};
+struct TripleTerm {
+  std::size_t term, pair, c;  // The product of one of the pairs and a coordinate.
+};
+constexpr std::array<TripleTerm, 10> kTriples = {{{6, 0, 1},
+                                                  {7, 0, 2},
+                                                  {8, 1, 2},
+                                                  {9, 2, 2},
+                                                  {13, 0, 0},
+                                                  {14, 1, 0},
+                                                  {15, 2, 0},
+                                                  {17, 3, 0},
+                                                  {18, 4, 0},
+                                                  {19, 5, 0}}};
+
+/// cos(n pi / 12).
+constexpr std::array<double, 13> kChebyshevNodes = {1,
+                                                    0.96592582628906829,
+                                                    0.86602540378443865,
+                                                    0.70710678118654752,
+                                                    0.5,
+                                                    0.25881904510252076,
+                                                    0,
+                                                    -0.25881904510252076,
+                                                    -0.5,
+                                                    -0.70710678118654752,
+                                                    -0.86602540378443865,
+                                                    -0.96592582628906829,
+                                                    -1};
+
+/// Values at the nodes along an axis -> coefficients.
+template <typename Value>
+void transform(Value& v0, Value& v1, Value& v2, Value& v3, Value& v4) noexcept {
+  const Value outer = v0 + v4, inner = v1 + v3, outer_odd = v4 - v0, inner_odd = v3 - v1, middle = v2;
+  v0 = (outer + 2 * inner) * (1.0 / 6);
+  v1 = (outer_odd + inner_odd) * (1.0 / 3);
+  v2 = (outer - 2 * middle) * (1.0 / 4);
+  v3 = (outer_odd - 2 * inner_odd) * (1.0 / 6);
+  v4 = (outer - 4 * inner + 6 * middle) * (1.0 / 12);
+}
+
+/// Likewise along a row: each value times its column of the matrix.
+void transform_row(std::array<Lanes, 2>& row) noexcept {
+  constexpr std::array<std::array<Lanes, 2>, kBlockNodes> kColumns = {
+      {{{{1.0 / 6, -1.0 / 3, 1.0 / 4, -1.0 / 6}, {1.0 / 12, 0, 0, 0}}},
+       {{{1.0 / 3, -1.0 / 3, 0, 1.0 / 3}, {-1.0 / 3, 0, 0, 0}}},
+       {{{0, 0, -1.0 / 2, 0}, {1.0 / 2, 0, 0, 0}}},
+       {{{1.0 / 3, 1.0 / 3, 0, -1.0 / 3}, {-1.0 / 3, 0, 0, 0}}},
+       {{{1.0 / 6, 1.0 / 3, 1.0 / 4, 1.0 / 6}, {1.0 / 12, 0, 0, 0}}}}};
+  std::array<Lanes, 2> sums{};
+  for (std::size_t n = 0; n < kBlockNodes; ++n) {
+    const double value = row[n / kLanes][n % kLanes];
+    for (std::size_t half = 0; half < 2; ++half) sums[half] = multiply_add(kColumns[n][half], value, sums[half]);
+  }
+  row = sums;
+}
+
+Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
+
+/// By axis. What has a degree along the other axes counts as many times as that grows beyond the block. Coordinates are
+/// cubic: what they have of degree 4 is rounding.
+std::array<Coordinate, 3> sums_by_degree(const BlockGrid& grid, const Degrees& growth) noexcept {
+  const Lanes along_row{growth[0], growth[1], growth[2], growth[3]};
+  std::array<Coordinate, 3> sums{};
+  Lanes rows{};
+  for (std::size_t k = 0; k < kCoordinateDegrees; ++k) {
+    for (std::size_t j = 0; j < kCoordinateDegrees; ++j) {
+      const Lanes size = absolute(grid[j + kBlockNodes * k][0]);
+      rows = multiply_add(size, growth[j] * growth[k], rows);
+      const double row = sum(size * along_row);
+      sums[1][j] += growth[k] * row;
+      sums[2][k] += growth[j] * row;
+    }
+  }
+  for (std::size_t d = 0; d < kCoordinateDegrees; ++d) sums[0][d] = rows[d];
+  return sums;
+}
+
+/// Sums of absolute coefficients of a product.
+template <std::size_t A, std::size_t B>
+std::array<double, A + B - 1> product(const std::array<double, A>& a, const std::array<double, B>& b) noexcept {
+  std::array<double, A + B - 1> sums{};
+  for (std::size_t m = 0; m < A; ++m) {
+    for (std::size_t n = 0; n < B; ++n) {
+      const double half = 0.5 * a[m] * b[n];
+      sums[m + n] += half;
+      sums[m > n ? m - n : n - m] += half;
+    }
+  }
+  return sums;
+}
+
+/// What stays of sums by degree where interpolation at the nodes leaves something out.
+template <std::size_t Size>
+double sum_left_out(const std::array<double, Size>& sums, const Degrees& growth) noexcept {
+  double left = 0;
+  for (std::size_t d = kBlockNodes; d < Size; ++d) left += kLeftOut[d] * growth[d] * sums[d];
+  return left;
+}
+
+}  // namespace
+
+BlockGrid grid_of(const BlockValues& values) noexcept {
+  BlockGrid grid{};
+  for (std::size_t n = 0; n < kNodes; ++n) {
+    const std::size_t i = n % kBlockNodes;
+    grid[n / kBlockNodes][i / kLanes][i % kLanes] = values[block_slot(n) / kLanes][block_slot(n) % kLanes];
+  }
+  return grid;
+}
+
+void to_chebyshev(BlockGrid& grid) noexcept {
+  constexpr std::size_t kLayer = kBlockNodes;
+  for (std::array<Lanes, 2>& row : grid) transform_row(row);
+  for (std::size_t n = 0; n < kBlockNodes; ++n) {
+    for (std::size_t half = 0; half < 2; ++half) {
+      const auto at = [&](std::size_t j) -> Lanes& { return grid[j + kLayer * n][half]; };
+      transform(at(0), at(1), at(2), at(3), at(4));
+    }
+  }
+  for (std::size_t n = 0; n < kBlockNodes; ++n) {
+    for (std::size_t half = 0; half < 2; ++half) {
+      const auto at = [&](std::size_t k) -> Lanes& { return grid[n + kLayer * k][half]; };
+      transform(at(0), at(1), at(2), at(3), at(4));
+    }
+  }
+}
+
+void BlockBound::set_places(const std::array<BlockValues, 3>& places, double beyond) noexcept {
+  places_ = &places;
+  multiplied_ = false;
+  x_ = 1 + 2 * beyond;
+  growth_ = {1, x_};
+  for (std::size_t d = 2; d < growth_.size(); ++d) growth_[d] = 2 * x_ * growth_[d - 1] - growth_[d - 2];
+}
+
+void BlockBound::multiply_places() noexcept {
+  multiplied_ = true;
+  std::array<std::array<Coordinate, 3>, 3> sums;  // By coordinate, then by axis.
+  for (std::size_t c = 0; c < 3; ++c) {
+    BlockGrid grid = grid_of((*places_)[c]);
+    to_chebyshev(grid);
+    sums[c] = sums_by_degree(grid, growth_);
+  }
+  of_pairs_.fill(0);
+  of_triples_.fill(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<Pair, kPairs.size()> pairs;
+    for (std::size_t p = 0; p < kPairs.size(); ++p) {
+      pairs[p] = product(sums[kPairs[p].a][axis], sums[kPairs[p].b][axis]);
+      of_pairs_[p] += sum_left_out(pairs[p], growth_);
+    }
+    for (std::size_t t = 0; t < kTriples.size(); ++t) {
+      of_triples_[t] += sum_left_out(product(pairs[kTriples[t].pair], sums[kTriples[t].c][axis]), growth_);
+    }
+  }
+}
+
+double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValues& errors, double enough) noexcept {
+  constexpr double kOffGrid = 1.1547005383792517;  // 1 / cos(4 pi / 24).
+  BlockGrid coefficients = grid_of(errors);
+  to_chebyshev(coefficients);
+  const Lanes along_row{growth_[0], growth_[1], growth_[2], growth_[3]};
+  double all = 0, of_four = 0;  // Terms, and those of degree 4 in all.
+  for (std::size_t k = 0; k < kBlockNodes; ++k) {
+    for (std::size_t j = 0; j < kBlockNodes; ++j) {
+      const auto& [first, last] = coefficients[j + kBlockNodes * k];
+      const Lanes low = absolute(first) * along_row;
+      const double high = std::abs(last[0]) * growth_[4], weight = growth_[j] * growth_[k];
+      all += weight * (sum(low) + high);
+      for (std::size_t i = 0; i < kLanes && i + j + k < kBlockNodes; ++i) of_four += weight * low[i];
+      if (j + k == 0) of_four += weight * high;
+    }
+  }
+  double rest = all - of_four;
+  if (!(rest <= enough)) return all;
+  if (all > enough) of_four = std::min(of_four, kOffGrid * largest_on_grid(coefficients));
+  if (of_four + rest > enough) return of_four + rest;
+  rest += left_out(polynomial);
+  if (of_four + rest <= enough || of_four + rest - enough > 0.5 * of_four) return of_four + rest;
+  return std::min(of_four, kOffGrid * largest_on_grid(coefficients)) + rest;
+}
+
+double BlockBound::left_out(const CubicPolynomial& polynomial) noexcept {
+  if (!multiplied_) multiply_places();
+  double left = 0;
+  for (std::size_t p = 0; p < kPairs.size(); ++p) left += std::abs(polynomial[kPairs[p].term]) * of_pairs_[p];
+  for (std::size_t t = 0; t < kTriples.size(); ++t) left += std::abs(polynomial[kTriples[t].term]) * of_triples_[t];
+  return left;
+}
+
+/// Of the part that has degree 4 in all, up to x_.
+double BlockBound::largest_on_grid(const BlockGrid& coefficients) const noexcept {
+  constexpr std::size_t kGroups = (kGridNodes + kLanes - 1) / kLanes;
+  using Row = std::array<Lanes, kGroups>;
+  std::array<std::array<double, kGroups * kLanes>, kBlockNodes> t;  // T by degree, then by node.
+  for (std::size_t n = 0; n < kGroups * kLanes; ++n) {
+    t[0][n] = 1;
+    t[1][n] = x_ * kChebyshevNodes[std::min(n, kGridNodes - 1)];
+    for (std::size_t d = 2; d < kBlockNodes; ++d) t[d][n] = 2 * t[1][n] * t[d - 1][n] - t[d - 2][n];
+  }
+  std::array<Row, kBlockNodes> along;
+  for (std::size_t d = 0; d < kBlockNodes; ++d) std::memcpy(&along[d], &t[d], sizeof(Row));
+  std::array<std::array<Row, kGridNodes>, kBlockNodes> planes{};  // By k, then by node along j.
+  for (std::size_t k = 0; k < kBlockNodes; ++k) {
+    for (std::size_t j = 0; j + k < kBlockNodes; ++j) {
+      Row row{};
+      for (std::size_t i = 0; i + j + k < kBlockNodes; ++i) {
+        const double c = coefficients[j + kBlockNodes * k][i / kLanes][i % kLanes];
+        for (std::size_t g = 0; g < kGroups; ++g) row[g] = multiply_add(along[i][g], c, row[g]);
+      }
+      for (std::size_t n = 0; n < kGridNodes; ++n) {
+        for (std::size_t g = 0; g < kGroups; ++g) planes[k][n][g] = multiply_add(row[g], t[j][n], planes[k][n][g]);
+      }
+    }
+  }
+  Lanes most{};
+  for (std::size_t last = 0; last <= kGridNodes / 2; ++last) {  // Nodes come in pairs: x and -x.
+    for (std::size_t n = 0; n < kGridNodes; ++n) {
+      for (std::size_t g = 0; g < kGroups; ++g) {
+        Lanes even = planes[0][n][g], odd{};
+        even = multiply_add(planes[2][n][g], t[2][last], multiply_add(planes[4][n][g], t[4][last], even));
+        odd = multiply_add(planes[1][n][g], t[1][last], multiply_add(planes[3][n][g], t[3][last], odd));
+        const Lanes size = (even < 0 ? -even : even) + (odd < 0 ? -odd : odd);
+        most = size > most ? size : most;
+      }
+    }
+  }
+  return largest(most);
+}
+
+}  // namespace ccslice

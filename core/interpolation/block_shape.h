@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The shape of a block: how large, how thick and how bent (interpolation/block_nodes.h).
+//
+// Whoever puts flat triangles for its faces misplaces them by the faces' bulge. That matters as far as the bulge is
+// large beside the block's thickness, or beside a voxel.
+
+#pragma once
+
+#include <cstddef>
+
+#include "core/base/types.h"
+#include "core/interpolation/block_nodes.h"
+
+namespace ccslice {
+
+struct BlockShape {
+  Box3 box;              // Of the nodes.
+  Mat3 inverse_axes;     // Voxels -> shares of the block's axes, to first order about its middle.
+  double voxels = 0;     // In it, about.
+  bool flat = false;     // No volume about its middle: inverse_axes isn't finite.
+  std::size_t step = 1;  // Flat triangles between every step-th node stand for its faces: as large as bulges allow.
+  // By axis: how far the triangles' sides along it miss the arc, as a share of the thickness across them.
+  Vec3 bulge = Vec3::Zero();
+  // How far the triangles miss the faces, as a share of the thickness across them: arcs along both axes of a face and
+  // its twist together.
+  double miss = 0;
+  unsigned axes_of_miss = 0;  // Of the face that is missed by most.
+
+  /// Bit a: the bulge along axis a, or the miss of a face along it, is notable: halve the block along it.
+  unsigned bent_axes() const;
+
+  /// Columns.
+  double thickness_along_x() const;
+};
+
+/// `points`: in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
+BlockShape shape_of(const BlockPoints& points);
+
+}  // namespace ccslice

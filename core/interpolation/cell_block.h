@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Forward samples of a limit cell: geo and mat at the 5 x 5 x 5 nodes of a box of its parameters, no inversion needed.
+//
+// A box within one patch is sampled axis by axis. Others, of irregular cells, are products of stencils and the cell's
+// ring where many cells share them (block_stencils.h), or else sampled patch by patch.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/interpolation/block_slots.h"
+#include "core/interpolation/block_stencils.h"
+#include "core/limit/limit_evaluator.h"
+#include "core/limit/patch_path.h"
+
+namespace ccslice {
+
+struct CellBlock {
+  std::array<BlockValues, 3> position;  // mm, mesh frame.
+  std::vector<BlockValues> values;      // Of the channels asked for.
+};
+
+/// Samples one solid on one thread. Memory is kept from block to block; so are the last blocks that were sampled patch
+/// by patch, as the halves of a box share nodes with it. Results don't depend on what is kept.
+class CellBlockSampler {
+ public:
+  /// REQUIRES: evaluator outlives this.
+  CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels);
+
+  void sample(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  /// Position and channels are tricubic in the box's parameters.
+  bool is_in_one_patch(std::uint32_t cell, const ParamBox& box) const;
+  /// Fills the first kGroupsBetweenNodes groups: on each edge of the box half way between its first and its last two
+  /// nodes.
+  void sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+
+ private:
+  struct Sampled {
+    std::uint32_t cell;
+    ParamBox box;
+    CellBlock block;
+  };
+
+  void sample_box(std::uint32_t cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
+  // In one patch.
+  void sample_patch_at_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                             CellBlock& block) const noexcept;
+  void sample_patch_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
+                                  CellBlock& block) const noexcept;
+  // By stencils.
+  void sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
+  // Patch by patch.
+  void place_parameters(const ParamBox& box, BlockPlaces places);
+  void copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block);
+  void sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept;
+  void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
+  void sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept;
+
+  LimitEvaluator* evaluator_;
+  const std::vector<std::uint32_t> channels_;
+  BlockStencils stencils_;
+  std::vector<Lanes> ring_;  // Four numbers of each of a ring's points.
+  std::array<BlockValues, 3> parameters_;
+  std::vector<double> values_;  // All channels at one node.
+  std::array<PatchPlace, kBlockSlots> places_;
+  std::array<bool, kBlockSlots> known_;                                   // Slots that needn't be sampled.
+  std::array<std::pair<std::uint64_t, std::size_t>, kBlockSlots> order_;  // The others by patch.
+  std::vector<Sampled> kept_;                                             // Each in the one before, so many of them:
+  std::size_t kept_count_ = 0;
+};
+
+}  // namespace ccslice

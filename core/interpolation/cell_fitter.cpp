@@ -1,0 +1,243 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/cell_fitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kSmallestPiece = 64;        // Parts of fewer voxels aren't halved any more.
+constexpr double kSmallestPredicted = 16;    // Nor are nodes whose pieces would have fewer than this.
+constexpr double kSmallestAmbiguous = 2048;  // Nor nodes of fewer that may fold.
+constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
+constexpr double kMostRows = 1024;           // Of a piece.
+constexpr double kShareOffNodes = 0.7;       // What errors between the nodes, and beyond them, may take of a tolerance.
+constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
+constexpr double kMostBeyond = 0.1;          // and of its thickness.
+constexpr double kMargin = 0.06;             // Of a node's size: its faces lie that near to its nodes' box,
+constexpr double kMarginOfHalf = 0.2;        // and to that of its parent's nodes.
+constexpr unsigned kAllAxes = 7;
+
+/// Of errors of cubics at this share of the thickness beyond what they were fitted to: the fourth Chebyshev polynomial.
+double growth_beyond(double share) {
+  const double square = (1 + 2 * share) * (1 + 2 * share);
+  return 8 * square * (square - 1) + 1;
+}
+
+/// The share of the thickness beyond which errors have grown so many times.
+double share_of_growth(double growth) { return 0.5 * (std::sqrt(0.5 + 0.5 * std::sqrt(0.5 + 0.5 * growth)) - 1); }
+
+/// Bit a if the a-th of the numbers is above this share of the largest.
+unsigned largest_axes(const Vec3& numbers, double share) {
+  unsigned axes = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (numbers[a] > share * numbers.maxCoeff()) axes |= 1u << a;
+  }
+  return axes;
+}
+
+}  // namespace
+
+CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+    : solid_(std::move(solid)),
+      mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
+      pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
+      outside_mm_(spec.outside_mm),
+      channels_(spec.channels),
+      blocks_(*solid_, spec) {}
+
+void CellFitter::examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node) {
+  sample(cell, nodes[node].parameters);
+  const BlockShape shape = shape_of(points_);
+  CellNode examined = nodes[node];
+  examined.bounds = examined.bounds.intersection(grown(shape.box, kMargin));
+  const unsigned axes = fit_or_split(cell, shape, examined);
+  nodes[node] = std::move(examined);
+  if (axes != 0) append_halves(nodes, node, axes);
+}
+
+/// Fills places_ and values_, and the points.
+void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
+  blocks_.sample(cell, box, places_, values_);
+  for (std::size_t n = 0; n < points_.size(); ++n) points_[n] = at_slot(places_, block_slot(n));
+}
+
+/// Makes a piece of the node, or a hole. Or else returns the axes to halve it along.
+unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node) {
+  node.kind = CellNode::Kind::kHole;
+  const Box3 around = grown(shape.box, kMargin);
+  if (solid_->data().is_ambiguous(around.transformed(mesh_of_voxel_))) {
+    return shape.voxels > kSmallestAmbiguous ? kAllAxes : 0;
+  }
+  if (shape.flat) return 0;
+  if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
+  const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
+  const double growth = growth_beyond(shape.bulge.maxCoeff());
+  const bool one_patch = blocks_.is_in_one_patch(cell, node.parameters);
+  double error = fit(frame, one_patch, shape.miss);
+  if (!one_patch) error *= growth;
+  unsigned axes = 0;
+  if (error <= 1 && shape.bent_axes() == 0) {
+    if (!one_patch) axes = axes_off_between_nodes(cell, node.parameters, frame);
+    if (axes == 0) {
+      node.kind = CellNode::Kind::kPiece;
+      node.piece = make_piece(cell, shape, node.parameters, frame,
+                              one_patch ? kPieceShareOfTolerance * error : kShareOffNodes * error);
+      return 0;
+    }
+  }
+  // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
+  const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
+  if (shape.voxels < kSmallestPiece || predicted < kSmallestPredicted) {
+    if (shape.voxels < kMostAlone)
+      node.map = std::make_shared<const ParameterMap>(parameters_of(shape, node.parameters));
+    return 0;
+  }
+  return axes != 0 ? axes : axes_to_halve(shape, error, growth);
+}
+
+/// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
+std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
+                                                        const ParamBox& box, const VoxelFrame& frame, double error) {
+  // The error is what it may have grown to as far off as the triangles miss the faces.
+  const double beyond = std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostBeyond);
+  const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
+  CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
+  const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const std::size_t axis = side / 2;
+    const bool high = side % 2 != 0;
+    const auto a = static_cast<Eigen::Index>(axis);
+    const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
+    if (!at_side || !(boundary_sides >> side & 1)) continue;
+    piece.at_boundary = true;
+    if (is_steep_at(frame, axis, high, error)) piece.beyond.push_back(fit_beyond(axis, high));
+  }
+  return std::make_shared<const CellPiece>(std::move(piece));
+}
+
+/// Following the polynomials as far outside as voxels may lie may change a channel by what pieces' errors leave of its
+/// tolerance.
+bool CellFitter::is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const {
+  const Vec3 scale = frame.scale.cwiseQuotient(pitch_mm_);
+  const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3];
+  const std::size_t first = high ? (kBlockNodes - 1) * kBlockStride[axis] : 0;
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double most = (1 - error) * channels_[c].tolerance / outside_mm_;
+    for (std::size_t t = 0; t < kBlockNodes; t += 2) {
+      for (std::size_t s = 0; s < kBlockNodes; s += 2) {
+        const Vec3 place = frame(points_[first + s * s_stride + t * t_stride]);
+        if (!(gradient_at(polynomials_[c], place).cwiseProduct(scale).norm() <= most)) return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Axes along which polynomials_ are off between the nodes. Overwrites places_ and values_. REQUIRES: they fit.
+unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame) {
+  constexpr double kLikeTheWorst = 0.6;
+  blocks_.sample_between_nodes(cell, box, places_, values_);
+  enter_frame(frame, kGroupsBetweenNodes, places_);
+  Vec3 errors = Vec3::Zero();
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
+      const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
+      const double worst = largest(error < 0 ? -error : error) / (kShareOffNodes * channels_[c].tolerance);
+      double& known = errors[static_cast<Eigen::Index>(g / 2)];
+      known = std::max(known, worst);
+    }
+  }
+  return errors.maxCoeff() <= 1 ? 0 : largest_axes(errors, kLikeTheWorst);
+}
+
+/// Positive beyond the face, and as far before it as the fit may be off. REQUIRES: fit() was called.
+CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
+  constexpr double kOff = 3, kLeast = 1e-6;
+  CubicPolynomial share;
+  const double margin = kOff * fitter_.fit(block_shares()[axis], share) + kLeast;
+  if (!(margin < 1)) return {1};
+  if (high) {
+    share[0] -= 1;
+  } else {
+    for (double& coefficient : share) coefficient = -coefficient;
+  }
+  share[0] += margin;
+  return share;
+}
+
+ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& box) const {
+  const Vec3 size = box.high - box.low;
+  return {points_[points_.size() / 2], box.low + 0.5 * size, size.asDiagonal() * shape.inverse_axes};
+}
+
+/// Halving along one axis is enough where little is missing. `error`: with `growth`, without which it may be small
+/// enough.
+unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double growth) const {
+  constexpr double kLikeTheWorst = 0.6;
+  unsigned axes = shape.bent_axes();
+  if (error <= 1) return axes;
+  if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);
+  return axes | fitter_.axes_to_halve(error);
+}
+
+/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it: in one
+/// patch a bound, beyond the node too.
+double CellFitter::fit(const VoxelFrame& frame, bool one_patch, double beyond) {
+  enter_frame(frame, kBlockGroups, places_);
+  fitter_.factorize(places_);
+  if (one_patch) bound_.set_places(places_, beyond);
+  polynomials_.clear();
+  double worst = 0;
+  for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
+    polynomials_.emplace_back();
+    const double allowed = (one_patch ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
+    double error = fitter_.fit(values_[c], polynomials_.back());
+    if (one_patch && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
+    worst = std::max(error / allowed, worst);  // Not a number stays that.
+  }
+  return worst;
+}
+
+void CellFitter::append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const {
+  const auto first = static_cast<std::uint32_t>(nodes.size());
+  const ParamBox whole = nodes[node].parameters;
+  const Box3 bounds = nodes[node].bounds;
+  for (unsigned child = 0; child < 8; ++child) {
+    if (child & ~axes) continue;
+    CellNode& half = nodes.emplace_back();
+    half.parameters = whole;
+    for (int a = 0; a < 3; ++a) {
+      if (!(axes >> a & 1)) continue;
+      (child >> a & 1 ? half.parameters.low : half.parameters.high)[a] = 0.5 * (whole.low[a] + whole.high[a]);
+    }
+    half.bounds = bounds.intersection(bounds_of_half(child, axes));
+  }
+  nodes[node].kind = CellNode::Kind::kHalved;
+  nodes[node].first_child = first;
+  nodes[node].end_child = static_cast<std::uint32_t>(nodes.size());
+}
+
+/// By those of the nodes at hand that are its own, too.
+Box3 CellFitter::bounds_of_half(unsigned child, unsigned axes) const {
+  constexpr std::size_t kMiddle = kBlockNodes / 2;
+  Box3 box;
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    bool own = true;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t at = n / kBlockStride[a] % kBlockNodes;
+      if (axes >> a & 1) own = own && (child >> a & 1 ? at >= kMiddle : at <= kMiddle);
+    }
+    if (own) box.extend(points_[n]);
+  }
+  return grown(box, kMarginOfHalf);
+}
+
+}  // namespace ccslice

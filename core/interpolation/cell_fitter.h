@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A cell is cut into a tree of boxes of its parameters, NODES, over each of which a cubic polynomial of the voxel
+// stands for a channel.
+//
+// A node is sampled forward (interpolation/cell_block.h): positions and channels at 5 x 5 x 5 parameters, no inversion.
+// A cubic of the position is fitted to every other sample (interpolation/block_fitter.h). Where the node lies in one
+// regular patch its error is bounded over all of it (interpolation/block_bound.h). Beside irregular lines it is judged
+// at all samples, and at others between them, since five equidistant ones don't show errors of the fifth degree. If the
+// error is above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the node is
+// halved along the fewest axes that seem enough, and so on. The map from parameters to points is smooth even where its
+// inverse isn't, beside irregular lines, and nodes end where cells do; so they are far larger than boxes of voxels
+// would be.
+//
+// Just outside of what it is fitted to a cubic's errors grow fast. A node's voxels are told by flat triangles, which
+// miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
+// tolerance puts inside take what the boundary has, so where materials are steep at the boundary a node knows what is
+// beyond it.
+//
+// Nodes that would get smaller than some dozen voxels, and all that lies near folds and overlaps, are left out: HOLES.
+//
+// Nodes depend on the solid, the spec and the cell alone, whoever asks for them, in whatever order.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/interpolation/block_bound.h"
+#include "core/interpolation/block_fitter.h"
+#include "core/interpolation/block_nodes.h"
+#include "core/interpolation/block_shape.h"
+#include "core/interpolation/cell_block.h"
+#include "core/interpolation/cubic_polynomial.h"
+#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/voxel_blocks.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// A cell's parameters about the middle of one of its nodes, to first order.
+struct ParameterMap {
+  Vec3 voxel = Vec3::Zero();  // The middle,
+  Vec3 uvw = Vec3::Zero();    // and its parameters.
+  Mat3 slope = Mat3::Zero();
+
+  /// Within the cell.
+  Vec3 operator()(const Vec3& at) const { return (uvw + slope * (at - voxel)).cwiseMax(0).cwiseMin(1); }
+};
+
+/// What a node of kind kPiece holds: its polynomials.
+struct CellPiece {
+  VoxelFrame frame;
+  ParameterMap parameters;
+  std::vector<CubicPolynomial> polynomials;  // One a channel.
+  double error = 0;                          // At most, as a share of each channel's tolerance.
+  double reach = 0;                          // Columns that the polynomials may be followed beyond the piece.
+  bool at_boundary = false;                  // A side of it is on the boundary.
+  BlockPoints points;                        // Voxels,
+  std::size_t step;                          // and BlockShape's.
+  std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
+                                        // it, and a little before.
+};
+
+/// A box of a cell's parameters.
+struct CellNode {
+  enum class Kind : std::uint8_t { kUnknown, kPiece, kHole, kHalved };
+
+  ParamBox parameters;
+  Box3 bounds;  // Voxels: hold the node. By its parent's samples; from examine() on by its own, too.
+  Kind kind = Kind::kUnknown;
+  std::uint32_t first_child = 0, end_child = 0;  // kHalved.
+  std::shared_ptr<const CellPiece> piece;        // kPiece.
+  std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
+};
+
+/// What errors of pieces may take of a channel's tolerance: bounds in one patch,
+inline constexpr double kPieceShareOfTolerance = 0.92;
+/// and what errors at the nodes may beside irregular lines.
+inline constexpr double kIrregularShare = 0.55;
+
+/// One thread.
+class CellFitter {
+ public:
+  /// REQUIRES: all tolerances positive.
+  CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+
+  /// Makes the node a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `nodes` are
+  /// of this cell.
+  void examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node);
+
+ private:
+  void sample(std::uint32_t cell, const ParamBox& box);
+  unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node);
+  std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape, const ParamBox& box,
+                                              const VoxelFrame& frame, double error);
+  ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
+  unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
+  double fit(const VoxelFrame& frame, bool one_patch, double beyond);
+  unsigned axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame);
+  bool is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const;
+  CubicPolynomial fit_beyond(std::size_t axis, bool high);
+  void append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const;
+  Box3 bounds_of_half(unsigned child, unsigned axes) const;
+
+  std::shared_ptr<const LimitSolid> solid_;
+  const Placement mesh_of_voxel_;
+  const Vec3 pitch_mm_;
+  const double outside_mm_;
+  const std::vector<ChannelTolerance> channels_;
+  VoxelBlocks blocks_;
+
+  // Of the node at hand.
+  BlockPlacesInVoxels places_;
+  std::vector<BlockValues> values_;
+  BlockPoints points_;
+  BlockFitter fitter_;
+  BlockBound bound_;
+  std::vector<CubicPolynomial> polynomials_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The nodes of cells (interpolation/cell_fitter.h), kept from slab to slab for all workers on a job: most cells are
+// taller than a slab. Nodes depend on their cell alone, so what is kept, or was forgotten, costs time and nothing else.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+#include "core/interpolation/cell_fitter.h"
+
+namespace ccslice {
+
+/// The nodes of a cell that were met so far, the whole cell first. Who reads or adds to them holds the mutex.
+struct CellNodes {
+  std::mutex mutex;
+  std::vector<CellNode> nodes;
+
+  std::size_t memory_bytes() const;
+};
+
+/// Safe to call from many threads.
+class CellNodeStore {
+ public:
+  /// `most_bytes`: beyond, the cells that were asked for longest ago are forgotten.
+  explicit CellNodeStore(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  /// A cell that isn't kept starts as a single unknown node. `bounds`: hold the cell, in voxels.
+  std::shared_ptr<CellNodes> nodes_of(std::uint32_t cell, const Box3& bounds);
+  /// Takes note of a cell's memory, if these nodes are still kept. REQUIRES: the caller holds their mutex.
+  void set_memory(std::uint32_t cell, const CellNodes& nodes);
+
+  std::size_t memory_bytes() const;
+
+ private:
+  struct Kept {
+    std::uint32_t cell;
+    std::size_t bytes;
+    std::shared_ptr<CellNodes> nodes;
+  };
+
+  void forget_beyond_most();
+
+  const std::size_t most_bytes_;
+  mutable std::mutex mutex_;  // Of what follows.
+  std::size_t bytes_ = 0;
+  std::list<Kept> kept_;  // Those asked for last come first.
+  std::unordered_map<std::uint32_t, std::list<Kept>::iterator> by_cell_;
+};
+
+/// With room for what a few slabs of a job need.
+std::shared_ptr<CellNodeStore> make_cell_node_store();
+
+}  // namespace ccslice

@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/piece_cover.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "core/base/prefetch.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kRunsAhead = 8;
+constexpr std::uint32_t kMostShort = 32;   // Voxels of a run that needs no tile,
+constexpr std::uint32_t kMostLong = 1024;  // and of all longer ones of kRowsTogether rows.
+
+/// Columns from a centre to the run's piece.
+double before_begin(const ScannedRun& run, std::uint32_t column) {
+  return static_cast<double>(run.begin) - run.before - column;
+}
+
+}  // namespace
+
+void PieceCover::resolve(const SlabPieces& pieces, std::uint32_t layer, std::uint32_t rows,
+                         std::span<const VoxelRun> spans) {
+  pieces_ = &pieces;
+  layer_ = layer;
+  row_ = kNoRow;
+  painted_.clear();
+  alone_.clear();
+  rest_.clear();
+  beside_rest_.clear();
+  sort_by_row(pieces.runs(layer), rows);
+  for (const VoxelRun& span : spans) {
+    if (span.row != row_) enter_row(span.row);
+    resolve_span(span);
+  }
+  sort_out_rest();
+}
+
+void PieceCover::invert(const RowRange& rows, std::span<const VoxelRun> spans) {
+  const auto is_theirs = [&](std::uint32_t row) { return row >= rows.begin && row < rows.end; };
+  std::erase_if(painted_, [&](const PieceRun& run) { return is_theirs(run.row); });
+  std::erase_if(rest_, [&](const VoxelRun& run) { return is_theirs(run.row); });
+  std::erase_if(alone_, [&](const HintedRun& each) { return is_theirs(each.row); });
+  std::vector<HintedRun> all;
+  for (const VoxelRun& span : spans) {
+    if (is_theirs(span.row)) all.push_back({span, {}});
+  }
+  const auto after = std::ranges::find_if(alone_, [&](const HintedRun& each) { return each.row >= rows.end; });
+  alone_.insert(after, all.begin(), all.end());
+}
+
+/// Moves what needs no tile from rest_ to alone_: short runs whose parameter is about known, and others outside of
+/// large holes if the rows that are cut into tiles together have few of them.
+void PieceCover::sort_out_rest() {
+  hints_.clear();
+  for (std::size_t r = 0; r < rest_.size(); ++r) hints_.push_back(hint_of_rest(r));
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < rest_.size(); begin = end) {
+    const std::uint32_t block = rest_[begin].row / kRowsTogether;
+    std::uint32_t voxels = 0;
+    for (; end < rest_.size() && rest_[end].row / kRowsTogether == block; ++end) {
+      if (!is_short(end) && !is_in_large_hole(end)) voxels += rest_[end].end - rest_[end].begin;
+    }
+    for (std::size_t r = begin; r < end; ++r) {
+      if (is_short(r) || (voxels <= kMostLong && !is_in_large_hole(r))) {
+        alone_.push_back({rest_[r], hints_[r]});
+      } else {
+        rest_[kept++] = rest_[r];
+      }
+    }
+  }
+  rest_.resize(kept);
+}
+
+std::optional<CellParam> PieceCover::hint_of_rest(std::size_t run) const {
+  const Vec3 first(rest_[run].begin, rest_[run].row, layer_);
+  std::optional<CellParam> hint = pieces_->parameter_in_hole(first);
+  if (!hint && beside_rest_[run] != kNoPiece) hint = pieces_->parameter_near(beside_rest_[run], first);
+  return hint;
+}
+
+bool PieceCover::is_short(std::size_t run) const {
+  return hints_[run] && rest_[run].end - rest_[run].begin <= kMostShort;
+}
+
+bool PieceCover::is_in_large_hole(std::size_t run) const {
+  return pieces_->is_in_large_hole(Vec3(rest_[run].begin, rest_[run].row, layer_));
+}
+
+void PieceCover::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows) {
+  row_begins_.assign(rows + std::size_t{2}, 0);
+  for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
+  for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
+  by_row_.resize(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r + kRunsAhead < runs.size()) prefetch(&by_row_[row_begins_[runs[r + kRunsAhead].row + 1]]);
+    by_row_[row_begins_[runs[r].row + 1]++] = runs[r];
+  }
+}
+
+void PieceCover::enter_row(std::uint32_t row) {
+  row_ = row;
+  const std::span<const ScannedRun> runs =
+      std::span(by_row_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
+  // Numbers are sorted several times as fast as runs.
+  by_column_.clear();
+  for (std::size_t r = 0; r < runs.size(); ++r) by_column_.push_back(std::uint64_t{runs[r].begin} << 32 | r);
+  std::sort(by_column_.begin(), by_column_.end());
+  found_.clear();
+  for (const std::uint64_t key : by_column_) {
+    found_.push_back(runs[static_cast<std::uint32_t>(key)]);
+    prefetch(&pieces_->piece(found_.back().piece));
+  }
+  first_found_ = 0;
+}
+
+void PieceCover::resolve_span(const VoxelRun& span) {
+  while (first_found_ < found_.size() && found_[first_found_].end <= span.begin) ++first_found_;
+  std::uint32_t at = span.begin;  // Up to here voxels are painted or left.
+  for (const ScannedRun& next : std::span(found_).subspan(first_found_)) {
+    if (next.begin >= span.end) break;
+    if (next.end > span.begin) at = paint_next(next, at, span);
+  }
+  if (at < span.end) close_gap(at, span.end, painted_before(at), nullptr);
+}
+
+std::uint32_t PieceCover::paint_next(const ScannedRun& next, std::uint32_t at, const VoxelRun& span) {
+  const std::uint32_t begin = std::max(next.begin, span.begin), end = std::min(next.end, span.end);
+  if (begin < at) compare_overlap(next, begin, std::min(at, end));
+  if (begin > at) {
+    const PieceRun* before = painted_before(at);
+    before != nullptr || at == span.begin ? close_gap(at, begin, before, &next) : leave(at, begin, kNoPiece);
+  }
+  paint({row_, std::max(begin, at), end, next.piece}, next.after);
+  return std::max(at, end);
+}
+
+/// Voxels that are painted, and that the next piece would paint too: they are left where the two differ.
+void PieceCover::compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end) {
+  const auto differs = [&](const PieceRun& run) {
+    return !agree(run.piece, next.piece, std::max(begin, run.begin), std::min(end, run.end));
+  };
+  std::size_t first = painted_.size();
+  while (first > 0 && painted_[first - 1].row == row_ && painted_[first - 1].end > begin) --first;
+  overlapped_.assign(painted_.begin() + static_cast<std::ptrdiff_t>(first), painted_.end());
+  if (std::ranges::none_of(overlapped_, differs)) return;
+  const float after = after_;
+  painted_.resize(first);
+  for (const PieceRun& run : overlapped_) {
+    if (!differs(run)) {
+      paint_all(run, after);
+      continue;
+    }
+    const std::uint32_t low = std::max(begin, run.begin), high = std::min(end, run.end);
+    if (run.begin < low) paint_all({row_, run.begin, low, run.piece}, 0);
+    leave(low, high, run.piece);
+    if (high < run.end) paint_all({row_, high, run.end, run.piece}, after);
+  }
+}
+
+/// Paints voxels that no piece holds, each from the side that is nearer, or leaves them.
+void PieceCover::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after) {
+  if ((before == nullptr && after == nullptr) || !is_sure(begin, end, before, after)) {
+    return leave(begin, end, before == nullptr ? kNoPiece : before->piece);
+  }
+  std::uint32_t middle = before == nullptr ? begin : end;
+  if (before != nullptr && after != nullptr) {
+    while (middle > begin && beyond_painted(middle - 1) > before_begin(*after, middle - 1)) --middle;
+  }
+  if (before != nullptr) paint({row_, begin, middle, before->piece}, 0);
+  if (after != nullptr) paint({row_, middle, end, after->piece}, 0);
+}
+
+bool PieceCover::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before,
+                         const ScannedRun* after) const {
+  if (before != nullptr && beyond_painted(end - 1) > pieces_->piece(before->piece).reach) return false;
+  if (after != nullptr && before_begin(*after, begin) > pieces_->piece(after->piece).reach) return false;
+  for (std::uint32_t x = begin; x < end; ++x) {
+    if (pieces_->is_in_hole(voxel(x))) return false;
+  }
+  // At the end of a run of voxels some may lie off the solid: only a piece that ends there knows how far.
+  if (before == nullptr) return pieces_->piece(after->piece).at_boundary;
+  if (after == nullptr) return pieces_->piece(before->piece).at_boundary;
+  return agree(before->piece, after->piece, begin, end);
+}
+
+/// At all voxels from one column to another: whichever of two pieces holds one, the other is within the tolerance
+/// there.
+bool PieceCover::agree(std::uint32_t a, std::uint32_t b, std::uint32_t begin, std::uint32_t end) const {
+  for (std::uint32_t x = begin; x < end; ++x) {
+    if (!pieces_->agree(a, b, voxel(x))) return false;
+  }
+  return true;
+}
+
+/// What ends at a column of the row at hand, or null.
+const PieceRun* PieceCover::painted_before(std::uint32_t column) const {
+  if (painted_.empty() || painted_.back().row != row_ || painted_.back().end != column) return nullptr;
+  return &painted_.back();
+}
+
+/// Columns from the piece that was painted last to a centre after it.
+double PieceCover::beyond_painted(std::uint32_t column) const { return column - (painted_.back().end - 1.0) - after_; }
+
+/// `after`: as ScannedRun's. Leaves those that may lie beyond what the piece can say.
+void PieceCover::paint(const PieceRun& run, float after) {
+  if (run.begin >= run.end) return;
+  if (!pieces_->piece(run.piece).has_beyond() ||
+      pieces_->none_is_beyond(run.piece, voxel(run.begin), voxel(run.end - 1))) {
+    return paint_all(run, after);
+  }
+  const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(run.piece, voxel(x)); };
+  PieceRun part = run;
+  for (; part.begin < run.end; part.begin = part.end) {
+    const bool beyond = is_beyond(part.begin);
+    part.end = part.begin + 1;
+    while (part.end < run.end && is_beyond(part.end) == beyond) ++part.end;
+    beyond ? leave(part.begin, part.end, run.piece) : paint_all(part, after);
+  }
+}
+
+void PieceCover::paint_all(const PieceRun& run, float after) {
+  if (painted_before(run.begin) != nullptr && painted_.back().piece == run.piece) {
+    painted_.back().end = run.end;
+  } else {
+    painted_.push_back(run);
+  }
+  after_ = after;
+  if (!rest_.empty() && rest_.back().row == row_ && rest_.back().end == run.begin && beside_rest_.back() == kNoPiece) {
+    beside_rest_.back() = run.piece;
+  }
+}
+
+/// `beside`: a piece beside them, or none.
+void PieceCover::leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside) {
+  if (begin >= end) return;
+  if (!rest_.empty() && rest_.back().row == row_ && rest_.back().end == begin) {
+    rest_.back().end = end;
+    if (beside_rest_.back() == kNoPiece) beside_rest_.back() = beside;
+    return;
+  }
+  std::size_t at = rest_.size();
+  while (at > 0 && rest_[at - 1].row == row_ && rest_[at - 1].begin >= end) --at;
+  rest_.insert(rest_.begin() + static_cast<std::ptrdiff_t>(at), {row_, begin, end});
+  beside_rest_.insert(beside_rest_.begin() + static_cast<std::ptrdiff_t>(at), beside);
+}
+
+}  // namespace ccslice

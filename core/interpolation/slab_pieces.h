@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The pieces of cells (interpolation/cell_fitter.h) that meet a slab, their voxels there, and the holes between them:
+// boxes of voxels that no polynomial fits.
+//
+// They are found for some layers of the slab at a time (interpolation/piece_finder.h), a GROUP of layers, whose holes
+// are kept together. What a layer gets depends on the solid, the grid and the layer alone, not on what was found
+// together.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/interpolation/block_raster.h"
+#include "core/interpolation/cell_fitter.h"
+#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/small_cells.h"
+#include "core/limit/box_tree.h"
+#include "core/limit/limit_solid.h"
+#include "core/raster/voxel_runs.h"
+
+namespace ccslice {
+
+/// Voxels of one piece.
+struct PieceRun : VoxelRun {
+  std::uint32_t piece;
+};
+
+/// Those whose centres are in the piece.
+struct ScannedRun : PieceRun {
+  float before, after;  // BlockRun's.
+};
+
+/// What painting reads of a piece.
+struct alignas(64) SlabPiece {
+  VoxelFrame frame;
+  float error;                 // CellPiece's,
+  float reach;                 // and reach.
+  std::uint32_t first_beyond;  // Of the slab's polynomials that tell what is beyond the boundary,
+  std::uint16_t beyond_count;  // so many.
+  bool at_boundary;            // CellPiece's.
+  bool has_beyond() const { return beyond_count > 0; }
+};
+
+/// A value: found layer by layer, then only read. Memory is kept from slab to slab.
+class SlabPieces {
+ public:
+  SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+
+  const SlabPiece& piece(std::uint32_t index) const { return pieces_[index]; }
+  /// One a channel.
+  std::span<const CubicPolynomial> polynomials(std::uint32_t piece) const {
+    return std::span(polynomials_).subspan(std::size_t{piece} * channels_.size(), channels_.size());
+  }
+  std::span<const ChannelTolerance> channels() const { return channels_; }
+  const SmallCells& small_cells() const { return small_cells_; }
+
+  // Of layers that were found, or of their voxels:
+
+  /// By piece.
+  std::span<const ScannedRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
+  /// Some box that was left out may hold the voxel's centre.
+  bool is_in_hole(const Vec3& voxel) const;
+  /// Some small cell, or large box that was left out, may hold it.
+  bool is_in_large_hole(const Vec3& voxel) const;
+  /// About the parameter of a voxel in a hole, if all holes there are of few voxels.
+  std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
+  /// About the parameter of a voxel in or beside a piece.
+  CellParam parameter_near(std::uint32_t piece, const Vec3& voxel) const;
+  /// The polynomials of two pieces agree at a voxel: if one of them is no farther off than pieces may be, the other one
+  /// is within the tolerance.
+  bool agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const;
+  /// The voxel may lie off the solid, beside a piece whose polynomials can't be followed there.
+  bool may_be_beyond(std::uint32_t piece, const Vec3& voxel) const;
+  /// None of the voxels of a row may, from one to another.
+  bool none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const;
+
+  // For the finder:
+
+  struct Hole {
+    std::uint32_t cell;
+    std::shared_ptr<const ParameterMap> map;  // Null, unless its few voxels are best inverted one by one.
+  };
+
+  /// Forgets all: the slab of layers [first_layer, end_layer), none of them found.
+  void start(std::uint32_t first_layer, std::uint32_t end_layer);
+  bool is_found(std::uint32_t layer) const { return group_of_layer_[layer - first_layer_] != kNoGroup; }
+  /// Starts a group at a layer that isn't found; returns its end: the slab's, that of `most_layers`, or the next layer
+  /// that is found. Forgets pieces of a group that was started and never finished.
+  std::uint32_t start_group(std::uint32_t first_layer, std::uint32_t most_layers);
+  /// `runs`: of layers of the group.
+  void add_piece(std::uint32_t cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs);
+  /// Its layers are found. `hole_boxes`: in voxels, of the holes, in their order. Throws Error{kCancelled}.
+  void finish_group(std::uint32_t first_layer, std::uint32_t end_layer, std::vector<Hole> holes,
+                    std::span<const Box3> hole_boxes, const CancellationToken& cancel);
+
+ private:
+  static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
+
+  struct Source {
+    std::uint32_t cell;
+    std::shared_ptr<const CellPiece> piece;
+  };
+  struct Group {
+    std::vector<Hole> holes;
+    BoxTree hole_boxes;
+    std::size_t end_piece;
+  };
+
+  std::span<const CubicPolynomial> beyonds(const SlabPiece& piece) const {
+    return std::span(beyonds_).subspan(piece.first_beyond, piece.beyond_count);
+  }
+  const Group& group_of(const Vec3& voxel) const {
+    return groups_[group_of_layer_[static_cast<std::uint32_t>(voxel.z()) - first_layer_]];
+  }
+
+  std::vector<ChannelTolerance> channels_;
+  SmallCells small_cells_;
+  std::uint32_t first_layer_ = 0, end_layer_ = 0;
+  std::vector<Group> groups_;
+  std::vector<std::size_t> group_of_layer_;    // Or kNoGroup.
+  std::vector<Source> sources_;                // Of pieces by group, then by cell,
+  std::vector<SlabPiece> pieces_;              // and what painting reads of them.
+  std::vector<CubicPolynomial> polynomials_;   // By piece, then by channel.
+  std::vector<CubicPolynomial> beyonds_;       // By piece.
+  std::vector<std::vector<ScannedRun>> runs_;  // By layer.
+};
+
+}  // namespace ccslice

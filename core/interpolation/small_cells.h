@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which cells are too small, in voxels, for pieces of their own: they are left to tiles (interpolation/tile_tree.h).
+// Fits across cells fail early beside irregular lines only, so irregular cells may be smaller.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/base/types.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+class SmallCells {
+ public:
+  SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel);
+
+  bool are_all() const { return are_all_; }
+  bool contain(std::uint32_t cell) const;
+  /// Some small cell may hold the voxel's centre: its box does, or nearly.
+  bool any_at(const Vec3& voxel) const;
+
+ private:
+  std::shared_ptr<const LimitSolid> solid_;
+  Placement mesh_of_voxel_;
+  double smallest_regular_mm3_, smallest_irregular_mm3_;  // Smaller cells are small.
+  bool are_some_, are_all_;
+  double voxel_in_mesh_mm_;  // At most.
+};
+
+}  // namespace ccslice

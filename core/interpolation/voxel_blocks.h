@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Blocks of cells (interpolation/cell_block.h) of a placed solid, with their places in voxels.
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/interpolation/cell_block.h"
+#include "core/interpolation/cubic_polynomial.h"
+#include "core/interpolation/interpolation_spec.h"
+#include "core/limit/limit_evaluator.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// What a world in millimetres is in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
+Placement voxel_of_mesh(const Placement& placement, const Grid& grid);
+
+/// Voxels at a block's slots.
+using BlockPlacesInVoxels = std::array<BlockValues, 3>;
+
+/// Voxels -> the frame's coordinates, of the first groups.
+void enter_frame(const VoxelFrame& frame, std::size_t groups, BlockPlacesInVoxels& places) noexcept;
+
+/// A box that is larger by a share of its size and a voxel on each side.
+Box3 grown(const Box3& voxels, double share);
+
+/// One thread.
+class VoxelBlocks {
+ public:
+  VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec);
+
+  /// Position and channels are tricubic in the box's parameters.
+  bool is_in_one_patch(std::uint32_t cell, const ParamBox& box) const { return sampler_.is_in_one_patch(cell, box); }
+  /// At the nodes. `values`: of the spec's channels.
+  void sample(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
+  /// The first kGroupsBetweenNodes groups.
+  void sample_between_nodes(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
+                            std::vector<BlockValues>& values);
+
+ private:
+  void place(std::size_t groups, BlockPlacesInVoxels& places) const;
+
+  const Placement voxel_of_mesh_;
+  std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when this is moved: the sampler points to it.
+  CellBlockSampler sampler_;
+  CellBlock block_;
+};
+
+}  // namespace ccslice

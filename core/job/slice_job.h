@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a client wants sliced, and the layers that come of it. The grid is cut into slabs of layers and blocks of rows
+// at fixed absolute indices, so that a layer is the same whatever it is asked for with.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/contour/contour.h"
+#include "core/job/grid.h"
+#include "core/job/region.h"
+#include "core/output/arrange.h"
+#include "core/output/plane.h"
+#include "core/printing/printing.h"
+
+namespace ccslice {
+
+/// Layers worked on together start at multiples of this absolute index.
+inline constexpr std::uint32_t kSlabLayers = 16;
+
+/// Nothing goes on from row to row past multiples of this absolute index, so that a region's rows can do without most
+/// others.
+inline constexpr std::uint32_t kRowsTogether = 64;
+
+struct SliceJob {
+  Placement placement = Placement::Identity();
+  Grid grid;
+  std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
+  PictureOrder order;                 // Of the pictures. Indices, contours and counts stay those of the grid.
+  std::vector<PlaneSpec> planes;
+  std::optional<Printing> printing;  // REQUIRED by planes of materials.
+  bool contours = false;             // Deliver the polylines too.
+  double contour_tolerance_mm = 1e-3;
+  std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
+                                             // 1/1024 for 8-bit planes and materials, 1/65536 for
+                                             // others.
+};
+
+/// The job's region, or all of its grid.
+VoxelRegion region_of(const SliceJob& job);
+
+/// Of the region.
+struct LayerStats {
+  std::uint64_t voxels_inside = 0;
+  std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
+  std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.
+  std::uint64_t voxels_interpolated = 0;  // By polynomials, within the tolerance.
+  std::uint64_t voxels_repainted = 0;     // Inverted because a voxel beside them was beyond its tolerance; also counted
+                                          // as coherent, full or unresolved.
+  std::uint64_t voxels_unresolved = 0;    // Inside the contours, not reached: took the nearest solved parameter.
+  double max_residual_mm = 0;             // Over all inverted voxels, unresolved ones excluded, world mm. Includes
+                                          // voxels that were inverted for those of the region.
+  std::uint64_t contour_loops = 0;
+  std::uint64_t contour_points = 0;
+  std::uint64_t contour_leaves_unresolved = 0;
+  std::vector<std::uint64_t> material_voxels;  // Of material 1, 2, ...; empty if no plane shows materials.
+};
+
+struct Layer {
+  std::uint32_t index = 0;
+  double z_mm = 0;
+  LayerStats stats;
+  std::vector<EncodedPlane> planes;  // In the order of SliceJob::planes.
+  Contours contours;                 // Empty unless asked for. xy are world x and y. Of a region: all loops whose
+                                     // bounding boxes meet it, as they are.
+};
+
+/// Layers [first, first + count) as (first, count) of slabs, cut at multiples of kSlabLayers.
+/// REQUIRES: first + count fits 32 bits.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count);
+
+}  // namespace ccslice

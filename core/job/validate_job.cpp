@@ -1,0 +1,213 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/job/validate_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/job/validate_placement.h"
+#include "core/output/encode.h"
+
+namespace ccslice {
+namespace {
+
+std::string channel_list(const SolidSummary& summary) {
+  if (summary.channels.empty()) return "the solid has none";
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < summary.channels.size() && i < kMaxEchoItems; ++i) {
+    names.push_back(std::to_string(i) + " \"" + echoed(summary.channels[i].name) + '"');
+  }
+  const std::size_t total = summary.channels.size();
+  return "the solid has " + std::to_string(total) + ": " + echoed_list(names, total);
+}
+
+// One plane of the job; `path` is its field's name, e.g. "planes[2]".
+class PlaneCheck {
+ public:
+  PlaneCheck(const PlaneSpec& plane, std::string path) : plane_(plane), path_(std::move(path)) {}
+
+  void run(const SolidSummary& summary, const std::optional<Printing>& printing) const {
+    check_values();
+    switch (plane_.content) {
+      case PlaneContent::kOccupancy: check_occupancy(); break;
+      case PlaneContent::kChannel: check_channel(summary); break;
+      case PlaneContent::kChannels: check_channels(summary); break;
+      case PlaneContent::kMaterials: return check_materials(printing);
+      case PlaneContent::kMaterialMask: check_mask(printing); break;
+    }
+    if (plane_.range) check_range(*plane_.range);
+    const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding, channel_count(plane_));
+    if (obstacle) refuse(ErrorCode::kEncodingUnsupported, ".encoding", std::string(*obstacle));
+  }
+
+ private:
+  [[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) const {
+    throw Error(code, path_ + field + ": " + what, path_ + field);
+  }
+
+  void check_values() const {
+    const auto require = [this](bool known, const char* field, const char* choice) {
+      if (!known) refuse(ErrorCode::kEnumValueUnknown, field, std::string("unknown; ask for ") + choice);
+    };
+    require(plane_.content <= PlaneContent::kMaterialMask, ".content",
+            "the occupancy, a channel or several, materials or one of them");
+    require(plane_.sample_type <= SampleType::kUint4, ".sample_type", "BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32");
+    require(plane_.encoding <= Encoding::kPngRgba, ".encoding", "RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR");
+  }
+
+  bool has_integer_samples() const {
+    return plane_.sample_type == SampleType::kUint8 || plane_.sample_type == SampleType::kUint16;
+  }
+
+  void check_occupancy() const {
+    if (plane_.sample_type == SampleType::kBit) return;
+    refuse(ErrorCode::kEncodingUnsupported, ".sample_type", "occupancy and masks are 1 bit a voxel; ask for BIT");
+  }
+
+  void check_channel(const SolidSummary& summary) const {
+    if (plane_.channel >= summary.channels.size()) {
+      const std::string number = std::to_string(plane_.channel);
+      refuse(ErrorCode::kChannelUnknown, ".channel", number + " doesn't exist; " + channel_list(summary));
+    }
+    if (!has_integer_samples() && plane_.sample_type != SampleType::kFloat32) {
+      refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
+             "a channel needs 8 bits a voxel or more; ask for UINT8, UINT16 or FLOAT32");
+    }
+  }
+
+  void check_channels(const SolidSummary& summary) const {
+    if (plane_.channels.empty()) {
+      refuse(ErrorCode::kContentInvalid, ".channels", "none; name one or more, " + channel_list(summary));
+    }
+    for (auto channel = plane_.channels.begin(); channel != plane_.channels.end(); ++channel) {
+      if (*channel >= summary.channels.size()) {
+        refuse(ErrorCode::kChannelUnknown, ".channels",
+               std::to_string(*channel) + " doesn't exist; " + channel_list(summary));
+      }
+      if (std::find(plane_.channels.begin(), channel, *channel) != channel) {
+        refuse(ErrorCode::kChannelRepeated, ".channels", std::to_string(*channel) + " is named twice; name it once");
+      }
+    }
+    if (plane_.sample_type != SampleType::kFloat32) {
+      refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
+             "several channels in one plane are floats; ask for FLOAT32, or for a plane each");
+    }
+  }
+
+  const Printing& require(const std::optional<Printing>& printing) const {
+    if (printing) return *printing;
+    throw Error(ErrorCode::kMaterialsMissing,
+                "printing.materials: " + path_ + " shows them; say what the printer holds", "printing.materials");
+  }
+
+  void check_materials(const std::optional<Printing>& printing) const {
+    const std::size_t materials = require(printing).materials.size();
+    if (plane_.range) check_range(*plane_.range);
+    if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, materials)) {
+      const bool fits = !index_encoding_obstacle(plane_.sample_type, Encoding::kRaw, materials);
+      refuse(ErrorCode::kEncodingUnsupported, fits ? ".encoding" : ".sample_type", std::string(*obstacle));
+    }
+  }
+
+  void check_mask(const std::optional<Printing>& printing) const {
+    if (plane_.material < 1 || plane_.material > require(printing).materials.size()) {
+      refuse(ErrorCode::kMaterialUnknown, ".material_mask.material",
+             "there is no material " + std::to_string(plane_.material));
+    }
+    check_occupancy();
+  }
+
+  void check_range(const ValueRange& range) const {
+    const auto refuse_range = [this](const std::string& what) {
+      refuse(ErrorCode::kValueRangeInvalid, ".value_range", what);
+    };
+    if (plane_.content != PlaneContent::kChannel || !has_integer_samples()) {
+      refuse(ErrorCode::kValueRangeUnexpected, ".value_range",
+             "only channels with integer samples have one; leave it out");
+    }
+    if (!std::isfinite(range.min) || !std::isfinite(range.max) || !std::isfinite(range.max - range.min)) {
+      refuse_range("not finite; give the values that 0 and the largest sample stand for");
+    }
+    if (!(range.min < range.max)) {
+      refuse_range("empty (min " + number_text(range.min) + ", max " + number_text(range.max) +
+                   "); min must be below max");
+    }
+  }
+
+  const PlaneSpec& plane_;
+  std::string path_;
+};
+
+void validate_contour_tolerance(double tolerance_mm, const SliceLimits& limits) {
+  const double low = limits.min_contour_tolerance_mm;
+  const double high = limits.max_contour_tolerance_mm;
+  if (tolerance_mm >= low && tolerance_mm <= high) return;
+  throw Error(ErrorCode::kToleranceInvalid,
+              "contour_tolerance_mm: " + number_text(tolerance_mm) + " is outside [" + number_text(low) + ", " +
+                  number_text(high) + "]; 0.001 does for any printer",
+              "contour_tolerance_mm");
+}
+
+void validate_material_tolerance(double tolerance, const SliceLimits& limits) {
+  if (tolerance >= 0 && tolerance <= limits.max_material_tolerance) return;
+  throw Error(ErrorCode::kToleranceInvalid,
+              "material_tolerance: " + number_text(tolerance) + " is outside [0, " +
+                  number_text(limits.max_material_tolerance) +
+                  "]; leave it out for one that suits the samples, or give 0 to invert every voxel",
+              "material_tolerance");
+}
+
+void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
+  std::uint64_t bytes = 0;
+  for (const PlaneSpec& plane : job.planes) {
+    bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
+  }
+  if (job.printing) {  // What halftoning works on: the map's channels as floats, and a byte a voxel.
+    const std::uint64_t voxels = std::uint64_t{job.grid.extent.columns} * job.grid.extent.rows;
+    bytes += voxels * (sizeof(float) * channels_of(job.printing->map).size() + 1);
+  }
+  if (bytes <= limits.max_layer_bytes) return;
+  throw Error(ErrorCode::kLayerBytesTooLarge,
+              "planes: " + std::to_string(bytes) + " bytes of samples a layer are more than the limit of " +
+                  std::to_string(limits.max_layer_bytes) + "; ask for fewer planes, smaller samples or a larger pitch",
+              "planes");
+}
+
+}  // namespace
+
+void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits) {
+  validate_job(solid.summary(), job, limits);
+}
+
+void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits) {
+  validate_placement(job.placement, limits);
+  validate_pitch(job.grid.pitch, limits);
+  validate_extent(job.grid.extent, limits);
+  validate_place(job.grid, limits);
+  if (job.region) validate_region(job.grid, *job.region);
+  validate_contour_tolerance(job.contour_tolerance_mm, limits);
+  if (job.material_tolerance) validate_material_tolerance(*job.material_tolerance, limits);
+  if (job.planes.empty() && !job.contours) {
+    throw Error(ErrorCode::kNothingRequested,
+                "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");
+  }
+  if (job.planes.size() > limits.max_planes) {
+    throw Error(ErrorCode::kTooManyPlanes,
+                "planes: " + std::to_string(job.planes.size()) + " are more than the limit of " +
+                    std::to_string(limits.max_planes) + "; split the job by planes",
+                "planes");
+  }
+  if (job.printing) validate_printing(*job.printing, summary);
+  for (std::size_t i = 0; i < job.planes.size(); ++i) {
+    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, job.printing);
+  }
+  validate_layer_bytes(job, limits);
+}
+
+}  // namespace ccslice

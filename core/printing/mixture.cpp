@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/printing/mixture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/printing/colour_gamut.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kShortTable = 9;  // Stops.
+constexpr std::size_t kNodes = 33;      // Colours along each axis.
+
+/// NaN becomes low.
+float clamped(float value, float low, float high) noexcept { return std::min(std::max(low, value), high); }
+
+/// Divides by the sum. The compiler vectorizes these loops over the block.
+void normalize(std::size_t materials, std::size_t first, Fractions& fractions) noexcept {
+  MixRow sum{};
+  for (std::size_t m = 0; m < materials; ++m) {
+    for (std::size_t k = 0; k < kMixBlock; ++k) sum[k] += fractions[m][k];
+  }
+  for (std::size_t k = 0; k < kMixBlock; ++k) {
+    fractions[first][k] = sum[k] > 0 ? fractions[first][k] : 1;
+    sum[k] = sum[k] > 0 ? 1 / sum[k] : 1;
+  }
+  for (std::size_t m = 0; m < materials; ++m) {
+    for (std::size_t k = 0; k < kMixBlock; ++k) fractions[m][k] *= sum[k];
+  }
+}
+
+}  // namespace
+
+Mixture::Mixture(const Printing& printing)
+    : material_count_(printing.materials.size()), channels_(channels_of(printing.map)) {
+  if (const auto* colour = std::get_if<ColourMap>(&printing.map.kind)) {
+    make_table(*colour, printing);
+  } else if (const auto* blend = std::get_if<BlendMap>(&printing.map.kind)) {
+    make_table(*blend);
+  } else if (const auto* curve = std::get_if<CurveMap>(&printing.map.kind)) {
+    make_table(*curve);
+  } else if (const auto* direct = std::get_if<DirectMap>(&printing.map.kind)) {
+    make_table(*direct);
+  }
+}
+
+void Mixture::make_table(const BlendMap& map) {
+  for (const BlendMap::Stop& stop : map.stops) {
+    table_.values.push_back(static_cast<float>(stop.value));
+    table_.fractions.emplace_back().fill(0);
+    table_.fractions.back()[stop.material - 1] = 1;
+  }
+  finish_table();
+}
+
+void Mixture::make_table(const CurveMap& map) {
+  for (const CurveMap::Point& point : map.points) {
+    table_.values.push_back(static_cast<float>(point.property));
+    table_.fractions.emplace_back().fill(0);
+    table_.fractions.back()[map.material - 1] = static_cast<float>(point.fraction);
+    table_.fractions.back()[map.base - 1] = static_cast<float>(1 - point.fraction);
+  }
+  finish_table();
+}
+
+void Mixture::finish_table() {
+  kind_ = Kind::kTable;
+  for (std::size_t s = 0; s + 1 < table_.values.size(); ++s) {
+    const float length = table_.values[s + 1] - table_.values[s];
+    table_.inverse_lengths.push_back(std::min(1 / length, std::numeric_limits<float>::max()));
+  }
+}
+
+void Mixture::make_table(const DirectMap& map) {
+  kind_ = Kind::kShares;
+  for (const DirectMap::Share& share : map.shares) {
+    const auto row = std::find(channels_.begin(), channels_.end(), share.channel) - channels_.begin();
+    shares_.push_back({static_cast<std::size_t>(row), share.material - 1});
+  }
+  first_ = shares_.front().material;
+  if (map.rest_material != 0) rest_ = map.rest_material - 1;
+}
+
+void Mixture::make_table(const ColourMap& map, const Printing& printing) {
+  kind_ = Kind::kColours;
+  const auto row = [&](std::uint32_t channel) {
+    return static_cast<std::size_t>(std::find(channels_.begin(), channels_.end(), channel) - channels_.begin());
+  };
+  colours_.rows = {row(map.red), row(map.green), row(map.blue)};
+  colours_.scale = static_cast<float>((kNodes - 1) / map.full_value);
+  std::vector<Vec3> palette;
+  for (const PrintMaterial& material : printing.materials) palette.push_back(linear_colour(material.rgba));
+  const ColourGamut gamut(palette);
+  std::array<double, kNodes> level;
+  for (std::size_t i = 0; i < kNodes; ++i) level[i] = linear_intensity(static_cast<double>(i) / (kNodes - 1));
+  for (std::size_t node = 0; node < kNodes * kNodes * kNodes; ++node) {
+    const ColourMix mix =
+        gamut.mix({level[node % kNodes], level[node / kNodes % kNodes], level[node / kNodes / kNodes]});
+    for (std::size_t m = 0; m < kMaxPrintMaterials; ++m) {
+      if (m == 0) colours_.weights.emplace_back();
+      colours_.weights.back()[m] = static_cast<float>(mix.weights[m]);
+    }
+    colours_.inside.push_back(mix.distance <= kStrictSlack);
+  }
+}
+
+void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  switch (kind_) {
+    case Kind::kPure: fractions[0].fill(1); return;
+    case Kind::kShares: return mix_shares(values, fractions);
+    case Kind::kColours: return mix_colours(values, fractions);
+    case Kind::kTable:
+      if (table_.values.size() <= kShortTable) return mix_short_table(values.front(), fractions);
+      return mix_long_table(values.front(), fractions);
+  }
+}
+
+void Mixture::mix_short_table(const MixRow& values, Fractions& fractions) const noexcept {
+  for (std::size_t m = 0; m < material_count_; ++m) fractions[m].fill(table_.fractions.front()[m]);
+  for (std::size_t s = 0; s + 1 < table_.values.size(); ++s) {
+    MixRow along;
+    const float start = table_.values[s], inverse = table_.inverse_lengths[s];
+    for (std::size_t k = 0; k < kMixBlock; ++k) along[k] = clamped((values[k] - start) * inverse, 0, 1);
+    for (std::size_t m = 0; m < material_count_; ++m) {
+      const float step = table_.fractions[s + 1][m] - table_.fractions[s][m];
+      if (step == 0) continue;
+      for (std::size_t k = 0; k < kMixBlock; ++k) fractions[m][k] = std::max(0.0f, fractions[m][k] + step * along[k]);
+    }
+  }
+}
+
+void Mixture::mix_long_table(const MixRow& values, Fractions& fractions) const noexcept {
+  const std::size_t last = table_.values.size() - 2;  // Segment.
+  std::size_t s = 0;
+  for (std::size_t k = 0; k < kMixBlock; ++k) {
+    while (s < last && values[k] >= table_.values[s + 1]) ++s;
+    while (s > 0 && values[k] < table_.values[s]) --s;
+    const float along = clamped((values[k] - table_.values[s]) * table_.inverse_lengths[s], 0, 1);
+    const auto &low = table_.fractions[s], &high = table_.fractions[s + 1];
+    for (std::size_t m = 0; m < material_count_; ++m) fractions[m][k] = low[m] + (high[m] - low[m]) * along;
+  }
+}
+
+void Mixture::mix_shares(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  for (std::size_t m = 0; m < material_count_; ++m) fractions[m].fill(0);
+  for (const Share& share : shares_) {
+    for (std::size_t k = 0; k < kMixBlock; ++k) {
+      fractions[share.material][k] = clamped(values[share.row][k], 0, std::numeric_limits<float>::max() / 16);
+    }
+  }
+  if (rest_) {
+    MixRow rest;
+    rest.fill(1);
+    for (const Share& share : shares_) {
+      for (std::size_t k = 0; k < kMixBlock; ++k) rest[k] -= fractions[share.material][k];
+    }
+    for (std::size_t k = 0; k < kMixBlock; ++k) fractions[*rest_][k] = std::max(0.0f, rest[k]);
+  }
+  normalize(material_count_, first_, fractions);
+}
+
+void Mixture::mix_colours(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  for (std::size_t k = 0; k < kMixBlock; ++k) {
+    std::array<float, 3> part;
+    std::size_t node = 0, stride = 1;
+    std::array<std::size_t, 3> strides;
+    for (std::size_t axis = 0; axis < 3; ++axis, stride *= kNodes) {
+      const float at = clamped(values[colours_.rows[axis]][k] * colours_.scale, 0, kNodes - 1);
+      const std::size_t cell = std::min<std::size_t>(static_cast<std::size_t>(at), kNodes - 2);
+      part[axis] = at - static_cast<float>(cell);
+      node += cell * stride;
+      strides[axis] = stride;
+    }
+    std::array<float, kMaxPrintMaterials> sum{};
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      float weight = 1;
+      std::size_t at = node;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const bool upper = (corner >> axis & 1) != 0;
+        weight *= upper ? part[axis] : 1 - part[axis];
+        at += upper ? strides[axis] : 0;
+      }
+      for (std::size_t m = 0; m < kMaxPrintMaterials; ++m) sum[m] += weight * colours_.weights[at][m];
+    }
+    for (std::size_t m = 0; m < material_count_; ++m) fractions[m][k] = sum[m];
+  }
+}
+
+std::optional<std::size_t> Mixture::first_misfit(std::span<const MixRow> values, std::size_t begin,
+                                                 std::size_t end) const noexcept {
+  for (std::size_t k = begin; k < end; ++k) {
+    if (kind_ == Kind::kTable && !table_fits(values.front()[k])) return k;
+    if (kind_ == Kind::kShares && !shares_fit(values, k)) return k;
+    if (kind_ == Kind::kColours && !colour_fits(values, k)) return k;
+  }
+  return std::nullopt;
+}
+
+bool Mixture::table_fits(float value) const noexcept {
+  const double low = table_.values.front(), high = table_.values.back(), slack = kStrictSlack * (high - low);
+  return value >= low - slack && value <= high + slack;
+}
+
+bool Mixture::shares_fit(std::span<const MixRow> values, std::size_t voxel) const noexcept {
+  double sum = 0;
+  for (const Share& share : shares_) {
+    const double value = values[share.row][voxel];
+    if (!(value >= -kStrictSlack && value <= 1 + kStrictSlack)) return false;
+    sum += value;
+  }
+  return sum <= 1 + kStrictSlack && (rest_ || sum >= 1 - kStrictSlack);
+}
+
+bool Mixture::colour_fits(std::span<const MixRow> values, std::size_t voxel) const noexcept {
+  std::size_t node = 0, stride = 1;
+  for (const std::size_t row : colours_.rows) {
+    const double at = values[row][voxel] * colours_.scale / (kNodes - 1);
+    if (!(at >= -kStrictSlack && at <= 1 + kStrictSlack)) return false;
+    node += stride * static_cast<std::size_t>(std::lround(std::clamp(at, 0.0, 1.0) * (kNodes - 1)));
+    stride *= kNodes;
+  }
+  return colours_.inside[node];
+}
+
+}  // namespace ccslice

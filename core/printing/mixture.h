@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From channels' values to mixing fractions, by blocks of voxels. All maps end in the same rule: what is below 0, or no
+// number, counts as 0; then all are divided by their sum; where that is 0 all is the map's first material.
+//
+//   table   (blends and curves) f_m(v) piecewise linear, held at its ends. A sum over the segments s of
+//           clamp((v - v_s) / (v_s+1 - v_s), 0, 1) * (f_m,s+1 - f_m,s), without branches, for the usual short table; in
+//           long ones the segment is looked for from that of the voxel before;
+//   direct  f_m = v_m; a material that takes the rest gets max(0, 1 - sum);
+//   colour  weights of the palette (colour_gamut.h) at 33^3 colours, trilinear in between: any mix of mixes is one.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/printing/printing.h"
+
+namespace ccslice {
+
+/// Voxels that are worked on together.
+inline constexpr std::size_t kMixBlock = 64;
+/// How far from fractions a strict map takes values.
+inline constexpr double kStrictSlack = 1.0 / 128;
+
+using MixRow = std::array<float, kMixBlock>;
+
+/// What a block's voxels are mixed of: fractions[m - 1][k] of material m, at least 0, adding up to 1 but for rounding.
+using Fractions = std::array<MixRow, kMaxPrintMaterials>;
+
+class Mixture {
+ public:
+  /// REQUIRES: validate_printing() passes.
+  explicit Mixture(const Printing& printing);
+
+  std::size_t material_count() const noexcept { return material_count_; }
+  /// Those that evaluate() reads, in this order.
+  const std::vector<std::uint32_t>& channels() const noexcept { return channels_; }
+
+  /// values[c][k]: of channels()[c] at voxel k. All kMixBlock voxels are computed, whatever the values are.
+  void evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+
+  /// The first of voxels [begin, end) whose values are more than kStrictSlack off what the map takes.
+  std::optional<std::size_t> first_misfit(std::span<const MixRow> values, std::size_t begin,
+                                          std::size_t end) const noexcept;
+
+ private:
+  struct Table {
+    std::vector<float> values;                                     // Of the stops,
+    std::vector<float> inverse_lengths;                            // of the segments after them,
+    std::vector<std::array<float, kMaxPrintMaterials>> fractions;  // of the stops.
+  };
+  struct Share {
+    std::size_t row;       // In channels().
+    std::size_t material;  // From 0.
+  };
+  struct Colours {
+    std::array<std::size_t, 3> rows;
+    float scale;                                                 // From values to nodes.
+    std::vector<std::array<float, kMaxPrintMaterials>> weights;  // By blue, green, red.
+    std::vector<bool> inside;                                    // Some mix gives the node's colour, or nearly.
+  };
+
+  void make_table(const BlendMap& map);
+  void make_table(const CurveMap& map);
+  void make_table(const ColourMap& map, const Printing& printing);
+  void make_table(const DirectMap& map);
+  void make_table(std::monostate) {}
+  void finish_table();
+
+  void mix_short_table(const MixRow& values, Fractions& fractions) const noexcept;
+  void mix_long_table(const MixRow& values, Fractions& fractions) const noexcept;
+  void mix_shares(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  void mix_colours(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  bool table_fits(float value) const noexcept;
+  bool shares_fit(std::span<const MixRow> values, std::size_t voxel) const noexcept;
+  bool colour_fits(std::span<const MixRow> values, std::size_t voxel) const noexcept;
+
+  enum class Kind : std::uint8_t { kPure, kShares, kTable, kColours };
+  Kind kind_ = Kind::kPure;
+  std::size_t material_count_;
+  std::size_t first_ = 0;  // The map's first material, from 0.
+  std::vector<std::uint32_t> channels_;
+  Table table_;
+  std::vector<Share> shares_;
+  std::optional<std::size_t> rest_;
+  Colours colours_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/printing/printing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+
+namespace ccslice {
+namespace {
+
+[[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) {
+  throw Error(code, field + ": " + what, field);
+}
+
+std::string item(const std::string& list, std::size_t index) { return list + "[" + std::to_string(index) + "]"; }
+
+void check_name(const PrintMaterial& material, const std::string& path) {
+  if (material.name.empty()) refuse(ErrorCode::kMaterialNameInvalid, path + ".name", "empty; give it a name");
+  if (material.name.size() <= kMaxMaterialNameBytes) return;
+  refuse(ErrorCode::kMaterialNameInvalid, path + ".name",
+         "longer than " + std::to_string(kMaxMaterialNameBytes) + " bytes; shorten it");
+}
+
+// The parts of one map. Fields are those of the message.
+class MapCheck {
+ public:
+  MapCheck(const Printing& printing, const SolidSummary& summary) : printing_(printing), summary_(summary) {}
+
+  void operator()(std::monostate) const {
+    if (printing_.materials.size() == 1) return;
+    refuse(ErrorCode::kMaterialMapMissing, "printing.map",
+           "missing; say how the channels mix " + std::to_string(printing_.materials.size()) + " materials");
+  }
+
+  void operator()(const DirectMap& map) const {
+    const std::string path = "printing.map.direct";
+    check_count(map.shares.size(), 1, kMaxPrintMaterials, path + ".shares");
+    std::vector<std::uint32_t> used;
+    for (std::size_t i = 0; i < map.shares.size(); ++i) {
+      const std::string share = item(path + ".shares", i);
+      check_channel(map.shares[i].channel, share + ".channel");
+      check_material(map.shares[i].material, share + ".material");
+      check_unused(used, map.shares[i].material, share + ".material");
+      used.push_back(map.shares[i].material);
+    }
+    if (map.rest_material == 0) return;
+    check_material(map.rest_material, path + ".rest_material");
+    check_unused(used, map.rest_material, path + ".rest_material");
+  }
+
+  void operator()(const BlendMap& map) const {
+    const std::string path = "printing.map.blend";
+    check_channel(map.channel, path + ".channel");
+    check_count(map.stops.size(), 2, kMaxBlendStops, path + ".stops");
+    for (std::size_t i = 0; i < map.stops.size(); ++i) {
+      const std::string stop = item(path + ".stops", i);
+      check_material(map.stops[i].material, stop + ".material");
+      check_step(i == 0 ? nullptr : &map.stops[i - 1].value, map.stops[i].value, stop + ".value");
+    }
+  }
+
+  void operator()(const CurveMap& map) const {
+    const std::string path = "printing.map.curve";
+    check_channel(map.channel, path + ".channel");
+    check_material(map.material, path + ".material");
+    check_material(map.base, path + ".base");
+    check_unused({map.material}, map.base, path + ".base");
+    check_count(map.points.size(), 2, kMaxCurvePoints, path + ".points");
+    for (std::size_t i = 0; i < map.points.size(); ++i) {
+      const std::string point = item(path + ".points", i);
+      check_step(i == 0 ? nullptr : &map.points[i - 1].property, map.points[i].property, point + ".property");
+      check_fraction(map.points[i].fraction, point + ".fraction");
+    }
+  }
+
+  void operator()(const ColourMap& map) const {
+    const std::string path = "printing.map.colour";
+    check_channel(map.red, path + ".red_channel");
+    check_channel(map.green, path + ".green_channel");
+    check_channel(map.blue, path + ".blue_channel");
+    check_finite(map.full_value, path + ".full_value");
+    if (map.full_value > 0) return;
+    refuse(ErrorCode::kMaterialMapInvalid, path + ".full_value",
+           number_text(map.full_value) + " is no brightness; give a positive one, 1 or 255");
+  }
+
+ private:
+  void check_channel(std::uint32_t channel, const std::string& field) const {
+    if (channel < summary_.channels.size()) return;
+    refuse(ErrorCode::kChannelUnknown, field, "the solid has no channel " + std::to_string(channel));
+  }
+
+  void check_material(std::uint32_t material, const std::string& field) const {
+    if (material >= 1 && material <= printing_.materials.size()) return;
+    refuse(ErrorCode::kMaterialUnknown, field, "there is no material " + std::to_string(material));
+  }
+
+  void check_unused(const std::vector<std::uint32_t>& used, std::uint32_t material, const std::string& field) const {
+    if (std::find(used.begin(), used.end(), material) == used.end()) return;
+    refuse(
+        ErrorCode::kMaterialMapInvalid, field,
+        '"' + echoed(printing_.materials[material - 1].name) + "\" has another part in the map already; name it once");
+  }
+
+  static void check_count(std::size_t count, std::size_t least, std::size_t most, const std::string& field) {
+    if (count >= least && count <= most) return;
+    refuse(ErrorCode::kMaterialMapInvalid, field,
+           std::to_string(count) + " of them; give " + std::to_string(least) + " to " + std::to_string(most));
+  }
+
+  static void check_finite(double number, const std::string& field) {
+    if (!std::isfinite(number)) refuse(ErrorCode::kMaterialMapNonFinite, field, "NaN or infinite; give a number");
+  }
+
+  static void check_step(const double* before, double value, const std::string& field) {
+    check_finite(value, field);
+    if (before == nullptr || value > *before) return;
+    refuse(ErrorCode::kMaterialMapInvalid, field,
+           number_text(value) + " isn't above " + number_text(*before) + ", the one before; sort them");
+  }
+
+  static void check_fraction(double fraction, const std::string& field) {
+    check_finite(fraction, field);
+    if (fraction >= 0 && fraction <= 1) return;
+    refuse(ErrorCode::kMaterialMapInvalid, field, number_text(fraction) + " is outside 0 to 1");
+  }
+
+  const Printing& printing_;
+  const SolidSummary& summary_;
+};
+
+struct ChannelList {
+  std::vector<std::uint32_t> operator()(std::monostate) const { return {}; }
+  std::vector<std::uint32_t> operator()(const DirectMap& map) const {
+    std::vector<std::uint32_t> channels;
+    for (const DirectMap::Share& share : map.shares) channels.push_back(share.channel);
+    return channels;
+  }
+  std::vector<std::uint32_t> operator()(const BlendMap& map) const { return {map.channel}; }
+  std::vector<std::uint32_t> operator()(const CurveMap& map) const { return {map.channel}; }
+  std::vector<std::uint32_t> operator()(const ColourMap& map) const { return {map.red, map.green, map.blue}; }
+};
+
+struct SteepestSpan {
+  double operator()(std::monostate) const { return std::numeric_limits<double>::infinity(); }
+  double operator()(const DirectMap&) const { return 1; }
+  double operator()(const BlendMap& map) const {
+    double span = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < map.stops.size(); ++i) {
+      span = std::min(span, map.stops[i].value - map.stops[i - 1].value);
+    }
+    return span;
+  }
+  double operator()(const CurveMap& map) const {
+    double span = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < map.points.size(); ++i) {
+      const CurveMap::Point &low = map.points[i - 1], &high = map.points[i];
+      const double change = std::abs(high.fraction - low.fraction);
+      if (change > 0) span = std::min(span, (high.property - low.property) / change);
+    }
+    return span;
+  }
+  double operator()(const ColourMap& map) const { return map.full_value; }
+};
+
+}  // namespace
+
+double steepest_span(const MaterialMap& map) { return std::visit(SteepestSpan(), map.kind); }
+
+std::vector<std::uint32_t> palette_of(const Printing& printing) {
+  std::vector<std::uint32_t> palette = {printing.background_rgba};
+  for (const PrintMaterial& material : printing.materials) palette.push_back(material.rgba);
+  return palette;
+}
+
+std::vector<std::uint32_t> channels_of(const MaterialMap& map) {
+  std::vector<std::uint32_t> channels;
+  for (const std::uint32_t channel : std::visit(ChannelList(), map.kind)) {
+    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
+  }
+  return channels;
+}
+
+void validate_materials(const Printing& printing) {
+  const std::vector<PrintMaterial>& materials = printing.materials;
+  const std::string list = "printing.materials";
+  if (materials.empty()) refuse(ErrorCode::kMaterialsMissing, list, "none; say what the printer holds");
+  if (materials.size() > kMaxPrintMaterials) {
+    refuse(
+        ErrorCode::kTooManyMaterials, list,
+        std::to_string(materials.size()) + " are more than " + std::to_string(kMaxPrintMaterials) + "; leave some out");
+  }
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    check_name(materials[i], item(list, i));
+    if (materials[i].rgba == printing.background_rgba) {
+      refuse(ErrorCode::kMaterialColourRepeated, item(list, i) + ".rgba",
+             "the background's colour; change one of them, pictures couldn't tell them apart");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      if (materials[i].name == materials[j].name) {
+        refuse(ErrorCode::kMaterialNameRepeated, item(list, i) + ".name",
+               '"' + echoed(materials[i].name) + "\" comes twice; rename one");
+      }
+      if (materials[i].rgba == materials[j].rgba) {
+        refuse(ErrorCode::kMaterialColourRepeated, item(list, i) + ".rgba",
+               "the colour of \"" + echoed(materials[j].name) +
+                   "\"; change one of them, pictures couldn't tell them apart");
+      }
+    }
+  }
+}
+
+void validate_printing(const Printing& printing, const SolidSummary& summary) {
+  validate_materials(printing);
+  std::visit(MapCheck(printing, summary), printing.map.kind);
+  if (printing.halftone.method <= HalftoneMethod::kWhiteNoise) return;
+  refuse(ErrorCode::kEnumValueUnknown, "printing.halftone.method",
+         "unknown; ask for BLUE_NOISE, ERROR_DIFFUSION, NEAREST or WHITE_NOISE");
+}
+
+}  // namespace ccslice

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a job prints with: materials, the map from channels to their mixing fractions, and how one material is chosen
+// for every voxel. Materials go by number, 1 to n; 0 is the background. The rules are those of
+// ccslice/v1/material.proto; core/printing/mixture.h carries them out.
+
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+inline constexpr std::size_t kMaxPrintMaterials = 8;
+inline constexpr std::size_t kMaxMaterialNameBytes = 64;
+inline constexpr std::size_t kMaxBlendStops = 64;
+inline constexpr std::size_t kMaxCurvePoints = 256;
+
+struct PrintMaterial {
+  std::string name;
+  std::uint32_t rgba = 0;  // 0xRRGGBBAA, sRGB.
+};
+
+/// Channels that are fractions themselves.
+struct DirectMap {
+  struct Share {
+    std::uint32_t channel = 0;
+    std::uint32_t material = 0;
+  };
+  std::vector<Share> shares;
+  std::uint32_t rest_material = 0;  // Takes what they leave of 1. 0: none, they are scaled to make 1.
+};
+
+/// All of one material at each stop, linear in between.
+struct BlendMap {
+  struct Stop {
+    double value = 0;
+    std::uint32_t material = 0;
+  };
+  std::uint32_t channel = 0;
+  std::vector<Stop> stops;  // Ascending.
+};
+
+/// The fraction of `material` in `base` that gives a property.
+struct CurveMap {
+  struct Point {
+    double property = 0, fraction = 0;
+  };
+  std::uint32_t channel = 0;
+  std::uint32_t material = 0, base = 0;
+  std::vector<Point> points;  // Ascending.
+};
+
+/// Three channels are a colour, sRGB from 0 to full_value, mixed from the materials' colours.
+struct ColourMap {
+  std::uint32_t red = 0, green = 0, blue = 0;  // Channels.
+  double full_value = 1;
+};
+
+struct MaterialMap {
+  std::variant<std::monostate, DirectMap, BlendMap, CurveMap, ColourMap> kind;  // Nothing: all of material 1.
+  bool strict = false;  // Values that give no fractions are errors.
+};
+
+enum class HalftoneMethod : std::uint8_t { kBlueNoise, kErrorDiffusion, kNearest, kWhiteNoise };
+
+struct Halftone {
+  HalftoneMethod method = HalftoneMethod::kBlueNoise;
+  std::uint64_t seed = 0;
+};
+
+struct Printing {
+  std::vector<PrintMaterial> materials;  // At most kMaxPrintMaterials.
+  MaterialMap map;
+  Halftone halftone;
+  std::uint32_t background_rgba = 0x000000ff;
+};
+
+/// The colours by material number, the background's first.
+std::vector<std::uint32_t> palette_of(const Printing& printing);
+
+/// The channels that a map reads, each once, in the order of the map.
+std::vector<std::uint32_t> channels_of(const MaterialMap& map);
+
+/// By how much a channel's value changes where the map is steepest, for a fraction to go from 0 to 1. Infinite if the
+/// map reads no channel.
+double steepest_span(const MaterialMap& map);
+
+/// The materials alone. Throws Error{kMaterialsMissing, kTooManyMaterials, kMaterialNameInvalid, kMaterialNameRepeated,
+/// kMaterialColourRepeated}. Fields are named as in a SliceRangeRequest.
+void validate_materials(const Printing& printing);
+
+/// Throws as above, and Error{kMaterialUnknown, kMaterialMapMissing, kMaterialMapInvalid, kMaterialMapNonFinite,
+/// kChannelUnknown, kEnumValueUnknown}.
+void validate_printing(const Printing& printing, const SolidSummary& summary);
+
+}  // namespace ccslice

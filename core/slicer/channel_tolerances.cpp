@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/channel_tolerances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "core/slicer/layer_planes.h"
+
+namespace ccslice {
+namespace {
+
+double default_material_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
+
+class ToleranceList {
+ public:
+  ToleranceList(const SliceJob& job, std::span<const ChannelRange> channels) : job_(job), channels_(channels) {
+    for (const PlaneSpec& plane : shown_channels(job)) {
+      const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
+      add(plane.channel, span, default_material_tolerance(plane.sample_type));
+    }
+    for (const PlaneSpec& plane : mixed_channels(job)) {
+      add(plane.channel, steepest_span(job.printing->map), default_material_tolerance(SampleType::kUint8));
+    }
+  }
+  std::vector<ChannelTolerance> take() { return std::move(list_); }
+
+ private:
+  void add(std::uint32_t index, double span, double default_share) {
+    const ChannelRange& channel = channels_[index];
+    const double share = job_.material_tolerance.value_or(default_share);
+    // Of a constant channel: what rounding leaves.
+    const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
+    const double tolerance = std::max(share * std::min(span, channel.max - channel.min), rounding);
+    const auto known =
+        std::find_if(list_.begin(), list_.end(), [&](const ChannelTolerance& c) { return c.channel == index; });
+    if (known == list_.end()) {
+      list_.push_back({index, tolerance});
+    } else {
+      known->tolerance = std::min(known->tolerance, tolerance);
+    }
+  }
+
+  const SliceJob& job_;
+  std::span<const ChannelRange> channels_;
+  std::vector<ChannelTolerance> list_;
+};
+
+}  // namespace
+
+std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels) {
+  return ToleranceList(job, channels).take();
+}
+
+}  // namespace ccslice

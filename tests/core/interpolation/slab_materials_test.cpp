@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/slab_materials.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/models.h"
+#include "core/slicer/layer_slicer.h"
+#include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kTolerance = 1.0 / 1024;  // Of a job that has none.
+
+struct Comparison {
+  std::uint64_t voxels = 0, interpolated = 0;
+  double worst = 0;  // Share of the channel's range.
+};
+
+/// Of a plane of floats.
+double largest_difference(const EncodedPlane& a, const EncodedPlane& b) {
+  std::vector<float> x(a.bytes.size() / sizeof(float)), y(x.size());
+  std::memcpy(x.data(), a.bytes.data(), a.bytes.size());
+  std::memcpy(y.data(), b.bytes.data(), b.bytes.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) largest = std::max<double>(largest, std::abs(x[i] - y[i]));
+  return largest;
+}
+
+/// Layers against the same ones with every voxel inverted.
+Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32_t> layers) {
+  if (!job.material_tolerance) job.material_tolerance = kTolerance;
+  SliceJob exact_job = job;
+  exact_job.material_tolerance = 0;
+  LayerSlicer slicer(solid, job), exact(solid, exact_job);
+  Comparison result;
+  for (const std::uint32_t k : layers) {
+    const Layer a = slicer.slice(k, {}), b = exact.slice(k, {});
+    result.voxels += a.stats.voxels_inside;
+    result.interpolated += a.stats.voxels_interpolated;
+    EXPECT_EQ(a.stats.voxels_interpolated + a.stats.voxels_coherent + a.stats.voxels_full + a.stats.voxels_unresolved,
+              a.stats.voxels_inside);
+    for (std::size_t p = 1; p < job.planes.size(); ++p) {
+      const ChannelRange& range = solid->summary().channels[job.planes[p].channel];
+      result.worst = std::max(result.worst, largest_difference(a.planes[p], b.planes[p]) / (range.max - range.min));
+    }
+  }
+  return result;
+}
+
+/// Every third layer.
+Comparison compare(const Solid& solid, const SliceJob& job) {
+  std::vector<std::uint32_t> layers;
+  for (std::uint32_t k = 1; k < job.grid.extent.layers; k += 3) layers.push_back(k);
+  return compare(solid, job, layers);
+}
+
+Placement tilted() {
+  Placement placement = Placement::Identity();
+  placement.linear() = Mat3(Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized())) * Vec3(1, 1.2, -0.9).asDiagonal();
+  placement.translation() = Vec3(5, -3, 40);
+  return placement;
+}
+
+// All cells have irregular edges or vertices.
+TEST(SlabMaterials, PaintASmoothBoxWithinTheTolerance) {
+  ControlMesh mesh = oracle::box_mesh(2, 3, 2);
+  oracle::grade_by_coordinates(mesh);
+  const Solid solid = LimitSolid::prepare(mesh);
+  for (const Placement& placement : {Placement(Placement::Identity()), tilted()}) {
+    const Comparison found = compare(solid, job_of(solid, {0.3, 0.35, 0.25}, placement));
+    EXPECT_LE(found.worst, kTolerance);
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.98 * static_cast<double>(found.voxels));
+  }
+}
+
+TEST(SlabMaterials, InvertWhereTheSolidFolds) {
+  ControlMesh mesh = oracle::folding_box_mesh();
+  mesh.allow_folds = true;
+  oracle::grade_by_coordinates(mesh);
+  const Solid solid = LimitSolid::prepare(mesh);
+  const Comparison found = compare(solid, job_of(solid, {0.8, 0.8, 0.8}));
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LT(found.interpolated, found.voxels);
+}
+
+// A thin saddle: its faces have straight sides, and are missed by flat triangles all the same.
+TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
+  constexpr double kHeight = 1.5;
+  for (const double middle : {0.8, 0.3}) {
+    ControlMesh mesh = oracle::box_mesh(2, 2, 3);
+    oracle::sharpen_by_cells(mesh, 1);
+    mesh.channel_names = {"m"};
+    for (Vec3& p : mesh.positions) {
+      const double x = (p.x() - 10) / 10, y = (p.y() - 10) / 10, w = p.z() / 10;
+      const double of_layer = std::lround(w) == 1 ? middle : std::lround(w) == 2 ? -0.6 : 0.1;
+      mesh.channel_values.push_back(static_cast<float>(0.5 + 0.1 * of_layer + 0.07 * x * x * y - 0.05 * w * x));
+      p.z() = kHeight * w + 10 * kHeight * x * y;
+    }
+    const Solid solid = LimitSolid::prepare(mesh);
+    SliceJob job = job_of(solid, {0.25, 0.25, kHeight / 3.3});
+    for (double tolerance = 0.04; tolerance > 3e-4; tolerance /= 1.5) {
+      job.material_tolerance = tolerance;
+      EXPECT_LE(compare(solid, job).worst, tolerance);
+    }
+  }
+}
+
+// Cells of some hundred voxels.
+TEST(SlabMaterials, LeaveSmallCellsToTiles) {
+  const Solid solid = LimitSolid::prepare(make_ring({64, 16, 16}));
+  const Comparison found = compare(solid, job_of(solid, {0.3, 0.3, 0.3}));
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(found.interpolated, 0u);
+}
+
+// One control point in many small cells that is off by a few times the tolerance: at its own place three tenths of it
+// are left, a tenth in the middles of cells, where tiles are judged.
+TEST(SlabMaterials, SeeWhatASingleControlPointHolds) {
+  ControlMesh mesh = oracle::box_mesh(24, 12, 8, 0.6);
+  mesh.channel_names = {"bumps"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) {
+    const Vec3 at = p / 0.6;
+    const auto is_every_sixth = [&](int a) { return std::lround(at[a]) % 6 == 3; };
+    const bool bump = is_every_sixth(0) && is_every_sixth(1) && std::lround(at.z()) == 4;
+    mesh.channel_values.push_back(static_cast<float>(at.x() / 24 + (bump ? 4.4 * kTolerance : 0)));
+  }
+  const Solid solid = LimitSolid::prepare(mesh);
+  const Comparison found =
+      compare(solid, job_of(solid, {0.05, 0.05, 0.05}), std::vector<std::uint32_t>{38, 46, 47, 48, 54});
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(static_cast<double>(found.interpolated), 0.9 * static_cast<double>(found.voxels));
+}
+
+// Rows a hundred and more to a cell, columns and layers far fewer.
+TEST(SlabMaterials, KeepTheToleranceInVoxelsOfUnequalSides) {
+  ControlMesh mesh = oracle::box_mesh(12, 1, 1, 3);
+  mesh.channel_names = {"a", "b", "c"};
+  for (const Vec3& p : mesh.positions) {
+    const double x = (p.x() - 18) / 18;
+    for (const double value :
+         {p.z() / 3, std::sqrt((1 + x * x) / 2), 0.5 + 0.5 * std::sin(p.x() / 6 + p.y() * p.z() / 3)})
+      mesh.channel_values.push_back(static_cast<float>(value));
+  }
+  const Solid solid = LimitSolid::prepare(mesh);
+  SliceJob job = job_of(solid, {0.1073067024728656, 0.013619929671635878, 0.02826310380267215});
+  job.planes.push_back(channel(1, SampleType::kFloat32));
+  job.planes.push_back(channel(2, SampleType::kFloat32));
+  const Comparison found = compare(solid, job, std::vector<std::uint32_t>{3, 4, 7, 10, 14, 18});
+  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
+}
+
+// Positions and materials odd about the middle of each cell's row: errors of the fifth degree, which vanish at
+// equidistant nodes of a cell in the middle.
+TEST(SlabMaterials, SeeErrorsBetweenTheNodes) {
+  ControlMesh mesh = oracle::box_mesh(7, 1, 1);
+  oracle::sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"odd"};
+  mesh.channel_values.clear();
+  for (Vec3& p : mesh.positions) {
+    const double x = (p.x() - 35) / 35;
+    mesh.channel_values.push_back(static_cast<float>(x * x * x));
+    p.x() += 20 * x * x * x;
+  }
+  const Solid solid = LimitSolid::prepare(mesh);
+  SliceJob job = job_of(solid, {0.1, 0.7, 0.7});
+  for (double tolerance = 1.0 / 256; tolerance > 1e-6; tolerance /= 1.5) {
+    job.material_tolerance = tolerance;
+    EXPECT_LE(compare(solid, job, std::vector<std::uint32_t>{7}).worst, tolerance) << tolerance;
+  }
+}
+
+// The engine's walls are cells of few voxels' thickness, through which its material changes from one end to the other:
+// pieces thinner than a voxel, bulging, and voxels that lie off the surface by as much as contours may.
+TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
+  struct Case {
+    double coarser, tolerance;  // Times the printer's pitch.
+    std::vector<std::uint32_t> layers;
+  };
+  const Solid solid = LimitSolid::prepare(make_engine());
+  for (const auto& [coarser, tolerance, layers] :
+       {Case{1, kTolerance, {11, 35, 179, 219}}, Case{3, kTolerance, {12, 23, 165, 177}}, Case{4, kTolerance, {17, 60}},
+        Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
+    SliceJob job = job_of(solid, {coarser * 0.0423, coarser * 0.0846, coarser * 0.03});
+    job.material_tolerance = tolerance;
+    const Comparison found = compare(solid, job, layers);
+    EXPECT_LE(found.worst, tolerance) << coarser;
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << coarser;
+  }
+}
+
+class PaintedSlabs : public testing::Test {
+ protected:
+  PaintedSlabs() : solid_(LimitSolid::prepare(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
+    job_.material_tolerance = kTolerance;
+  }
+  Solid solid_;
+  SliceJob job_;
+};
+
+TEST_F(PaintedSlabs, DependOnThemselvesAlone) {
+  LayerSlicer upwards(solid_, job_), downwards(solid_, job_);
+  std::vector<Layer> up, down;
+  for (std::uint32_t k = 0; k < job_.grid.extent.layers; ++k) up.push_back(upwards.slice(k, {}));
+  for (std::uint32_t k = job_.grid.extent.layers; k-- > 0;) down.push_back(downwards.slice(k, {}));
+  std::reverse(down.begin(), down.end());
+  for (std::size_t k = 0; k < up.size(); ++k) {
+    EXPECT_TRUE(up[k].planes[1].bytes == down[k].planes[1].bytes) << k;
+    EXPECT_EQ(up[k].stats.voxels_interpolated, down[k].stats.voxels_interpolated) << k;
+  }
+}
+
+TEST_F(PaintedSlabs, CanBeCancelled) {
+  LayerSlicer cancelled(solid_, job_), other(solid_, job_);
+  const CancellationToken token = CancellationToken::make();
+  token.cancel();
+  EXPECT_THROW(cancelled.slice(2, token), Error);
+  EXPECT_TRUE(cancelled.slice(2, {}).planes[1].bytes == other.slice(2, {}).planes[1].bytes);
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/small_cells.h"
+
+#include <gtest/gtest.h>
+
+#include "core/mesh/models.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+Placement mesh_of_voxels(double pitch_mm) {
+  Placement placement = Placement::Identity();
+  placement.scale(pitch_mm);
+  return placement;
+}
+
+// A sharp box of cells of 4 x 4 x 4 mm: all of them regular.
+TEST(SmallCells, ARegularCellOfFewerThanFiveThousandVoxelsIsSmall) {
+  const auto solid = LimitSolid::prepare(make_box());
+  const SmallCells fine(solid, mesh_of_voxels(4 / 17.2)), coarse(solid, mesh_of_voxels(4 / 17.0));
+  EXPECT_FALSE(fine.are_all()) << "17.2^3 = 5088";
+  EXPECT_FALSE(fine.contain(0));
+  EXPECT_FALSE(fine.any_at(Vec3(10, 10, 10)));
+  EXPECT_TRUE(coarse.are_all()) << "17^3 = 4913";
+  EXPECT_TRUE(coarse.contain(0));
+  EXPECT_TRUE(coarse.any_at(Vec3(10, 10, 10)));
+  EXPECT_TRUE(coarse.any_at(Vec3(-1e6, 0, 0))) << "all are, so nobody looks";
+}
+
+// A row of small cells and a row of large ones, far apart.
+TEST(SmallCells, AVoxelLiesInThemIfABoxOfOneHoldsItOrNearly) {
+  ControlMesh mesh = oracle::box_mesh(3, 3, 3, 1);
+  oracle::append_mesh(mesh, oracle::box_mesh(3, 3, 3, 10), Vec3(100, 0, 0));
+  const auto solid = LimitSolid::prepare(mesh);
+  const double pitch = 0.25;
+  const SmallCells small(solid, mesh_of_voxels(pitch));
+  EXPECT_FALSE(small.are_all());
+  EXPECT_TRUE(small.any_at(Vec3(1.5, 1.5, 1.5) / pitch));
+  EXPECT_FALSE(small.any_at(Vec3(115, 15, 15) / pitch));
+  EXPECT_FALSE(small.any_at(Vec3(50, 1.5, 1.5) / pitch));
+  const double left = solid->summary().bounding_box.min().x();
+  EXPECT_TRUE(small.any_at(Vec3(left - 0.2, 1.5, 1.5) / pitch)) << "within a voxel of a small cell's box";
+  EXPECT_FALSE(small.any_at(Vec3(left - 0.6, 1.5, 1.5) / pitch));
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/tile_fitter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/limit/solid_data.h"
+#include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kTolerance = 1.0 / 1024;
+constexpr double kOutside = 1e-5;  // mm. So little that it never matters.
+constexpr std::uint64_t kLeast = 128;
+using Outcome = TileFitter::Outcome;
+using Function = std::function<double(const Vec3&)>;
+
+double smooth(const Vec3& p) { return 0.5 + 0.2 * std::sin(0.2 * p.x() + 0.1) * std::cos(0.2 * p.y()) + 0.03 * p.z(); }
+
+void grade(ControlMesh& mesh, const std::vector<Function>& channels) {
+  mesh.channel_names.clear();
+  mesh.channel_values.clear();
+  for (std::size_t c = 0; c < channels.size(); ++c) mesh.channel_names.push_back("channel " + std::to_string(c));
+  for (const Vec3& p : mesh.positions) {
+    for (const Function& channel : channels) mesh.channel_values.push_back(static_cast<float>(channel(p)));
+  }
+}
+
+Function noise(unsigned seed) {
+  return [random = std::mt19937(seed)](const Vec3&) mutable {
+    return std::uniform_real_distribution<double>(0, 1)(random);
+  };
+}
+
+std::uint64_t voxels_in(const Box3& box) { return static_cast<std::uint64_t>((box.diagonal().array() + 1).prod()); }
+
+/// Cubes of 0.75 mm, bent, at pitches of 0.1, 0.12 and 0.09 mm: 7.5 x 6.25 x 8.3 voxels each.
+class TileFitterTest : public testing::Test {
+ protected:
+  static ControlMesh bent_box(double jitter_mm = 0.08) {
+    ControlMesh mesh = oracle::box_mesh(12, 10, 6, 0.75);
+    oracle::jitter(mesh, jitter_mm, 4);
+    return mesh;
+  }
+
+  void take(ControlMesh mesh, const std::vector<Function>& channels, double outside_mm = kOutside,
+            double tolerance = kTolerance) {
+    grade(mesh, channels);
+    solid_ = LimitSolid::prepare(mesh);
+    GridRequest request;
+    request.pitch = {0.1, 0.12, 0.09};
+    spec_.grid = plan_grid(*solid_, spec_.placement, request);
+    spec_.outside_mm = outside_mm;
+    spec_.channels.clear();
+    for (std::uint32_t c = 0; c < channels.size(); ++c) spec_.channels.push_back({c, tolerance});
+    fitter_.emplace(solid_, spec_);
+  }
+
+  Outcome fit(const TileFitter::Particles& particles, const Box3& box) {
+    return fitter_->fit(particles, box, voxels_in(box), kLeast);
+  }
+
+  /// The largest error, as a share of its tolerance, where a grid of parameters of all cells lies in the box.
+  double error_in(const Box3& box) const {
+    constexpr int kSteps = 7;
+    const Placement voxel_of_world = voxel_of_mesh(spec_.placement, spec_.grid);
+    LimitEvaluator evaluator(*solid_);
+    std::vector<double> channels(solid_->channel_count());
+    double worst = 0;
+    for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+      if (!solid_->data().cell_boxes.box(cell).transformed(voxel_of_world).intersects(box)) continue;
+      for (int n = 0; n < (kSteps + 1) * (kSteps + 1) * (kSteps + 1); ++n) {
+        const Vec3 steps(n % (kSteps + 1), n / (kSteps + 1) % (kSteps + 1), n / (kSteps + 1) / (kSteps + 1));
+        const Vec3 voxel = voxel_of_world * evaluator.geo_and_mat({cell, steps / kSteps}, channels);
+        if (!box.contains(voxel)) continue;
+        for (std::size_t c = 0; c < channels.size(); ++c) {
+          const double error = value_at(fitter_->polynomials()[c], fitter_->frame()(voxel)) - channels[c];
+          worst = std::max(worst, std::abs(error) / spec_.channels[c].tolerance);
+        }
+      }
+    }
+    return worst;
+  }
+
+  /// Boxes of voxels that cover the solid.
+  std::vector<Box3> boxes(const Vec3& size) const {
+    const GridExtent& extent = spec_.grid.extent;
+    std::vector<Box3> result;
+    for (double z = 0; z < extent.layers; z += size.z()) {
+      for (double y = 0; y < extent.rows; y += size.y()) {
+        for (double x = 0; x < extent.columns; x += size.x()) {
+          result.emplace_back(Vec3(x, y, z), Vec3(x, y, z) + size - Vec3::Ones());
+        }
+      }
+    }
+    return result;
+  }
+
+  Solid solid_;
+  InterpolationSpec spec_;
+  std::optional<TileFitter> fitter_;
+};
+
+TEST_F(TileFitterTest, FitsASmoothChannelOverManyCells) {
+  take(bent_box(0), {smooth}, kOutside, 4e-3);
+  const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
+  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  ASSERT_TRUE(found.known);
+  EXPECT_GT(found.end - found.first, 80u);
+  ASSERT_EQ(fit(found, box), Outcome::kFits);
+  EXPECT_LE(error_in(box), 1);
+}
+
+// Boxes of all sizes, of many channels, inside and at the boundary, in each of which some outcome is right: whatever is
+// said to fit has to.
+TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
+  struct Case {
+    std::string name;
+    ControlMesh mesh;
+    double mm;
+  };
+  std::vector<Case> cases{{"bent", bent_box(), 1}};
+  for (const char* name : {"fan3", "fan5", "fan6"}) {
+    const int sectors = name[3] - '0';
+    ControlMesh fan = oracle::fan_mesh(sectors, 3, 3);
+    oracle::jitter(fan, 0.8, 3);
+    cases.push_back({name, fan, 0.1});
+  }
+  for (auto& [name, mesh, mm] : cases) {
+    for (Vec3& p : mesh.positions) p *= mm;
+    const auto tenth_of_noise = [rough = noise(8)](const Vec3& p) mutable { return smooth(p) + 0.005 * rough(p); };
+    for (const double tolerance : {0.01, kTolerance, 1e-4}) {
+      take(mesh, {smooth, tenth_of_noise}, kOutside, tolerance);
+      std::size_t fitted = 0;
+      for (const Vec3& size : {Vec3(16, 16, 16), Vec3(8, 8, 8), Vec3(32, 16, 8)}) {
+        for (const Box3& box : boxes(size)) {
+          if (fit(fitter_->enter(box, voxels_in(box), {}), box) != Outcome::kFits) continue;
+          ++fitted;
+          ASSERT_LE(error_in(box), 1) << name << " at " << box.min().transpose();
+        }
+      }
+      EXPECT_GT(fitted, tolerance == 0.01 ? 10u : 0u) << name;
+    }
+  }
+}
+
+TEST_F(TileFitterTest, HalvesWhatBendsAndGivesUpNoise) {
+  take(bent_box(0), {smooth, [](const Vec3& p) { return std::sin(2 * p.x()); }});
+  const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
+  EXPECT_EQ(fit(fitter_->enter(box, voxels_in(box), {}), box), Outcome::kHalve);
+  take(bent_box(), {noise(5)}, kOutside, 1e-7);
+  for (const Box3& part : {box, Box3(Vec3(16, 8, 16), Vec3(31, 23, 31))}) {
+    EXPECT_EQ(fit(fitter_->enter(part, voxels_in(part), {}), part), Outcome::kHopeless);
+  }
+}
+
+TEST_F(TileFitterTest, GivesUpWhereNoCellIs) {
+  take(bent_box(), {smooth});
+  const Box3 box(Vec3(-60, -60, -60), Vec3(-40, -40, -40));
+  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  EXPECT_TRUE(found.known);
+  EXPECT_EQ(found.first, found.end);
+  EXPECT_EQ(fit(found, box), Outcome::kHopeless);
+  EXPECT_FALSE(fitter_->near(found, box.center()));
+}
+
+TEST_F(TileFitterTest, DoesNotLookAtMoreParticlesThanVoxelsAreWorth) {
+  take(bent_box(), {smooth});
+  const Box3 box(Vec3(0, 0, 0), Vec3(95, 65, 15));
+  const TileFitter::Particles found = fitter_->enter(box, 400, {});
+  EXPECT_FALSE(found.known);
+  EXPECT_EQ(fit(found, box), Outcome::kHalve);
+  EXPECT_FALSE(fitter_->near(found, box.center()));
+  EXPECT_TRUE(fitter_->enter(box, voxels_in(box), {}).known) << "nothing is left of the first";
+}
+
+// Cells of some thousand voxels in boxes of a hundred.
+TEST_F(TileFitterTest, LooksAtPartsOfCellsThatAreLargeBesideABox) {
+  ControlMesh mesh = oracle::box_mesh(3, 2, 2, 3);
+  oracle::jitter(mesh, 0.3, 2);
+  take(mesh, {smooth});
+  const Box3 box(Vec3(40, 20, 30), Vec3(47, 27, 37));
+  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  ASSERT_TRUE(found.known);
+  ASSERT_EQ(fit(found, box), Outcome::kFits);
+  EXPECT_LE(error_in(box), 1);
+  const Vec3 length = Vec3::Constant(2).cwiseQuotient(fitter_->frame().scale);
+  EXPECT_LT(length.maxCoeff(), 30) << "voxels, of a cell's 33";
+}
+
+// Halves see what whole boxes hold, not only some of it, and in the same places as if nothing had come before.
+TEST_F(TileFitterTest, EntersHalvesOfABox) {
+  take(bent_box(), {smooth});
+  const Box3 box(Vec3(16, 8, 16), Vec3(63, 39, 31));
+  const TileFitter::Particles whole = fitter_->enter(box, voxels_in(box), {});
+  ASSERT_TRUE(whole.known);
+  for (const double x : {16, 40}) {
+    const Box3 half(Vec3(x, 8, 16), Vec3(x + 23, 39, 31));
+    const TileFitter::Particles inside = fitter_->enter(half, voxels_in(half), whole);
+    ASSERT_TRUE(inside.known);
+    EXPECT_EQ(inside.first, whole.end);
+    EXPECT_LT(inside.end - inside.first, whole.end - whole.first);
+    EXPECT_NE(fit(inside, half), Outcome::kHopeless);
+    const Box3 quarter(half.min(), Vec3(half.max().x(), 23, 31));
+    const TileFitter::Particles deeper = fitter_->enter(quarter, voxels_in(quarter), inside);
+    ASSERT_TRUE(deeper.known);
+    ASSERT_EQ(fit(deeper, quarter), Outcome::kFits);
+    EXPECT_LE(error_in(quarter), 1);
+    fitter_->leave(deeper);
+    fitter_->leave(inside);
+  }
+  ASSERT_NE(fit(whole, box), Outcome::kHopeless) << "its own are still there";
+}
+
+TEST_F(TileFitterTest, StartsAnewAfterBoxesThatWereNeverLeft) {
+  take(bent_box(), {smooth});
+  const Box3 box(Vec3(16, 8, 16), Vec3(31, 23, 31)), other(Vec3(48, 24, 16), Vec3(63, 39, 31));
+  ASSERT_EQ(fit(fitter_->enter(box, voxels_in(box), {}), box), Outcome::kFits);
+  const CubicPolynomial expected = fitter_->polynomials()[0];
+  const TileFitter::Particles there = fitter_->enter(other, voxels_in(other), {});
+  fitter_->enter(Box3(other.min(), other.center()), 2000, there);
+  const TileFitter::Particles again = fitter_->enter(box, voxels_in(box), {});
+  EXPECT_EQ(again.first, 0u);
+  ASSERT_EQ(fit(again, box), Outcome::kFits);
+  EXPECT_EQ(fitter_->polynomials()[0], expected);
+}
+
+TEST_F(TileFitterTest, RefusesSteepPolynomialsBesideTheBoundaryOnly) {
+  const auto linear = [](const Vec3& p) { return p.x() / 16; };
+  const Box3 beside(Vec3(0, 24, 16), Vec3(15, 39, 31)), inside(Vec3(40, 24, 16), Vec3(55, 39, 31));
+  for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
+    take(bent_box(0), {linear}, outside_mm);
+    EXPECT_EQ(fit(fitter_->enter(beside, voxels_in(beside), {}), beside), expected);
+    EXPECT_EQ(fit(fitter_->enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+  }
+}
+
+TEST_F(TileFitterTest, KnowsAParameterNearAVoxel) {
+  take(bent_box(), {smooth});
+  LimitEvaluator evaluator(*solid_);
+  const Placement voxel_of_world = voxel_of_mesh(spec_.placement, spec_.grid);
+  const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
+  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  for (const Vec3& voxel : {Vec3(16, 8, 16), Vec3(30, 30, 20), Vec3(63, 47, 31)}) {
+    const std::optional<CellParam> near = fitter_->near(found, voxel);
+    ASSERT_TRUE(near);
+    EXPECT_LT((voxel_of_world * evaluator.geo(*near) - voxel).norm(), 9) << "a cell's size, about";
+  }
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/printing/mixture.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/printing/colour_gamut.h"
+
+namespace ccslice {
+namespace {
+
+using testing::ElementsAre;
+using testing::FloatNear;
+
+Printing printing_with(std::size_t materials, MaterialMap map) {
+  Printing printing;
+  for (std::uint32_t m = 0; m < materials; ++m) {
+    printing.materials.push_back({std::string(1, static_cast<char>('a' + m)), 0x11000000u * m + 0xff01ff});
+  }
+  printing.map = std::move(map);
+  return printing;
+}
+
+/// Fractions of a voxel with these values of the map's channels.
+std::vector<float> mix(const Mixture& mixture, const std::vector<float>& values) {
+  std::vector<MixRow> rows(values.size());
+  for (std::size_t c = 0; c < values.size(); ++c) rows[c].fill(values[c]);
+  Fractions fractions{};
+  mixture.evaluate(rows, fractions);
+  std::vector<float> result;
+  for (std::size_t m = 0; m < mixture.material_count(); ++m) result.push_back(fractions[m][17]);
+  return result;
+}
+
+bool fits(const Mixture& mixture, const std::vector<float>& values) {
+  std::vector<MixRow> rows(values.size());
+  for (std::size_t c = 0; c < values.size(); ++c) rows[c].fill(values[c]);
+  return !mixture.first_misfit(rows, 3, 20);
+}
+
+auto near(float value) { return FloatNear(value, 1e-5f); }
+
+TEST(Mixture, OfABlendIsLinearBetweenStopsAndHeldAtItsEnds) {
+  const Mixture mixture(printing_with(3, {BlendMap{0, {{10, 1}, {20, 3}, {40, 2}}}}));
+  EXPECT_THAT(mix(mixture, {10}), ElementsAre(1, 0, 0));
+  EXPECT_THAT(mix(mixture, {12.5f}), ElementsAre(near(0.75f), 0, near(0.25f)));
+  EXPECT_THAT(mix(mixture, {20}), ElementsAre(0, 0, 1));
+  EXPECT_THAT(mix(mixture, {35}), ElementsAre(0, near(0.75f), near(0.25f)));
+  EXPECT_THAT(mix(mixture, {-1e9f}), ElementsAre(1, 0, 0));
+  EXPECT_THAT(mix(mixture, {1e9f}), ElementsAre(0, 1, 0));
+}
+
+TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
+  for (const std::size_t points : {2, 5, 9, 10, 200}) {
+    CurveMap curve{0, 2, 1, {}};
+    for (std::size_t i = 0; i < points; ++i) {
+      const double x = static_cast<double>(i) / static_cast<double>(points - 1);
+      curve.points.push_back({1000 * x, x * x});
+    }
+    const Mixture mixture(printing_with(2, {curve}));
+    for (double property = 0; property <= 1000; property += 7.3) {
+      const double at = property / 1000 * static_cast<double>(points - 1), low = std::floor(at);
+      const double step = static_cast<double>(points - 1);
+      const double expected = (low * low + (at - low) * (2 * low + 1)) / (step * step);
+      const std::vector<float> fractions = mix(mixture, {static_cast<float>(property)});
+      ASSERT_NEAR(fractions[1], expected, 1e-5) << points << " points, " << property;
+      ASSERT_NEAR(fractions[0], 1 - expected, 1e-5);
+    }
+  }
+}
+
+TEST(Mixture, OfSharesIsScaledToMakeOne) {
+  DirectMap direct;
+  direct.shares = {{4, 2}, {7, 1}};
+  const Mixture mixture(printing_with(3, {direct}));
+  EXPECT_THAT(mixture.channels(), ElementsAre(4, 7));
+  EXPECT_THAT(mix(mixture, {0.25f, 0.75f}), ElementsAre(0.75f, 0.25f, 0));
+  EXPECT_THAT(mix(mixture, {0.2f, 0.2f}), ElementsAre(0.5f, 0.5f, 0));
+  EXPECT_THAT(mix(mixture, {3, 1}), ElementsAre(0.25f, 0.75f, 0));
+  EXPECT_THAT(mix(mixture, {-5, 0.1f}), ElementsAre(1, 0, 0));
+  EXPECT_THAT(mix(mixture, {0, 0}), ElementsAre(0, 1, 0));
+  EXPECT_THAT(mix(mixture, {std::numeric_limits<float>::quiet_NaN(), 0.5f}), ElementsAre(1, 0, 0));
+  EXPECT_THAT(mix(mixture, {std::numeric_limits<float>::infinity(), 1}), ElementsAre(near(0), near(1), 0));
+}
+
+TEST(Mixture, LeavesTheRestToAMaterialOfItsOwn) {
+  DirectMap direct;
+  direct.shares = {{0, 1}, {1, 2}};
+  direct.rest_material = 3;
+  const Mixture mixture(printing_with(3, {direct}));
+  EXPECT_THAT(mix(mixture, {0.2f, 0.3f}), ElementsAre(near(0.2f), near(0.3f), near(0.5f)));
+  EXPECT_THAT(mix(mixture, {1, 1}), ElementsAre(0.5f, 0.5f, 0));
+  EXPECT_THAT(mix(mixture, {0, 0}), ElementsAre(0, 0, 1));
+}
+
+TEST(Mixture, OfOneMaterialNeedsNoMap) {
+  const Mixture mixture(printing_with(1, {}));
+  EXPECT_TRUE(mixture.channels().empty());
+  EXPECT_THAT(mix(mixture, {}), ElementsAre(1));
+}
+
+TEST(Mixture, TellsWhatAStrictMapRefuses) {
+  const Mixture blend(printing_with(2, {BlendMap{0, {{10, 1}, {20, 2}}}}));
+  EXPECT_TRUE(fits(blend, {10}));
+  EXPECT_TRUE(fits(blend, {20.05f}));
+  EXPECT_FALSE(fits(blend, {9.9f}));
+  EXPECT_FALSE(fits(blend, {std::numeric_limits<float>::quiet_NaN()}));
+  DirectMap direct;
+  direct.shares = {{0, 1}, {1, 2}};
+  EXPECT_TRUE(fits(Mixture(printing_with(2, {direct})), {0.4f, 0.6f}));
+  EXPECT_FALSE(fits(Mixture(printing_with(2, {direct})), {0.4f, 0.5f}));
+  EXPECT_FALSE(fits(Mixture(printing_with(2, {direct})), {-0.1f, 1}));
+  direct.rest_material = 3;
+  EXPECT_TRUE(fits(Mixture(printing_with(3, {direct})), {0.4f, 0.5f}));
+  EXPECT_FALSE(fits(Mixture(printing_with(3, {direct})), {0.6f, 0.5f}));
+}
+
+Printing coloured(const std::vector<std::uint32_t>& colours) {
+  Printing printing = printing_with(colours.size(), {ColourMap{0, 1, 2, 1}});
+  for (std::size_t m = 0; m < colours.size(); ++m) printing.materials[m].rgba = colours[m];
+  return printing;
+}
+
+TEST(Mixture, OfAColourLooksLikeIt) {
+  const std::vector<std::uint32_t> palette = {0x000000ff, 0xffffffff, 0x00ffffff, 0xff00ffff,
+                                              0xffff00ff, 0xff0000ff, 0x00ff00ff, 0x0000ffff};
+  const Mixture mixture(coloured(palette));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (int i = 0; i < 500; ++i) {
+    const std::vector<float> colour = {unit(random), unit(random), unit(random)};
+    Vec3 mixed = Vec3::Zero();
+    const std::vector<float> fractions = mix(mixture, colour);
+    float sum = 0;
+    for (std::size_t m = 0; m < palette.size(); ++m) {
+      mixed += static_cast<double>(fractions[m]) * linear_colour(palette[m]);
+      sum += fractions[m];
+      EXPECT_GE(fractions[m], 0);
+    }
+    EXPECT_NEAR(sum, 1, 1e-5);
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(mixed[axis], linear_intensity(static_cast<double>(colour[static_cast<std::size_t>(axis)])), 2e-3);
+    }
+  }
+}
+
+TEST(Mixture, OfAColourOutsideTakesTheNearestInside) {
+  const Mixture mixture(coloured({0x000000ff, 0xffffffff}));
+  EXPECT_THAT(mix(mixture, {0, 0, 0}), ElementsAre(near(1), near(0)));
+  EXPECT_THAT(mix(mixture, {1, 1, 1}), ElementsAre(near(0), near(1)));
+  const std::vector<float> red = mix(mixture, {1, 0, 0});
+  EXPECT_NEAR(red[1], 1.0 / 3, 1e-3);  // The foot of the perpendicular onto the greys.
+  EXPECT_TRUE(fits(mixture, {0.5f, 0.5f, 0.5f}));
+  EXPECT_FALSE(fits(mixture, {1, 0, 0}));
+  EXPECT_FALSE(fits(mixture, {1.1f, 1.1f, 1.1f}));
+}
+
+TEST(ColourGamut, TakesTheNearestOfManyColours) {
+  const std::vector<Vec3> line = {Vec3(0, 0, 0), Vec3(1, 1, 1), Vec3(0.4, 0.4, 0.4)};
+  const ColourMix mix = ColourGamut(line).mix(Vec3(0.2, 0.2, 0.2));
+  EXPECT_NEAR(mix.weights[0], 0.5, 1e-9);
+  EXPECT_NEAR(mix.weights[1], 0, 1e-9);
+  EXPECT_NEAR(mix.weights[2], 0.5, 1e-9);
+  EXPECT_NEAR(mix.distance, 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/channel_tolerances.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace ccslice {
+namespace {
+
+const std::vector<ChannelRange> kChannels = {{"stiffness", 0, 2}, {"colour", -1, 1}, {"constant", 5, 5}};
+
+PlaneSpec plane_of(std::uint32_t channel, SampleType type) {
+  PlaneSpec plane;
+  plane.content = PlaneContent::kChannel;
+  plane.channel = channel;
+  plane.sample_type = type;
+  return plane;
+}
+
+SliceJob job_of_planes(const std::vector<PlaneSpec>& planes) {
+  SliceJob job;
+  job.planes = planes;
+  return job;
+}
+
+TEST(ChannelTolerances, AreSharesOfTheChannelsRangeByThePlanesSamples) {
+  const SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8), plane_of(1, SampleType::kFloat32)});
+  const auto tolerances = channel_tolerances(job, kChannels);
+  ASSERT_EQ(tolerances.size(), 2u);
+  EXPECT_EQ(tolerances[0].channel, 0u);
+  EXPECT_EQ(tolerances[0].tolerance, 2.0 / 1024);
+  EXPECT_EQ(tolerances[1].channel, 1u);
+  EXPECT_EQ(tolerances[1].tolerance, 2.0 / 65536);
+}
+
+TEST(ChannelTolerances, TakeTheStrictestOfSeveralPlanes) {
+  PlaneSpec narrow = plane_of(0, SampleType::kUint8);
+  narrow.range = ValueRange{0.5, 0.6};
+  const SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8), narrow, plane_of(0, SampleType::kUint8)});
+  const auto tolerances = channel_tolerances(job, kChannels);
+  ASSERT_EQ(tolerances.size(), 1u);
+  EXPECT_NEAR(tolerances[0].tolerance, 0.1 / 1024, 1e-15);
+}
+
+TEST(ChannelTolerances, ARangeWiderThanTheChannelsGivesNoMoreRoom) {
+  PlaneSpec wide = plane_of(0, SampleType::kUint16);
+  wide.range = ValueRange{-100, 100};
+  EXPECT_EQ(channel_tolerances(job_of_planes({wide}), kChannels)[0].tolerance, 2.0 / 65536);
+}
+
+TEST(ChannelTolerances, FollowTheJobsOwn) {
+  SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8)});
+  job.material_tolerance = 0.25;
+  EXPECT_EQ(channel_tolerances(job, kChannels)[0].tolerance, 0.5);
+}
+
+TEST(ChannelTolerances, LeaveAConstantChannelItsRounding) {
+  EXPECT_NEAR(channel_tolerances(job_of_planes({plane_of(2, SampleType::kUint8)}), kChannels)[0].tolerance, 5e-9,
+              1e-20);
+}
+
+TEST(ChannelTolerances, CountTheChannelsOfPlanesOfSeveral) {
+  PlaneSpec plane;
+  plane.content = PlaneContent::kChannels;
+  plane.channels = {1, 0};
+  plane.sample_type = SampleType::kFloat32;
+  const auto tolerances = channel_tolerances(job_of_planes({plane}), kChannels);
+  ASSERT_EQ(tolerances.size(), 2u);
+  EXPECT_EQ(tolerances[0].channel, 1u);
+  EXPECT_EQ(tolerances[1].channel, 0u);
+}
+
+// The steepest place: half a unit from one material to the next.
+TEST(ChannelTolerances, HalftonedChannelsGoByTheSteepestPlaceOfTheirMap) {
+  SliceJob job;
+  Printing printing;
+  printing.materials = {{"a", 1}, {"b", 2}, {"c", 3}};
+  printing.map.kind = BlendMap{0, {{0, 1}, {0.5, 2}, {2, 3}}};
+  job.printing = printing;
+  PlaneSpec plane;
+  plane.content = PlaneContent::kMaterials;
+  plane.sample_type = SampleType::kUint8;
+  job.planes = {plane};
+  const auto tolerances = channel_tolerances(job, kChannels);
+  ASSERT_EQ(tolerances.size(), 1u);
+  EXPECT_EQ(tolerances[0].tolerance, 0.5 / 1024);
+}
+
+}  // namespace
+}  // namespace ccslice
