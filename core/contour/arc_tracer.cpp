@@ -12,7 +12,7 @@ namespace ccslice {
 namespace {
 
 constexpr int kMaxPasses = 32;
-constexpr double kMaxParts = 1024;  // Of one chord in one pass.
+constexpr double kMaxParts = 1024;  // A chord is cut into at most so many parts in one pass.
 constexpr double kShortest = 1e-9;  // Chords aren't parted below, in the leaf's parameters.
 constexpr int kMaxSteps = 64;
 constexpr double kSmallestStep = 1e-9;  // Newton's method squares it once more.
@@ -51,6 +51,11 @@ Cubic cross_section(const NetCoefficients& net, bool fixed_s, const std::array<L
 
 /// The roots in [0,1] of cubics that are strictly monotone there; where there is no change of sign, the end nearer to
 /// zero.
+///
+/// Newton's method alone may leave [0,1] where the slope nearly vanishes. So the root is kept between bounds, which
+/// each value narrows as its sign says on which side of the root u lies, and a step that leaves them is replaced by
+/// bisection. The last step is below 1e-9, and Newton's method squares the error once more: roots are exact to
+/// rounding, whatever the start, so a point of the arc doesn't depend on the points before it.
 Lanes roots(const Cubic& cubic, Lanes u) {
   const LaneMask rises = cubic.b + cubic.c + cubic.d > 0;
   Lanes low = all(0), high = all(1);
@@ -82,7 +87,9 @@ std::span<const ArcPoint> ArcTracer::trace(const LeafSurface& leaf, double heigh
   return points_;
 }
 
-/// False if all chords are short enough.
+/// Parts chords that may be farther from the surface than the tolerance, evenly in the parameter. Returns false if none
+/// was. A chord's error falls with the square of its length, so ceil(sqrt(error / tolerance)) parts are enough where
+/// the arc is straight in the parameters; where it bends, the next pass parts what is still too long.
 bool ArcTracer::part_chords(const ChordBound& bound, double tolerance_mm) {
   parted_.clear();
   unsolved_.clear();

@@ -15,8 +15,8 @@ namespace {
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kRunsAhead = 8;
-constexpr std::uint32_t kMostShort = 32;   // Voxels of a run that needs no tile,
-constexpr std::uint32_t kMostLong = 1024;  // and of all longer ones of kRowsTogether rows.
+constexpr std::uint32_t kMostShort = 32;   // Voxels of a short run. A tile would cost more than inverting them.
+constexpr std::uint32_t kMostLong = 1024;  // Voxels of all longer runs in kRowsTogether rows: fewer need no tiles.
 
 /// Columns from a centre to the run's piece.
 double before_begin(const ScannedRun& run, std::uint32_t column) {
@@ -31,66 +31,66 @@ void PieceCover::resolve(const SlabPieces& pieces, std::uint32_t layer, std::uin
   layer_ = layer;
   row_ = kNoRow;
   painted_.clear();
-  alone_.clear();
-  rest_.clear();
-  beside_rest_.clear();
+  to_invert_.clear();
+  unpainted_.clear();
+  beside_unpainted_.clear();
   sort_by_row(pieces.runs(layer), rows);
   for (const VoxelRun& span : spans) {
     if (span.row != row_) enter_row(span.row);
     resolve_span(span);
   }
-  sort_out_rest();
+  sort_out_unpainted();
 }
 
 void PieceCover::invert(const RowRange& rows, std::span<const VoxelRun> spans) {
   const auto is_theirs = [&](std::uint32_t row) { return row >= rows.begin && row < rows.end; };
   std::erase_if(painted_, [&](const PieceRun& run) { return is_theirs(run.row); });
-  std::erase_if(rest_, [&](const VoxelRun& run) { return is_theirs(run.row); });
-  std::erase_if(alone_, [&](const HintedRun& each) { return is_theirs(each.row); });
+  std::erase_if(unpainted_, [&](const VoxelRun& run) { return is_theirs(run.row); });
+  std::erase_if(to_invert_, [&](const HintedRun& each) { return is_theirs(each.row); });
   std::vector<HintedRun> all;
   for (const VoxelRun& span : spans) {
     if (is_theirs(span.row)) all.push_back({span, {}});
   }
-  const auto after = std::ranges::find_if(alone_, [&](const HintedRun& each) { return each.row >= rows.end; });
-  alone_.insert(after, all.begin(), all.end());
+  const auto after = std::ranges::find_if(to_invert_, [&](const HintedRun& each) { return each.row >= rows.end; });
+  to_invert_.insert(after, all.begin(), all.end());
 }
 
-/// Moves what needs no tile from rest_ to alone_: short runs whose parameter is about known, and others outside of
-/// large holes if the rows that are cut into tiles together have few of them.
-void PieceCover::sort_out_rest() {
+/// Moves what needs no tile from unpainted_ to to_invert_: short runs whose parameter is about known, and others
+/// outside of large holes if the rows that are cut into tiles together have few of them.
+void PieceCover::sort_out_unpainted() {
   hints_.clear();
-  for (std::size_t r = 0; r < rest_.size(); ++r) hints_.push_back(hint_of_rest(r));
+  for (std::size_t r = 0; r < unpainted_.size(); ++r) hints_.push_back(hint_of(r));
   std::size_t kept = 0;
-  for (std::size_t begin = 0, end = 0; begin < rest_.size(); begin = end) {
-    const std::uint32_t block = rest_[begin].row / kRowsTogether;
+  for (std::size_t begin = 0, end = 0; begin < unpainted_.size(); begin = end) {
+    const std::uint32_t block = unpainted_[begin].row / kRowsTogether;
     std::uint32_t voxels = 0;
-    for (; end < rest_.size() && rest_[end].row / kRowsTogether == block; ++end) {
-      if (!is_short(end) && !is_in_large_hole(end)) voxels += rest_[end].end - rest_[end].begin;
+    for (; end < unpainted_.size() && unpainted_[end].row / kRowsTogether == block; ++end) {
+      if (!is_short(end) && !is_in_large_hole(end)) voxels += unpainted_[end].end - unpainted_[end].begin;
     }
     for (std::size_t r = begin; r < end; ++r) {
       if (is_short(r) || (voxels <= kMostLong && !is_in_large_hole(r))) {
-        alone_.push_back({rest_[r], hints_[r]});
+        to_invert_.push_back({unpainted_[r], hints_[r]});
       } else {
-        rest_[kept++] = rest_[r];
+        unpainted_[kept++] = unpainted_[r];
       }
     }
   }
-  rest_.resize(kept);
+  unpainted_.resize(kept);
 }
 
-std::optional<CellParam> PieceCover::hint_of_rest(std::size_t run) const {
-  const Vec3 first(rest_[run].begin, rest_[run].row, layer_);
+std::optional<CellParam> PieceCover::hint_of(std::size_t run) const {
+  const Vec3 first(unpainted_[run].begin, unpainted_[run].row, layer_);
   std::optional<CellParam> hint = pieces_->parameter_in_hole(first);
-  if (!hint && beside_rest_[run] != kNoPiece) hint = pieces_->parameter_near(beside_rest_[run], first);
+  if (!hint && beside_unpainted_[run] != kNoPiece) hint = pieces_->parameter_near(beside_unpainted_[run], first);
   return hint;
 }
 
 bool PieceCover::is_short(std::size_t run) const {
-  return hints_[run] && rest_[run].end - rest_[run].begin <= kMostShort;
+  return hints_[run] && unpainted_[run].end - unpainted_[run].begin <= kMostShort;
 }
 
 bool PieceCover::is_in_large_hole(std::size_t run) const {
-  return pieces_->is_in_large_hole(Vec3(rest_[run].begin, rest_[run].row, layer_));
+  return pieces_->is_in_large_hole(Vec3(unpainted_[run].begin, unpainted_[run].row, layer_));
 }
 
 void PieceCover::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows) {
@@ -232,23 +232,24 @@ void PieceCover::paint_all(const PieceRun& run, float after) {
     painted_.push_back(run);
   }
   after_ = after;
-  if (!rest_.empty() && rest_.back().row == row_ && rest_.back().end == run.begin && beside_rest_.back() == kNoPiece) {
-    beside_rest_.back() = run.piece;
+  if (!unpainted_.empty() && unpainted_.back().row == row_ && unpainted_.back().end == run.begin &&
+      beside_unpainted_.back() == kNoPiece) {
+    beside_unpainted_.back() = run.piece;
   }
 }
 
 /// `beside`: a piece beside them, or none.
 void PieceCover::leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside) {
   if (begin >= end) return;
-  if (!rest_.empty() && rest_.back().row == row_ && rest_.back().end == begin) {
-    rest_.back().end = end;
-    if (beside_rest_.back() == kNoPiece) beside_rest_.back() = beside;
+  if (!unpainted_.empty() && unpainted_.back().row == row_ && unpainted_.back().end == begin) {
+    unpainted_.back().end = end;
+    if (beside_unpainted_.back() == kNoPiece) beside_unpainted_.back() = beside;
     return;
   }
-  std::size_t at = rest_.size();
-  while (at > 0 && rest_[at - 1].row == row_ && rest_[at - 1].begin >= end) --at;
-  rest_.insert(rest_.begin() + static_cast<std::ptrdiff_t>(at), {row_, begin, end});
-  beside_rest_.insert(beside_rest_.begin() + static_cast<std::ptrdiff_t>(at), beside);
+  std::size_t at = unpainted_.size();
+  while (at > 0 && unpainted_[at - 1].row == row_ && unpainted_[at - 1].begin >= end) --at;
+  unpainted_.insert(unpainted_.begin() + static_cast<std::ptrdiff_t>(at), {row_, begin, end});
+  beside_unpainted_.insert(beside_unpainted_.begin() + static_cast<std::ptrdiff_t>(at), beside);
 }
 
 }  // namespace ccslice

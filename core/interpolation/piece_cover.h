@@ -1,13 +1,18 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Which piece of a cell paints which voxel of a layer.
+// Which piece of a cell paints which voxel of a layer: the COVER.
 //
-// Pieces' runs (interpolation/slab_pieces.h) nearly tile the voxels inside the contours. Where two meet or miss each
-// other by a few voxels, because their triangles differ, either may paint these if both would paint them alike; where a
-// piece ends at the end of a run of voxels, as a bulging boundary has it, it may paint a few beyond. Nothing is
-// extended into a hole, whose material may be another, and what may lie off the solid where that matters is left. What
-// then stays unpainted is the rest.
+// Runs of pieces (interpolation/slab_pieces.h) nearly tile the voxels inside the contours. They overlap or miss each
+// other by a few voxels, because flat triangles stand for curved faces, and neighbours' triangles differ. Let p and q
+// be the polynomials of two pieces, whose errors are at most E of the tolerance T where each piece is. At a voxel that
+// either may hold, |p - q| <= (1 - E) T says that both are within T there, whichever piece holds it: then one of them
+// paints it. Where the contours end before or after the last piece's triangles, as a bulging boundary has it, the piece
+// is followed up to its reach: so far its error grows to T at most.
+//
+// Nothing is extended into a hole, whose material may be another, nor to where a voxel may lie off the solid and
+// materials are so steep that this matters. Those voxels stay unpainted: they are inverted one by one, or cut into
+// tiles.
 
 #pragma once
 
@@ -23,7 +28,7 @@
 
 namespace ccslice {
 
-/// Of one layer. Memory is kept.
+/// The cover of one layer. Memory is kept.
 class PieceCover {
  public:
   /// `spans`: the voxels inside, as rasterize() yields them. `rows`: of the grid.
@@ -34,10 +39,11 @@ class PieceCover {
 
   /// By row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
-  /// Unpainted, to be inverted: short runs in small holes or beside pieces, and others where there are few of them,
-  std::span<const HintedRun> to_invert() const { return alone_; }
-  /// and others.
-  std::span<const VoxelRun> for_tiles() const { return rest_; }
+  /// Unpainted runs that are inverted one by one: short ones in small holes or beside pieces, and others where there
+  /// are few of them. By row, then by column, and so are all other runs here.
+  std::span<const HintedRun> to_invert() const { return to_invert_; }
+  /// All other unpainted runs.
+  std::span<const VoxelRun> for_tiles() const { return unpainted_; }
 
  private:
   void sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows);
@@ -53,8 +59,8 @@ class PieceCover {
   void paint(const PieceRun& run, float after);
   void paint_all(const PieceRun& run, float after);
   void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);
-  void sort_out_rest();
-  std::optional<CellParam> hint_of_rest(std::size_t run) const;
+  void sort_out_unpainted();
+  std::optional<CellParam> hint_of(std::size_t run) const;
   bool is_short(std::size_t run) const;
   bool is_in_large_hole(std::size_t run) const;
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
@@ -63,16 +69,16 @@ class PieceCover {
   std::uint32_t layer_ = 0, row_ = 0;
   std::vector<PieceRun> painted_;
   std::vector<PieceRun> overlapped_;  // Scratch memory.
-  float after_ = 0;                   // The last one's, as ScannedRun's.
-  std::vector<HintedRun> alone_;
-  std::vector<VoxelRun> rest_;
-  std::vector<std::uint32_t> beside_rest_;  // The piece beside each of them, or none.
+  float after_ = 0;                   // ScannedRun::after of the last painted run.
+  std::vector<HintedRun> to_invert_;
+  std::vector<VoxelRun> unpainted_;
+  std::vector<std::uint32_t> beside_unpainted_;  // By unpainted run: the piece beside it, or none.
   std::vector<std::optional<CellParam>> hints_;
   std::vector<ScannedRun> by_row_;        // By row, then by piece.
-  std::vector<std::size_t> row_begins_;   // In by_row_, and one more.
-  std::vector<std::uint64_t> by_column_;  // Those of the row at hand: column << 32 | place in the row.
-  std::vector<ScannedRun> found_;         // The same, themselves,
-  std::size_t first_found_ = 0;           // those before aren't needed any more.
+  std::vector<std::size_t> row_begins_;   // Where rows begin in by_row_, and its end.
+  std::vector<std::uint64_t> by_column_;  // Runs of the row at hand: column << 32 | place in the row.
+  std::vector<ScannedRun> found_;         // Runs of the row at hand, by column.
+  std::size_t first_found_ = 0;           // Those before aren't needed any more.
 };
 
 }  // namespace ccslice

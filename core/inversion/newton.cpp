@@ -21,7 +21,12 @@ struct Interval {
   double low, high;
 };
 
-/// Solves J d = r for the free coordinates, least squares; the others have d given.
+/// Solves J d = r for the free coordinates in the least-squares sense; the others keep their d.
+///
+/// With J_f the columns of the free coordinates and r' = r - sum of the held d_a J_a: d_f = (J_f^T J_f)^-1 J_f^T r'. If
+/// all are free this is J^-1 r, which costs half as much and loses no digits to squaring. A Jacobian that is singular
+/// to rounding, as on the lines where irregular cells degenerate, gets a little damping: the step stays finite, and
+/// follows the directions that J can tell apart.
 void solve_free(const Mat3& jacobian, const Vec3& r, const std::array<bool, 3>& held, Vec3& d) noexcept {
   Vec3 rest = r;
   Mat3 reduced = jacobian;
@@ -51,6 +56,10 @@ struct Step {
 };
 
 /// One step from `uvw`: Newton, with coordinates held at the ends of their intervals where they would pass them.
+///
+/// Holding one coordinate changes what the others should do, so they are solved again: at most once for each
+/// coordinate. Merely clipping the full step would not slide along the face but leave it at the wrong place, where the
+/// next step is clipped again.
 Step bounded_step(const Mat3& jacobian, const Vec3& residual, const Vec3& uvw,
                   const std::array<Interval, 3>& bounds) noexcept {
   std::array<bool, 3> held{};
@@ -76,6 +85,9 @@ Step bounded_step(const Mat3& jacobian, const Vec3& residual, const Vec3& uvw,
   return {next, held[0] || held[1] || held[2]};
 }
 
+/// Where a step from `uvw` may lead. In irregular cells a tenth of the way to a face always remains (soft clip): on the
+/// face itself the Jacobian may be singular or unbounded, and no next step could be told from there. Towards a face the
+/// iteration so converges like 0.1^n, which snap() completes.
 std::array<Interval, 3> bounds_at(const Vec3& uvw, bool regular) noexcept {
   std::array<Interval, 3> bounds;
   for (int a = 0; a < 3; ++a) {
@@ -105,7 +117,7 @@ NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const
   const double accept_mm = acceptance.in_cell(cell);
   NewtonResult best{start, std::numeric_limits<double>::infinity()};
   Vec3 uvw = start;
-  int idle = 0;  // Held steps only: free ones may stagnate for longer beside singular corners, and arrive.
+  int idle = 0;  // Counts held steps only: free ones may stagnate for longer beside singular corners, and arrive.
   bool held = false;
   for (int step = 0; step <= kMaxSteps; ++step) {
     const LimitSample sample = evaluator.sample({cell, uvw});
