@@ -17,6 +17,8 @@
 namespace ccslice::cli {
 namespace {
 
+constexpr std::uint32_t kFewestLayersOfGrabcad = 30;
+
 struct PackageOptions {
   std::string folder;
   std::string output;
@@ -34,8 +36,14 @@ client::Surface boundary_of(Session& session, const LayerStack& stack, const Pac
 
 std::uint64_t write_package(Session& session, const PackageOptions& options, const LayerStack& stack) {
   if (options.output.ends_with(".gcvf")) {
-    if (!session.quiet()) print_note("note: .gcvf is experimental; no printer's software has read one of ours yet");
-    return write_gcvf(stack, options.output);
+    const std::uint64_t bytes = write_gcvf(stack, options.output);
+    if (session.quiet()) return bytes;
+    print_note("note: .gcvf is experimental: its format isn't published, and no printer has read a file of ours yet");
+    if (stack.layers() < kFewestLayersOfGrabcad) {
+      print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestLayersOfGrabcad) +
+                 " layers, and there are " + std::to_string(stack.layers()));
+    }
+    return bytes;
   }
   require_three_mf_stack(stack);
   return write_three_mf(stack, boundary_of(session, stack, options), options.output);
@@ -62,9 +70,10 @@ Command add_package(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<PackageOptions>();
   CLI::App* app = parent.add_subcommand("package", "Pack a folder of layers into one file: .gcvf or volumetric .3mf");
   app->add_option("folder", options->folder, "Folder that `slice` filled")->required();
-  app->add_option("-o,--output", options->output,
-                  "File to write: .gcvf (experimental; of RGBA pictures of materials), or .3mf (the boundary, and "
-                  "8-bit PNG pictures of channels as mixing ratios; asks the server for the boundary)")
+  app->add_option(
+         "-o,--output", options->output,
+         "File to write: .gcvf (experimental; RGBA pictures of at most 6 materials), or .3mf (the boundary, and "
+         "8-bit PNG pictures of channels as mixing ratios; asks the server for the boundary)")
       ->required();
   app->add_option("--chord-tolerance", options->chord_tolerance_mm,
                   "Of a .3mf's boundary: largest distance from a triangle to the limit surface in mm (default 0.05)");

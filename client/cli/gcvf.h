@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// .gcvf, the archive that GrabCAD Print's voxel printing takes: layer_0.png, layer_1.png, ... and ConfigFile.xml, which
-// says what the colours stand for. EXPERIMENTAL: the format isn't published, and what is known of it is that much; no
-// printer's software has read a file of ours.
+// .gcvf, the archive that GrabCAD Print's voxel printing takes: a zip of layer_0.png, layer_1.png, ... (RGBA, from 0,
+// without gaps, not padded) and ConfigFile.xml, which says how large voxels are and what the colours stand for.
+//
+// The format isn't published. Root and fields are those that public writers and viewers of such archives agree on:
+// GCVF with Version, Resolution, SliceDimensions, SliceRange, BitDepth, MaxNumberOfColors, DataSemantics,
+// CreationMode, ImageFilePrefix and MaterialList. No printer's software has read a file of ours yet.
 
 #pragma once
 
@@ -14,8 +17,10 @@
 
 namespace ccslice::cli {
 
-/// Of a stack with an RGBA plane of materials. Returns the file's size. Throws Error{kFileUnwritable, kFileUnsupported,
-/// as LayerStack}.
+/// REQUIRES of the stack, else Error{kFileUnsupported} names the remedy: an RGBA plane of materials; at most six
+/// materials, all opaque; an opaque black background; a pitch of whole dots an inch along
+/// x and y. Materials without a voxel are left out. Returns the file's size. Throws Error{kFileUnwritable} and as
+/// LayerStack.
 std::uint64_t write_gcvf(const LayerStack& stack, const std::filesystem::path& path);
 
 }  // namespace ccslice::cli

@@ -101,6 +101,10 @@ void LayerStack::read_materials(const Struct& manifest) {
     }
     materials_.push_back({text(material, "name"), colour, count(material, "voxel_count")});
   }
+  const Struct& printing = field(manifest, "printing").struct_value();
+  if (printing.fields().contains("background_rgba")) {
+    background_rgba_ = static_cast<std::uint32_t>(count(printing, "background_rgba"));
+  }
 }
 
 void LayerStack::read_layers(const Struct& manifest) {

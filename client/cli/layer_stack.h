@@ -50,6 +50,8 @@ class LayerStack {
   const std::vector<double>& placement() const { return placement_; }
   const std::vector<StackPlane>& planes() const { return planes_; }
   const std::vector<StackMaterial>& materials() const { return materials_; }
+  /// The colour of voxels outside, 0xRRGGBBAA.
+  std::uint32_t background_rgba() const { return background_rgba_; }
 
   /// The bytes of a picture. Compares them with their digest.
   std::string picture(std::uint32_t layer, std::size_t plane) const;
@@ -73,6 +75,7 @@ class LayerStack {
   std::vector<double> placement_;
   std::vector<StackPlane> planes_;
   std::vector<StackMaterial> materials_;
+  std::uint32_t background_rgba_ = 0x000000ff;
   std::vector<std::vector<File>> files_;  // By layer and plane.
 };
 

@@ -109,16 +109,52 @@ def check_dates(archive):
     require({info.date_time for info in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}, "an archive with dates")
 
 
+# Fields of ConfigFile.xml in their order, as public writers of such archives have them.
+GCVF = ["Version", "Resolution", "SliceDimensions", "SliceRange", "BitDepth", "MaxNumberOfColors", "DataSemantics",
+        "CreationMode", "ImageFilePrefix", "MaterialList"]
+GCVF_CONSTANTS = {"Version": "2", "SliceRange/StartIndex": "0", "BitDepth": "4", "MaxNumberOfColors": "6",
+                  "DataSemantics": "Materials", "CreationMode": "MODEL_ONLY", "ImageFilePrefix": "layer_",
+                  "MaterialList/BackGroundMaterialRGBA": "0 0 0 255"}
+
+
+def colour_of(text):
+    colour = tuple(int(number) for number in text.split(" "))
+    require(len(colour) == 4 and all(0 <= number <= 255 for number in colour), f"the colour {text}")
+    return colour
+
+
+def check_gcvf_size(name, config, manifest):
+    pitch, region = manifest["grid"]["pitch_mm"], manifest["region"]
+    dots = [int(config.find(f"Resolution/{axis}Dpi").text) for axis in "XY"]
+    require(all(abs(25.4 / n - mm) < 0.002 * mm for n, mm in zip(dots, pitch)), f"{name}: {dots} dpi for {pitch} mm")
+    require(int(config.find("Resolution/SliceThicknessNanoMeter").text) == round(1e6 * pitch[2]), f"{name}: thickness")
+    size = [int(config.find(f"SliceDimensions/Slice{side}").text) for side in ("Width", "Height")]
+    require(size == [region["columns"], region["rows"]], f"{name}: {size}")
+
+
 def check_gcvf(path, manifest):
     with zipfile.ZipFile(path) as archive:
         check_dates(archive)
-        layers = len(manifest["layers"])
-        require(set(archive.namelist()) == {"ConfigFile.xml", *(f"layer_{i}.png" for i in range(layers))}, f"{path.name}: entries")
         config = xml.etree.ElementTree.fromstring(archive.read("ConfigFile.xml"))
-        size = tuple(int(config.find(name).text) for name in ("Width", "Height", "SliceCount"))
-        require(size == (manifest["region"]["columns"], manifest["region"]["rows"], layers), f"{path.name}: {size}")
-        found = {m.get("Name"): int(m.find("VoxelCount").text) for m in config.iter("Material")}
-        require(found == {m["name"]: m["voxel_count"] for m in manifest["materials"]}, f"{path.name}: {found}")
+        require(config.tag == "GCVF" and [child.tag for child in config] == GCVF, f"{path.name}: fields")
+        for field, value in GCVF_CONSTANTS.items():
+            require(config.find(field).text == value, f"{path.name}: {field} is {config.find(field).text}")
+        check_gcvf_size(path.name, config, manifest)
+        layers = int(config.find("SliceRange/NumberOfSlices").text)
+        require(layers == len(manifest["layers"]), f"{path.name}: {layers} layers")
+        require(set(archive.namelist()) == {"ConfigFile.xml", *(f"layer_{i}.png" for i in range(layers))}, f"{path.name}: entries")
+        require([child.tag for child in config.find("MaterialList")][0] == "BackGroundMaterialRGBA", f"{path.name}: background")
+        materials = [[m.find(tag).text for tag in ("Name", "RGBA", "VoxelCount")] for m in config.iter("Material")]
+        require(all([child.tag for child in m] == ["Name", "RGBA", "VoxelCount"] for m in config.iter("Material")), "a material")
+        expected = [m["name"] for m in manifest["materials"] if m["voxel_count"] > 0]
+        require([name for name, _, _ in materials] == expected, f"{path.name}: {materials}")
+        palette = [(0, 0, 0, 255)] + [colour_of(rgba) for _, rgba, _ in materials]
+        counted = numpy.zeros(len(palette), dtype=numpy.int64)
+        for layer in range(layers):
+            with Image.open(archive.open(f"layer_{layer}.png")) as picture:
+                require(picture.mode == "RGBA", f"layer_{layer}.png is {picture.mode}")
+                counted += material_counts(picture, palette)
+        require(list(counted[1:]) == [int(count) for _, _, count in materials], f"{path.name} counts {counted}: {materials}")
 
 
 def relations(archive, name):

@@ -176,8 +176,9 @@ TEST_F(CommandLine, PacksMaterialsAsGcvf) {
   for (const char* encoding : {"png-rgba", "png"}) {
     const std::string folder = path(encoding);
     const ProcessResult sliced =
-        run({"slice", box_, "--pitch", "0.5", "--material", "soft=#00ffff", "--material", "stiff=#ff00ff", "--map",
-             "blend:gradient:0=soft,1=stiff", "--masks", "--encoding", encoding, "-o", folder});
+        run({"slice", box_, "--dpi", "50,40", "--layer-height", "0.5", "--material", "soft & <clear>=#00ffff",
+             "--material", "stiff=#ff00ff", "--map", "blend:gradient:0=soft & <clear>,1=stiff", "--masks", "--encoding",
+             encoding, "-o", folder});
     ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
     EXPECT_EQ(json_at(read_whole(folder + "/manifest.json"), "materials").list_value().values_size(), 2);
   }
@@ -191,9 +192,39 @@ TEST_F(CommandLine, PacksMaterialsAsGcvf) {
   }
 }
 
+TEST_F(CommandLine, RefusesToPackWhatAGcvfFileCannotSay) {
+  const auto packed = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"slice",      box_,       "--layers", "0..1",
+                                          "--encoding", "png-rgba", "-o",       path(name)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    EXPECT_EQ(run(arguments).exit_code, cli::kExitOk) << name;
+    const ProcessResult result = run({"package", path(name), "-o", path(name + ".gcvf")});
+    EXPECT_EQ(fs::exists(path(name + ".gcvf")), result.exit_code == cli::kExitOk) << name;
+    return result;
+  };
+  const std::vector<std::string> dpi = {"--dpi", "50", "--layer-height", "0.5"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.end(), dpi.begin(), dpi.end());
+    return more;
+  };
+  EXPECT_THAT(packed("pitch", {"--pitch", "0.7", "--material", "a=#ff0000"}).err, HasSubstr("whole dots an inch"));
+  EXPECT_THAT(packed("back", with({"--material", "a=#ff0000", "--background", "#101010"})).err,
+              HasSubstr("background"));
+  EXPECT_THAT(packed("clear", with({"--material", "a=#ff000080"})).err, HasSubstr("opaque colours only"));
+  std::vector<std::string> seven = {"--map", "blend:gradient:0=m0,1=m6"};
+  for (int m = 0; m < 7; ++m) {
+    seven.insert(seven.end(), {"--material", "m" + std::to_string(m) + "=#0000f" + std::to_string(m)});
+  }
+  EXPECT_THAT(packed("seven", with(seven)).err, HasSubstr("at most 6 materials, and there are 7"));
+  const ProcessResult few = packed("few", with({"--material", "a=#ff0000"}));
+  EXPECT_EQ(few.exit_code, cli::kExitOk);
+  EXPECT_THAT(few.err, HasSubstr("no fewer than 30 layers, and there are 2"));
+}
+
 TEST_F(CommandLine, SlicesARegionWithItsRowsTurned) {
-  const std::vector<std::string> job = {"slice",     box_,         "--pitch",   "0.5",   "--material",
-                                        "a=#ff0000", "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b"};
+  const std::vector<std::string> job = {"slice",          box_,        "--dpi",      "50",
+                                        "--layer-height", "0.5",       "--material", "a=#ff0000",
+                                        "--material",     "b=#0000ff", "--map",      "blend:gradient:0=a,1=b"};
   const auto slice = [&](const std::string& folder, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = job;
     arguments.insert(arguments.end(), more.begin(), more.end());
