@@ -38,7 +38,7 @@ LayerStream::LayerStream(Executor& executor, LayerRange range, StreamWindow wind
     : lane_(executor.make_lane()),
       window_(window),
       make_(std::move(make)),
-      notify_(std::move(notify)),
+      consumer_{.notify = std::move(notify)},
       next_layer_(range.first),
       end_layer_(range.first + range.count) {}
 
@@ -80,7 +80,7 @@ void LayerStream::start_slabs_locked(std::vector<SlabPtr>& started) {
 /// For the next layer of a slab in flight.
 bool LayerStream::has_room_locked(const Slab& slab) const {
   const bool awaited = !in_flight_.empty() && &slab == in_flight_.front().get() && slab.ready.empty();
-  return awaited || held_bytes_ + (running_ + std::uint64_t{1}) * largest_bytes_ <= window_.window_bytes;
+  return awaited || memory_.held_bytes + (running_ + std::uint64_t{1}) * memory_.largest_bytes <= window_.window_bytes;
 }
 
 void LayerStream::compute_next(const SlabPtr& slab) {
@@ -152,9 +152,9 @@ void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, 
     if (!goes_on) --active_;
     start_slabs_locked(started);  // Less is being computed now, so there may be room.
     trim_computes_locked(dropped);
-    if (waiting_ && worth_pulling_locked()) {
-      waiting_ = false;
-      notify = notify_;
+    if (consumer_.waiting && worth_pulling_locked()) {
+      consumer_.waiting = false;
+      notify = consumer_.notify;
     }
   }
   if (goes_on) {
@@ -168,8 +168,8 @@ void LayerStream::add_layer_locked(Slab& slab, Layer layer) {
   ++slab.computed;
   if (cancelled_) return;
   const std::uint64_t bytes = memory_bytes(layer);
-  held_bytes_ += bytes;
-  largest_bytes_ = std::max(largest_bytes_, bytes);
+  memory_.held_bytes += bytes;
+  memory_.largest_bytes = std::max(memory_.largest_bytes, bytes);
   slab.ready.push_back(std::move(layer));
 }
 
@@ -194,13 +194,13 @@ LayerStream::Pull LayerStream::pull(Layer& layer) {
     Slab& slab = *in_flight_.front();
     if (slab.ready.empty()) {
       if (slab.error) return Pull::kFailed;
-      waiting_ = true;
+      consumer_.waiting = true;
       return Pull::kPending;
     }
     layer = std::move(slab.ready.front());
     slab.ready.pop_front();
-    held_bytes_ -= taken_bytes_;
-    taken_bytes_ = memory_bytes(layer);
+    memory_.held_bytes -= memory_.taken_bytes;
+    memory_.taken_bytes = memory_bytes(layer);
     if (slab.ready.empty() && slab.computed == slab.layers.count) in_flight_.pop_front();
   }
   start_slabs();
@@ -225,9 +225,9 @@ void LayerStream::cancel() {
     dropped.swap(in_flight_);
     idle.swap(idle_computes_);
     for (const SlabPtr& slab : dropped) std::deque<Layer>().swap(slab->ready);
-    if (waiting_) notify = notify_;
-    waiting_ = false;
-    notify_ = nullptr;
+    if (consumer_.waiting) notify = consumer_.notify;
+    consumer_.waiting = false;
+    consumer_.notify = nullptr;
   }
   if (notify) notify();
 }

@@ -94,6 +94,15 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     bool done() const { return computed == layers.count || error; }
   };
   using SlabPtr = std::shared_ptr<Slab>;
+  struct Consumer {
+    Notify notify;         // Null once cancelled.
+    bool waiting = false;  // It was told kPending.
+  };
+  struct LayerMemory {
+    std::uint64_t held_bytes = 0;   // All layers that are computed, the one taken last included.
+    std::uint64_t taken_bytes = 0;  // The one taken last.
+    std::uint64_t largest_bytes = 0;
+  };
   struct IdleCompute {
     std::uint32_t first_layer;  // Of the slab that it worked on.
     ComputeLayer compute;
@@ -118,8 +127,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   const CancellationToken cancel_ = CancellationToken::make();
 
   std::mutex mutex_;
-  Notify notify_;         // Null once cancelled.
-  bool waiting_ = false;  // The consumer was told kPending.
+  Consumer consumer_;
   bool cancelled_ = false;
   bool failed_ = false;       // A slab failed: no further ones are started.
   std::uint32_t next_layer_;  // First layer of the next slab to start.
@@ -127,9 +135,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   std::deque<SlabPtr> in_flight_;  // By layer.
   std::uint32_t active_ = 0;       // Slabs with a layer queued or being computed.
   std::uint32_t running_ = 0;      // Layers being computed.
-  std::uint64_t held_bytes_ = 0;   // Layers computed, the one taken last included.
-  std::uint64_t taken_bytes_ = 0;  // That one.
-  std::uint64_t largest_bytes_ = 0;
+  LayerMemory memory_;
   std::vector<IdleCompute> idle_computes_;
 };
 
