@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// What a client compares before it puts layers of two servers together.
 
 #pragma once
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Numbers in messages for people. Files have their own, exact ways.
 
 #pragma once
 

@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// What a material pass fills: the planes of one layer, and its counts. Regions work on more voxels than they deliver,
+// so what the planes hold and what is counted differ.
 
 #pragma once
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Limits that keep one request from taking a server's memory or days of its time. A server's options may change them.
 
 #pragma once
 

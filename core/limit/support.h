@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// How far the limit volume reaches in a direction: the box of a placed part is read off its support along the axes. The
+// limit lies in the hull of its control points, but well inside of it, so the hull's box would be too large.
 
 #pragma once
 

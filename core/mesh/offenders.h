@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Errors about many ids: one message for all that break a rule, however many there are.
 
 #pragma once
 

@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Whether a control mesh is a solid that can be subdivided: every face in one or two cells, every vertex surrounded by
+// a ball or a half-ball of cells, none of them inside out. What is wrong is named with its ids.
 
 #pragma once
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The histogram of bytes that Huffman codes are made from.
 
 #pragma once
 

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The rectangle of a layer that is worked on. A region's pictures hold a part of the layer only.
 
 #pragma once
 

@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// From the tolerance of a job, a share of what each plane shows, to lengths in the units of channels. One polynomial a
+// channel serves all planes, so the strictest plane counts.
 
 #pragma once
 

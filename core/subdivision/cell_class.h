@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Each class has its own way to the limit: one patch, a two-dimensional scheme times a cubic, or a nest around a
+// corner.
 
 #pragma once
 
