@@ -55,7 +55,7 @@ void TileTreeBuilder::bucket_row(std::uint32_t tile_row, std::span<const std::sp
 
 /// The node of a box that holds runs_ from `first_run` on. `around`: the particles of a box around it, if known.
 TileTree::Node TileTreeBuilder::build_node(const VoxelBox& box, std::size_t first_run,
-                                           const TileFitter::Particles& around) {
+                                           const TileParticles::Range& around) {
   if (first_run == runs_.size()) return {};
   cancel_.throw_if_cancelled();
   std::uint64_t voxels = 0;
@@ -68,14 +68,14 @@ TileTree::Node TileTreeBuilder::build_node(const VoxelBox& box, std::size_t firs
   const std::uint8_t axes = axes_to_halve(box);
   if (voxels < kSmallestTile || axes == 0) return build_exact(first_run, around);
   if (is_ambiguous(centres)) return build_split(box, axes, first_run, around);
-  const TileFitter::Particles inside = fitter_.enter(centres, voxels, around);
+  const TileParticles::Range inside = fitter_.particles().enter(centres, voxels, around);
   Node node;
   switch (fitter_.fit(inside, centres, voxels, kSmallestTile)) {
     case TileFitter::Outcome::kFits: node = tree_->add_polynomials(fitter_.frame(), fitter_.polynomials()); break;
     case TileFitter::Outcome::kHopeless: node = build_exact(first_run, inside); break;
     case TileFitter::Outcome::kHalve: node = build_split(box, axes, first_run, inside.known ? inside : around); break;
   }
-  if (inside.known) fitter_.leave(inside);
+  if (inside.known) fitter_.particles().leave(inside);
   return node;
 }
 
@@ -88,9 +88,9 @@ bool TileTreeBuilder::is_ambiguous(const Box3& centres) const {
   return field_->is_ambiguous(Box3(world(centres.min()), world(centres.max())));
 }
 
-TileTree::Node TileTreeBuilder::build_exact(std::size_t first_run, const TileFitter::Particles& inside) {
+TileTree::Node TileTreeBuilder::build_exact(std::size_t first_run, const TileParticles::Range& inside) {
   const LayerRun& run = runs_[first_run];
-  return tree_->add_exact(fitter_.near(inside, Vec3(run.begin, run.row, run.layer)));
+  return tree_->add_exact(fitter_.particles().near(inside, Vec3(run.begin, run.row, run.layer)));
 }
 
 /// Bit a if the box is to be halved along axis a: those along which it is about the longest, in millimetres.
@@ -110,7 +110,7 @@ std::uint8_t TileTreeBuilder::axes_to_halve(const VoxelBox& box) const {
 }
 
 TileTree::Node TileTreeBuilder::build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run,
-                                            const TileFitter::Particles& inside) {
+                                            const TileParticles::Range& inside) {
   const Node node = tree_->add_split(axes);
   const std::size_t end_run = runs_.size();
   for (std::uint32_t child = 0; child < 8; ++child) {

@@ -47,9 +47,9 @@ class TileTreeBuilder {
   };
 
   void bucket_row(std::uint32_t tile_row, std::span<const std::span<const VoxelRun>> layers);
-  Node build_node(const VoxelBox& box, std::size_t first_run, const TileFitter::Particles& around);
-  Node build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run, const TileFitter::Particles& inside);
-  Node build_exact(std::size_t first_run, const TileFitter::Particles& inside);
+  Node build_node(const VoxelBox& box, std::size_t first_run, const TileParticles::Range& around);
+  Node build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run, const TileParticles::Range& inside);
+  Node build_exact(std::size_t first_run, const TileParticles::Range& inside);
   std::uint8_t axes_to_halve(const VoxelBox& box) const;
   bool is_ambiguous(const Box3& centres) const;
 

@@ -68,7 +68,7 @@ class TileFitterTest : public testing::Test {
     fitter_.emplace(solid_, spec_);
   }
 
-  Outcome fit(const TileFitter::Particles& particles, const Box3& box) {
+  Outcome fit(const TileParticles::Range& particles, const Box3& box) {
     return fitter_->fit(particles, box, voxels_in(box), kLeast);
   }
 
@@ -116,7 +116,7 @@ class TileFitterTest : public testing::Test {
 TEST_F(TileFitterTest, FitsASmoothChannelOverManyCells) {
   take(bent_box(0), {smooth}, kOutside, 4e-3);
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
-  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range found = fitter_->particles().enter(box, voxels_in(box), {});
   ASSERT_TRUE(found.known);
   EXPECT_GT(found.end - found.first, 80u);
   ASSERT_EQ(fit(found, box), Outcome::kFits);
@@ -146,7 +146,7 @@ TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
       std::size_t fitted = 0;
       for (const Vec3& size : {Vec3(16, 16, 16), Vec3(8, 8, 8), Vec3(32, 16, 8)}) {
         for (const Box3& box : boxes(size)) {
-          if (fit(fitter_->enter(box, voxels_in(box), {}), box) != Outcome::kFits) continue;
+          if (fit(fitter_->particles().enter(box, voxels_in(box), {}), box) != Outcome::kFits) continue;
           ++fitted;
           ASSERT_LE(error_in(box), 1) << name << " at " << box.min().transpose();
         }
@@ -159,31 +159,31 @@ TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
 TEST_F(TileFitterTest, HalvesWhatBendsAndGivesUpNoise) {
   take(bent_box(0), {smooth, [](const Vec3& p) { return std::sin(2 * p.x()); }});
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
-  EXPECT_EQ(fit(fitter_->enter(box, voxels_in(box), {}), box), Outcome::kHalve);
+  EXPECT_EQ(fit(fitter_->particles().enter(box, voxels_in(box), {}), box), Outcome::kHalve);
   take(bent_box(), {noise(5)}, kOutside, 1e-7);
   for (const Box3& part : {box, Box3(Vec3(16, 8, 16), Vec3(31, 23, 31))}) {
-    EXPECT_EQ(fit(fitter_->enter(part, voxels_in(part), {}), part), Outcome::kHopeless);
+    EXPECT_EQ(fit(fitter_->particles().enter(part, voxels_in(part), {}), part), Outcome::kHopeless);
   }
 }
 
 TEST_F(TileFitterTest, GivesUpWhereNoCellIs) {
   take(bent_box(), {smooth});
   const Box3 box(Vec3(-60, -60, -60), Vec3(-40, -40, -40));
-  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range found = fitter_->particles().enter(box, voxels_in(box), {});
   EXPECT_TRUE(found.known);
   EXPECT_EQ(found.first, found.end);
   EXPECT_EQ(fit(found, box), Outcome::kHopeless);
-  EXPECT_FALSE(fitter_->near(found, box.center()));
+  EXPECT_FALSE(fitter_->particles().near(found, box.center()));
 }
 
 TEST_F(TileFitterTest, DoesNotLookAtMoreParticlesThanVoxelsAreWorth) {
   take(bent_box(), {smooth});
   const Box3 box(Vec3(0, 0, 0), Vec3(95, 65, 15));
-  const TileFitter::Particles found = fitter_->enter(box, 400, {});
+  const TileParticles::Range found = fitter_->particles().enter(box, 400, {});
   EXPECT_FALSE(found.known);
   EXPECT_EQ(fit(found, box), Outcome::kHalve);
-  EXPECT_FALSE(fitter_->near(found, box.center()));
-  EXPECT_TRUE(fitter_->enter(box, voxels_in(box), {}).known) << "nothing is left of the first";
+  EXPECT_FALSE(fitter_->particles().near(found, box.center()));
+  EXPECT_TRUE(fitter_->particles().enter(box, voxels_in(box), {}).known) << "nothing is left of the first";
 }
 
 // Cells of some thousand voxels in boxes of a hundred.
@@ -192,7 +192,7 @@ TEST_F(TileFitterTest, LooksAtPartsOfCellsThatAreLargeBesideABox) {
   oracle::jitter(mesh, 0.3, 2);
   take(mesh, {smooth});
   const Box3 box(Vec3(40, 20, 30), Vec3(47, 27, 37));
-  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range found = fitter_->particles().enter(box, voxels_in(box), {});
   ASSERT_TRUE(found.known);
   ASSERT_EQ(fit(found, box), Outcome::kFits);
   EXPECT_LE(error_in(box), 1);
@@ -204,22 +204,22 @@ TEST_F(TileFitterTest, LooksAtPartsOfCellsThatAreLargeBesideABox) {
 TEST_F(TileFitterTest, EntersHalvesOfABox) {
   take(bent_box(), {smooth});
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 39, 31));
-  const TileFitter::Particles whole = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range whole = fitter_->particles().enter(box, voxels_in(box), {});
   ASSERT_TRUE(whole.known);
   for (const double x : {16, 40}) {
     const Box3 half(Vec3(x, 8, 16), Vec3(x + 23, 39, 31));
-    const TileFitter::Particles inside = fitter_->enter(half, voxels_in(half), whole);
+    const TileParticles::Range inside = fitter_->particles().enter(half, voxels_in(half), whole);
     ASSERT_TRUE(inside.known);
     EXPECT_EQ(inside.first, whole.end);
     EXPECT_LT(inside.end - inside.first, whole.end - whole.first);
     EXPECT_NE(fit(inside, half), Outcome::kHopeless);
     const Box3 quarter(half.min(), Vec3(half.max().x(), 23, 31));
-    const TileFitter::Particles deeper = fitter_->enter(quarter, voxels_in(quarter), inside);
+    const TileParticles::Range deeper = fitter_->particles().enter(quarter, voxels_in(quarter), inside);
     ASSERT_TRUE(deeper.known);
     ASSERT_EQ(fit(deeper, quarter), Outcome::kFits);
     EXPECT_LE(error_in(quarter), 1);
-    fitter_->leave(deeper);
-    fitter_->leave(inside);
+    fitter_->particles().leave(deeper);
+    fitter_->particles().leave(inside);
   }
   ASSERT_NE(fit(whole, box), Outcome::kHopeless) << "its own are still there";
 }
@@ -227,11 +227,11 @@ TEST_F(TileFitterTest, EntersHalvesOfABox) {
 TEST_F(TileFitterTest, StartsAnewAfterBoxesThatWereNeverLeft) {
   take(bent_box(), {smooth});
   const Box3 box(Vec3(16, 8, 16), Vec3(31, 23, 31)), other(Vec3(48, 24, 16), Vec3(63, 39, 31));
-  ASSERT_EQ(fit(fitter_->enter(box, voxels_in(box), {}), box), Outcome::kFits);
+  ASSERT_EQ(fit(fitter_->particles().enter(box, voxels_in(box), {}), box), Outcome::kFits);
   const CubicPolynomial expected = fitter_->polynomials()[0];
-  const TileFitter::Particles there = fitter_->enter(other, voxels_in(other), {});
-  fitter_->enter(Box3(other.min(), other.center()), 2000, there);
-  const TileFitter::Particles again = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range there = fitter_->particles().enter(other, voxels_in(other), {});
+  fitter_->particles().enter(Box3(other.min(), other.center()), 2000, there);
+  const TileParticles::Range again = fitter_->particles().enter(box, voxels_in(box), {});
   EXPECT_EQ(again.first, 0u);
   ASSERT_EQ(fit(again, box), Outcome::kFits);
   EXPECT_EQ(fitter_->polynomials()[0], expected);
@@ -242,8 +242,8 @@ TEST_F(TileFitterTest, RefusesSteepPolynomialsBesideTheBoundaryOnly) {
   const Box3 beside(Vec3(0, 24, 16), Vec3(15, 39, 31)), inside(Vec3(40, 24, 16), Vec3(55, 39, 31));
   for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
     take(bent_box(0), {linear}, outside_mm);
-    EXPECT_EQ(fit(fitter_->enter(beside, voxels_in(beside), {}), beside), expected);
-    EXPECT_EQ(fit(fitter_->enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+    EXPECT_EQ(fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside), expected);
+    EXPECT_EQ(fit(fitter_->particles().enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
   }
 }
 
@@ -252,9 +252,9 @@ TEST_F(TileFitterTest, KnowsAParameterNearAVoxel) {
   LimitEvaluator evaluator(*solid_);
   const Placement voxel_of_world = voxel_of_mesh(spec_.placement, spec_.grid);
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
-  const TileFitter::Particles found = fitter_->enter(box, voxels_in(box), {});
+  const TileParticles::Range found = fitter_->particles().enter(box, voxels_in(box), {});
   for (const Vec3& voxel : {Vec3(16, 8, 16), Vec3(30, 30, 20), Vec3(63, 47, 31)}) {
-    const std::optional<CellParam> near = fitter_->near(found, voxel);
+    const std::optional<CellParam> near = fitter_->particles().near(found, voxel);
     ASSERT_TRUE(near);
     EXPECT_LT((voxel_of_world * evaluator.geo(*near) - voxel).norm(), 9) << "a cell's size, about";
   }

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a box of voxels is made of: PARTICLES, boxes of cells' parameters, sampled forward, that meet it.
+//
+// Cells that are large beside the box are halved, along the axis of their parameters that goes farthest along the axis
+// of the voxels in which they stick out most, until no particle sticks out far. So the particles of a small box are
+// small, too, and a polynomial of the box isn't asked to fit what lies far from it. Particles are kept while a box is
+// cut into smaller ones: those of a half are found among those of the whole.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/voxel_blocks.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// As a share of a particle's size: how far its faces may reach beyond the box of its samples.
+inline constexpr double kParticleMargin = 0.06;
+
+struct TileParticle {
+  std::uint32_t cell;
+  std::uint32_t first_child = 0;  // Its halves, if they were needed.
+  ParamBox parameters;
+  bool one_patch;
+  Box3 bounds;  // Voxels.
+  BlockPlacesInVoxels places;
+  std::vector<BlockValues> values;  // By channel.
+};
+
+/// One thread. Memory is kept.
+class TileParticles {
+ public:
+  TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+
+  /// The particles of a box, or none if they aren't known.
+  struct Range {
+    bool known = false;
+    std::size_t first = 0, end = 0;
+  };
+
+  /// Forgets all particles.
+  void clear();
+  /// Those that meet a box (between the centres of its outer voxels), which lies in the one that `around` is of. Not
+  /// known if there are so many that `voxels` are inverted as quickly.
+  Range enter(const Box3& box, std::uint64_t voxels, const Range& around);
+  /// Forgets what was found since the range's box was entered.
+  void leave(const Range& range);
+
+  /// Their numbers, for operator[].
+  std::span<const std::uint32_t> members(const Range& range) const {
+    return std::span(members_).subspan(range.first, range.end - range.first);
+  }
+  const TileParticle& operator[](std::uint32_t particle) const { return *pool_[particle]; }
+
+  /// A parameter near a voxel.
+  std::optional<CellParam> near(const Range& range, const Vec3& voxel) const;
+  /// A box of voxels, and as far around it as its voxels may lie off the solid.
+  Box3 reached(const Box3& box) const;
+
+ private:
+  bool collect(const Box3& box, std::size_t most);
+  bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
+  std::uint32_t sample(std::uint32_t cell, const ParamBox& parameters);
+  void halve(std::uint32_t particle, Eigen::Index voxel_axis);
+
+  std::shared_ptr<const LimitSolid> solid_;
+  const Placement mesh_of_voxel_;
+  const Vec3 pitch_mm_, outside_voxels_;
+  VoxelBlocks blocks_;
+  std::vector<std::unique_ptr<TileParticle>> pool_;  // The first ones, `used_` of them, are in use.
+  std::size_t used_ = 0;
+  std::vector<std::uint32_t> members_;  // Particles of the boxes on the way down.
+};
+
+}  // namespace ccslice
