@@ -59,6 +59,10 @@ bool ClientError::is_passing() const noexcept {
   }
 }
 
+void answer_corrupt(const std::string& message) {
+  throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt, message);
+}
+
 std::string status_code_name(grpc::StatusCode code) {
   static constexpr std::array<const char*, 17> kNames = {
       "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",

@@ -56,6 +56,9 @@ class ClientError : public std::runtime_error {
   std::string missing_mesh_id_;
 };
 
+/// Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}.
+[[noreturn]] void answer_corrupt(const std::string& message);
+
 /// "UNAVAILABLE", "INVALID_ARGUMENT", ...
 std::string status_code_name(grpc::StatusCode code);
 

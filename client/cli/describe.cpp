@@ -57,7 +57,7 @@ std::string describe(const v1::MeshSummary& mesh) {
 std::string describe(const v1::GetServerInfoResponse& info) {
   std::string encodings;
   for (const int encoding : info.encodings()) {
-    encodings += (encodings.empty() ? "" : ", ") + std::string(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
+    encodings += (encodings.empty() ? "" : ", ") + encoding_name(static_cast<v1::PlaneEncoding>(encoding));
   }
   std::string printers;
   for (const v1::PrinterProfile& profile : info.printer_profiles()) {

@@ -3,15 +3,20 @@
 
 #include "client/cli/job.h"
 
+#include <algorithm>
 #include <cstddef>
+#include <string_view>
 #include <utility>
 
 #include "client/cli/text_values.h"
+#include "client/plane_encodings.h"
+#include "core/base/choice_text.h"
 
 namespace ccslice::cli {
 namespace {
 
 constexpr double kMmPerInch = 25.4;
+constexpr std::string_view kAuto = "auto";
 
 std::optional<v1::SampleType> sample_type_of(const std::string& text) {
   if (text == "u8") return v1::SAMPLE_TYPE_UINT8;
@@ -20,25 +25,40 @@ std::optional<v1::SampleType> sample_type_of(const std::string& text) {
   return std::nullopt;
 }
 
+std::string option_name(const client::PlaneEncoding& encoding) {
+  std::string name(encoding.name);
+  std::ranges::replace(name, '_', '-');
+  return name;
+}
+
+/// What --encoding takes.
+std::vector<std::string> encoding_options() {
+  std::vector<std::string> names = {std::string(kAuto)};
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) names.push_back(option_name(encoding));
+  return names;
+}
+
+std::string encoding_help() {
+  struct Choice {
+    std::string name;
+  };
+  std::vector<Choice> choices;
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) {
+    const std::string note(encoding.note);
+    choices.push_back({option_name(encoding) + (note.empty() ? "" : " (" + note + ")")});
+  }
+  return choice_text(choices) + "; auto is png, zstd for f32, and exr for --all-channels";
+}
+
 v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plane) {
-  if (name == "raw") return v1::PLANE_ENCODING_RAW;
-  if (name == "zstd") return v1::PLANE_ENCODING_RAW_ZSTD;
-  const bool floats = plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32;
-  if (name == "png" && floats) {
-    throw UsageError("PNG has no floating point samples; take u8, u16, or --encoding tiff, exr or zstd");
-  }
-  if (name == "png-rgba" && plane.has_materials()) return v1::PLANE_ENCODING_PNG_RGBA;
-  if (name == "tiff") {
-    if (plane.has_materials()) throw UsageError("TIFF shows no materials; take --encoding png, png-rgba or zstd");
-    if (plane.has_channels()) throw UsageError("TIFF has no names for all channels; take --encoding exr or zstd");
-    return v1::PLANE_ENCODING_TIFF;
-  }
-  if (name == "exr") {
-    if (!floats) throw UsageError("EXR has floating point samples only; take f32, or --encoding png, tiff or auto");
-    return v1::PLANE_ENCODING_EXR;
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) {
+    if (name != option_name(encoding) || (encoding.only_materials && !plane.has_materials())) continue;
+    const std::string_view objection = encoding.objection ? encoding.objection(plane) : "";
+    if (!objection.empty()) throw UsageError(std::string(objection));
+    return encoding.value;
   }
   if (plane.has_channels()) return v1::PLANE_ENCODING_EXR;
-  return floats ? v1::PLANE_ENCODING_RAW_ZSTD : v1::PLANE_ENCODING_PNG;
+  return plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32 ? v1::PLANE_ENCODING_RAW_ZSTD : v1::PLANE_ENCODING_PNG;
 }
 
 void set_value_range(const std::string& text, v1::PlaneSpec& plane) {
@@ -161,12 +181,8 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
       ->group("Pictures");
   command.add_flag("--masks", options.masks, "A picture of which voxels are of a material, for each of them")
       ->group("Pictures");
-  command
-      .add_option(
-          "--encoding", options.encoding,
-          "png, png-rgba (materials in colour; png for others), tiff, exr (floats only), zstd or raw; auto is png, "
-          "zstd for f32, and exr for --all-channels")
-      ->check(CLI::IsMember({"auto", "png", "png-rgba", "tiff", "exr", "zstd", "raw"}))
+  command.add_option("--encoding", options.encoding, encoding_help())
+      ->check(CLI::IsMember(encoding_options()))
       ->capture_default_str()
       ->group("Pictures");
   command

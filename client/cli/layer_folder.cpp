@@ -11,6 +11,7 @@
 #include "client/cli/manifest.h"
 #include "client/cli/output_file.h"
 #include "client/mesh_bytes.h"
+#include "client/plane_encodings.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -22,17 +23,7 @@ constexpr const char* kManifest = "manifest.json";
 constexpr const char* kContactSheet = "contact_sheet.png";
 constexpr std::string_view kLayerPrefix = "layer_";
 constexpr std::size_t kFewestDigits = 4;
-
-const char* extension_of(v1::PlaneEncoding encoding) {
-  switch (encoding) {
-    case v1::PLANE_ENCODING_PNG:
-    case v1::PLANE_ENCODING_PNG_RGBA: return ".png";
-    case v1::PLANE_ENCODING_TIFF: return ".tif";
-    case v1::PLANE_ENCODING_EXR: return ".exr";
-    case v1::PLANE_ENCODING_RAW: return ".bin";
-    default: return ".zst";
-  }
-}
+constexpr std::string_view kUnknownExtension = ".zst";  // Such planes don't get as far as a file.
 
 /// A channel's name as part of a file name: letters, digits, '-' and '.' stay, all else becomes '_'.
 std::string file_name_of(const v1::PlaneSpec& plane) {
@@ -56,16 +47,23 @@ std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes) {
     std::string name = file_name_of(planes[i]);
     if (!used.insert(name).second) name += "_" + std::to_string(i);
     used.insert(name);
-    suffixes.push_back("_" + name + extension_of(planes[i].encoding()));
+    const client::PlaneEncoding* encoding = client::find_encoding(planes[i].encoding());
+    suffixes.push_back("_" + name + std::string(encoding ? encoding->extension : kUnknownExtension));
   }
   return suffixes;
+}
+
+std::set<std::string> extensions_of_ours() {
+  std::set<std::string> extensions = {".json", ".csv"};
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) extensions.emplace(encoding.extension);
+  return extensions;
 }
 
 /// Files of ours from an earlier run.
 bool is_ours(const fs::path& path) {
   const std::string name = path.filename().string();
   if (name == kManifest || name == kContactSheet || name == JobJournal::kName) return true;
-  static const std::set<std::string> kExtensions = {".png", ".tif", ".exr", ".zst", ".bin", ".json", ".csv"};
+  static const std::set<std::string> kExtensions = extensions_of_ours();
   const std::size_t digits_end = name.find_first_not_of("0123456789", kLayerPrefix.size());
   return name.starts_with(kLayerPrefix) && digits_end != std::string::npos && digits_end > kLayerPrefix.size() &&
          name[digits_end] == '_' && kExtensions.contains(path.extension().string());

@@ -7,6 +7,8 @@
 
 #include <string>
 
+#include "client/plane_encodings.h"
+
 namespace ccslice::cli {
 namespace {
 
@@ -106,16 +108,9 @@ double seconds_of(const google::protobuf::Duration& duration) {
   return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
 }
 
-const char* encoding_name(v1::PlaneEncoding encoding) {
-  switch (encoding) {
-    case v1::PLANE_ENCODING_RAW: return "raw";
-    case v1::PLANE_ENCODING_RAW_ZSTD: return "zstd";
-    case v1::PLANE_ENCODING_PNG: return "png";
-    case v1::PLANE_ENCODING_TIFF: return "tiff";
-    case v1::PLANE_ENCODING_EXR: return "exr";
-    case v1::PLANE_ENCODING_PNG_RGBA: return "png_rgba";
-    default: return "unknown";
-  }
+std::string encoding_name(v1::PlaneEncoding value) {
+  const client::PlaneEncoding* encoding = client::find_encoding(value);
+  return encoding ? std::string(encoding->name) : "unknown";
 }
 
 namespace {

@@ -28,8 +28,8 @@ void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
 
 double seconds_of(const google::protobuf::Duration& duration);
 
-/// As --encoding takes it.
-const char* encoding_name(v1::PlaneEncoding encoding);
+/// As in client/plane_encodings.h.
+std::string encoding_name(v1::PlaneEncoding value);
 
 /// Lines for people, without the last line end.
 std::string describe(const v1::MeshSummary& mesh);

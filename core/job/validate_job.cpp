@@ -8,11 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "core/base/choice_text.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/job/validate_placement.h"
 #include "core/output/encode.h"
+#include "core/output/encodings.h"
 
 namespace ccslice {
 namespace {
@@ -52,13 +54,13 @@ class PlaneCheck {
   }
 
   void check_values() const {
-    const auto require = [this](bool known, const char* field, const char* choice) {
-      if (!known) refuse(ErrorCode::kEnumValueUnknown, field, std::string("unknown; ask for ") + choice);
+    const auto require = [this](bool known, const char* field, const std::string& choice) {
+      if (!known) refuse(ErrorCode::kEnumValueUnknown, field, "unknown; ask for " + choice);
     };
     require(plane_.content <= PlaneContent::kMaterialMask, ".content",
             "the occupancy, a channel or several, materials or one of them");
     require(plane_.sample_type <= SampleType::kUint4, ".sample_type", "BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32");
-    require(plane_.encoding <= Encoding::kPngRgba, ".encoding", "RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR");
+    require(find_encoding(plane_.encoding) != nullptr, ".encoding", choice_text(encodings()));
   }
 
   bool has_integer_samples() const {

@@ -2,12 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // From samples to the bytes that travel. Encoding is serial and deterministic: the same samples give the same bytes in
-// every call, on every thread and on every replica of the same build.
-//
-//   kRaw      the samples themselves;
-//   kRawZstd  one zstd frame, level 1, with its content size: a reader can allocate before it decodes;
-//   kPng, kPngRgba  PNG files (png.h);
-//   kTiff, kExr     picture files through OpenImageIO (image_file.h), only in builds with CCSLICE_WITH_OPENIMAGEIO.
+// every call, on every thread and on every replica of the same build. What encodings there are: encodings.h.
 
 #pragma once
 
@@ -26,10 +21,12 @@ namespace ccslice {
 std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height, std::uint32_t channels = 1);
 
 /// Why samples of this type can't be encoded so, and what to ask for instead; nothing if they can.
-std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding, std::uint32_t channels = 1);
+[[nodiscard]] std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding,
+                                                                std::uint32_t channels = 1);
 
 /// Likewise for the numbers of so many materials.
-std::optional<std::string_view> index_encoding_obstacle(SampleType type, Encoding encoding, std::size_t materials);
+[[nodiscard]] std::optional<std::string_view> index_encoding_obstacle(SampleType type, Encoding encoding,
+                                                                      std::size_t materials);
 
 /// CRC-32 (IEEE 802.3, as in PNG and zlib).
 std::uint32_t crc32_of(std::span<const std::uint8_t> bytes);
@@ -44,14 +41,14 @@ class PlaneEncoder {
 
   /// REQUIRES: image.samples.size() == sample_bytes(of image's type, size and channels), and that not 0.
   /// Throws Error{kEncodingUnsupported, kCancelled, kInternal}. Polls `cancel` every megabyte or so.
-  EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel = {});
+  [[nodiscard]] EncodedPlane encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel = {});
   /// The numbers of materials as samples of `type`. REQUIRES: indices.size() == width * height, not 0. Throws as above,
   /// kInternal for a number beyond the palette too: no file is made of colours that weren't asked for.
-  EncodedPlane encode(const IndexImage& image, SampleType type, Encoding encoding,
-                      const CancellationToken& cancel = {});
+  [[nodiscard]] EncodedPlane encode(const IndexImage& image, SampleType type, Encoding encoding,
+                                    const CancellationToken& cancel = {});
   /// Which voxels are of one material, as kBit; 1 bit a voxel in PNG. Likewise.
-  EncodedPlane encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
-                           const CancellationToken& cancel = {});
+  [[nodiscard]] EncodedPlane encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
+                                         const CancellationToken& cancel = {});
 
  private:
   struct State;

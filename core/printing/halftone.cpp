@@ -40,7 +40,7 @@ void copy_numbers(const std::array<std::int32_t, kMixBlock>& chosen, std::uint32
 
 std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm, double pitch_y_mm,
                                      double pitch_z_mm) {
-  if (printing.halftone.method != HalftoneMethod::kBlueNoise || printing.materials.size() == 1) return std::nullopt;
+  if (!printing.halftone.traits().has_mask || printing.materials.size() == 1) return std::nullopt;
   return voxel_shape(pitch_x_mm, pitch_y_mm, pitch_z_mm);
 }
 
@@ -53,7 +53,7 @@ HalftonePlan::HalftonePlan(const Printing& printing, double pitch_x_mm, double p
 void Halftoner::start_layer(std::uint32_t width, std::uint32_t layer) {
   layer_ = layer;
   row_ = 0;
-  if (plan_.printing().halftone.method == HalftoneMethod::kErrorDiffusion) diffusion_.start_layer(width);
+  if (plan_.printing().halftone.traits().carries_errors) diffusion_.start_layer(width);
 }
 
 void Halftoner::start_row(std::uint32_t y) {
@@ -64,7 +64,7 @@ void Halftoner::start_row(std::uint32_t y) {
     const auto row = plan_.mask()->row(y + shift(halftone.seed, 1), layer_ + shift(halftone.seed, 2));
     std::rotate_copy(row.begin(), row.begin() + shift(halftone.seed, 0), row.end(), thresholds_.begin());
   }
-  if (halftone.method != HalftoneMethod::kErrorDiffusion) return;
+  if (!halftone.traits().carries_errors) return;
   reverse_ = ((y ^ layer_) & 1) != 0;
   diffusion_.start_row(y - row_, reverse_, {key_, even_phase(halftone.seed, y, layer_)});
   row_ = y;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/choice_text.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -219,9 +220,8 @@ void validate_materials(const Printing& printing) {
 void validate_printing(const Printing& printing, const SolidSummary& summary) {
   validate_materials(printing);
   std::visit(MapCheck(printing, summary), printing.map.kind);
-  if (printing.halftone.method <= HalftoneMethod::kWhiteNoise) return;
-  refuse(ErrorCode::kEnumValueUnknown, "printing.halftone.method",
-         "unknown; ask for BLUE_NOISE, ERROR_DIFFUSION, NEAREST or WHITE_NOISE");
+  if (find_halftone(printing.halftone.method) != nullptr) return;
+  refuse(ErrorCode::kEnumValueUnknown, "printing.halftone.method", "unknown; ask for " + choice_text(kHalftoneMethods));
 }
 
 }  // namespace ccslice

@@ -7,9 +7,11 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -70,9 +72,34 @@ struct MaterialMap {
 
 enum class HalftoneMethod : std::uint8_t { kBlueNoise, kErrorDiffusion, kNearest, kWhiteNoise };
 
+struct HalftoneTraits {
+  HalftoneMethod method;
+  std::string_view name;        // Of the contract's value, without HALFTONE_METHOD_.
+  bool has_mask = false;        // Thresholds come from a mask of ranks.
+  bool carries_errors = false;  // From voxel to voxel, so that a voxel depends on all before it in its layer.
+};
+
+inline constexpr std::array kHalftoneMethods = {
+    HalftoneTraits{.method = HalftoneMethod::kBlueNoise, .name = "BLUE_NOISE", .has_mask = true},
+    HalftoneTraits{.method = HalftoneMethod::kErrorDiffusion, .name = "ERROR_DIFFUSION", .carries_errors = true},
+    HalftoneTraits{.method = HalftoneMethod::kNearest, .name = "NEAREST"},
+    HalftoneTraits{.method = HalftoneMethod::kWhiteNoise, .name = "WHITE_NOISE"},
+};
+
+/// Null for a number that is no method.
+constexpr const HalftoneTraits* find_halftone(HalftoneMethod method) {
+  for (const HalftoneTraits& traits : kHalftoneMethods) {
+    if (traits.method == method) return &traits;
+  }
+  return nullptr;
+}
+
 struct Halftone {
   HalftoneMethod method = HalftoneMethod::kBlueNoise;
   std::uint64_t seed = 0;
+
+  /// REQUIRES: a method that there is.
+  const HalftoneTraits& traits() const { return *find_halftone(method); }
 };
 
 struct Printing {

@@ -3,10 +3,12 @@
 
 #include "server/rpc/convert.h"
 
+#include "core/base/choice_text.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/job/validate_placement.h"
 #include "core/output/pack_indices.h"
+#include "server/rpc/contract_value.h"
 #include "server/rpc/convert_printing.h"
 #include "server/service/service_error.h"
 
@@ -41,20 +43,14 @@ SampleType to_sample_type(v1::SampleType type, SampleType otherwise, const std::
               field);
 }
 
+constexpr std::string_view kEncodingPrefix = "PLANE_ENCODING_";
+
 Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
-  switch (encoding) {
-    case v1::PLANE_ENCODING_UNSPECIFIED:
-    case v1::PLANE_ENCODING_RAW_ZSTD: return Encoding::kRawZstd;
-    case v1::PLANE_ENCODING_RAW: return Encoding::kRaw;
-    case v1::PLANE_ENCODING_PNG: return Encoding::kPng;
-    case v1::PLANE_ENCODING_TIFF: return Encoding::kTiff;
-    case v1::PLANE_ENCODING_EXR: return Encoding::kExr;
-    case v1::PLANE_ENCODING_PNG_RGBA: return Encoding::kPngRgba;
-    default: break;
-  }
+  if (encoding == v1::PLANE_ENCODING_UNSPECIFIED) return PlaneSpec().encoding;
+  if (const auto* traits = find_contract_row(encodings(), kEncodingPrefix, encoding)) return traits->encoding;
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(encoding)) +
-                  " is no encoding that this server knows; ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR",
+                  " is no encoding that this server knows; ask for " + choice_text(encodings()),
               field);
 }
 
@@ -133,18 +129,6 @@ v1::SampleType to_message(SampleType type) {
     case SampleType::kUint4: return v1::SAMPLE_TYPE_UINT4;
   }
   return v1::SAMPLE_TYPE_UNSPECIFIED;
-}
-
-v1::PlaneEncoding to_message(Encoding encoding) {
-  switch (encoding) {
-    case Encoding::kRaw: return v1::PLANE_ENCODING_RAW;
-    case Encoding::kRawZstd: return v1::PLANE_ENCODING_RAW_ZSTD;
-    case Encoding::kPng: return v1::PLANE_ENCODING_PNG;
-    case Encoding::kTiff: return v1::PLANE_ENCODING_TIFF;
-    case Encoding::kExr: return v1::PLANE_ENCODING_EXR;
-    case Encoding::kPngRgba: return v1::PLANE_ENCODING_PNG_RGBA;
-  }
-  return v1::PLANE_ENCODING_UNSPECIFIED;
 }
 
 }  // namespace
@@ -269,7 +253,7 @@ v1::VoxelRegion to_message(const VoxelRegion& value) {
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing) {
   v1::PlaneSpec message;
   message.set_sample_type(to_message(value.sample_type));
-  message.set_encoding(to_message(value.encoding));
+  message.set_encoding(to_message(*find_encoding(value.encoding)));
   switch (value.content) {
     case PlaneContent::kOccupancy: message.mutable_occupancy(); return message;
     case PlaneContent::kMaterials: message.mutable_materials(); return message;
@@ -290,6 +274,10 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, cons
     message.mutable_value_range()->set_max(value.range ? value.range->max : channel.max);
   }
   return message;
+}
+
+v1::PlaneEncoding to_message(const EncodingTraits& value) {
+  return contract_value<v1::PlaneEncoding>(kEncodingPrefix, value.name);
 }
 
 v1::Channel to_message(const ChannelRange& value) {

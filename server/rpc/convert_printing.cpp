@@ -5,8 +5,10 @@
 
 #include <vector>
 
+#include "core/base/choice_text.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "server/rpc/contract_value.h"
 #include "server/rpc/convert.h"
 
 namespace ccslice::server {
@@ -82,30 +84,16 @@ MaterialMap to_map(const v1::MaterialMap& message, const Printing& printing, con
   throw Error(ErrorCode::kMaterialMapInvalid, kMap + ": has no kind; give direct, blend, curve or colour", kMap);
 }
 
+constexpr std::string_view kMethodPrefix = "HALFTONE_METHOD_";
+
 HalftoneMethod to_method(v1::HalftoneMethod method) {
-  switch (method) {
-    case v1::HALFTONE_METHOD_UNSPECIFIED:
-    case v1::HALFTONE_METHOD_BLUE_NOISE: return HalftoneMethod::kBlueNoise;
-    case v1::HALFTONE_METHOD_ERROR_DIFFUSION: return HalftoneMethod::kErrorDiffusion;
-    case v1::HALFTONE_METHOD_NEAREST: return HalftoneMethod::kNearest;
-    case v1::HALFTONE_METHOD_WHITE_NOISE: return HalftoneMethod::kWhiteNoise;
-    default: break;
-  }
+  if (method == v1::HALFTONE_METHOD_UNSPECIFIED) return Halftone().method;
+  if (const auto* traits = find_contract_row(kHalftoneMethods, kMethodPrefix, method)) return traits->method;
   const std::string field = "printing.halftone.method";
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(method)) +
-                  " is no method that this server knows; ask for BLUE_NOISE, ERROR_DIFFUSION, NEAREST or WHITE_NOISE",
+                  " is no method that this server knows; ask for " + choice_text(kHalftoneMethods),
               field);
-}
-
-v1::HalftoneMethod to_message(HalftoneMethod method) {
-  switch (method) {
-    case HalftoneMethod::kBlueNoise: return v1::HALFTONE_METHOD_BLUE_NOISE;
-    case HalftoneMethod::kErrorDiffusion: return v1::HALFTONE_METHOD_ERROR_DIFFUSION;
-    case HalftoneMethod::kNearest: return v1::HALFTONE_METHOD_NEAREST;
-    case HalftoneMethod::kWhiteNoise: return v1::HALFTONE_METHOD_WHITE_NOISE;
-  }
-  return v1::HALFTONE_METHOD_UNSPECIFIED;
 }
 
 // The way back.
@@ -202,7 +190,8 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
     std::visit(MapWriter(value, solid, *message.mutable_map()), value.map.kind);
     message.mutable_map()->set_strict(value.map.strict);
   }
-  message.mutable_halftone()->set_method(to_message(value.halftone.method));
+  message.mutable_halftone()->set_method(
+      contract_value<v1::HalftoneMethod>(kMethodPrefix, value.halftone.traits().name));
   message.mutable_halftone()->set_seed(value.halftone.seed);
   message.set_background_rgba(value.background_rgba);
   return message;

@@ -10,6 +10,7 @@
 #include "core/base/engine_version.h"
 #include "core/job/validate_job.h"
 #include "core/output/encode.h"
+#include "core/output/encodings.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/plan_warning.h"
@@ -23,12 +24,13 @@ namespace {
 /// Fraction of the raw size that typical parts leave. Occupancy is mostly long runs; graded channels are smooth, half
 /// of them outside.
 double typical_compression(const PlaneSpec& plane) {
-  if (plane.encoding == Encoding::kRaw) return 1;
+  const EncodingTraits& encoding = *find_encoding(plane.encoding);
+  if (!encoding.compressed) return 1;
   if (plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask) {
     return 0.4;  // Half of a part's box is inside, where halftones are noise.
   }
   switch (plane.sample_type) {
-    case SampleType::kBit: return plane.encoding == Encoding::kPng ? 0.2 : 0.05;
+    case SampleType::kBit: return encoding.widens_bits ? 0.2 : 0.05;
     case SampleType::kUint8: return 0.1;
     case SampleType::kUint16: return 0.4;
     case SampleType::kFloat32: return 0.5;

@@ -6,8 +6,9 @@
 #include <string>
 
 #include "core/base/engine_version.h"
-#include "core/output/encode.h"
+#include "core/output/encodings.h"
 #include "server/rpc/call_log.h"
+#include "server/rpc/convert.h"
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
 #include "server/rpc/printer.h"
@@ -77,12 +78,9 @@ void write_formats(v1::GetServerInfoResponse& info) {
                           v1::SAMPLE_TYPE_UINT2, v1::SAMPLE_TYPE_UINT4}) {
     info.add_sample_types(type);
   }
-  info.add_encodings(v1::PLANE_ENCODING_RAW);
-  info.add_encodings(v1::PLANE_ENCODING_RAW_ZSTD);
-  info.add_encodings(v1::PLANE_ENCODING_PNG);
-  info.add_encodings(v1::PLANE_ENCODING_PNG_RGBA);
-  if (!encoding_obstacle(SampleType::kUint8, Encoding::kTiff)) info.add_encodings(v1::PLANE_ENCODING_TIFF);
-  if (!encoding_obstacle(SampleType::kFloat32, Encoding::kExr)) info.add_encodings(v1::PLANE_ENCODING_EXR);
+  for (const EncodingTraits& encoding : encodings()) {
+    if (encoding.is_built()) info.add_encodings(to_message(encoding));
+  }
 }
 
 void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {

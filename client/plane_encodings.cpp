@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/plane_encodings.h"
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "client/client_error.h"
+
+namespace ccslice::client {
+namespace {
+
+std::string inflate_frame(const std::string& frame, std::uint64_t expected_bytes) {
+  const auto announced = ZSTD_getFrameContentSize(frame.data(), frame.size());
+  if (announced != ZSTD_CONTENTSIZE_UNKNOWN && announced != expected_bytes) {
+    answer_corrupt("a zstd plane doesn't hold the " + std::to_string(expected_bytes) + " bytes of its grid");
+  }
+  std::string samples(expected_bytes, '\0');
+  const std::size_t size = ZSTD_decompress(samples.data(), samples.size(), frame.data(), frame.size());
+  if (ZSTD_isError(size)) answer_corrupt(std::string("a zstd plane can't be decoded: ") + ZSTD_getErrorName(size));
+  if (size != expected_bytes) answer_corrupt("a zstd plane is shorter than its grid");
+  return samples;
+}
+
+std::string copy(const std::string& samples, std::uint64_t) { return samples; }
+
+void check_png(const std::string& bytes) {
+  constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+  constexpr std::string_view kEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);
+  const std::string_view view(bytes);
+  const bool whole = view.size() > kSignature.size() + kEnd.size() && view.substr(0, kSignature.size()) == kSignature &&
+                     view.substr(view.size() - kEnd.size()) == kEnd;
+  if (!whole) answer_corrupt("a PNG plane is not a whole PNG file");
+}
+
+void check_tiff(const std::string& bytes) {
+  if (!bytes.starts_with(std::string_view("II*\0", 4))) answer_corrupt("a plane is no TIFF file");
+}
+
+void check_exr(const std::string& bytes) {
+  if (!bytes.starts_with("\x76\x2f\x31\x01")) answer_corrupt("a plane is no OpenEXR file");
+}
+
+bool has_floats(const v1::PlaneSpec& plane) { return plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32; }
+
+std::string_view png_objection(const v1::PlaneSpec& plane) {
+  return has_floats(plane) ? "PNG has no floating point samples; take u8, u16, or --encoding tiff, exr or zstd" : "";
+}
+
+std::string_view tiff_objection(const v1::PlaneSpec& plane) {
+  if (plane.has_materials()) return "TIFF shows no materials; take --encoding png, png-rgba or zstd";
+  return plane.has_channels() ? "TIFF has no names for all channels; take --encoding exr or zstd" : "";
+}
+
+std::string_view exr_objection(const v1::PlaneSpec& plane) {
+  return has_floats(plane) ? "" : "EXR has floating point samples only; take f32, or --encoding png, tiff or auto";
+}
+
+constexpr std::array kEncodings = {
+    PlaneEncoding{.value = v1::PLANE_ENCODING_PNG,
+                  .name = "png",
+                  .extension = ".png",
+                  .objection = png_objection,
+                  .check = check_png},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_PNG_RGBA,
+                  .name = "png_rgba",
+                  .extension = ".png",
+                  .note = "materials in colour; png for others",
+                  .only_materials = true,
+                  .check = check_png},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_TIFF,
+                  .name = "tiff",
+                  .extension = ".tif",
+                  .objection = tiff_objection,
+                  .check = check_tiff},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_EXR,
+                  .name = "exr",
+                  .extension = ".exr",
+                  .note = "floats only",
+                  .objection = exr_objection,
+                  .check = check_exr},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_RAW_ZSTD, .name = "zstd", .extension = ".zst", .decode = inflate_frame},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_RAW, .name = "raw", .extension = ".bin", .decode = copy},
+};
+
+}  // namespace
+
+std::span<const PlaneEncoding> plane_encodings() { return kEncodings; }
+
+const PlaneEncoding* find_encoding(v1::PlaneEncoding value) {
+  const auto found = std::ranges::find(kEncodings, value, &PlaneEncoding::value);
+  return found == kEncodings.end() ? nullptr : &*found;
+}
+
+}  // namespace ccslice::client

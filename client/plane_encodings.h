@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The table of encodings: all that the client asks of one.
+
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "ccslice/v1/slice.pb.h"
+
+namespace ccslice::client {
+
+struct PlaneEncoding {
+  v1::PlaneEncoding value;
+  std::string_view name;       // In manifests. --encoding takes it with '-' for '_'.
+  std::string_view extension;  // Of files.
+  std::string_view note = {};  // On the name, in the help of --encoding.
+
+  /// Whether it is for planes of materials alone: --encoding means the default for others then.
+  bool only_materials = false;
+  /// Why the command line doesn't ask for such a plane so; empty if it does. Null: it always does.
+  std::string_view (*objection)(const v1::PlaneSpec& plane) = nullptr;
+  /// The samples. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}. Null for picture files.
+  std::string (*decode)(const std::string& encoded, std::uint64_t expected_bytes) = nullptr;
+  /// Of picture files: throws likewise unless they look like whole ones.
+  void (*check)(const std::string& encoded) = nullptr;
+};
+
+/// All of them, in the order in which the help names them.
+std::span<const PlaneEncoding> plane_encodings();
+
+/// Null for values that this client doesn't know.
+const PlaneEncoding* find_encoding(v1::PlaneEncoding value);
+
+}  // namespace ccslice::client

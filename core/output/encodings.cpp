@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/encodings.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/output/image_file.h"
+
+namespace ccslice {
+namespace {
+
+using Bytes = EncodingTraits::Bytes;
+
+constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
+constexpr EncodingLimit kNoMaterials = {0,
+                                        "materials are numbers with colours; ask for PNG, RGBA PNG, raw or raw zstd"};
+
+Bytes copy(PlaneCodecs&, const SampleImage& image, const CancellationToken& cancel) {
+  Bytes copied;
+  copied.reserve(image.samples.size());
+  for (std::span<const std::uint8_t> rest = image.samples; !rest.empty();) {
+    cancel.throw_if_cancelled();
+    const std::size_t piece = std::min(rest.size(), kPieceBytes);
+    copied.insert(copied.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(piece));
+    rest = rest.subspan(piece);
+  }
+  return copied;
+}
+
+Bytes compress(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  return codecs.zstd.frame(image.samples, cancel);
+}
+
+Bytes grey_png(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  return codecs.png.grey(image, cancel);
+}
+
+Bytes bitmap_png(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  return codecs.png.bitmap(image, cancel);
+}
+
+Bytes indexed_png(PlaneCodecs& codecs, const IndexImage& image, const SampleImage& packed,
+                  const CancellationToken& cancel) {
+  return codecs.png.indexed(packed, image.palette, cancel);
+}
+
+Bytes rgba_png(PlaneCodecs& codecs, const IndexImage& image, const SampleImage&, const CancellationToken& cancel) {
+  return codecs.png.rgba(image, cancel);
+}
+
+/// Of encodings that don't care what the samples mean.
+template <EncodingTraits::Samples& encode>
+Bytes packed(PlaneCodecs& codecs, const IndexImage&, const SampleImage& samples, const CancellationToken& cancel) {
+  return encode(codecs, samples, cancel);
+}
+
+template <Encoding format>
+Bytes image_file(PlaneCodecs&, const SampleImage& image, const CancellationToken& cancel) {
+  return encode_image_file(format, image, cancel);
+}
+
+bool all_types(SampleType) noexcept { return true; }
+bool integers(SampleType type) noexcept { return type != SampleType::kFloat32; }
+bool floats(SampleType type) noexcept { return type == SampleType::kFloat32; }
+bool no_type(SampleType) noexcept { return false; }
+
+bool always() noexcept { return true; }
+
+constexpr std::array kEncodings = {
+    EncodingTraits{.encoding = Encoding::kRaw,
+                   .name = "RAW",
+                   .compressed = false,
+                   .takes = all_types,
+                   .is_built = always,
+                   .encode_samples = copy,
+                   .encode_mask = copy,
+                   .encode_indices = packed<copy>},
+    EncodingTraits{.encoding = Encoding::kRawZstd,
+                   .name = "RAW_ZSTD",
+                   .takes = all_types,
+                   .is_built = always,
+                   .encode_samples = compress,
+                   .encode_mask = compress,
+                   .encode_indices = packed<compress>},
+    EncodingTraits{.encoding = Encoding::kPng,
+                   .name = "PNG",
+                   .widens_bits = true,
+                   .takes = integers,
+                   .type_remedy = "PNG holds no floats; ask for raw zstd, TIFF or EXR, or for UINT16",
+                   .is_built = always,
+                   .encode_samples = grey_png,
+                   .encode_mask = bitmap_png,
+                   .encode_indices = indexed_png},
+    EncodingTraits{.encoding = Encoding::kPngRgba,
+                   .name = "PNG_RGBA",
+                   .takes = no_type,
+                   .type_remedy = "RGBA pictures are of materials only; ask for PNG",
+                   .materials = {PngEncoder::kMostRgbaColours - 1,  // One is the background's.
+                                 "too many materials for RGBA pictures; ask for PNG"},
+                   .is_built = always,
+                   .encode_indices = rgba_png},
+    EncodingTraits{.encoding = Encoding::kTiff,
+                   .name = "TIFF",
+                   .takes = all_types,
+                   .channels = {1, "TIFF has no names for several channels; ask for EXR or raw zstd"},
+                   .materials = kNoMaterials,
+                   .is_built = image_files_available,
+                   .encode_samples = image_file<Encoding::kTiff>,
+                   .encode_mask = image_file<Encoding::kTiff>},
+    EncodingTraits{.encoding = Encoding::kExr,
+                   .name = "EXR",
+                   .takes = floats,
+                   .type_remedy = "EXR holds floats only; ask for FLOAT32, or for PNG or TIFF",
+                   .materials = kNoMaterials,
+                   .is_built = image_files_available,
+                   .encode_samples = image_file<Encoding::kExr>},
+};
+
+}  // namespace
+
+std::span<const EncodingTraits> encodings() noexcept { return kEncodings; }
+
+const EncodingTraits* find_encoding(Encoding encoding) noexcept {
+  const auto found = std::ranges::find(kEncodings, encoding, &EncodingTraits::encoding);
+  return found == kEncodings.end() ? nullptr : &*found;
+}
+
+}  // namespace ccslice
