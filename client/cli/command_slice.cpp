@@ -20,6 +20,7 @@
 #include "client/cli/printing.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
+#include "proto/job_fields.h"
 
 namespace ccslice::cli {
 namespace {
@@ -106,17 +107,8 @@ LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse
 
 v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const LayerRange& range, bool contours) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(plan.mesh_id());
-  *request.mutable_placement() = plan.placement();
-  *request.mutable_grid() = plan.grid();
-  *request.mutable_planes() = plan.planes();
-  if (plan.has_printer()) *request.mutable_printer() = plan.printer();
-  if (plan.has_printing()) *request.mutable_printing() = plan.printing();
-  if (plan.has_region()) *request.mutable_region() = plan.region();
-  *request.mutable_layout() = plan.layout();
+  copy_job_fields(plan, request);
   request.set_contours(contours);
-  if (plan.has_contour_tolerance_mm()) request.set_contour_tolerance_mm(plan.contour_tolerance_mm());
-  if (plan.has_material_tolerance()) request.set_material_tolerance(plan.material_tolerance());
   request.set_first_layer(range.first);
   request.set_layer_count(range.last - range.first + 1);
   return request;

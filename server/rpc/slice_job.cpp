@@ -11,6 +11,7 @@
 #include "core/job/validate_job.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
+#include "proto/job_fields.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/plan_warning.h"
@@ -132,16 +133,8 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
                                    const SliceLimits& limits, const CancellationToken& cancel) {
   require_known_fields(request);
   v1::SliceRangeRequest whole;
-  *whole.mutable_placement() = request.placement();
-  *whole.mutable_grid() = request.grid();
-  *whole.mutable_planes() = request.planes();
+  copy_job_fields(request, whole);
   whole.set_contours(request.planes().empty());  // A job of nothing would be refused; a plan of it is fine.
-  if (request.has_contour_tolerance_mm()) whole.set_contour_tolerance_mm(request.contour_tolerance_mm());
-  if (request.has_material_tolerance()) whole.set_material_tolerance(request.material_tolerance());
-  if (request.has_printing()) *whole.mutable_printing() = request.printing();
-  if (request.has_printer()) *whole.mutable_printer() = request.printer();
-  if (request.has_region()) *whole.mutable_region() = request.region();
-  *whole.mutable_layout() = request.layout();
   const SliceJob job = to_job(whole, solid, limits, cancel);
 
   v1::PlanSlicesResponse plan;
