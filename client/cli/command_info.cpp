@@ -12,6 +12,7 @@
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/text_values.h"
+#include "core/mesh/cell_kind.h"
 
 namespace ccslice::cli {
 namespace {
@@ -23,7 +24,7 @@ struct InfoOptions {
 
 /// What a file holds, without a server.
 struct FileFacts {
-  std::array<std::size_t, 3> cells_by_kind{};
+  std::array<std::size_t, kCellKinds.size()> cells_by_kind{};
   Box3 box;
   std::vector<std::array<float, 2>> channel_ranges;
 };
@@ -47,8 +48,10 @@ std::string file_as_json(const LoadedMesh& loaded) {
   const FileFacts facts = facts_of(loaded.mesh);
   JsonWriter json;
   json.begin_object().member("mesh_id", loaded.bytes->id()).member("size_bytes", loaded.bytes->bytes().size());
-  json.member("vertices", loaded.mesh.vertex_count()).member("hexahedra", facts.cells_by_kind[0]);
-  json.member("tetrahedra", facts.cells_by_kind[1]).member("wedges", facts.cells_by_kind[2]);
+  json.member("vertices", loaded.mesh.vertex_count());
+  for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
+    json.member(kCellKinds[kind].plural, facts.cells_by_kind[kind]);
+  }
   json.member("sharp_edges", loaded.mesh.sharp_edges.size())
       .member("inverted_cells", loaded.report.inverted_cells.size());
   json.key("control_box").begin_object().key("min_mm").begin_array();
@@ -69,8 +72,10 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
   const FileFacts facts = facts_of(loaded.mesh);
   const Vec3 size = facts.box.sizes();
   std::string text = name + ": a valid control mesh\n  id         " + loaded.bytes->id();
-  text += "\n  cells      " + show_count(facts.cells_by_kind[0]) + " hexahedra, " + show_count(facts.cells_by_kind[1]) +
-          " tetrahedra, " + show_count(facts.cells_by_kind[2]) + " wedges";
+  text += "\n  cells      ";
+  for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
+    text += (kind ? ", " : "") + show_count(facts.cells_by_kind[kind]) + " " + std::string(kCellKinds[kind].plural);
+  }
   text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
           show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
   text += "\n  control    " + show_size(size.x(), size.y(), size.z()) + " mm";

@@ -3,29 +3,33 @@
 
 #include "client/cli/mesh_convert.h"
 
+#include <algorithm>
+#include <array>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_kind.h"
 
 namespace ccslice::cli {
 namespace {
 
-v1::CellKind kind_to_proto(CellKind kind) {
-  switch (kind) {
-    case CellKind::kHex: return v1::CELL_KIND_HEX;
-    case CellKind::kTet: return v1::CELL_KIND_TET;
-    case CellKind::kWedge: return v1::CELL_KIND_WEDGE;
-  }
-  return v1::CELL_KIND_UNSPECIFIED;
+/// The contract's values, in the order of the core's.
+const std::array<v1::CellKind, kCellKinds.size()>& proto_kinds() {
+  static const auto kValues = [] {
+    std::array<v1::CellKind, kCellKinds.size()> values{};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      v1::CellKind_Parse("CELL_KIND_" + std::string(kCellKinds[i].name), &values[i]);
+    }
+    return values;
+  }();
+  return kValues;
 }
 
+v1::CellKind kind_to_proto(CellKind kind) { return proto_kinds()[static_cast<std::size_t>(kind)]; }
+
 CellKind kind_from_proto(int cell, int kind) {
-  switch (kind) {
-    case v1::CELL_KIND_HEX: return CellKind::kHex;
-    case v1::CELL_KIND_TET: return CellKind::kTet;
-    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
-    default: break;
-  }
+  const auto found = std::ranges::find(proto_kinds(), kind);
+  if (found != proto_kinds().end()) return kCellKinds[static_cast<std::size_t>(found - proto_kinds().begin())].kind;
   const bool pyramid = kind == v1::CELL_KIND_PYRAMID;
   throw Error(pyramid ? ErrorCode::kMeshUnsupportedCell : ErrorCode::kMeshUnknownCellKind,
               "cell " + std::to_string(cell) +

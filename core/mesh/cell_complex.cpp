@@ -229,8 +229,7 @@ CellComplex make_cell_complex(const ControlMesh& mesh, const CancellationToken& 
   for (const CellKind kind : mesh.cell_kinds) {
     const int n = corner_count(kind);
     for (int i = 0; i < n; ++i) {
-      const int vtk = kind == CellKind::kHex ? vtk_to_bits(static_cast<std::uint8_t>(i)) : i;
-      corners.push_back(mesh.cell_vertices[begin + static_cast<std::size_t>(vtk)]);
+      corners.push_back(mesh.cell_vertices[begin + vtk_corner(kind, static_cast<std::uint8_t>(i))]);
     }
     begin += static_cast<std::size_t>(n);
   }

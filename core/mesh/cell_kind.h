@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The combinatorics of one cell: its edges, its faces and the three edges at each corner.
+// The kinds of cells: the combinatorics of one (its edges, its faces and the three edges at each corner), and what
+// contract and mesh files call it.
 //
 // CORNER NUMBERS. Control meshes come in VTK order. Inside the core a hexahedron's corner is its bits u + 2v + 4w, so
 // that crossing a cell along an axis flips a bit; vtk_to_bits() converts (the permutation is its own inverse).
@@ -13,12 +14,15 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
-
-#include "core/mesh/control_mesh.h"
+#include <string_view>
 
 namespace ccslice {
+
+/// Corners in VTK order: hex 0-3 bottom ring, 4-7 above them; tet 0-2 base, 3 apex; wedge 0-2, corner i+3 opposite i.
+enum class CellKind : std::uint8_t { kHex = 0, kTet = 1, kWedge = 2 };
 
 struct LocalFace {
   std::uint8_t size;
@@ -63,14 +67,53 @@ inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kWedgeNeighbours = {
 
 }  // namespace cell_tables
 
-constexpr CellTopology cell_topology(CellKind kind) {
-  using namespace cell_tables;
-  switch (kind) {
-    case CellKind::kTet: return {kTetFaces, kTetEdges, kTetNeighbours};
-    case CellKind::kWedge: return {kWedgeFaces, kWedgeEdges, kWedgeNeighbours};
-    case CellKind::kHex: break;
+struct CellKindTraits {
+  CellKind kind;
+  std::string_view name;           // Of the contract's value, without CELL_KIND_.
+  std::string_view plural;         // For people.
+  std::string_view medit_section;  // In MEDIT files.
+  std::uint16_t vtk_type;          // In VTK files.
+  CellTopology topology;
+};
+
+inline constexpr std::array kCellKinds = {
+    CellKindTraits{CellKind::kHex,
+                   "HEX",
+                   "hexahedra",
+                   "Hexahedra",
+                   12,
+                   {cell_tables::kHexFaces, cell_tables::kHexEdges, cell_tables::kHexNeighbours}},
+    CellKindTraits{CellKind::kTet,
+                   "TET",
+                   "tetrahedra",
+                   "Tetrahedra",
+                   10,
+                   {cell_tables::kTetFaces, cell_tables::kTetEdges, cell_tables::kTetNeighbours}},
+    CellKindTraits{CellKind::kWedge,
+                   "WEDGE",
+                   "wedges",
+                   "Prisms",
+                   13,
+                   {cell_tables::kWedgeFaces, cell_tables::kWedgeEdges, cell_tables::kWedgeNeighbours}},
+};
+
+constexpr bool rows_are_numbered_by_kind() {
+  for (std::size_t i = 0; i < kCellKinds.size(); ++i) {
+    if (static_cast<std::size_t>(kCellKinds[i].kind) != i) return false;
   }
-  return {kHexFaces, kHexEdges, kHexNeighbours};
+  return true;
+}
+static_assert(rows_are_numbered_by_kind());
+
+constexpr const CellTopology& cell_topology(CellKind kind) {
+  return kCellKinds[static_cast<std::size_t>(kind)].topology;
+}
+
+constexpr int corner_count(CellKind kind) { return static_cast<int>(cell_topology(kind).corner_neighbours.size()); }
+
+/// The number of a corner in VTK order; the way back for hexahedra is the same.
+constexpr std::uint8_t vtk_corner(CellKind kind, std::uint8_t corner) {
+  return kind == CellKind::kHex ? vtk_to_bits(corner) : corner;
 }
 
 }  // namespace ccslice

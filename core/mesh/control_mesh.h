@@ -14,13 +14,9 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/mesh/cell_kind.h"
 
 namespace ccslice {
-
-/// Corners in VTK order: hex 0-3 bottom ring, 4-7 above them; tet 0-2 base, 3 apex; wedge 0-2, corner i+3 opposite i.
-enum class CellKind : std::uint8_t { kHex = 0, kTet = 1, kWedge = 2 };
-
-constexpr int corner_count(CellKind kind) { return kind == CellKind::kHex ? 8 : kind == CellKind::kTet ? 4 : 6; }
 
 struct ControlMesh {
   std::vector<Vec3> positions;                            // n vertices, mm.

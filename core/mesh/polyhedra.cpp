@@ -4,6 +4,7 @@
 #include "core/mesh/polyhedra.h"
 
 #include <algorithm>
+#include <ranges>
 
 #include "core/base/contains.h"
 #include "core/mesh/cell_kind.h"
@@ -12,12 +13,10 @@ namespace ccslice {
 namespace {
 
 std::optional<CellKind> kind_of(std::span<const FaceRing> rings) {
-  const auto triangles = std::count_if(rings.begin(), rings.end(), [](const FaceRing& r) { return r.size() == 3; });
-  const auto quads = std::count_if(rings.begin(), rings.end(), [](const FaceRing& r) { return r.size() == 4; });
-  if (static_cast<std::size_t>(triangles + quads) != rings.size()) return std::nullopt;
-  if (triangles == 0 && quads == 6) return CellKind::kHex;
-  if (triangles == 4 && quads == 0) return CellKind::kTet;
-  if (triangles == 2 && quads == 3) return CellKind::kWedge;
+  const auto sides = [](const LocalFace& face) -> std::size_t { return face.size; };
+  for (const CellKindTraits& traits : kCellKinds) {
+    if (std::ranges::is_permutation(rings, traits.topology.faces, {}, std::ranges::size, sides)) return traits.kind;
+  }
   return std::nullopt;
 }
 
@@ -48,7 +47,7 @@ bool has_faces(const CornersOfPolyhedron& cell, std::span<const FaceRing> rings)
     FaceRing ring;
     for (int i = 0; i < face.size; ++i) {
       const std::uint8_t corner = face.corners[static_cast<std::size_t>(i)];
-      ring.push_back(cell.corners[cell.kind == CellKind::kHex ? vtk_to_bits(corner) : corner]);
+      ring.push_back(cell.corners[vtk_corner(cell.kind, corner)]);
     }
     built.push_back(canonical(ring));
   }
@@ -60,9 +59,7 @@ bool has_faces(const CornersOfPolyhedron& cell, std::span<const FaceRing> rings)
 std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings) {
   const std::optional<CellKind> kind = kind_of(rings);
   if (!kind) return std::nullopt;
-  const auto base = std::find_if(rings.begin(), rings.end(), [&](const FaceRing& ring) {
-    return ring.size() == (kind == CellKind::kHex ? 4u : 3u);
-  });
+  const auto base = std::ranges::min_element(rings, {}, std::ranges::size);
   CornersOfPolyhedron result{*kind, FaceRing(base->rbegin(), base->rend())};
   const std::size_t above = static_cast<std::size_t>(corner_count(*kind)) - base->size();
   for (std::size_t i = 0; i < above; ++i) {

@@ -65,17 +65,20 @@ class MeditReader {
       read_dimension();
     } else if (equals_ignoring_case(keyword, "Vertices")) {
       read_vertices();
-    } else if (equals_ignoring_case(keyword, "Hexahedra")) {
-      read_cells(CellKind::kHex);
-    } else if (equals_ignoring_case(keyword, "Tetrahedra")) {
-      read_cells(CellKind::kTet);
-    } else if (equals_ignoring_case(keyword, "Prisms")) {
-      read_cells(CellKind::kWedge);
+    } else if (const CellKindTraits* cells = cells_of_section(keyword)) {
+      read_cells(cells->kind);
     } else if (equals_ignoring_case(keyword, "Pyramids")) {
       refuse_pyramids();
     } else {
       skip_section(keyword);
     }
+  }
+
+  static const CellKindTraits* cells_of_section(std::string_view keyword) {
+    const auto found = std::ranges::find_if(kCellKinds, [keyword](const CellKindTraits& traits) {
+      return equals_ignoring_case(keyword, traits.medit_section);
+    });
+    return found == kCellKinds.end() ? nullptr : &*found;
   }
 
   void read_dimension() {

@@ -3,6 +3,7 @@
 
 #include "core/mesh/vtk_cells.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -13,20 +14,17 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint16_t kLastFlatType = 9;  // VTK_QUAD; below it are points, lines and faces.
-constexpr std::uint16_t kTet = 10, kVoxel = 11, kHex = 12, kWedge = 13, kPyramid = 14;
+constexpr std::uint16_t kLastFlatType = 9;           // VTK_QUAD; below it are points, lines and faces.
+constexpr std::uint16_t kVoxel = 11, kPyramid = 14;  // Other cells: CellKindTraits::vtk_type.
 
 /// A voxel counts its corners along x, then y, then z; a hexahedron goes round each face.
 constexpr std::array<int, 8> kVoxelToHex = {0, 1, 3, 2, 4, 5, 7, 6};
 
 std::optional<CellKind> kind_of(std::uint16_t type) {
-  switch (type) {
-    case kTet: return CellKind::kTet;
-    case kVoxel:
-    case kHex: return CellKind::kHex;
-    case kWedge: return CellKind::kWedge;
-    default: return std::nullopt;
-  }
+  if (type == kVoxel) return CellKind::kHex;
+  const auto found = std::ranges::find(kCellKinds, type, &CellKindTraits::vtk_type);
+  if (found == kCellKinds.end()) return std::nullopt;
+  return found->kind;
 }
 
 /// Cells by type: how many, and the first few ids.

@@ -276,6 +276,8 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, cons
   return message;
 }
 
+v1::CellKind to_message(const CellKindTraits& value) { return contract_value<v1::CellKind>("CELL_KIND_", value.name); }
+
 v1::PlaneEncoding to_message(const EncodingTraits& value) {
   return contract_value<v1::PlaneEncoding>(kEncodingPrefix, value.name);
 }

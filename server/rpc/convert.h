@@ -17,6 +17,7 @@
 #include "core/base/types.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
+#include "core/mesh/cell_kind.h"
 #include "core/output/encodings.h"
 
 namespace ccslice::server {
@@ -44,6 +45,7 @@ v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
 v1::VoxelRegion to_message(const VoxelRegion& value);
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing);
+v1::CellKind to_message(const CellKindTraits& value);
 v1::PlaneEncoding to_message(const EncodingTraits& value);
 v1::Channel to_message(const ChannelRange& value);
 v1::FoldPlace to_message(const FoldPlace& value);

@@ -9,12 +9,15 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <memory>
 #include <optional>
 
 #include "ccslice/v1/mesh.pb.h"
+#include "core/base/choice_text.h"
 #include "core/base/error.h"
+#include "server/rpc/convert.h"
 #include "server/service/utf8.h"
 
 namespace ccslice::server {
@@ -35,22 +38,27 @@ using Message = v1::ControlMesh;
   throw Error(ErrorCode::kMeshArrayMismatch, field + " has " + std::to_string(numbers) + " numbers: " + remedy, field);
 }
 
+/// The contract's values, in the order of the core's.
+std::array<int, kCellKinds.size()> contract_kinds() {
+  std::array<int, kCellKinds.size()> values{};
+  std::ranges::transform(kCellKinds, values.begin(), [](const CellKindTraits& traits) { return to_message(traits); });
+  return values;
+}
+
 CellKind to_cell_kind(int kind, std::size_t cell) {
-  switch (kind) {
-    case v1::CELL_KIND_HEX: return CellKind::kHex;
-    case v1::CELL_KIND_TET: return CellKind::kTet;
-    case v1::CELL_KIND_WEDGE: return CellKind::kWedge;
-    default: break;
-  }
+  static const auto kValues = contract_kinds();
+  const auto found = std::ranges::find(kValues, kind);
+  if (found != kValues.end()) return kCellKinds[static_cast<std::size_t>(found - kValues.begin())].kind;
   const std::string field = "cell_kinds[" + std::to_string(cell) + "]";
   if (kind == v1::CELL_KIND_PYRAMID) {
     throw Error(ErrorCode::kMeshUnsupportedCell,
                 field + " is a pyramid: no refinement turns it into hexahedra; split it into tetrahedra", field,
                 {static_cast<std::int64_t>(cell)});
   }
-  throw Error(ErrorCode::kMeshUnknownCellKind,
-              field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use HEX, TET or WEDGE",
-              field, {static_cast<std::int64_t>(cell)});
+  throw Error(
+      ErrorCode::kMeshUnknownCellKind,
+      field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use " + choice_text(kCellKinds),
+      field, {static_cast<std::int64_t>(cell)});
 }
 
 /// Several blocks as one stream.

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/engine_version.h"
+#include "core/mesh/cell_kind.h"
 #include "core/output/encodings.h"
 #include "server/rpc/call_log.h"
 #include "server/rpc/convert.h"
@@ -73,7 +74,7 @@ void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
 }
 
 void write_formats(v1::GetServerInfoResponse& info) {
-  for (const auto kind : {v1::CELL_KIND_HEX, v1::CELL_KIND_TET, v1::CELL_KIND_WEDGE}) info.add_cell_kinds(kind);
+  for (const CellKindTraits& kind : kCellKinds) info.add_cell_kinds(to_message(kind));
   for (const auto type : {v1::SAMPLE_TYPE_BIT, v1::SAMPLE_TYPE_UINT8, v1::SAMPLE_TYPE_UINT16, v1::SAMPLE_TYPE_FLOAT32,
                           v1::SAMPLE_TYPE_UINT2, v1::SAMPLE_TYPE_UINT4}) {
     info.add_sample_types(type);

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "ccslice/v1/material.pb.h"
+#include "ccslice/v1/mesh.pb.h"
 #include "ccslice/v1/slice.pb.h"
+#include "core/mesh/cell_kind.h"
 #include "core/printing/printing.h"
 #include "core/output/encodings.h"
 
@@ -31,6 +33,10 @@ TEST(ContractValues, AreAllEncodings) {
 
 TEST(ContractValues, AreAllHalftoneMethods) {
   EXPECT_EQ(left_out<v1::HalftoneMethod>(kHalftoneMethods, "HALFTONE_METHOD_"), "HALFTONE_METHOD_UNSPECIFIED ");
+}
+
+TEST(ContractValues, AreAllCellKindsButPyramids) {
+  EXPECT_EQ(left_out<v1::CellKind>(kCellKinds, "CELL_KIND_"), "CELL_KIND_UNSPECIFIED CELL_KIND_PYRAMID ");
 }
 
 TEST(ContractValues, OfUnknownNamesAreUnspecified) {
