@@ -96,7 +96,7 @@ std::array<BezierNet, 4> quarters_of(const BezierNet& net) {
   return result;
 }
 
-ValueRange hull_of(const NetCoefficients& net) {
+CoefficientHull hull_of(const NetCoefficients& net) {
   const Eigen::Map<const Eigen::Array<double, 16, 1>> coefficients(net.data());
   return {coefficients.minCoeff(), coefficients.maxCoeff()};
 }
@@ -117,7 +117,7 @@ ChordBound chord_bound(const BezierNet& net) {
 }
 
 double diagonal_xy(const BezierNet& net) {
-  const ValueRange x = hull_of(net.x), y = hull_of(net.y);
+  const CoefficientHull x = hull_of(net.x), y = hull_of(net.y);
   return std::hypot(x.high - x.low, y.high - y.low);
 }
 

@@ -48,11 +48,11 @@ BezierNet transformed(const BezierPatch& patch, const AffineMap& map);
 /// Those over [i/2, (i+1)/2] x [j/2, (j+1)/2], at i + 2 j.
 std::array<BezierNet, 4> quarters_of(const BezierNet& net);
 
-struct ValueRange {
+struct CoefficientHull {
   double low, high;
 };
 /// Of the coefficients: the net's values lie in it.
-ValueRange hull_of(const NetCoefficients& net);
+CoefficientHull hull_of(const NetCoefficients& net);
 /// The bound above, in mm.
 struct ChordBound {
   double ss = 0, st = 0, tt = 0;  // Of |S_ss| / 8, |S_st| / 4, |S_tt| / 8.

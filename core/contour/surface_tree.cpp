@@ -113,7 +113,7 @@ std::span<const std::uint32_t> SurfaceTree::coarser_middles(std::uint32_t id) {
 }
 
 std::uint32_t SurfaceTree::add_node(const SurfaceBox& box, const BezierNet& net) {
-  const ValueRange heights = hull_of(net.z);
+  const CoefficientHull heights = hull_of(net.z);
   SurfaceNode& node = nodes_.emplace_back();
   nets_.push_back(net);
   node.box = box;

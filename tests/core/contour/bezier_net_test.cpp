@@ -93,7 +93,7 @@ TEST(BezierNet, TheHullHoldsTheValues) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(0, 1);
   const BezierNet net = random_net(random);
-  const ValueRange hull = hull_of(net.z);
+  const CoefficientHull hull = hull_of(net.z);
   EXPECT_EQ(hull.low, *std::min_element(net.z.begin(), net.z.end()));
   EXPECT_EQ(hull.high, *std::max_element(net.z.begin(), net.z.end()));
   for (int trial = 0; trial < 100; ++trial) {
