@@ -22,7 +22,7 @@ class Cancellation {
   bool wait_for(std::chrono::milliseconds duration) const;
 
   /// Makes a call cancellable as long as the scope lasts. `cancellation` may be null.
-  class Scope {
+  class [[nodiscard]] Scope {
    public:
     Scope(Cancellation* cancellation, grpc::ClientContext& context);
     ~Scope();

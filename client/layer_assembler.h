@@ -21,7 +21,7 @@ class LayerAssembler {
 
   /// Takes the next message (not the header). Gives the layer when it is complete, decoded and checked. Throws
   /// ClientError{DATA_LOSS, ANSWER_CORRUPT} for anything out of order or out of shape.
-  std::optional<Layer> add(v1::SliceRangeResponse&& message);
+  [[nodiscard]] std::optional<Layer> add(v1::SliceRangeResponse&& message);
 
   /// The summary has come.
   bool complete() const noexcept { return complete_; }

@@ -24,6 +24,16 @@ target_compile_options(
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
 )
 
+# -Warray-bounds finds them there too, and is of use elsewhere.
+if(CCSLICE_WERROR)
+  target_compile_options(
+    ccslice_compile_options
+    INTERFACE
+      -Werror
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-error=array-bounds>
+  )
+endif()
+
 target_include_directories(ccslice_compile_options INTERFACE "${PROJECT_SOURCE_DIR}")
 
 if(CCSLICE_SANITIZE)

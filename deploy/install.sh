@@ -41,6 +41,7 @@ readonly build=(
 readonly test=(
   ca-certificates
   clang-format
+  clang-tidy
   imagemagick
   libgmock-dev
   libgtest-dev

@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What takes too long for every change: random jobs by the thousands, and every voxel of the real meshes.
+# What takes too long for every change: random jobs by the thousands, every voxel of the real meshes, and clang-tidy.
 #
 #   tests/nightly.sh [FIRST [LAST]]    # seeds, DEFAULT: 1 10000
 #
@@ -31,6 +31,9 @@ done
 
 echo "== Real meshes"
 build/release/tests/bench/error_analysis | tee "$reports/error_analysis.txt" || failed=1
+
+echo "== clang-tidy"
+tests/hygiene/check_tidy.sh || failed=1
 
 if ((failed)); then
   echo "FAILED; the seeds:"

@@ -3,12 +3,13 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Runs all tests: installs what they need, builds, runs. Arguments go to ctest: tests/run.sh -R Contour
-# Without any the cases run in batches, which is faster.
+# Without any the cases run in batches, which is faster. CCSLICE_WERROR=ON makes errors of the compiler's warnings.
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 deploy/install.sh build test
-cmake --preset release -D CCSLICE_TEST_BATCHES="$([[ $# == 0 ]] && echo ON || echo OFF)"
+cmake --preset release -D CCSLICE_TEST_BATCHES="$([[ $# == 0 ]] && echo ON || echo OFF)" \
+  -D CCSLICE_WERROR="${CCSLICE_WERROR:-OFF}"
 cmake --build --preset release --parallel "$(nproc)"
 ctest --preset release --parallel "$(nproc)" "$@"

@@ -11,7 +11,7 @@ namespace ccslice::cli {
 
 /// While it lives, SIGINT and SIGTERM cancel what is running; a second one ends the program on the spot. Make it before
 /// any other thread, so that all of them leave these signals alone.
-class InterruptGuard {
+class [[nodiscard]] InterruptGuard {
  public:
   explicit InterruptGuard(client::Cancellation& cancellation);
   ~InterruptGuard();

@@ -50,7 +50,7 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 
 v1::GridSpec parse_grid(const GridOptions& options);
 /// Nothing if none is given.
-std::optional<v1::Region> parse_region(const GridOptions& options);
+[[nodiscard]] std::optional<v1::Region> parse_region(const GridOptions& options);
 v1::PictureLayout parse_layout(const LayoutOptions& options);
 /// Occupancy first, then the channels in order, then all of them in one, then the materials of `printing` (null if
 /// there are none), and a mask for each; occupancy if nothing is named and `contours_only` isn't set.

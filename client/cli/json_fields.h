@@ -14,7 +14,7 @@
 namespace ccslice::cli {
 
 /// Nothing if `json` is no object.
-std::optional<google::protobuf::Struct> parse_object(const std::string& json);
+[[nodiscard]] std::optional<google::protobuf::Struct> parse_object(const std::string& json);
 
 const google::protobuf::Value& field(const google::protobuf::Struct& object, const char* name);
 double number(const google::protobuf::Struct& object, const char* name);

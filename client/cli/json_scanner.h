@@ -21,11 +21,11 @@ class JsonScanner {
   explicit JsonScanner(std::string_view text) : text_(text) {}
 
   /// Takes `c` if it comes next, white space aside.
-  bool take(char c);
+  [[nodiscard]] bool take(char c);
   /// Takes `c`, which must come next.
   void require(char c, std::string_view expected);
   /// Takes `null` if it comes next.
-  bool take_null();
+  [[nodiscard]] bool take_null();
   /// Whether a string comes next.
   bool at_string();
   void require_end();

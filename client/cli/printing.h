@@ -27,6 +27,6 @@ struct PrintingOptions {
 void add_printing_options(CLI::App& command, PrintingOptions& options);
 
 /// Nothing if no material is named. Throws UsageError.
-std::optional<v1::Printing> parse_printing(const PrintingOptions& options);
+[[nodiscard]] std::optional<v1::Printing> parse_printing(const PrintingOptions& options);
 
 }  // namespace ccslice::cli

@@ -5,6 +5,7 @@
 
 namespace ccslice {
 
+// NOLINTNEXTLINE(readability-function-size): a line for each code.
 std::string_view reason(ErrorCode code) {
   switch (code) {
     case ErrorCode::kMeshMalformed: return "MESH_MALFORMED";

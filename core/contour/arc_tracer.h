@@ -33,7 +33,7 @@ class ArcTracer {
                                   double tolerance_mm);
 
  private:
-  bool part_chords(const ChordBound& bound, double tolerance_mm);
+  [[nodiscard]] bool part_chords(const ChordBound& bound, double tolerance_mm);
   void solve(const BezierNet& net, double height_mm);
 
   bool along_s_ = true;  // The arc is a graph t(s).

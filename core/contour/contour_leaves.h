@@ -71,8 +71,8 @@ class ContourLeaves {
 
   void start(const LeafCriteria& criteria);
   void collect_node(std::uint32_t id);
-  bool accept(std::uint32_t id, const SurfaceNode& node);
-  bool accept_remainder(std::uint32_t id, const SurfaceNode& node);
+  [[nodiscard]] bool accept(std::uint32_t id, const SurfaceNode& node);
+  [[nodiscard]] bool accept_remainder(std::uint32_t id, const SurfaceNode& node);
   void add(std::uint32_t id, bool resolved);
   bool is_dropped(const SurfaceNode& node) const;
   bool is_simple(std::uint32_t id, const SurfaceNode& node) const;

@@ -61,7 +61,7 @@ class SurfaceTree {
   explicit SurfaceTree(const BoundarySurface& surface) : surface_(surface), vertices_(surface) {}
 
   /// Before a layer. True if all nodes and vertices of before are forgotten: for other axes, or to bound the memory.
-  bool start(const AffineMap& to_axes, std::size_t nodes_of_last_layer);
+  [[nodiscard]] bool start(const AffineMap& to_axes, std::size_t nodes_of_last_layer);
 
   const SurfaceVertices& vertices() const { return vertices_; }
   const SurfaceNode& node(std::uint32_t id) const { return nodes_[id]; }

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "core/base/cancellation.h"
@@ -31,6 +32,12 @@ struct LayerTarget {
     const VoxelRun part = counted.clipped(span);
     return part.end - part.begin;
   }
+};
+
+/// Of the voxels that a window of a layer holds.
+enum class [[nodiscard]] WindowOutcome : std::uint8_t{
+    kComplete,         // All have their samples.
+    kNeedsWholeLayer,  // Some take theirs from voxels that may be anywhere in the layer. They have none.
 };
 
 }  // namespace ccslice

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -42,7 +42,7 @@ class InvertedField final : public MaterialField {
   void mat(const CellParam& at, std::span<double> out) override { inverter_.evaluator().mat(at, out); }
 
   bool is_ambiguous(const Box3& world) const override {
-    return solid_->data().is_ambiguous(world.transformed(mesh_of_world_));
+    return solid_->index().is_ambiguous(world.transformed(mesh_of_world_));
   }
 
   std::size_t channel_count() const override { return solid_->channel_count(); }

@@ -23,9 +23,10 @@ class MaterialField {
   virtual ~MaterialField() = default;
 
   /// The parameter of a world point; residual_mm in world mm. `hint`: a parameter solved for a point nearby.
-  virtual std::optional<InversionResult> invert(const Vec3& world, const std::optional<CellParam>& hint) = 0;
+  [[nodiscard]] virtual std::optional<InversionResult> invert(const Vec3& world,
+                                                              const std::optional<CellParam>& hint) = 0;
   /// The nearest parameter to a world point that may lie anywhere. Costly: for points that invert() gives up.
-  virtual std::optional<InversionResult> nearest(const Vec3& world) = 0;
+  [[nodiscard]] virtual std::optional<InversionResult> nearest(const Vec3& world) = 0;
   /// REQUIRES: out.size() == channel_count().
   virtual void mat(const CellParam& at, std::span<double> out) = 0;
   /// The solid folds in this box, or separate parts of it overlap there, so that materials may jump between
@@ -43,7 +44,7 @@ class MaterialField {
 /// contours' tolerance puts inside although it is `outside_mm` off the limit volume still gets a parameter; both are
 /// world lengths. Residuals are |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales,
 /// an upper bound for the rest. REQUIRES: placement passes validate_placement().
-std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
-                                                   double outside_mm);
+[[nodiscard]] std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid,
+                                                                 const Placement& placement, double outside_mm);
 
 }  // namespace ccslice

@@ -21,7 +21,7 @@ std::span<const RowEntry> within(std::span<const RowEntry> entries, std::int64_t
 
 }  // namespace
 
-bool MaterialPass::run(const LayerTarget& target, std::span<const VoxelRun> spans) {
+WindowOutcome MaterialPass::run(const LayerTarget& target, std::span<const VoxelRun> spans) {
   start_layer();
   for (const VoxelRun& span : spans) solve(target, span);
   return finish_layer(target, spans);
@@ -104,7 +104,7 @@ std::optional<CellParam> MaterialPass::nearest_entry(std::int64_t column) const 
   return hint;
 }
 
-bool MaterialPass::finish_layer(const LayerTarget& target, std::span<const VoxelRun> spans) const {
+WindowOutcome MaterialPass::finish_layer(const LayerTarget& target, std::span<const VoxelRun> spans) const {
   return unresolved_.fill(*field_, spans, target);
 }
 

@@ -41,20 +41,20 @@ class MaterialPass {
   void solve(const LayerTarget& target, const VoxelRun& run, const std::optional<CellParam>& hint = {});
   /// The same, from a hint that, if there is one, is better than what neighbours say.
   void solve_from(const LayerTarget& target, const HintedRun& run);
-  /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them. False if
-  /// the planes hold such voxels, but not the whole layer, as would be needed. Throws Error{kCancelled}, and
+  /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them.
+  /// kNeedsWholeLayer if the planes hold such voxels, but not the whole layer. Throws Error{kCancelled}, and
   /// Error{kInternal} if even the last resort finds nothing.
-  bool finish_layer(const LayerTarget& target, std::span<const VoxelRun> spans) const;
+  WindowOutcome finish_layer(const LayerTarget& target, std::span<const VoxelRun> spans) const;
 
   /// All voxels of `spans`: start, solve, finish.
-  bool run(const LayerTarget& target, std::span<const VoxelRun> spans);
+  WindowOutcome run(const LayerTarget& target, std::span<const VoxelRun> spans);
 
  private:
   void start_row(std::uint32_t y);
   void solve_near(const LayerTarget& target, const VoxelRun& run, const std::optional<CellParam>& near);
   void keep(const LayerTarget& target, const VoxelRun& run);
   std::span<const RowEntry> beside(const VoxelRun& run);
-  std::optional<CellParam> nearest_entry(std::int64_t column) const;
+  [[nodiscard]] std::optional<CellParam> nearest_entry(std::int64_t column) const;
 
   MaterialField* field_;
   SolvedRow solved_;

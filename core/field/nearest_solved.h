@@ -35,7 +35,7 @@ class NearestSolved {
 
  private:
   void find_nearest_rows();
-  std::optional<std::uint32_t> nearest_column(std::uint32_t x, std::uint32_t y) const noexcept;
+  [[nodiscard]] std::optional<std::uint32_t> nearest_column(std::uint32_t x, std::uint32_t y) const noexcept;
 
   double dx_mm_, dy_mm_;
   std::uint32_t height_;

@@ -25,19 +25,21 @@ void UnresolvedVoxels::add(std::uint32_t row, std::uint32_t column) {
   }
 }
 
-bool UnresolvedVoxels::fill(MaterialField& field, std::span<const VoxelRun> spans, const LayerTarget& target) const {
-  if (runs_.empty()) return true;
+WindowOutcome UnresolvedVoxels::fill(MaterialField& field, std::span<const VoxelRun> spans,
+                                     const LayerTarget& target) const {
+  if (runs_.empty()) return WindowOutcome::kComplete;
   if (!target.is_whole()) {
-    return std::ranges::all_of(runs_, [&](const VoxelRun& run) {
+    const bool holds_none = std::ranges::all_of(runs_, [&](const VoxelRun& run) {
       const VoxelRun held = target.window.clipped(run);
       return held.begin == held.end;
     });
+    return holds_none ? WindowOutcome::kComplete : WindowOutcome::kNeedsWholeLayer;
   }
   for (const VoxelRun& run : runs_) target.stats.voxels_unresolved += target.count(run);
   NearestSolved solved(spans, runs_, target.lattice);
   if (solved.empty()) {
     fill_from_solid(field, target);
-    return true;
+    return WindowOutcome::kComplete;
   }
   for (const VoxelRun& run : runs_) {
     for (std::uint32_t x = run.begin; x < run.end; ++x) {
@@ -47,7 +49,7 @@ bool UnresolvedVoxels::fill(MaterialField& field, std::span<const VoxelRun> span
       for (ContonePlane& plane : target.planes) plane.copy(from, to);
     }
   }
-  return true;
+  return WindowOutcome::kComplete;
 }
 
 void UnresolvedVoxels::fill_from_solid(MaterialField& field, const LayerTarget& target) const {

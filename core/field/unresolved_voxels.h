@@ -23,10 +23,10 @@ class UnresolvedVoxels {
   /// By row, then by column.
   void add(std::uint32_t row, std::uint32_t column);
 
-  /// Gives them their samples and counts them. `spans`: all voxels inside; those that weren't added are solved. False,
-  /// and nothing done, if the planes hold some of them but not the whole layer: any voxel may be the nearest one.
+  /// Gives them their samples and counts them. `spans`: all voxels inside; those that weren't added are solved. Nothing
+  /// is done if the planes hold some of them but not the whole layer: any voxel may be the nearest one.
   /// Throws Error{kCancelled}, and Error{kInternal} if even the last resort finds nothing.
-  bool fill(MaterialField& field, std::span<const VoxelRun> spans, const LayerTarget& target) const;
+  WindowOutcome fill(MaterialField& field, std::span<const VoxelRun> spans, const LayerTarget& target) const;
 
  private:
   void fill_from_solid(MaterialField& field, const LayerTarget& target) const;

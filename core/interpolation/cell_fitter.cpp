@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -73,7 +73,7 @@ void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
 unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node) {
   node.kind = CellNode::Kind::kHole;
   const Box3 around = grown(shape.box, kMargin);
-  if (solid_->data().is_ambiguous(around.transformed(mesh_of_voxel_))) {
+  if (solid_->index().is_ambiguous(around.transformed(mesh_of_voxel_))) {
     return shape.voxels > kSmallestAmbiguous ? kAllAxes : 0;
   }
   if (shape.flat) return 0;
@@ -110,7 +110,7 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, cons
   const double beyond = std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostBeyond);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
-  const unsigned boundary_sides = solid_->data().cells[cell].boundary_sides;
+  const unsigned boundary_sides = solid_->boundary_sides(cell);
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
     const bool high = side % 2 != 0;

@@ -96,8 +96,8 @@ class CellFitter {
  private:
   void sample(std::uint32_t cell, const ParamBox& box);
   unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node);
-  std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape, const ParamBox& box,
-                                              const VoxelFrame& frame, double error);
+  [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape,
+                                                            const ParamBox& box, const VoxelFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
   unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
   double fit(const VoxelFrame& frame, bool one_patch, double beyond);

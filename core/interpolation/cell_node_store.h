@@ -33,7 +33,7 @@ class CellNodeStore {
   explicit CellNodeStore(std::size_t most_bytes) : most_bytes_(most_bytes) {}
 
   /// A cell that isn't kept starts as a single unknown node. `bounds`: hold the cell, in voxels.
-  std::shared_ptr<CellNodes> nodes_of(std::uint32_t cell, const Box3& bounds);
+  [[nodiscard]] std::shared_ptr<CellNodes> nodes_of(std::uint32_t cell, const Box3& bounds);
   /// Takes note of a cell's memory, if these nodes are still kept. REQUIRES: the caller holds their mutex.
   void set_memory(std::uint32_t cell, const CellNodes& nodes);
 
@@ -56,6 +56,6 @@ class CellNodeStore {
 };
 
 /// With room for what a few slabs of a job need.
-std::shared_ptr<CellNodeStore> make_cell_node_store();
+[[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store();
 
 }  // namespace ccslice

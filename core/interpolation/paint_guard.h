@@ -38,8 +38,8 @@ class PaintGuard {
   /// Columns of the run to compare, in no order, some twice.
   std::span<const std::uint32_t> chosen(std::uint32_t layer, const VoxelRun& run);
   /// What the polynomials, one a channel, say of the voxel is within the tolerances. `hint`: a parameter near it.
-  bool agrees(std::uint32_t layer, std::uint32_t row, std::uint32_t column, const VoxelFrame& frame,
-              std::span<const CubicPolynomial> polynomials, const std::optional<CellParam>& hint);
+  [[nodiscard]] bool agrees(std::uint32_t layer, std::uint32_t row, std::uint32_t column, const VoxelFrame& frame,
+                            std::span<const CubicPolynomial> polynomials, const std::optional<CellParam>& hint);
 
  private:
   MaterialField* field_;

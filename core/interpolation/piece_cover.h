@@ -60,7 +60,7 @@ class PieceCover {
   void paint_all(const PieceRun& run, float after);
   void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);
   void sort_out_unpainted();
-  std::optional<CellParam> hint_of(std::size_t run) const;
+  [[nodiscard]] std::optional<CellParam> hint_of(std::size_t run) const;
   bool is_short(std::size_t run) const;
   bool is_in_large_hole(std::size_t run) const;
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }

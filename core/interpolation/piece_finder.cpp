@@ -10,7 +10,7 @@
 
 #include "core/base/prefetch.h"
 #include "core/job/slice_job.h"
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -44,7 +44,7 @@ void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const Cancellati
 
 /// Those that aren't small, whose boxes meet the group, and whose pieces or holes may meet the rows; by id.
 void PieceFinder::collect_cells(const SmallCells& small) {
-  const BoxTree& boxes = solid_->data().cell_boxes;
+  const BoxTree& boxes = solid_->index().cell_boxes;
   const Box3 layers(Vec3(-1, -1, group_.first_layer - 1.0),
                     Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(group_.end_layer)));
   cells_.clear();
@@ -64,7 +64,7 @@ bool PieceFinder::meets_rows(const Box3& cell) const {
 }
 
 Box3 PieceFinder::bounds_of(std::uint32_t cell) const {
-  const Box3 box = solid_->data().cell_boxes.box(cell).transformed(voxel_of_mesh_);
+  const Box3 box = solid_->index().cell_boxes.box(cell).transformed(voxel_of_mesh_);
   return Box3(box.min() - Vec3::Ones(), box.max() + Vec3::Ones());
 }
 

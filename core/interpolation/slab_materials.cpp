@@ -40,7 +40,7 @@ class SlabMaterials::State {
         tile_painter_(field, spec.channels) {}
 
   void start(std::uint32_t first_layer, std::uint32_t end_layer);
-  bool paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
+  WindowOutcome paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
 
  private:
   struct Layer {
@@ -51,8 +51,8 @@ class SlabMaterials::State {
 
   const PieceCover& cover_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void guard(std::uint32_t layer, std::span<const VoxelRun> spans, const CancellationToken& cancel);
-  bool agrees(std::uint32_t layer, const PieceRun& run);
-  bool agrees(std::uint32_t layer, const VoxelRun& run);
+  [[nodiscard]] bool agrees(std::uint32_t layer, const PieceRun& run);
+  [[nodiscard]] bool agrees(std::uint32_t layer, const VoxelRun& run);
   void build_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs);
 
@@ -79,7 +79,7 @@ SlabMaterials& SlabMaterials::operator=(SlabMaterials&&) noexcept = default;
 
 void SlabMaterials::start(std::uint32_t first_layer, std::uint32_t end_layer) { state_->start(first_layer, end_layer); }
 
-bool SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
+WindowOutcome SlabMaterials::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
   return state_->paint(target, layer, spans_of);
 }
 
@@ -154,7 +154,8 @@ bool SlabMaterials::State::agrees(std::uint32_t layer, const VoxelRun& run) {
   return true;
 }
 
-bool SlabMaterials::State::paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of) {
+WindowOutcome SlabMaterials::State::paint(const LayerTarget& target, std::uint32_t layer,
+                                          const SpansOfLayer& spans_of) {
   const PieceCover& cover = cover_of(layer, spans_of, target.cancel);
   if (!cover.for_tiles().empty() && !tiles_built_) build_tiles(spans_of, target.cancel);
   guard(layer, spans_of(layer), target.cancel);

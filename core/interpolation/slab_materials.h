@@ -49,9 +49,9 @@ class SlabMaterials {
 
   /// Sets the samples of those voxels of one layer of the slab that the target's planes hold, and counts. Asks for its
   /// spans, and for those of all layers of the slab if tiles are needed: a first layer needn't wait for the others
-  /// otherwise. False if some voxels need more of the layer than the planes hold. Throws Error{kCancelled},
+  /// otherwise. kNeedsWholeLayer as in field/material_pass.h. Throws Error{kCancelled},
   /// Error{kInternal} if even the last resort finds nothing, and what spans_of throws.
-  [[nodiscard]] bool paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
+  WindowOutcome paint(const LayerTarget& target, std::uint32_t layer, const SpansOfLayer& spans_of);
 
  private:
   class State;

@@ -71,7 +71,7 @@ class SlabPieces {
   /// Some small cell, or large box that was left out, may hold it.
   bool is_in_large_hole(const Vec3& voxel) const;
   /// About the parameter of a voxel in a hole, if all holes there are of few voxels.
-  std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
+  [[nodiscard]] std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
   /// About the parameter of a voxel in or beside a piece.
   CellParam parameter_near(std::uint32_t piece, const Vec3& voxel) const;
   /// The polynomials of two pieces agree at a voxel: if one of them is no farther off than pieces may be, the other one
@@ -94,7 +94,7 @@ class SlabPieces {
   bool is_found(std::uint32_t layer) const { return group_of_layer_[layer - first_layer_] != kNoGroup; }
   /// Starts a group at a layer that isn't found; returns its end: the slab's, that of `most_layers`, or the next layer
   /// that is found. Forgets pieces of a group that was started and never finished.
-  std::uint32_t start_group(std::uint32_t first_layer, std::uint32_t most_layers);
+  [[nodiscard]] std::uint32_t start_group(std::uint32_t first_layer, std::uint32_t most_layers);
   /// `runs`: of layers of the group.
   void add_piece(std::uint32_t cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs);
   /// Its layers are found. `hole_boxes`: in voxels, of the holes, in their order. Throws Error{kCancelled}.

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -20,22 +20,22 @@ SmallCells::SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement&
       mesh_of_voxel_(mesh_of_voxel),
       smallest_regular_mm3_(kSmallestRegularCell * std::abs(mesh_of_voxel_.linear().determinant())),
       smallest_irregular_mm3_(kSmallestIrregularCell * std::abs(mesh_of_voxel_.linear().determinant())),
-      are_some_(solid_->data().regular_volumes.least < smallest_regular_mm3_ ||
-                solid_->data().irregular_volumes.least < smallest_irregular_mm3_),
-      are_all_(solid_->data().regular_volumes.most < smallest_regular_mm3_ &&
-               solid_->data().irregular_volumes.most < smallest_irregular_mm3_),
+      are_some_(solid_->index().regular_volumes.least < smallest_regular_mm3_ ||
+                solid_->index().irregular_volumes.least < smallest_irregular_mm3_),
+      are_all_(solid_->index().regular_volumes.most < smallest_regular_mm3_ &&
+               solid_->index().irregular_volumes.most < smallest_irregular_mm3_),
       voxel_in_mesh_mm_(mesh_of_voxel_.linear().colwise().norm().maxCoeff()) {}
 
 bool SmallCells::contain(std::uint32_t cell) const {
   const bool regular = solid_->cell_class(cell) == CellClass::kRegular;
-  return solid_->data().volume_mm3(cell) < (regular ? smallest_regular_mm3_ : smallest_irregular_mm3_);
+  return solid_->index().volume_mm3(cell) < (regular ? smallest_regular_mm3_ : smallest_irregular_mm3_);
 }
 
 bool SmallCells::any_at(const Vec3& voxel) const {
   if (!are_some_ || are_all_) return are_all_;
   const Vec3 point = mesh_of_voxel_ * voxel, margin = Vec3::Constant(voxel_in_mesh_mm_);
-  return solid_->data().cell_boxes.any_meeting(Box3(point - margin, point + margin),
-                                               [&](std::uint32_t cell) { return contain(cell); });
+  return solid_->index().cell_boxes.any_meeting(Box3(point - margin, point + margin),
+                                                [&](std::uint32_t cell) { return contain(cell); });
 }
 
 }  // namespace ccslice

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -122,7 +122,7 @@ double TileFitter::steepness(const TileParticle& particle) const {
 
 /// A side of it that is on the boundary may come near some voxel of the box.
 bool TileFitter::is_at_boundary(const TileParticle& particle, const Box3& box) const {
-  const unsigned sides = solid_->data().cells[particle.cell].boundary_sides;
+  const unsigned sides = solid_->boundary_sides(particle.cell);
   const Box3 reached = particles_.reached(box);
   for (std::size_t side = 0; side < 6; ++side) {
     const auto axis = static_cast<Eigen::Index>(side / 2);

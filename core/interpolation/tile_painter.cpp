@@ -10,9 +10,9 @@ bool is_before(const VoxelRun& a, const VoxelRun& b) { return a.row != b.row ? a
 
 }  // namespace
 
-bool TilePainter::paint(const TileTree& tree, const LayerTarget& target, std::uint32_t layer,
-                        std::span<const VoxelRun> for_tiles, std::span<const HintedRun> to_invert,
-                        std::span<const VoxelRun> inside) {
+WindowOutcome TilePainter::paint(const TileTree& tree, const LayerTarget& target, std::uint32_t layer,
+                                 std::span<const VoxelRun> for_tiles, std::span<const HintedRun> to_invert,
+                                 std::span<const VoxelRun> inside) {
   const CubicPainter painter(target, layer, channels_);
   const auto paint_leaf = [&](const TileTree::Node& leaf, const VoxelRun& part) {
     if (leaf.kind == TileTree::Node::Kind::kExact) return add_exact(target, tree.hint(leaf.index), part);

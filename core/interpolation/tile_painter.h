@@ -32,12 +32,12 @@ class TilePainter {
 
   /// Sets the samples of those voxels of one layer that the target's planes hold, and counts. `for_tiles`: runs that
   /// the tree was built for; `to_invert`: others, to be inverted one by one, by row, then by column; `inside`: all
-  /// voxels that have samples then, from which those that aren't reached take theirs. False if those need more of the
-  /// layer than the planes hold. REQUIRES: the tree is the same since start_slab(). Throws Error{kCancelled}, and
+  /// voxels that have samples then, from which those that aren't reached take theirs. kNeedsWholeLayer as in
+  /// field/material_pass.h. REQUIRES: the tree is the same since start_slab(). Throws Error{kCancelled}, and
   /// Error{kInternal} if even the last resort finds nothing.
-  [[nodiscard]] bool paint(const TileTree& tree, const LayerTarget& target, std::uint32_t layer,
-                           std::span<const VoxelRun> for_tiles, std::span<const HintedRun> to_invert,
-                           std::span<const VoxelRun> inside);
+  WindowOutcome paint(const TileTree& tree, const LayerTarget& target, std::uint32_t layer,
+                      std::span<const VoxelRun> for_tiles, std::span<const HintedRun> to_invert,
+                      std::span<const VoxelRun> inside);
 
  private:
   void add_exact(const LayerTarget& target, const std::optional<CellParam>& hint, const VoxelRun& run);

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
@@ -59,10 +59,11 @@ void TileParticles::leave(const Range& range) { members_.resize(range.first); }
 /// Whole cells first. False if there are more than `most`.
 bool TileParticles::collect(const Box3& box, std::size_t most) {
   std::vector<std::uint32_t> cells;
-  const bool too_many = solid_->data().cell_boxes.any_meeting(box.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
-    cells.push_back(cell);
-    return cells.size() > most;
-  });
+  const bool too_many =
+      solid_->index().cell_boxes.any_meeting(box.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
+        cells.push_back(cell);
+        return cells.size() > most;
+      });
   if (too_many) return false;
   std::sort(cells.begin(), cells.end());
   return std::ranges::all_of(cells, [&](std::uint32_t cell) { return add_meeting(sample(cell, {}), box, most); });

@@ -62,13 +62,13 @@ class TileParticles {
   const TileParticle& operator[](std::uint32_t particle) const { return *pool_[particle]; }
 
   /// A parameter near a voxel.
-  std::optional<CellParam> near(const Range& range, const Vec3& voxel) const;
+  [[nodiscard]] std::optional<CellParam> near(const Range& range, const Vec3& voxel) const;
   /// A box of voxels, and as far around it as its voxels may lie off the solid.
   Box3 reached(const Box3& box) const;
 
  private:
-  bool collect(const Box3& box, std::size_t most);
-  bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
+  [[nodiscard]] bool collect(const Box3& box, std::size_t most);
+  [[nodiscard]] bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
   std::uint32_t sample(std::uint32_t cell, const ParamBox& parameters);
   void halve(std::uint32_t particle, Eigen::Index voxel_axis);
 

@@ -61,7 +61,7 @@ class TileTree {
   /// A parameter near the voxels of an inverted leaf, if one is known.
   const std::optional<CellParam>& hint(std::uint32_t index) const { return hints_[index]; }
   /// Nothing if the voxel is inverted.
-  std::optional<Cubics> cubics_at(const Voxel& voxel) const;
+  [[nodiscard]] std::optional<Cubics> cubics_at(const Voxel& voxel) const;
 
   /// Calls visit(leaf, part) for the leaves that a run of a layer meets, but for empty ones, and what each holds of it,
   /// by column.
@@ -80,10 +80,10 @@ class TileTree {
   void set_tile(std::uint32_t tile_column, std::uint32_t tile_row, const Node& node) {
     tiles_[std::size_t{tile_columns_} * tile_row + tile_column] = node;
   }
-  Node add_polynomials(const VoxelFrame& frame, std::span<const CubicPolynomial> polynomials);
-  Node add_exact(const std::optional<CellParam>& hint);
+  [[nodiscard]] Node add_polynomials(const VoxelFrame& frame, std::span<const CubicPolynomial> polynomials);
+  [[nodiscard]] Node add_exact(const std::optional<CellParam>& hint);
   /// Its children are empty until they are set.
-  Node add_split(std::uint8_t axes);
+  [[nodiscard]] Node add_split(std::uint8_t axes);
   void set_child(const Node& split, std::uint32_t child, const Node& node) { children_[split.index + child] = node; }
 
  private:

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/inversion/newton.h"
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 
@@ -58,9 +58,9 @@ unsigned sides_at(const Vec3& uvw) {
 }
 
 /// The parameter is on the boundary of the solid, and not on another side of its cell.
-bool is_on_boundary(const LimitSolid::Data& data, const CellParam& at) {
+bool is_on_boundary(const LimitSolid& solid, const CellParam& at) {
   const unsigned sides = sides_at(at.uvw);
-  return sides != 0 && (sides & ~unsigned{data.cells[at.cell].boundary_sides}) == 0;
+  return sides != 0 && (sides & ~unsigned{solid.boundary_sides(at.cell)}) == 0;
 }
 
 /// Which candidates come first.
@@ -70,7 +70,7 @@ enum class Order { kNearest, kLowestCell, kLowestPart };
 
 struct PointInverter::State {
   const LimitSolid& solid;
-  const LimitSolid::Data& data;
+  const CellIndex& index;
   InversionOptions options;
   Acceptance acceptance;
   LimitEvaluator evaluator;
@@ -78,7 +78,7 @@ struct PointInverter::State {
   int runs_left = 0;
 
   State(const LimitSolid& s, const InversionOptions& o)
-      : solid(s), data(s.data()), options(o), acceptance(s, o.accept_mm), evaluator(s, o.patch_cache_bytes) {
+      : solid(s), index(s.index()), options(o), acceptance(s, o.accept_mm), evaluator(s, o.patch_cache_bytes) {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
@@ -86,16 +86,16 @@ struct PointInverter::State {
   template <typename Wanted>
   void collect(const Vec3& point, Order order, Wanted wanted) noexcept {
     const auto before = [&](const Candidate& a, const Candidate& b) {
-      if (order == Order::kLowestPart && data.parts[a.cell] != data.parts[b.cell]) {
-        return data.parts[a.cell] < data.parts[b.cell];
+      if (order == Order::kLowestPart && index.parts[a.cell] != index.parts[b.cell]) {
+        return index.parts[a.cell] < index.parts[b.cell];
       }
       if (order == Order::kLowestCell || a.distance == b.distance) return a.cell < b.cell;
       return a.distance < b.distance;
     };
     candidates.clear();
-    data.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
+    index.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
       if (!wanted(cell)) return;
-      const CellMap& map = data.cell_maps[cell];
+      const CellMap& map = index.cell_maps[cell];
       const Vec3 guess = map(point);
       if (!map.may_hold(guess, options.outside_mm)) return;
       const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
@@ -180,7 +180,7 @@ struct PointInverter::State {
 
   /// How far from a cell the foot of the perpendicular is the answer.
   double just_outside_mm(std::uint32_t cell) const noexcept {
-    const double of_cell = kJustOutsideOfCell * data.cell_maps[cell].thickness_mm();
+    const double of_cell = kJustOutsideOfCell * index.cell_maps[cell].thickness_mm();
     return std::min({options.outside_mm, kJustOutside * options.accept_mm, of_cell});
   }
 
@@ -190,7 +190,7 @@ struct PointInverter::State {
     const double most = just_outside_mm(best.at.cell);
     if (!(best.residual_mm <= most)) return false;
     const unsigned sides = sides_at(best.at.uvw);
-    if (!std::has_single_bit(sides) || !(sides & data.cells[best.at.cell].boundary_sides)) return false;
+    if (!std::has_single_bit(sides) || !(sides & solid.boundary_sides(best.at.cell))) return false;
     InversionResult foot = best;
     if (!drop_perpendicular(point, std::countr_zero(sides), foot) || !(foot.residual_mm <= most)) return false;
     foot.full = true;
@@ -222,7 +222,7 @@ struct PointInverter::State {
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
     // again. That near to any other face the cell behind it holds the point, and is looked at again: beside a singular
     // line it may have been given up too quickly.
-    const bool just_outside = best.residual_mm <= options.outside_mm && is_on_boundary(data, best.at);
+    const bool just_outside = best.residual_mm <= options.outside_mm && is_on_boundary(solid, best.at);
     for (const Candidate& c : candidates) {
       if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;
       if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
@@ -235,14 +235,14 @@ struct PointInverter::State {
   }
 
   bool folds(std::uint32_t cell) const noexcept {
-    return std::binary_search(data.fold_cells.begin(), data.fold_cells.end(), cell);
+    return std::binary_search(index.fold_cells.begin(), index.fold_cells.end(), cell);
   }
 
   /// REQUIRES: the point is near folds.
   bool may_hold(std::uint32_t cell, const Vec3& point) const noexcept {
-    const CellMap& map = data.cell_maps[cell];
+    const CellMap& map = index.cell_maps[cell];
     const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
-    return data.hulls_near_folds.may_hold(cell, map(point), margin);
+    return index.hulls_near_folds.may_hold(cell, map(point), margin);
   }
 
   /// A cell that doesn't fold has one parameter for a point: its map's guess leads there, or the nearest start does.
@@ -277,7 +277,7 @@ struct PointInverter::State {
     InversionResult lower = found;
     lower.residual_mm = std::numeric_limits<double>::infinity();
     collect(point, Order::kLowestPart,
-            [&](std::uint32_t cell) { return data.parts[cell] < data.parts[found.at.cell]; });
+            [&](std::uint32_t cell) { return index.parts[cell] < index.parts[found.at.cell]; });
     for (const Candidate& c : candidates) {
       if (run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower)) return lower;
     }
@@ -299,14 +299,14 @@ std::optional<InversionResult> PointInverter::invert(const Vec3& point, const st
   InversionResult best;
   best.residual_mm = std::numeric_limits<double>::infinity();
   state.runs_left = kMaxNewtonRuns;
-  if (state.data.fold_boxes.any_at(point, outside_mm)) {
+  if (state.index.fold_boxes.any_at(point, outside_mm)) {
     best = state.search_lowest_cell(point, hint, best);
-  } else if (!hint || distance_from_cell(state.data.cell_maps[hint->cell](point)) > kFarFromCell ||
+  } else if (!hint || distance_from_cell(state.index.cell_maps[hint->cell](point)) > kFarFromCell ||
              !state.run(hint->cell, hint->uvw, point, best, Patience::kQuick)) {
     if (!state.end_just_outside(point, best)) best = state.search(point, best);
   }
   if (!(best.residual_mm <= outside_mm)) return std::nullopt;
-  if (state.data.overlap_boxes.any_at(point, outside_mm)) best = state.prefer_lower_part(point, best);
+  if (state.index.overlap_boxes.any_at(point, outside_mm)) best = state.prefer_lower_part(point, best);
   return best;
 }
 

@@ -46,7 +46,8 @@ class PointInverter {
   /// `point`: mesh frame, mm. `hint`: a parameter solved for a point nearby (coherence), or nothing.
   /// Returns nothing if no candidate cell comes within options.outside_mm. Near cells that fold the lowest cell id
   /// wins, and where separate parts of the solid overlap the part whose first cell is the lowest: whatever the hint.
-  std::optional<InversionResult> invert(const Vec3& point, const std::optional<CellParam>& hint = {}) noexcept;
+  [[nodiscard]] std::optional<InversionResult> invert(const Vec3& point,
+                                                      const std::optional<CellParam>& hint = {}) noexcept;
 
   LimitEvaluator& evaluator() noexcept;
 

@@ -10,7 +10,7 @@
 #include <limits>
 #include <span>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice {
 
@@ -214,7 +214,7 @@ bool RowInverter::is_ambiguous(std::uint32_t from, std::uint32_t to) const {
   box.extend(point(to));
   box.min().array() -= options_.outside_mm;
   box.max().array() += options_.outside_mm;
-  return solid_->data().is_ambiguous(box);
+  return solid_->index().is_ambiguous(box);
 }
 
 /// A place in or beside the patch of `at`, in the parameters of its cell.

@@ -79,16 +79,16 @@ class RowInverter {
   };
 
   Vec3 point(std::uint32_t k) const { return first_ + static_cast<double>(k) * step_; }
-  std::optional<CellParam> enter(std::uint32_t k, const std::optional<CellParam>& hint, Node& node);
+  [[nodiscard]] std::optional<CellParam> enter(std::uint32_t k, const std::optional<CellParam>& hint, Node& node);
   void keep(const Node& node);
-  std::optional<CellParam> solve_alone(std::uint32_t k, const std::optional<CellParam>& hint);
+  [[nodiscard]] std::optional<CellParam> solve_alone(std::uint32_t k, const std::optional<CellParam>& hint);
   /// From a node at the parameter `at` on, as far as its patch goes. Returns the number of points solved after it;
   /// `next` guesses the parameter of the point that follows.
   std::uint32_t march(Node from, const CellParam& at, CellParam& next);
   bool make_node(std::uint32_t k, const Vec3& guess, Node& node) const;
-  bool solve_between(const Node& from, const Node& to);
+  [[nodiscard]] bool solve_between(const Node& from, const Node& to);
   Guess guess_between(const Node& from, const Node& to, std::uint32_t begin) const;
-  bool correct(const Guess& guess, LanePoint& local);
+  [[nodiscard]] bool correct(const Guess& guess, LanePoint& local);
   std::uint32_t keep_inside(std::uint32_t first, std::uint32_t count);
   Vec3 curve_point(std::uint32_t i) const;
   bool is_ambiguous(std::uint32_t from, std::uint32_t to) const;

@@ -45,7 +45,10 @@ void append_parts(const CellMap& map, const LimitCell& cell, int halvings, Patch
   const auto on_patch = [&](const PatchPath& path, double* grid) {
     bspline_to_bezier(grid, 3, kPositionDimension);
     BezierVolume net;
-    for (std::size_t p = 0; p < 64; ++p) net[p] << map(Vec3::Map(grid + kPositionDimension * p)), 0;
+    for (std::size_t p = 0; p < 64; ++p) {
+      const Vec3 guess = map(Vec3::Map(grid + kPositionDimension * p));
+      net[p] = {guess.x(), guess.y(), guess.z(), 0};
+    }
     append_pieces(net, halvings_of(cell, path, halvings), parts);
   };
   builder.visit_patches(cell, kLevels, kLevels, on_patch, [&](const PatchRest& rest) {

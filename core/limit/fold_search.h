@@ -66,7 +66,7 @@ class FoldSearch {
   void set_up(const BezierVolume& net);
   static void look_at_corners(const BezierVolume& net, const Part& part, double rounding, FoldFinding& finding);
   void search_polynomial(const BezierVolume& net, FoldFinding& finding);
-  bool halve_top();
+  [[nodiscard]] bool halve_top();
 
   std::uint64_t halvings_left_;
   std::vector<Part> parts_;                             // A stack, deep as the halvings along all axes at most.

@@ -43,12 +43,11 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   data->summary.memory_bytes = memory_bytes(*data);
   std::shared_ptr<LimitSolid> solid(new LimitSolid(std::move(data)));
   // The box is a property of the finished solid, which nobody else has seen yet.
-  const_cast<Data&>(*solid->data_).summary.bounding_box =
-      solid->placed_bounding_box(Placement::Identity(), options.cancel);
+  solid->data_->summary.bounding_box = solid->placed_bounding_box(Placement::Identity(), options.cancel);
   return solid;
 }
 
-LimitSolid::LimitSolid(std::unique_ptr<const Data> data) : data_(std::move(data)) {}
+LimitSolid::LimitSolid(std::unique_ptr<Data> data) : data_(std::move(data)) {}
 LimitSolid::~LimitSolid() = default;
 
 const SolidSummary& LimitSolid::summary() const noexcept { return data_->summary; }
@@ -56,6 +55,9 @@ std::size_t LimitSolid::channel_count() const noexcept { return data_->dimension
 std::uint32_t LimitSolid::cell_count() const noexcept { return static_cast<std::uint32_t>(data_->cells.size()); }
 CellClass LimitSolid::cell_class(std::uint32_t cell) const noexcept { return data_->cells[cell].cell_class; }
 std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { return data_->cells[cell].control_cell; }
+
+std::uint8_t LimitSolid::boundary_sides(std::uint32_t cell) const noexcept { return data_->cells[cell].boundary_sides; }
+const CellIndex& LimitSolid::index() const noexcept { return *data_; }
 
 Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {
   const BoundarySurface surface(*this);

@@ -75,10 +75,12 @@ struct PrepareOptions {
   std::function<void(std::uint64_t bytes)> reserve;
 };
 
+struct CellIndex;
+
 class LimitSolid {
  public:
   /// Validates, refines where necessary, classifies. Throws Error (1xx, kCancelled).
-  static std::shared_ptr<const LimitSolid> prepare(ControlMesh mesh, const PrepareOptions& options = {});
+  [[nodiscard]] static std::shared_ptr<const LimitSolid> prepare(ControlMesh mesh, const PrepareOptions& options = {});
 
   ~LimitSolid();
   LimitSolid(const LimitSolid&) = delete;
@@ -94,12 +96,17 @@ class LimitSolid {
   /// microsecond for every boundary face. Throws Error{kCancelled}.
   Box3 placed_bounding_box(const Placement& placement, const CancellationToken& cancel = {}) const;
 
-  struct Data;
+  /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
+  std::uint8_t boundary_sides(std::uint32_t cell) const noexcept;
+  /// Where the cells are.
+  const CellIndex& index() const noexcept;
+
+  struct Data;  // solid_data.h, private to core/limit.
   const Data& data() const noexcept { return *data_; }
 
  private:
-  explicit LimitSolid(std::unique_ptr<const Data> data);
-  std::unique_ptr<const Data> data_;
+  explicit LimitSolid(std::unique_ptr<Data> data);
+  std::unique_ptr<Data> data_;
 };
 
 }  // namespace ccslice

@@ -29,7 +29,7 @@ struct CornersOfPolyhedron {
 
 /// `rings` are the cell's faces, all seen from the same side of its boundary. Nothing if they are not those of a
 /// hexahedron, a tetrahedron or a wedge.
-std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings);
+[[nodiscard]] std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings);
 
 /// What a cell is that has no corners by that, and what to do: "a pyramid, ...".
 std::string describe_polyhedron(std::span<const FaceRing> rings);

@@ -63,7 +63,8 @@ class BlueNoiseMask {
 /// which bounds what the cache holds to kMaskCacheSize * memory_bytes(). Thread-safe: whoever needs a mask that is
 /// being made waits for it, and nobody waits for the mask of another shape. Throws Error{kCancelled} within
 /// milliseconds of a cancel.
-std::shared_ptr<const BlueNoiseMask> shared_mask(const VoxelShape& shape, const CancellationToken& cancel = {});
+[[nodiscard]] std::shared_ptr<const BlueNoiseMask> shared_mask(const VoxelShape& shape,
+                                                               const CancellationToken& cancel = {});
 
 /// Whether shared_mask() would answer at once.
 bool has_shared_mask(const VoxelShape& shape);

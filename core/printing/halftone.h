@@ -32,7 +32,8 @@
 namespace ccslice {
 
 /// The shape of the voxels of the mask that halftoning needs, if it needs one. REQUIRES: a pitch within the limits.
-std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm, double pitch_y_mm, double pitch_z_mm);
+[[nodiscard]] std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm, double pitch_y_mm,
+                                                   double pitch_z_mm);
 
 /// What all workers on a job read.
 class HalftonePlan {

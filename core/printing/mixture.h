@@ -46,8 +46,8 @@ class Mixture {
   void evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept;
 
   /// The first of voxels [begin, end) whose values are more than kStrictSlack off what the map takes.
-  std::optional<std::size_t> first_misfit(std::span<const MixRow> values, std::size_t begin,
-                                          std::size_t end) const noexcept;
+  [[nodiscard]] std::optional<std::size_t> first_misfit(std::span<const MixRow> values, std::size_t begin,
+                                                        std::size_t end) const noexcept;
 
  private:
   struct Table {

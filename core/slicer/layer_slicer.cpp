@@ -144,14 +144,13 @@ struct LayerSlicer::State {
     return *known;
   }
 
-  /// False if the window alone can't say all.
-  bool evaluate_materials(std::span<const VoxelRun> spans, Layer& layer, const CancellationToken& cancel) {
+  WindowOutcome evaluate_materials(std::span<const VoxelRun> spans, Layer& layer, const CancellationToken& cancel) {
     planes.clear(scope.window, cancel);
     const LayerTarget target{lattice, layer.z_mm, planes.channels(), layer.stats, cancel, scope.window, scope.region};
     if (materials) return materials->run(target, spans);
-    return !slabs || slabs->paint(target, layer.index, [&](std::uint32_t k) {
-      return std::span<const VoxelRun>(shape_in_slab(k, cancel).spans);
-    });
+    if (!slabs) return WindowOutcome::kComplete;
+    return slabs->paint(target, layer.index,
+                        [&](std::uint32_t k) { return std::span<const VoxelRun>(shape_in_slab(k, cancel).spans); });
   }
 
   void choose_materials(std::span<const VoxelRun> spans, Layer& layer, const CancellationToken& cancel) {
@@ -171,7 +170,7 @@ struct LayerSlicer::State {
     const LayerShape& shape = slabs ? shape_in_slab(index, cancel) : own;
     layer.stats = shape.stats;
     layer.contours = shape.contours;
-    if (!evaluate_materials(shape.spans, layer, cancel)) {
+    if (evaluate_materials(shape.spans, layer, cancel) == WindowOutcome::kNeedsWholeLayer) {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
       return whole->slice(index, cancel);
     }

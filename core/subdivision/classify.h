@@ -39,7 +39,7 @@ class Classifier {
       : complex_(complex), vertex_state_(complex.vertex_count(), State::kUnknown) {}
 
   /// Nothing if the cell isn't limit-ready. REQUIRES: the cell's vertices are complete.
-  std::optional<Classification> classify(std::uint32_t cell);
+  [[nodiscard]] std::optional<Classification> classify(std::uint32_t cell);
   /// REQUIRES: one of the edge's vertices is complete.
   bool irregular(std::uint32_t edge) const;
 

@@ -33,7 +33,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       : state_(state), context_(context), log_(context, method) {}
 
   /// To be called first, once. Why there is no place for the call, if so: then it is to be ended with that.
-  std::optional<grpc::Status> admit() {
+  [[nodiscard]] std::optional<grpc::Status> admit() {
     self_ = this->shared_from_this();
     try {
       admission_ = state_.calls.admit([weak = this->weak_from_this()] {

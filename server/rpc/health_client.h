@@ -8,6 +8,6 @@
 namespace ccslice::server {
 
 /// What a container's health check asks: whether the server at `address` serves. `explanation` says why not.
-bool check_health(const std::string& address, std::string& explanation);
+[[nodiscard]] bool check_health(const std::string& address, std::string& explanation);
 
 }  // namespace ccslice::server

@@ -22,14 +22,14 @@ class LayerMessages {
 
   const Layer& layer() const { return layer_; }
   /// Writes the next message; false after the last one.
-  bool next(v1::SliceRangeResponse& message);
+  [[nodiscard]] bool next(v1::SliceRangeResponse& message);
 
  private:
   enum class Stage { kBegin, kPlanes, kContours, kEnd, kOver };
 
   void write_begin(v1::LayerBegin& begin) const;
-  bool write_plane_chunk(v1::SliceRangeResponse& message);
-  bool write_contour_chunk(v1::SliceRangeResponse& message);
+  [[nodiscard]] bool write_plane_chunk(v1::SliceRangeResponse& message);
+  [[nodiscard]] bool write_contour_chunk(v1::SliceRangeResponse& message);
   void write_end(v1::LayerEnd& end) const;
 
   Layer layer_;

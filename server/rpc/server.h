@@ -42,7 +42,7 @@ class Server {
   /// says so (asked about every 50 ms); then they are cut off with SERVER_SHUTTING_DOWN, and what can't even take that
   /// is cancelled. Whether none is left; if not, some client has stopped reading with its connection full, and gRPC
   /// would wait for it.
-  bool drain(
+  [[nodiscard]] bool drain(
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 
  private:

@@ -77,7 +77,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   void make_mask_and_start(const VoxelShape& shape, const SliceJob& job) {
     state_.executor.make_lane(Executor::Pieces::kLong).post([this, self = shared_from_this(), shape, job] {
       try {
-        shared_mask(shape, cancel_);
+        (void)shared_mask(shape, cancel_);
         start_stream(job);
       } catch (...) {
         std::lock_guard lock(stream_mutex_);

@@ -25,21 +25,21 @@ inline constexpr const char* kErrorDomain = "ccslice";
 /// KiB of trailers by default, and turn more into a RESOURCE_EXHAUSTED without reason.
 inline constexpr std::size_t kMaxStatusBytes = 6u << 10;
 
-grpc::Status to_status(const Error& error);
-grpc::Status to_status(const ServiceError& error);
+[[nodiscard]] grpc::Status to_status(const Error& error);
+[[nodiscard]] grpc::Status to_status(const ServiceError& error);
 /// Whatever it is: a core Error, a ServiceError, out of memory, or something unforeseen (INTERNAL).
-grpc::Status to_status(const std::exception_ptr& error);
+[[nodiscard]] grpc::Status to_status(const std::exception_ptr& error);
 
 /// The status of a call that was stopped: UNAVAILABLE if a shutdown cut it off, DEADLINE_EXCEEDED if its deadline has
 /// passed, CANCELLED otherwise.
-grpc::Status stopped_status(bool cut_off, bool deadline_passed);
+[[nodiscard]] grpc::Status stopped_status(bool cut_off, bool deadline_passed);
 
 /// The status of a call whose client was silent for too long.
-grpc::Status idle_status();
+[[nodiscard]] grpc::Status idle_status();
 
 /// The status of a call whose client has read nothing for too long. Details don't reach it, so the message has the
 /// reason too.
-grpc::Status stalled_status();
+[[nodiscard]] grpc::Status stalled_status();
 
 /// Ends a call without regard to messages that its client hasn't read. Code and message reach it, details don't. The
 /// call still has to be finished.

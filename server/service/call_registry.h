@@ -24,7 +24,7 @@ namespace ccslice::server {
 class CallRegistry {
  public:
   /// An open call. Movable; the call is closed with it.
-  class Ticket {
+  class [[nodiscard]] Ticket {
    public:
     Ticket() = default;
     Ticket(CallRegistry& registry, std::uint64_t number) : registry_(&registry), number_(number), running_(true) {}
@@ -58,11 +58,11 @@ class CallRegistry {
 
   /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
   /// alive what it needs or does without. Throws ServiceError{kServerBusy, kServerDraining}.
-  Ticket admit(std::function<void()> cut_off = {});
+  [[nodiscard]] Ticket admit(std::function<void()> cut_off = {});
   /// From now on nothing is admitted.
   void drain();
   /// Waits until no call is open, but not beyond `deadline`. Whether none is.
-  bool wait_idle(std::chrono::steady_clock::time_point deadline);
+  [[nodiscard]] bool wait_idle(std::chrono::steady_clock::time_point deadline);
   /// Stops all open calls. Doesn't wait for them.
   void cut_off_all();
   /// Whether cut_off_all() has been called: then that is why calls stop.

@@ -66,7 +66,7 @@ class Executor {
   enum class Place { kBack, kFront };
   void post(const std::shared_ptr<Lane::Queue>& queue, Work work, Place place);
   void work_until_idle();
-  bool take(Work& work, Pieces& pieces);
+  [[nodiscard]] bool take(Work& work, Pieces& pieces);
 
   const std::size_t threads_;
   const std::size_t max_long_;  // Long pieces running at the same time.

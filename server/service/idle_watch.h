@@ -35,9 +35,9 @@ class IdleCall {
   /// Does nothing if that wait has ended.
   void arm_wait(WaitBegin wait);
   /// Of what was waited for. False if the wait has been ended already: the call is over.
-  bool end_wait() { return since_.exchange(kNotWaiting) != kNotWaiting; }
+  [[nodiscard]] bool end_wait() { return since_.exchange(kNotWaiting) != kNotWaiting; }
   /// Of anybody else. False if there is no wait, or it isn't armed yet.
-  bool end_armed_wait();
+  [[nodiscard]] bool end_armed_wait();
 
  private:
   /// Ends the call. On the watch's thread.

@@ -72,8 +72,8 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   };
 
   /// Starts at once. The executor outlives the stream.
-  static std::shared_ptr<LayerStream> start(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make,
-                                            Notify notify);
+  [[nodiscard]] static std::shared_ptr<LayerStream> start(Executor& executor, LayerRange range, StreamWindow window,
+                                                          MakeCompute make, Notify notify);
 
   /// One consumer at a time.
   Pull pull(Layer& layer);
@@ -113,7 +113,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   void start_slabs_locked(std::vector<SlabPtr>& started);
   bool has_room_locked(const Slab& slab) const;
   void compute_next(const SlabPtr& slab);
-  bool begin_layer(Slab& slab);
+  [[nodiscard]] bool begin_layer(Slab& slab);
   void post(const std::vector<SlabPtr>& slabs);
   ComputeLayer take_compute(Slab& slab);
   void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error, ComputeLayer compute);

@@ -17,7 +17,7 @@ namespace ccslice::server {
 class MemoryBudget {
  public:
   /// A part of a budget, given back with the object. Movable, not thread-safe. The budget outlives it.
-  class Share {
+  class [[nodiscard]] Share {
    public:
     Share() = default;
     explicit Share(MemoryBudget& budget) : budget_(&budget) {}
@@ -28,12 +28,13 @@ class MemoryBudget {
       std::swap(bytes_, other.bytes_);
       return *this;
     }
-    ~Share() { resize(0); }
+    ~Share() { give_back(); }
 
     std::uint64_t bytes() const noexcept { return bytes_; }
     /// Takes more, or gives some back. False, with nothing changed, if the budget hasn't that much.
     /// REQUIRES: made from a budget, or bytes == 0.
-    bool resize(std::uint64_t bytes) noexcept;
+    [[nodiscard]] bool resize(std::uint64_t bytes) noexcept;
+    void give_back() noexcept { (void)resize(0); }
 
    private:
     MemoryBudget* budget_ = nullptr;
@@ -44,13 +45,13 @@ class MemoryBudget {
 
   /// A share of `most` bytes while there is plenty, and less the fuller the budget is: at most a quarter of what is
   /// free, at least `least`. Nothing if not even that is free.
-  std::optional<Share> take_between(std::uint64_t least, std::uint64_t most);
+  [[nodiscard]] std::optional<Share> take_between(std::uint64_t least, std::uint64_t most);
 
   std::uint64_t capacity_bytes() const noexcept { return capacity_bytes_; }
   std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
 
  private:
-  bool try_take(std::uint64_t bytes) noexcept;
+  [[nodiscard]] bool try_take(std::uint64_t bytes) noexcept;
   void give_back(std::uint64_t bytes) noexcept { used_bytes_.fetch_sub(bytes); }
 
   const std::uint64_t capacity_bytes_;

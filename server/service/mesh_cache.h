@@ -127,7 +127,7 @@ class MeshCache {
   /// Up to `limit` meshes with ids behind `after`, by id.
   std::vector<ListedMesh> list(const std::string& after, std::size_t limit);
   /// One mesh as the list shows it, without using it; nothing if it isn't there.
-  std::optional<ListedMesh> peek(const std::string& id);
+  [[nodiscard]] std::optional<ListedMesh> peek(const std::string& id);
   CacheUse use();
   /// Drops what has expired. Every other call does so too.
   void sweep();

@@ -61,7 +61,7 @@ class OptionError : public std::runtime_error {
 using Environment = std::function<std::optional<std::string>(const std::string& name)>;
 
 /// The environment of this process.
-std::optional<std::string> process_environment(const std::string& name);
+[[nodiscard]] std::optional<std::string> process_environment(const std::string& name);
 
 /// Throws OptionError. `arguments`: without the program's name.
 ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,

@@ -22,7 +22,7 @@ bool UploadedBytes::append(std::string_view bytes) {
 
 void UploadedBytes::release() noexcept {
   std::vector<std::string>().swap(blocks_);
-  share_.resize(0);
+  share_.give_back();
 }
 
 void Upload::start(const std::string& mesh_id, std::uint64_t size_bytes) {

@@ -25,7 +25,7 @@ class UploadedBytes {
 
   std::uint64_t size() const noexcept { return share_.bytes(); }
   /// False if the budget is used up.
-  bool append(std::string_view bytes);
+  [[nodiscard]] bool append(std::string_view bytes);
   const std::vector<std::string>& blocks() const noexcept { return blocks_; }
   /// Frees them and gives them back to the budget.
   void release() noexcept;

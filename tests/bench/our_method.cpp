@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <stdexcept>
 
 #include "core/contour/contour_index.h"
 #include "tests/bench/clocks.h"
@@ -110,9 +111,10 @@ void OurMethod::paint(const LayerShape& shape, ContonePlane& plane) {
   plane.clear(lattice_.width, lattice_.height);
   const CancellationToken never;
   const LayerWindow all = window_of(lattice_);
-  slabs_.paint({lattice_, shape.z_mm, {&plane, 1}, stats_, never, all, all}, shape.layer, [&](std::uint32_t layer) {
-    return std::span<const VoxelRun>(slab_[layer - slab_.front().layer].spans);
-  });
+  const WindowOutcome outcome = slabs_.paint(
+      {lattice_, shape.z_mm, {&plane, 1}, stats_, never, all, all}, shape.layer,
+      [&](std::uint32_t layer) { return std::span<const VoxelRun>(slab_[layer - slab_.front().layer].spans); });
+  if (outcome != WindowOutcome::kComplete) throw std::logic_error("the window is the whole layer");
 }
 
 }  // namespace ccslice::bench

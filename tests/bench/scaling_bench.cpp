@@ -193,7 +193,7 @@ void run_as_child(const Options& options) {
   if (!find_sample_model(options.mesh)) oracle::scale_to(kPrintedMm, refined);
   if (options.child == "make") return;
   if (options.child == "prepare") {
-    LimitSolid::prepare(std::move(refined));
+    (void)LimitSolid::prepare(std::move(refined));
     return;
   }
   const PrinterJob job = make_printer_job(options.mesh, std::move(refined));

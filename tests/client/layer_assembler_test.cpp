@@ -90,12 +90,12 @@ TEST(LayerAssembler, RefusesContoursWithGaps) {
 
 TEST(LayerAssembler, IsCompleteWithItsSummaryOnly) {
   LayerAssembler assembler(contours_only());
-  assembler.add(begin(0));
+  (void)assembler.add(begin(0));
   EXPECT_TRUE(assembler.add(end()));
   EXPECT_FALSE(assembler.complete());
   v1::SliceRangeResponse summary;
   summary.mutable_summary()->set_layers(1);
-  assembler.add(v1::SliceRangeResponse(summary));
+  (void)assembler.add(v1::SliceRangeResponse(summary));
   EXPECT_TRUE(assembler.complete());
   EXPECT_THROW(assembler.add(std::move(summary)), ClientError);
 }

@@ -6,7 +6,8 @@
 core      std, Eigen, TBB, zstd, libdeflate, OpenImageIO (in one source file). Silent: no logging, printing or exiting.
 server    core, proto, gRPC, spdlog. Never client.
 client    proto, gRPC. Never core or server; the command line (client/cli) may use core/mesh and core/base.
-core/*    the stages' folders include each other without cycles.
+
+Nowhere do headers or folders include each other in a circle, and some headers are private to their folder.
 """
 
 import re
@@ -24,6 +25,12 @@ FORBIDDEN = {
     "server": (r"(client|tests)/", r"$^"),
     "client": (r"(server|core|tests)/|(Eigen|tbb|oneapi|OpenImageIO)/", r"$^"),
     "client/cli": (r"(server|tests)/|core/", r"core/(mesh|base)/"),
+}
+
+# Header -> the folders or files that may include it, besides tests. Sampling blocks walks down a cell's rings itself.
+PRIVATE = {
+    "core/limit/prepare.h": ("core/limit",),
+    "core/limit/solid_data.h": ("core/limit", "core/interpolation/block_stencils.h", "core/interpolation/cell_block.cpp"),
 }
 
 
@@ -68,36 +75,60 @@ def image_library_users(sources):
     return [f"OpenImageIO belongs behind one source file, not {users}"] if len(users) > 1 else []
 
 
-def stage_cycle(sources):
-    """A cycle among core's folders, if there is one."""
+def private_includes(path):
+    return [
+        f"{path}:{number}: {header} is private to {' and '.join(PRIVATE[header])}"
+        for number, header in includes(path)
+        if header in PRIVATE and path.parts[0] != "tests" and not any(map(path.is_relative_to, PRIVATE[header]))
+    ]
+
+
+def folder_of(path):
+    """core/mesh of core/mesh/models/grid_model.h: what lies deeper belongs to its stage."""
+    return "/".join(path.parent.parts[:2])
+
+
+def uses_of(sources, name_of):
+    """Who includes whom among our own; names by name_of(path)."""
+    known = {str(path): name_of(path) for path in sources if path.suffix == ".h"}
     uses = {}
     for path in sources:
-        if path.parts[0] == "core" and len(path.parts) == 3:
-            headers = [header.split("/") for _, header in includes(path)]
-            uses.setdefault(path.parts[1], set()).update(
-                parts[1] for parts in headers if parts[0] == "core" and len(parts) == 3 and parts[1] != path.parts[1])
+        used = {known[header] for _, header in includes(path) if header in known}
+        uses.setdefault(name_of(path), set()).update(used - {name_of(path)})
+    return uses
 
-    def walk(stage, trail):
-        if stage in trail:
-            return trail[trail.index(stage):] + [stage]
-        for used in sorted(uses.get(stage, ())):
-            cycle = walk(used, trail + [stage])
+
+def cycle_in(uses):
+    """Names that lead back to the first of them, if there are any."""
+    done = set()
+
+    def walk(name, trail):
+        if name in trail:
+            return trail[trail.index(name):] + [name]
+        if name in done:
+            return None
+        for used in sorted(uses.get(name, ())):
+            cycle = walk(used, trail + [name])
             if cycle:
                 return cycle
+        done.add(name)
         return None
 
-    for stage in sorted(uses):
-        cycle = walk(stage, [])
-        if cycle:
-            return ["core's stages include each other in a circle: " + " -> ".join(cycle)]
-    return []
+    return next(filter(None, (walk(name, []) for name in sorted(uses))), None)
+
+
+def cycles(sources):
+    ours = [path for path in sources if path.parts[0] in ("core", "server", "client")]
+    headers = [path for path in ours if path.suffix == ".h"]
+    found = {"headers": cycle_in(uses_of(headers, str)), "folders": cycle_in(uses_of(ours, folder_of))}
+    return [f"{what} include each other in a circle: " + " -> ".join(cycle) for what, cycle in found.items() if cycle]
 
 
 def main():
     sources = source_tree.files(".h", ".cpp")
-    findings = image_library_users(sources) + stage_cycle(sources)
+    findings = image_library_users(sources) + cycles(sources)
     for path in sources:
-        findings += forbidden_includes(path) + noise(path)
+        findings += forbidden_includes(path) + private_includes(path) + noise(path)
     source_tree.finish(findings)
 
 

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -55,7 +55,7 @@ std::optional<VoxelTruth> TruthFinder::find(const Vec3& world) {
   truth.at = found->at;
   truth.residual_mm = polish(point, truth.at);
   const Vec3 margin = Vec3::Constant(accept_mm_);
-  if (solid_->data().is_ambiguous(Box3(point - margin, point + margin))) {
+  if (solid_->index().is_ambiguous(Box3(point - margin, point + margin))) {
     truth.place = VoxelPlace::kAmbiguous;
   } else if (truth.residual_mm > accept_mm_) {
     truth.place = VoxelPlace::kOff;

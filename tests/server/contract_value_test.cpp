@@ -9,8 +9,8 @@
 #include "ccslice/v1/mesh.pb.h"
 #include "ccslice/v1/slice.pb.h"
 #include "core/mesh/cell_kind.h"
-#include "core/printing/printing.h"
 #include "core/output/encodings.h"
+#include "core/printing/printing.h"
 
 namespace ccslice::server {
 namespace {

@@ -43,7 +43,7 @@ TEST(Drain, ServesWhatRunsRefusesWhatComesAndSaysSoToHealthChecks) {
   v1::GetServerInfoResponse info;
   ASSERT_TRUE(other->GetServerInfo(&warm_up, {}, &info).ok());
 
-  std::thread drain([&] { server.server().drain(30s); });
+  std::thread drain([&] { (void)server.server().drain(30s); });
   std::string explanation;
   EXPECT_TRUE(eventually([&] { return !check_health(server.server().address(), explanation); }, 2s));
   EXPECT_EQ(explanation, server.server().address() + ": not serving");
@@ -85,7 +85,7 @@ TEST(Drain, CutsOffAPreparationAndSaysWhy) {
   std::thread client([&] { status = server.upload(make_block(60, 10)); });
   EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
   std::this_thread::sleep_for(100ms);
-  server.server().drain(0ms);
+  (void)server.server().drain(0ms);
   client.join();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
 }
@@ -109,7 +109,7 @@ TEST(Drain, CutsOffCallsThatWaitForTheirClientAndSaysWhy) {
   ASSERT_TRUE(upload->Write(start));
   EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 2; }, 5s));
   std::this_thread::sleep_for(50ms);
-  server.server().drain(0ms);
+  (void)server.server().drain(0ms);
   EXPECT_EQ(failure_of(probe->Finish()).reason, "SERVER_SHUTTING_DOWN");
   EXPECT_EQ(failure_of(upload->Finish()).reason, "SERVER_SHUTTING_DOWN");
 }
@@ -124,7 +124,7 @@ TEST(Drain, CancelsClientsThatDontRead) {
   v1::SliceRangeResponse message;
   ASSERT_TRUE(reader->Read(&message));
   const auto start = std::chrono::steady_clock::now();
-  server.server().drain(100ms);
+  (void)server.server().drain(100ms);
   EXPECT_LT(std::chrono::steady_clock::now() - start, 1s);
   while (reader->Read(&message)) {
   }

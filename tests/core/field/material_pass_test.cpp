@@ -59,7 +59,13 @@ class MaterialPassTest : public testing::Test {
   void run(const std::vector<VoxelRun>& spans, const CancellationToken& cancel = {}) {
     for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
     stats_ = {};
-    MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, cancel, window_of(lattice_), window_of(lattice_)}, spans);
+    const LayerWindow all = window_of(lattice_);
+    EXPECT_EQ(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, cancel, all, all}, spans),
+              WindowOutcome::kComplete);
+  }
+
+  WindowOutcome run_in(const LayerWindow& window, const LayerWindow& counted, const std::vector<Span>& spans) {
+    return MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans);
   }
 
   float sample(int plane, std::uint32_t x, std::uint32_t y) const {
@@ -143,16 +149,15 @@ TEST_F(MaterialPassTest, OfAWindowSetsAndCountsItsVoxelsOnly) {
   for (ContonePlane& plane : planes_) plane.clear(window.columns, window.rows);
   stats_ = {};
   const std::vector<VoxelRun> spans = {{1, 3, 9}, {2, 3, 9}};
-  EXPECT_TRUE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans));
+  EXPECT_EQ(run_in(window, counted, spans), WindowOutcome::kComplete);
   EXPECT_EQ(stats_.voxels_coherent + stats_.voxels_full, 1u);
   float there;
   std::memcpy(&there, &planes_[0].image().samples[4 * window.index(5, 2)], sizeof there);
   EXPECT_EQ(there, inside);
   field_.unreachable = [&](const Vec3& p) { return p.x() == x_mm(3); };
-  EXPECT_TRUE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans)) << "outside";
+  EXPECT_EQ(run_in(window, counted, spans), WindowOutcome::kComplete) << "outside";
   field_.unreachable = [&](const Vec3& p) { return p.x() == x_mm(6) && p.y() == y_mm(2); };
-  EXPECT_FALSE(MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans))
-      << "the nearest solved one may be outside";
+  EXPECT_EQ(run_in(window, counted, spans), WindowOutcome::kNeedsWholeLayer) << "the nearest solved one may be outside";
 }
 
 TEST_F(MaterialPassTest, ALayerWithNothingSolvedTakesTheNearestOfTheSolid) {
@@ -181,8 +186,8 @@ TEST_F(MaterialPassTest, ALayerKnowsNothingOfTheOneBefore) {
   const std::vector<VoxelRun> low = {{1, 3, 5}}, high = {{2, 3, 5}};
   for (ContonePlane& plane : planes_) plane.clear(lattice_.width, lattice_.height);
   const LayerWindow all = window_of(lattice_);
-  pass.run({lattice_, 7, planes_, stats_, {}, all, all}, low);
-  pass.run({lattice_, 8, planes_, stats_, {}, all, all}, high);
+  EXPECT_EQ(pass.run({lattice_, 7, planes_, stats_, {}, all, all}, low), WindowOutcome::kComplete);
+  EXPECT_EQ(pass.run({lattice_, 8, planes_, stats_, {}, all, all}, high), WindowOutcome::kComplete);
   EXPECT_EQ(field_.hints[2], std::nullopt);
 }
 

@@ -33,14 +33,14 @@ TEST(CellNodeStore, KeepsCellsAsTheyAreLeft) {
 TEST(CellNodeStore, ForgetsTheCellsAskedForLongestAgo) {
   const std::size_t one = [] {
     CellNodeStore store(1 << 20);
-    store.nodes_of(0, kBounds);
+    (void)store.nodes_of(0, kBounds);
     return store.memory_bytes();
   }();
   CellNodeStore store(3 * one);
   const std::shared_ptr<CellNodes> first = store.nodes_of(1, kBounds), second = store.nodes_of(2, kBounds);
-  store.nodes_of(3, kBounds);
+  (void)store.nodes_of(3, kBounds);
   EXPECT_EQ(store.nodes_of(1, kBounds), first);
-  store.nodes_of(4, kBounds);
+  (void)store.nodes_of(4, kBounds);
   EXPECT_EQ(store.memory_bytes(), 3 * one);
   EXPECT_EQ(store.nodes_of(1, kBounds), first);
   EXPECT_NE(store.nodes_of(2, kBounds), second);

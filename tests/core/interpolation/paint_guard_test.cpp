@@ -122,7 +122,8 @@ TEST_F(PaintGuardTest, BlocksOfRowsWithAMissAreInverted) {
     const CancellationToken never;
     const LayerWindow all = window_of(lattice);
     const LayerTarget target{lattice, job_.grid.layer_z_mm(layer), {&plane, 1}, stats, never, all, all};
-    ASSERT_TRUE(slab.paint(target, layer, [&](std::uint32_t) { return std::span<const VoxelRun>(spans); }));
+    ASSERT_EQ(slab.paint(target, layer, [&](std::uint32_t) { return std::span<const VoxelRun>(spans); }),
+              WindowOutcome::kComplete);
     inside += std::uint64_t{lattice.width} * lattice.height;
     repainted += stats.voxels_repainted;
     EXPECT_EQ(stats.voxels_interpolated + stats.voxels_repainted, std::uint64_t{lattice.width} * lattice.height);

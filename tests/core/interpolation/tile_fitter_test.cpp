@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/limit/solid_data.h"
+#include "core/limit/cell_index.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -80,7 +80,7 @@ class TileFitterTest : public testing::Test {
     std::vector<double> channels(solid_->channel_count());
     double worst = 0;
     for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
-      if (!solid_->data().cell_boxes.box(cell).transformed(voxel_of_world).intersects(box)) continue;
+      if (!solid_->index().cell_boxes.box(cell).transformed(voxel_of_world).intersects(box)) continue;
       for (int n = 0; n < (kSteps + 1) * (kSteps + 1) * (kSteps + 1); ++n) {
         const Vec3 steps(n % (kSteps + 1), n / (kSteps + 1) % (kSteps + 1), n / (kSteps + 1) / (kSteps + 1));
         const Vec3 voxel = voxel_of_world * evaluator.geo_and_mat({cell, steps / kSteps}, channels);

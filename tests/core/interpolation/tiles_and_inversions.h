@@ -189,7 +189,8 @@ class TilesTest : public testing::Test {
       const LayerWindow all = window_of(grid_.lattice());
       const LayerTarget target{
           grid_.lattice(), grid_.layer_z_mm(first_layer + l), std::span(&plane_, 1), result.stats, cancel, all, all};
-      EXPECT_TRUE(tiles.painter.paint(tiles.tree, target, first_layer + l, spans[l], {}, spans[l]));
+      EXPECT_EQ(tiles.painter.paint(tiles.tree, target, first_layer + l, spans[l], {}, spans[l]),
+                WindowOutcome::kComplete);
       add(slab[l], result);
     }
     const LayerStats& stats = result.stats;

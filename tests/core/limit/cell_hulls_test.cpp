@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/limit/cell_index.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/limit/solid_data.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -20,8 +20,8 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
   const auto solid = LimitSolid::prepare(mesh);
-  const LimitSolid::Data& data = solid->data();
-  ASSERT_GT(data.hulls_near_folds.size(), 0u);
+  const CellIndex& index = solid->index();
+  ASSERT_GT(index.hulls_near_folds.size(), 0u);
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> u(0, 1), exponent(0, 20);
@@ -30,13 +30,13 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
     CellParam at{static_cast<std::uint32_t>(random() % solid->cell_count()), Vec3(u(random), u(random), u(random))};
     for (int a = 0; a < i % 4; ++a) at.uvw[a] = std::exp2(-exponent(random));
     const Vec3 point = evaluator.geo(at);
-    EXPECT_TRUE(data.hulls_near_folds.may_hold(at.cell, data.cell_maps[at.cell](point), Vec3::Zero()))
+    EXPECT_TRUE(index.hulls_near_folds.may_hold(at.cell, index.cell_maps[at.cell](point), Vec3::Zero()))
         << "seed " << kSeed << ", cell " << at.cell << " at " << at.uvw.transpose();
-    if (!data.fold_boxes.any_at(point, 0)) continue;
-    data.cell_boxes.visit_at(point, 0, [&](std::uint32_t cell) {
+    if (!index.fold_boxes.any_at(point, 0)) continue;
+    index.cell_boxes.visit_at(point, 0, [&](std::uint32_t cell) {
       others_by_box += cell != at.cell;
       others_by_hull +=
-          cell != at.cell && data.hulls_near_folds.may_hold(cell, data.cell_maps[cell](point), Vec3::Zero());
+          cell != at.cell && index.hulls_near_folds.may_hold(cell, index.cell_maps[cell](point), Vec3::Zero());
     });
   }
   EXPECT_LT(others_by_hull, 0.7 * others_by_box);

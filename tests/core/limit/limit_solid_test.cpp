@@ -170,7 +170,7 @@ TEST(LimitSolid, RefusesMoreOperatorsThanTheLimit) {
   PrepareOptions options;
   options.limits.max_operator_bytes = 1000;
   try {
-    LimitSolid::prepare(oracle::box_mesh(4, 4, 4), options);
+    (void)LimitSolid::prepare(oracle::box_mesh(4, 4, 4), options);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kMeshTooComplex);
@@ -193,7 +193,7 @@ TEST(LimitSolid, CancelsWithinAHundredMillisecondsAtAnyTime) {
       options.cancel.cancel();
     });
     try {
-      LimitSolid::prepare(mesh, options);
+      (void)LimitSolid::prepare(mesh, options);
       continue;  // Done before it was cancelled.
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::kCancelled);
@@ -210,7 +210,7 @@ TEST(LimitSolid, CancelsWhilePreparing) {
   options.cancel = CancellationToken::make();
   options.cancel.cancel();
   try {
-    LimitSolid::prepare(oracle::box_mesh(3, 3, 3), options);
+    (void)LimitSolid::prepare(oracle::box_mesh(3, 3, 3), options);
     FAIL() << "went on";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kCancelled);

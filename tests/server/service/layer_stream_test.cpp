@@ -227,7 +227,7 @@ TEST(LayerStream, AVanishedConsumerLeavesNothingBehind) {
     const auto make = [&census](const CancellationToken&) {
       return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
     };
-    LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make, [] {});
+    (void)LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make, [] {});
   }
   EXPECT_EQ(census.alive(), 0);
 }
