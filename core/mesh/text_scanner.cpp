@@ -107,7 +107,8 @@ void TextScanner::skip_paragraph() {
 
 double TextScanner::real(std::string_view expected) {
   const std::string_view token = next(expected);
-  const std::string_view digits = token.front() == '+' ? token.substr(1) : token;
+  const bool has_plus = token.front() == '+' && !token.starts_with("+-");
+  const std::string_view digits = has_plus ? token.substr(1) : token;
   double value = 0;
   const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (end != digits.data() + digits.size() || status == std::errc::invalid_argument) fail(expected, token);
