@@ -64,7 +64,7 @@ class MaterialPassTest : public testing::Test {
               WindowOutcome::kComplete);
   }
 
-  WindowOutcome run_in(const LayerWindow& window, const LayerWindow& counted, const std::vector<Span>& spans) {
+  WindowOutcome run_in(const LayerWindow& window, const LayerWindow& counted, const std::vector<VoxelRun>& spans) {
     return MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans);
   }
 

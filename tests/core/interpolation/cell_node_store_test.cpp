@@ -14,6 +14,7 @@
 #include "core/mesh/models.h"
 #include "tests/core/interpolation/found_pieces.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
@@ -57,6 +58,69 @@ TEST(CellNodeStore, CountsWhatIsAddedToTheCellsThatItKeeps) {
   store.set_memory(1, other);
   store.set_memory(2, other);
   EXPECT_GE(store.memory_bytes(), before + 90 * sizeof(CellNode));
+}
+
+// Each with its map, polynomials and those that tell what is beyond the boundary.
+TEST(CellNodeStore, CountsWhatPiecesHold) {
+  CellPiece plain, at_boundary;
+  plain.polynomials.resize(3);
+  at_boundary.polynomials.resize(3);
+  at_boundary.beyond.resize(2);
+  CellNodes nodes;
+  nodes.nodes.resize(3);
+  const std::size_t empty = nodes.memory_bytes();
+  nodes.nodes[0].piece = std::make_shared<const CellPiece>(plain);
+  const std::size_t one = nodes.memory_bytes();
+  EXPECT_EQ(one - empty, sizeof(CellPiece) + 3 * sizeof(CubicPolynomial));
+  nodes.nodes[1].piece = std::make_shared<const CellPiece>(at_boundary);
+  const std::size_t two = nodes.memory_bytes();
+  EXPECT_EQ(two - one, sizeof(CellPiece) + 5 * sizeof(CubicPolynomial));
+  nodes.nodes[2].map = std::make_shared<const ParameterMap>();
+  EXPECT_EQ(nodes.memory_bytes() - two, sizeof(ParameterMap));
+}
+
+/// A box of cubes at whose boundary the channel is steep, and voxels in rows across it.
+TEST(FoundPieces, TellVoxelsThatMayLieBeyondASteepBoundary) {
+  ControlMesh mesh = oracle::box_mesh(3, 3, 3);
+  oracle::sharpen_by_cells(mesh, 1);
+  oracle::grade_by_coordinates(mesh);
+  const Solid solid = LimitSolid::prepare(mesh);
+  const SliceJob job = job_of(solid, {0.4, 0.5, 0.3});
+  for (const bool steep : {false, true}) {
+    // The channel changes by 1 a millimetre.
+    const double tolerance = 0.01, outside_mm = steep ? 1.01 * tolerance : 0.99 * tolerance;
+    FoundPieces pieces(solid, {job.placement, job.grid, {{0, tolerance}}, outside_mm}, make_cell_node_store());
+    pieces.start(0, kSlabLayers);
+    for (std::uint32_t layer = 0; layer < kSlabLayers; ++layer) pieces.find(layer, {});
+    std::size_t at_boundary = 0, inside = 0;
+    for (const ScannedRun& run : pieces.runs(kSlabLayers / 2)) {
+      const SlabPiece& piece = pieces.piece(run.piece);
+      EXPECT_EQ(piece.has_beyond(), steep && piece.at_boundary);
+      (piece.at_boundary ? at_boundary : inside) += 1;
+      // Box3 of the solid: voxels' centres are at whole numbers, and the first ones half a voxel inside.
+      const Box3 box(Vec3::Constant(-0.5),
+                     Vec3(job.grid.extent.columns, job.grid.extent.rows, job.grid.extent.layers) - Vec3::Constant(0.5));
+      for (const double y : {-0.51, -0.49, double(run.row)}) {
+        for (const double x : {-0.51, -0.49, 0.5 * (run.begin + run.end)}) {
+          const Vec3 voxel(x, y, kSlabLayers / 2);
+          const Box3 of_cell = Box3(piece.frame.centre - piece.frame.scale.cwiseInverse(),
+                                    piece.frame.centre + piece.frame.scale.cwiseInverse());
+          const bool beyond =
+              (of_cell.min().x() < 0 && x < box.min().x()) || (of_cell.min().y() < 0 && y < box.min().y());
+          EXPECT_EQ(pieces.may_be_beyond(run.piece, voxel), steep && beyond) << voxel.transpose();
+        }
+      }
+      const double end = 0.5 * (run.begin + run.end);
+      const auto none_is_beyond = [&](double from) {
+        return pieces.none_is_beyond(run.piece, Vec3(from, run.row, 8), Vec3(end, run.row, 8));
+      };
+      EXPECT_TRUE(none_is_beyond(run.begin));
+      if (run.begin == 0) {
+        EXPECT_EQ(none_is_beyond(-0.6), !steep);
+      }
+    }
+    EXPECT_GT(at_boundary, 0u);
+  }
 }
 
 /// Slabs of a bracket: what its pieces are and which voxels they hold.

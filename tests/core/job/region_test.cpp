@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/job/region.h"
 #include "core/job/validate_job.h"
 #include "core/mesh/models.h"
 #include "core/output/encode.h"

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/base/cancellation.h"
+
+#include <gtest/gtest.h>
+
+namespace ccslice {
+namespace {
+
+TEST(CancellationToken, IsSharedByItsCopies) {
+  const CancellationToken token = CancellationToken::make(), copy = token, other = CancellationToken::make();
+  EXPECT_FALSE(copy.cancelled());
+  copy.throw_if_cancelled();
+  token.cancel();
+  EXPECT_TRUE(copy.cancelled());
+  EXPECT_FALSE(other.cancelled());
+  try {
+    copy.throw_if_cancelled();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kCancelled);
+  }
+}
+
+TEST(CancellationToken, OfItselfNeverCancels) {
+  const CancellationToken token;
+  EXPECT_FALSE(token.cancelled());
+  token.throw_if_cancelled();
+}
+
+TEST(PeriodicPoll, LooksAtItsTokenOnceInAPeriod) {
+  const CancellationToken token = CancellationToken::make();
+  token.cancel();
+  PeriodicPoll poll(token, 3);
+  for (int round = 0; round < 2; ++round) {
+    poll();
+    poll();
+    EXPECT_THROW(poll(), Error);
+  }
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/base/lanes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace ccslice {
+namespace {
+
+TEST(Lanes, AreMultipliedAndAddedWithOneRounding) {
+  // (1 + e)^2 - 1 - 2 e is e^2, which a product that is rounded first loses.
+  const double e = 0x1p-40, x = 1 + e;
+  const Lanes squares = multiply_add(Lanes{x, 2, 3, -x}, Lanes{x, 3, 4, x}, Lanes{-1 - 2 * e, 1, 0, 1 + 2 * e});
+  EXPECT_EQ(squares[0], e * e);
+  EXPECT_EQ(squares[1], 7);
+  EXPECT_EQ(squares[2], 12);
+  EXPECT_EQ(squares[3], -e * e);
+  EXPECT_EQ(multiply_add(Lanes{x, 0, 0, 0}, x, Lanes{-1 - 2 * e, 5, 0, 0})[0], e * e);
+}
+
+TEST(Lanes, AreComparedBitByLane) {
+  const Lanes a = {1, 5, -2, 0};
+  EXPECT_EQ(lanes_of(a > 0), 0b0011u);
+  EXPECT_EQ(lanes_of(a < 0), 0b0100u);
+  EXPECT_EQ(lanes_of(a == 0), 0b1000u);
+}
+
+TEST(Lanes, KnowTheirLargestAndTheirSum) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    Lanes a = {-4, -4, -4, -4};
+    a[k] = -1;
+    EXPECT_EQ(largest(a), -1);
+    EXPECT_EQ(sum(a), -13);
+  }
+  const Lanes up = round_up(Lanes{0.5, -0.5, 2, 1e-300});
+  EXPECT_EQ(up[0], 1);
+  EXPECT_EQ(up[1], 0);
+  EXPECT_EQ(up[2], 2);
+  EXPECT_EQ(up[3], 1);
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/block_shape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint32_t kSeed = 20261123;
+
+BlockPoints block_of(const std::function<Vec3(const Vec3&)>& map) {
+  BlockPoints points;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    points[n] = map(Vec3(static_cast<double>(n % 5), static_cast<double>(n / 5 % 5), static_cast<double>(n / 25)) / 4);
+  }
+  return points;
+}
+
+TEST(BlockShape, OfAParallelepipedIsItsEdges) {
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<double> unit(-20, 20);
+  for (int trial = 0; trial < 50; ++trial) {
+    Mat3 edges;
+    for (double& x : edges.reshaped()) x = unit(random);
+    const Vec3 origin(unit(random), unit(random), unit(random));
+    const BlockShape shape = shape_of(block_of([&](const Vec3& p) -> Vec3 { return origin + edges * p; }));
+    EXPECT_FALSE(shape.flat);
+    EXPECT_NEAR(shape.voxels, std::abs(edges.determinant()), 1e-9) << "seed " << kSeed;
+    EXPECT_LT((shape.inverse_axes * edges - Mat3::Identity()).norm(), 1e-9);
+    EXPECT_EQ(shape.step, 4u);
+    EXPECT_NEAR(shape.bulge.maxCoeff(), 0, 1e-9);
+    EXPECT_NEAR(shape.miss, 0, 1e-9);
+    EXPECT_EQ(shape.bent_axes(), 0u);
+    Box3 box;
+    for (int corner = 0; corner < 8; ++corner) {
+      box.extend(origin + edges * Vec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1));
+    }
+    EXPECT_LT((box.min() - shape.box.min()).norm() + (box.max() - shape.box.max()).norm(), 1e-9);
+  }
+}
+
+TEST(BlockShape, IsAsThickAlongXAsALineOfVoxelsIsLongInIt) {
+  const BlockShape box = shape_of(block_of([](const Vec3& p) { return Vec3(7 * p.x(), 30 * p.y(), 30 * p.z()); }));
+  EXPECT_NEAR(box.thickness_along_x(), 7, 1e-12);
+  // Its faces u = 0 and u = 1 are diagonal.
+  const BlockShape sheared =
+      shape_of(block_of([](const Vec3& p) { return Vec3(7 * p.x() + 30 * p.y(), 30 * p.y(), 30 * p.z()); }));
+  EXPECT_NEAR(sheared.thickness_along_x(), 7, 1e-12);
+  // Along y it is 3 voxels thick, and lies at 45 degrees.
+  const BlockShape turned = shape_of(
+      block_of([](const Vec3& p) { return Vec3(30 * p.x() + 3 * p.y(), 30 * p.x() - 3 * p.y(), 30 * p.z()); }));
+  EXPECT_NEAR(turned.thickness_along_x(), 6, 1e-12);
+}
+
+/// Parabolas along u, so high that their tops are `rise` voxels above their ends: 20 voxels thick across them.
+BlockShape arched(double rise) {
+  return shape_of(block_of(
+      [rise](const Vec3& p) { return Vec3(300 * p.x(), 20 * p.y() + 4 * rise * p.x() * (1 - p.x()), 20 * p.z()); }));
+}
+
+// Over a half of it, an arc of a parabola is a quarter as high.
+TEST(BlockShape, TrianglesAreAsLargeAsBulgesAllow) {
+  for (const double rise : {0.0, 0.1, 0.19, 0.21, 0.5, 0.79, 0.81, 3.0, 15.9}) {
+    const BlockShape shape = arched(rise);
+    const std::size_t step = rise < 0.2 ? 4 : rise < 0.8 ? 2 : 1;
+    EXPECT_EQ(shape.step, step) << rise;
+    const double share = rise * static_cast<double>(step * step) / 16 / 20;
+    EXPECT_LT((shape.bulge - Vec3(share, 0, 0)).norm(), 1e-9) << rise;
+    EXPECT_NEAR(shape.miss, share, 1e-9);
+    EXPECT_EQ(shape.bent_axes(), 0u);
+  }
+  EXPECT_EQ(arched(16.1).bent_axes(), 0b001u);  // A twentieth of the thickness between neighbouring nodes.
+}
+
+TEST(BlockShape, ThinBlocksHaveSmallerTriangles) {
+  // A tenth of a voxel is more than a hundredth of the thickness.
+  const BlockShape thin = shape_of(
+      block_of([](const Vec3& p) { return Vec3(30 * p.x(), 5 * p.y() + 0.4 * p.x() * (1 - p.x()), 20 * p.z()); }));
+  EXPECT_EQ(thin.step, 2u);
+  EXPECT_LT((thin.bulge - Vec3(0.1 / 4 / 5, 0, 0)).norm(), 1e-9);
+}
+
+/// Faces w = 0 and w = 1 are hyperbolic paraboloids whose corners lie `twist` / 4 off a plane.
+BlockShape twisted(double twist) {
+  return shape_of(block_of([twist](const Vec3& p) {
+    return Vec3(900 * p.x(), 900 * p.y(), 20 * p.z() + twist * (p.x() - 0.5) * (p.y() - 0.5));
+  }));
+}
+
+TEST(BlockShape, TrianglesMissTwistedFacesByAQuarterOfTheTwist) {
+  for (const double twist : {0.5, 3.0, 100.0, 250.0}) {
+    const BlockShape shape = twisted(twist);
+    EXPECT_EQ(shape.step, twist < 0.8 ? 4u : twist < 3.2 ? 2u : 1u) << twist;
+    const double parts = 4.0 / static_cast<double>(shape.step);
+    EXPECT_LT(shape.bulge.norm(), 1e-9);
+    EXPECT_NEAR(shape.miss, 0.25 * twist / (parts * parts) / 20, 1e-9) << twist;
+    EXPECT_EQ(shape.bent_axes(), 0u);
+  }
+  EXPECT_EQ(twisted(260).bent_axes(), 0b011u);  // A fifth of the thickness.
+}
+
+TEST(BlockShape, WithoutVolumeIsFlat) {
+  EXPECT_TRUE(shape_of(block_of([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 0); })).flat);
+  EXPECT_FALSE(shape_of(block_of([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 1e-3 * p.z()); })).flat);
+}
+
+}  // namespace
+}  // namespace ccslice

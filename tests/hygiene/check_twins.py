@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Checks that every unit of core has a test of its own: core/FOLDER/UNIT.h has tests/core/FOLDER/UNIT_test.cpp, which
+includes it.
+
+Units whose own test would repeat another's are in the table below, with the test that covers them. Units and tests go
+by their names without folders: those are unique enough, and files may move.
+"""
+
+import re
+
+import source_tree
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
+
+# Unit -> (the tests that cover it, why it has none of its own).
+COVERED = {
+    # Values and constants, without anything that a test could break.
+    "block_nodes": ("block_slots_test", "constants, and the order of nodes"),
+    "control_mesh": ("validate_test", "a struct of arrays"),
+    "engine_version": ("upload_test", "a constant"),
+    "interpolation_spec": ("slab_materials_test", "a struct"),
+    "layer_target": ("material_pass_test", "a struct; what it counts is compared there"),
+    "plane": ("encode_test", "structs and enums"),
+    "slice_limits": ("validate_job_test", "constants"),
+    "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
+    "types": ("grid_test", "names of Eigen's types"),
+    "voxel_runs": ("occupancy_test", "structs"),
+    "cell_class": ("classify_test", "an enum"),
+    # A line or two.
+    "contains": ("polyhedra_test", "std::find"),
+    "prefetch": ("same_bytes_test", "changes nothing but time"),
+    "block_faces": ("block_shape_test", "its loops are those of shapes and scans"),
+    "byte_counts": ("deflate_test", "wrong counts make streams that don't inflate"),
+    # Parts of a unit whose test looks at each of them.
+    "build_cells": ("limit_solid_test", "the first step of preparing"),
+    "find_folds": ("limit_solid_test", "folds are looked for there and in line_folds_test"),
+    "prepare": ("limit_solid_test", "declares the steps of preparing"),
+    "patch_path": ("limit_evaluator_test", "each evaluation finds its patch by it; line_folds_test walks it"),
+    "vertex_folds": ("line_folds_test", "cells at the ends of sharp edges are sampled there"),
+    "contour_tracer": ("contour_test", "contours of one layer after the other"),
+    "cell_index": ("limit_solid_test", "a struct; its queries are tested there"),
+    "piece_finder": ("cell_node_store_test", "pieces of slabs, whatever the store holds"),
+    "slab_pieces": ("cell_node_store_test", "pieces of slabs, whatever the store holds; piece_cover_test asks them"),
+    "tile_painter": ("tile_tree_builder_test", "every voxel that it paints is compared there"),
+    "tile_particles": ("tile_fitter_test", "found, halved and forgotten there"),
+    "layer_planes": ("layer_slicer_test", "the pictures of whole layers"),
+    "zstd_frame": ("encode_test", "frames are read back there"),
+    "colour_gamut": ("mixture_test", "its mixes are the table's"),
+    "check_arrays": ("validate_test", "the first step of validating"),
+    "offenders": ("validate_test", "what its errors name is compared there"),
+    "vtk_cells": ("read_vtk_test", "a section of the file"),
+    "vtk_point_data": ("read_vtk_test", "a section of the file"),
+    "vtk_scanner": ("read_vtk_test", "text and binary files are compared there"),
+    "deflate_block": ("deflate_test", "every stream is inflated there"),
+    "image_file": ("image_file_oiio_test", "declares what that file implements"),
+    "image_file_unavailable": ("encode_test", "refuses, in builds without OpenImageIO"),
+    "printer_profile": ("printers_test", "a table of figures"),
+    # The models' parts.
+    "bracket_model": ("models_test", "a model"),
+    "coyote_model": ("models_test", "a model"),
+    "engine_model": ("models_test", "a model"),
+    "grid_model": ("models_test", "a model"),
+    "model_builder": ("models_test", "builds them"),
+}
+
+
+def units():
+    """Name -> path without its ending."""
+    return {path.stem: path.with_suffix("") for path in source_tree.files(".h", ".cpp", under="core")}
+
+
+def includes(path):
+    return {match.group(1) for _, text in source_tree.lines(path) if (match := INCLUDE.match(text))}
+
+
+def missing_twin(path, sources):
+    """What is wrong with a unit's test, or nothing."""
+    twin = source_tree.pathlib.Path("tests", path.parent, f"{path.name}_test.cpp")
+    header = path.with_suffix(".h")
+    if twin not in sources:
+        return f"{path}: has no {twin}"
+    if header in sources and str(header) not in includes(twin):
+        return f"{twin}: doesn't include {header}"
+    return None
+
+
+def main():
+    sources = set(source_tree.files(".h", ".cpp"))
+    tests = {path.stem for path in sources if path.parts[0] == "tests"}
+    findings = []
+    for name, path in sorted(units().items()):
+        missing = missing_twin(path, sources)
+        if missing and name not in COVERED:
+            findings.append(f"{missing}: write it, or say in check_twins.py whose test covers it")
+        if not missing and name in COVERED:
+            findings.append(f"check_twins.py: {name} has a test of its own")
+    for name, (test, _) in COVERED.items():
+        if name not in units():
+            findings.append(f"check_twins.py: there is no {name} in core")
+        if test not in tests:
+            findings.append(f"check_twins.py: there is no {test}, which is to cover {name}")
+    source_tree.finish(findings)
+
+
+main()
