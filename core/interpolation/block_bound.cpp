@@ -6,22 +6,27 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace ccslice {
 namespace {
 
 constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
-constexpr std::size_t kDegrees = 10;           // Of products of three coordinates, along an axis.
-constexpr std::size_t kCoordinateDegrees = 4;  // Of a coordinate.
 
-/// Sums of absolute coefficients by degree along one axis.
-using Coordinate = std::array<double, kCoordinateDegrees>;
-using Pair = std::array<double, 2 * kCoordinateDegrees - 1>;
-using Degrees = std::array<double, kDegrees>;
+/// Sums of absolute coefficients by degree along one axis: of a coordinate that has so many degrees.
+template <std::size_t Size>
+using Coordinate = std::array<double, Size>;
+/// Of all degrees that products of three coordinates may have.
+using Degrees = std::array<double, kBlockDegrees>;
 
-/// |T_k - I T_k| is at most this: 1 for T_k and the sum of what I takes it for. The 4 of T_6 stands for 28 / 3, since
-/// products of several that are left out count once for each of their axes, and the largest of them is T_6 T_6 T_6.
-constexpr Degrees kLeftOut = {0, 0, 0, 0, 0, 2, 28.0 / 3, 2, 2, 2};
+/// |T_k - I T_k| is at most 3.04 for k = 6 and otherwise this, |I T_k| at most 2.125 and 1. Of a
+/// product of several that are left out, these counted once for each of its axes are enough, as
+///
+///   T_a T_b T_c - I (T_a T_b T_c) = (T_a - I T_a) T_b T_c + I T_a (T_b - I T_b) T_c + I T_a I T_b (T_c - I T_c):
+///
+/// for two T_6 3.04 (1 + 2.125) = 2 * 4.75. Three of them take a little more.
+constexpr Degrees kLeftOut = {0, 0, 0, 0, 0, 1.82, 4.75, 1.91, 2, 1.54, 1.82, 1.96, 2};
+constexpr double kMoreOfThree = 9;  // 3.04 (1 + 2.125 + 2.125 * 2.125) = 3 * 4.75 + 9.
 
 // Where the polynomial's quadratic and cubic terms stand (CubicPolynomial), with their coordinates.
 struct PairTerm {
@@ -86,22 +91,29 @@ void transform_row(std::array<Lanes, 2>& row) noexcept {
 
 Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
 
-/// By axis. What has a degree along the other axes counts as many times as that grows beyond the block. Coordinates are
-/// cubic: what they have of degree 4 is rounding.
-std::array<Coordinate, 3> sums_by_degree(const BlockGrid& grid, const Degrees& growth) noexcept {
+/// By axis. What has a degree along the other axes counts as many times as that grows beyond the block. Of cubic
+/// coordinates the first four degrees: what they have of degree 4 is rounding.
+template <std::size_t Size>
+std::array<Coordinate<Size>, 3> sums_by_degree(const BlockGrid& grid, const Degrees& growth) noexcept {
   const Lanes along_row{growth[0], growth[1], growth[2], growth[3]};
-  std::array<Coordinate, 3> sums{};
+  std::array<Coordinate<Size>, 3> sums{};
   Lanes rows{};
-  for (std::size_t k = 0; k < kCoordinateDegrees; ++k) {
-    for (std::size_t j = 0; j < kCoordinateDegrees; ++j) {
-      const Lanes size = absolute(grid[j + kBlockNodes * k][0]);
+  for (std::size_t k = 0; k < Size; ++k) {
+    for (std::size_t j = 0; j < Size; ++j) {
+      const auto& [first, last] = grid[j + kBlockNodes * k];
+      const Lanes size = absolute(first);
       rows = multiply_add(size, growth[j] * growth[k], rows);
-      const double row = sum(size * along_row);
+      double row = sum(size * along_row);
+      if constexpr (Size > kLanes) {
+        const double high = std::abs(last[0]);
+        sums[0][kLanes] += growth[j] * growth[k] * high;
+        row += growth[kLanes] * high;
+      }
       sums[1][j] += growth[k] * row;
       sums[2][k] += growth[j] * row;
     }
   }
-  for (std::size_t d = 0; d < kCoordinateDegrees; ++d) sums[0][d] = rows[d];
+  for (std::size_t d = 0; d < kLanes; ++d) sums[0][d] = rows[d];
   return sums;
 }
 
@@ -155,34 +167,45 @@ void to_chebyshev(BlockGrid& grid) noexcept {
   }
 }
 
-void BlockBound::set_places(const std::array<BlockValues, 3>& places, double beyond) noexcept {
+void BlockBound::set_places(const std::array<BlockValues, 3>& places, double beyond, PlaceDegree degree) noexcept {
   places_ = &places;
+  degree_ = degree;
   multiplied_ = false;
   x_ = 1 + 2 * beyond;
   growth_ = {1, x_};
   for (std::size_t d = 2; d < growth_.size(); ++d) growth_[d] = 2 * x_ * growth_[d - 1] - growth_[d - 2];
 }
 
+template <std::size_t Size>
 void BlockBound::multiply_places() noexcept {
   multiplied_ = true;
-  std::array<std::array<Coordinate, 3>, 3> sums;  // By coordinate, then by axis.
+  std::array<std::array<Coordinate<Size>, 3>, 3> sums;  // By coordinate, then by axis.
   for (std::size_t c = 0; c < 3; ++c) {
     BlockGrid grid = grid_of((*places_)[c]);
     to_chebyshev(grid);
-    sums[c] = sums_by_degree(grid, growth_);
+    sums[c] = sums_by_degree<Size>(grid, growth_);
   }
   of_pairs_.fill(0);
   of_triples_.fill(0);
+  std::array<double, kPairs.size()> pair_sixes;  // Of T_6, along the axis that has least of it.
+  std::array<double, kTriples.size()> triple_sixes;
+  pair_sixes.fill(std::numeric_limits<double>::infinity());
+  triple_sixes.fill(std::numeric_limits<double>::infinity());
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<Pair, kPairs.size()> pairs;
+    std::array<std::array<double, 2 * Size - 1>, kPairs.size()> pairs;
     for (std::size_t p = 0; p < kPairs.size(); ++p) {
       pairs[p] = product(sums[kPairs[p].a][axis], sums[kPairs[p].b][axis]);
       of_pairs_[p] += sum_left_out(pairs[p], growth_);
+      pair_sixes[p] = std::min(pair_sixes[p], growth_[6] * pairs[p][6]);
     }
     for (std::size_t t = 0; t < kTriples.size(); ++t) {
-      of_triples_[t] += sum_left_out(product(pairs[kTriples[t].pair], sums[kTriples[t].c][axis]), growth_);
+      const auto triple = product(pairs[kTriples[t].pair], sums[kTriples[t].c][axis]);
+      of_triples_[t] += sum_left_out(triple, growth_);
+      triple_sixes[t] = std::min(triple_sixes[t], growth_[6] * triple[6]);
     }
   }
+  for (std::size_t p = 0; p < kPairs.size(); ++p) of_pairs_[p] += kMoreOfThree * pair_sixes[p];
+  for (std::size_t t = 0; t < kTriples.size(); ++t) of_triples_[t] += kMoreOfThree * triple_sixes[t];
 }
 
 double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValues& errors, double enough) noexcept {
@@ -211,7 +234,7 @@ double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValu
 }
 
 double BlockBound::left_out(const CubicPolynomial& polynomial) noexcept {
-  if (!multiplied_) multiply_places();
+  if (!multiplied_) degree_ == PlaceDegree::kThree ? multiply_places<4>() : multiply_places<5>();
   double left = 0;
   for (std::size_t p = 0; p < kPairs.size(); ++p) left += std::abs(polynomial[kPairs[p].term]) * of_pairs_[p];
   for (std::size_t t = 0; t < kTriples.size(); ++t) left += std::abs(polynomial[kTriples[t].term]) * of_triples_[t];

@@ -24,12 +24,17 @@
 // by the sums of absolute Chebyshev coefficients of X by degree along each axis. At the nodes T_5, T_7, T_8 and T_9 are
 // equal to a T of lower degree, T_6 to T_0 + T_2 - T_4: I takes them for that.
 //
+// The same holds of X and m of degree 4 along each axis, whose products reach degree 12: T_10, T_11 and T_12 are T_2,
+// T_1 and T_0 at the nodes. Beside irregular lines such polynomials are what interpolation makes of X and m
+// (interpolation/residual_bound.h).
+//
 // Nothing here rounds up: the bound holds but for rounding, some 1e-13 of the largest terms.
 
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "core/interpolation/cell_block.h"
 #include "core/interpolation/cubic_polynomial.h"
@@ -45,25 +50,34 @@ BlockGrid grid_of(const BlockValues& values) noexcept;
 /// Values at the nodes -> coefficients of Chebyshev polynomials, degree 4 along each axis.
 void to_chebyshev(BlockGrid& grid) noexcept;
 
+/// Of places and channels along each of a block's axes.
+enum class PlaceDegree : std::uint8_t { kThree, kFour };
+
+/// Degrees along an axis, from 0 on, of a product of three coordinates.
+inline constexpr std::size_t kBlockDegrees = 3 * (kBlockNodes - 1) + 1;
+
 class BlockBound {
  public:
   /// `places`: of the nodes, in the frame of the polynomials; they stay where they are. `beyond`: how far around the
-  /// block bounds are to hold, as a share of its size, as if its patch went on there. REQUIRES: places are tricubic in
-  /// the block's parameters.
-  void set_places(const std::array<BlockValues, 3>& places, double beyond) noexcept;
+  /// block bounds are to hold, as a share of its size, as if its patch went on there. REQUIRES: places are polynomials
+  /// of that degree.
+  void set_places(const std::array<BlockValues, 3>& places, double beyond,
+                  PlaceDegree degree = PlaceDegree::kThree) noexcept;
 
   /// A bound of |e|, if that is at most `enough`; or else some number above `enough`, which is all that is known then.
-  /// `errors`: e at the nodes. REQUIRES: set_places() was called; the channel is tricubic.
+  /// `errors`: e at the nodes. REQUIRES: set_places() was called; the channel is of the same degree.
   double operator()(const CubicPolynomial& polynomial, const BlockValues& errors, double enough) noexcept;
 
  private:
+  template <std::size_t Size>
   void multiply_places() noexcept;
   double left_out(const CubicPolynomial& polynomial) noexcept;
   double largest_on_grid(const BlockGrid& coefficients) const noexcept;
 
   static constexpr std::size_t kGridNodes = 13;
-  double x_ = 1;                                // 1 + 2 beyond.
-  std::array<double, 2 * kBlockNodes> growth_;  // T_0 to T_9 at x_: no T is larger up to there.
+  double x_ = 1;                              // 1 + 2 beyond.
+  std::array<double, kBlockDegrees> growth_;  // T_0 to T_12 at x_: no T is larger up to there.
+  PlaceDegree degree_ = PlaceDegree::kThree;
   const std::array<BlockValues, 3>* places_ = nullptr;
   bool multiplied_ = false;  // What follows is known.
   // By pairs, and by triples, of coordinates: what of their product interpolation at the nodes leaves out.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -80,16 +81,17 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
   const double growth = growth_beyond(shape.bulge.maxCoeff());
-  const bool one_patch = blocks_.is_in_one_patch(cell, node.parameters);
-  double error = fit(frame, one_patch, shape.miss);
-  if (!one_patch) error *= growth;
+  const Between between = what_is_known_between(cell, node.parameters);
+  const bool bounded = between != Between::kNothing;
+  double error = fit(cell, node.parameters, frame, between, shape.miss);
+  if (!bounded) error *= growth;
   unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
-    if (!one_patch) axes = axes_off_between_nodes(cell, node.parameters, frame);
+    if (!bounded) axes = axes_off_between_nodes(cell, node.parameters, frame);
     if (axes == 0) {
       node.kind = CellNode::Kind::kPiece;
       node.piece = make_piece(cell, shape, node.parameters, frame,
-                              one_patch ? kPieceShareOfTolerance * error : kShareOffNodes * error);
+                              bounded ? kPieceShareOfTolerance * error : kShareOffNodes * error);
       return 0;
     }
   }
@@ -101,6 +103,11 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
     return 0;
   }
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
+}
+
+CellFitter::Between CellFitter::what_is_known_between(std::uint32_t cell, const ParamBox& box) const {
+  if (blocks_.is_in_one_patch(cell, box)) return Between::kOnePatch;
+  return solid_->cell_class(cell) == CellClass::kLine ? Between::kResiduals : Between::kNothing;
 }
 
 /// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
@@ -185,25 +192,54 @@ unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double
   unsigned axes = shape.bent_axes();
   if (error <= 1) return axes;
   if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);
+  if (off_by_residuals_) return axes | 1u << residuals_.box.axis[0] | 1u << residuals_.box.axis[1];
   return axes | fitter_.axes_to_halve(error);
 }
 
-/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it: in one
-/// patch a bound, beyond the node too.
-double CellFitter::fit(const VoxelFrame& frame, bool one_patch, double beyond) {
+/// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it: a bound
+/// where there is one, beyond the node too.
+double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, Between between,
+                       double beyond) {
   enter_frame(frame, kBlockGroups, places_);
   fitter_.factorize(places_);
-  if (one_patch) bound_.set_places(places_, beyond);
+  const bool one_patch = between == Between::kOnePatch, bounded = between != Between::kNothing;
+  if (between != Between::kNothing) {
+    bound_.set_places(places_, beyond, between == Between::kOnePatch ? PlaceDegree::kThree : PlaceDegree::kFour);
+  }
+  off_by_residuals_ = residuals_known_ = false;
   polynomials_.clear();
   double worst = 0;
   for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
     polynomials_.emplace_back();
-    const double allowed = (one_patch ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
+    const bool bounded = between != Between::kNothing;
+    const double allowed = (bounded ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
     double error = fitter_.fit(values_[c], polynomials_.back());
-    if (one_patch && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
+    if (bounded && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
+    if (between == Between::kResiduals && error <= allowed) {
+      residuals_known_ = residuals_known_ || place_residuals(cell, box, frame, beyond);
+      error = residuals_known_ ? with_residuals(c, error, allowed) : std::numeric_limits<double>::infinity();
+    }
     worst = std::max(error / allowed, worst);  // Not a number stays that.
   }
   return worst;
+}
+
+/// REQUIRES: a node of a line cell, its places in the frame. False if it is too thin.
+bool CellFitter::place_residuals(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, double beyond) {
+  if (!blocks_.find_residuals(cell, box, residuals_)) return false;
+  residual_bound_.set_block(places_, residuals_, frame.scale.asDiagonal() * mesh_of_voxel_.linear().inverse());
+  residual_growth_ = growth_beyond(beyond);
+  return true;
+}
+
+/// Adds the residuals' bound to the last fit's. Beyond the node they are taken to grow as errors of cubics do.
+double CellFitter::with_residuals(std::size_t channel, double error, double allowed) {
+  const double residuals =
+      residual_growth_ * residual_bound_(polynomials_.back(), residuals_.values[channel], allowed / residual_growth_);
+  const double left = allowed - residuals;
+  if (error > left && left > 0) error = bound_(polynomials_.back(), fitter_.errors(), left);
+  off_by_residuals_ = residuals > error;
+  return error + residuals;
 }
 
 void CellFitter::append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const {

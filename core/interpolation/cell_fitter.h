@@ -6,12 +6,12 @@
 //
 // A node is sampled forward (interpolation/cell_block.h): positions and channels at 5 x 5 x 5 parameters, no inversion.
 // A cubic of the position is fitted to every other sample (interpolation/block_fitter.h). Where the node lies in one
-// regular patch its error is bounded over all of it (interpolation/block_bound.h). Beside irregular lines it is judged
-// at all samples, and at others between them, since five equidistant ones don't show errors of the fifth degree. If the
-// error is above its share of the tolerance, or the faces bulge too much to be told from flat triangles, the node is
-// halved along the fewest axes that seem enough, and so on. The map from parameters to points is smooth even where its
-// inverse isn't, beside irregular lines, and nodes end where cells do; so they are far larger than boxes of voxels
-// would be.
+// regular patch (interpolation/block_bound.h), or in a line cell (interpolation/residual_bound.h), its error is bounded
+// over all of it. In vertex cells it is judged at all samples, and at others between them, since five equidistant ones
+// don't show errors of the fifth degree. If the error is above its share of the tolerance, or the faces bulge too much
+// to be told from flat triangles, the node is halved along the fewest axes that seem enough, and so on. The map from
+// parameters to points is smooth even where its inverse isn't, beside irregular lines, and nodes end where cells do; so
+// they are far larger than boxes of voxels would be.
 //
 // Just outside of what it is fitted to a cubic's errors grow fast. A node's voxels are told by flat triangles, which
 // miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
@@ -37,6 +37,7 @@
 #include "core/interpolation/cell_block.h"
 #include "core/interpolation/cubic_polynomial.h"
 #include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/residual_bound.h"
 #include "core/interpolation/voxel_blocks.h"
 #include "core/limit/limit_solid.h"
 
@@ -78,9 +79,9 @@ struct CellNode {
   std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
 };
 
-/// What errors of pieces may take of a channel's tolerance: bounds in one patch,
+/// What errors of pieces may take of a channel's tolerance: bounds,
 inline constexpr double kPieceShareOfTolerance = 0.92;
-/// and what errors at the nodes may beside irregular lines.
+/// and errors at the nodes where there is no bound.
 inline constexpr double kIrregularShare = 0.55;
 
 /// One thread.
@@ -94,13 +95,19 @@ class CellFitter {
   void examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node);
 
  private:
+  /// What is known of errors between a part's nodes.
+  enum class Between : std::uint8_t { kOnePatch, kResiduals, kNothing };
+
   void sample(std::uint32_t cell, const ParamBox& box);
   unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node);
   [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape,
                                                             const ParamBox& box, const VoxelFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
+  Between what_is_known_between(std::uint32_t cell, const ParamBox& box) const;
   unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
-  double fit(const VoxelFrame& frame, bool one_patch, double beyond);
+  double fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, Between between, double beyond);
+  bool place_residuals(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, double beyond);
+  double with_residuals(std::size_t channel, double error, double allowed);
   unsigned axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame);
   bool is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
@@ -120,6 +127,11 @@ class CellFitter {
   BlockPoints points_;
   BlockFitter fitter_;
   BlockBound bound_;
+  BlockResiduals residuals_;
+  ResidualBound residual_bound_;
+  bool residuals_known_ = false;   // As far as they were needed.
+  double residual_growth_ = 1;     // Of residuals, around the part.
+  bool off_by_residuals_ = false;  // They take most of the error.
   std::vector<CubicPolynomial> polynomials_;
 };
 

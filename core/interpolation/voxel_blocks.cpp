@@ -5,6 +5,8 @@
 
 #include <span>
 
+#include "core/limit/solid_data.h"
+
 namespace ccslice {
 namespace {
 
@@ -41,7 +43,8 @@ Box3 grown(const Box3& voxels, double share) {
 VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec)
     : voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchCacheBytes)),
-      sampler_(*evaluator_, channel_ids(spec.channels)) {}
+      sampler_(*evaluator_, channel_ids(spec.channels)),
+      residuals_(solid.data(), channel_ids(spec.channels)) {}
 
 void VoxelBlocks::sample(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
                          std::vector<BlockValues>& values) {
@@ -57,6 +60,10 @@ void VoxelBlocks::sample_between_nodes(std::uint32_t cell, const ParamBox& box, 
   sampler_.sample_between_nodes(cell, box, block_);
   block_.values.swap(values);
   place(kGroupsBetweenNodes, places);
+}
+
+bool VoxelBlocks::find_residuals(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals) {
+  return residuals_.find(cell, box, residuals);
 }
 
 /// The positions of the first groups.

@@ -13,6 +13,7 @@
 #include "core/interpolation/cell_block.h"
 #include "core/interpolation/cubic_polynomial.h"
 #include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/line_residuals.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
 
@@ -42,6 +43,9 @@ class VoxelBlocks {
   /// The first kGroupsBetweenNodes groups.
   void sample_between_nodes(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
                             std::vector<BlockValues>& values);
+  /// What interpolation at the nodes leaves out of a box that isn't in one patch, in mm of the mesh. False if the box
+  /// is too thin. REQUIRES: a line cell.
+  bool find_residuals(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:
   void place(std::size_t groups, BlockPlacesInVoxels& places) const;
@@ -49,6 +53,7 @@ class VoxelBlocks {
   const Placement voxel_of_mesh_;
   std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when this is moved: the sampler points to it.
   CellBlockSampler sampler_;
+  LineResiduals residuals_;
   CellBlock block_;
 };
 

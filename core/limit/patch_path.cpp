@@ -166,6 +166,11 @@ std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& pa
   return line_.op;
 }
 
+std::span<const double> PatchBuilder::line_layers(const LimitCell& cell, const PatchPath& path) noexcept {
+  load_line(cell, path);
+  return line_layers_;
+}
+
 std::uint32_t PatchBuilder::copy_line(const LimitCell& cell, const PatchPath& path) noexcept {
   const std::uint32_t op = load_line(cell, path);
   std::copy(line_layers_.begin(), line_layers_.end(), a_.begin());

@@ -82,6 +82,10 @@ class PatchBuilder {
   /// The limit at w on the irregular line of a line cell, or of the line sub-cell at the path.
   void limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept;
 
+  /// The four layers of a line cell, or of the line sub-cell at the path: `dimension` doubles a point. Valid until the
+  /// next call.
+  std::span<const double> line_layers(const LimitCell& cell, const PatchPath& path) noexcept;
+
   /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one
   /// walk. Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(rest) for each part that
   /// remains. REQUIRES: dimension == kPositionDimension.

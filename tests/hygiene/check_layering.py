@@ -30,7 +30,9 @@ FORBIDDEN = {
 # Header -> the folders or files that may include it, besides tests. Sampling blocks walks down a cell's rings itself.
 PRIVATE = {
     "core/limit/prepare.h": ("core/limit",),
-    "core/limit/solid_data.h": ("core/limit", "core/interpolation/block_stencils.h", "core/interpolation/cell_block.cpp"),
+    "core/limit/solid_data.h": (
+        "core/limit", "core/interpolation/block_stencils.h", "core/interpolation/cell_block.cpp",
+        "core/interpolation/line_residuals.h", "core/interpolation/voxel_blocks.cpp"),
 }
 
 

@@ -13,23 +13,25 @@
 namespace ccslice {
 namespace {
 
-/// A polynomial of degree 3 along each of three axes, by powers.
-class Tricubic {
+/// A polynomial of a degree along each of three axes, by powers.
+template <std::size_t kDegree>
+class TensorPolynomial {
  public:
-  Tricubic(std::mt19937& random, double linear, double bent) {
+  TensorPolynomial(std::mt19937& random, double linear, double bent) {
     std::uniform_real_distribution<double> u(-1, 1);
-    for (std::size_t n = 0; n < 64; ++n) {
-      const std::size_t degree = n % 4 + n / 4 % 4 + n / 16;
+    for (std::size_t n = 0; n < powers_.size(); ++n) {
+      const std::size_t degree = n % kPowers + n / kPowers % kPowers + n / (kPowers * kPowers);
       powers_[n] = (degree <= 1 ? linear : bent) * u(random);
     }
   }
   double operator()(const Vec3& at) const {
     double value = 0;
-    for (std::size_t k = 4; k-- > 0;) {
+    for (std::size_t k = kPowers; k-- > 0;) {
       double layer = 0;
-      for (std::size_t j = 4; j-- > 0;) {
-        const double* row = &powers_[4 * (j + 4 * k)];
-        layer = layer * at.y() + ((row[3] * at.x() + row[2]) * at.x() + row[1]) * at.x() + row[0];
+      for (std::size_t j = kPowers; j-- > 0;) {
+        double row = 0;
+        for (std::size_t i = kPowers; i-- > 0;) row = row * at.x() + powers_[i + kPowers * (j + kPowers * k)];
+        layer = layer * at.y() + row;
       }
       value = value * at.z() + layer;
     }
@@ -37,17 +39,20 @@ class Tricubic {
   }
 
  private:
-  std::array<double, 64> powers_;
+  static constexpr std::size_t kPowers = kDegree + 1;
+  std::array<double, kPowers * kPowers * kPowers> powers_;
 };
 
 /// A block of random shape, its channel and a cubic, with parameters from -1 to 1.
-struct Case {
-  std::array<Tricubic, 3> position;
-  Tricubic channel;
+template <std::size_t kDegree>
+struct CaseOfDegree {
+  using Tensor = TensorPolynomial<kDegree>;
+  std::array<Tensor, 3> position;
+  Tensor channel;
   CubicPolynomial cubic;
 
-  Case(std::mt19937& random, double bent)
-      : position{Tricubic(random, 0.4, bent), Tricubic(random, 0.4, bent), Tricubic(random, 0.4, bent)},
+  CaseOfDegree(std::mt19937& random, double bent)
+      : position{Tensor(random, 0.4, bent), Tensor(random, 0.4, bent), Tensor(random, 0.4, bent)},
         channel(random, 1, 0.3) {
     std::uniform_real_distribution<double> u(-1, 1);
     for (double& coefficient : cubic) coefficient = u(random);
@@ -66,7 +71,7 @@ struct Case {
       errors[group][lane] = error(at);
     }
     BlockBound bound;
-    bound.set_places(places, beyond);
+    bound.set_places(places, beyond, kDegree == 3 ? PlaceDegree::kThree : PlaceDegree::kFour);
     return bound(cubic, errors, enough);
   }
 
@@ -83,6 +88,8 @@ struct Case {
     return Vec3(n % kBlockNodes, n / kBlockNodes % kBlockNodes, n / kBlockNodes / kBlockNodes) / 2 - Vec3::Ones();
   }
 };
+
+using Case = CaseOfDegree<3>;
 
 TEST(BlockBound, CoefficientsAreThoseOfChebyshevPolynomials) {
   const auto t = [](std::size_t degree, double x) { return std::cos(static_cast<double>(degree) * std::acos(x)); };
@@ -104,18 +111,54 @@ TEST(BlockBound, CoefficientsAreThoseOfChebyshevPolynomials) {
   }
 }
 
-TEST(BlockBound, NothingBetweenTheNodesIsLarger) {
+template <std::size_t kDegree>
+void expect_nothing_larger_between_nodes() {
   std::mt19937 random(1);
   for (int round = 0; round < 20; ++round) {
     for (const double bent : {0.0, 0.01, 0.1, 0.5}) {
       for (const double beyond : {0.0, 0.02, 0.1}) {
-        const Case c(random, bent);
+        const CaseOfDegree<kDegree> c(random, bent);
         const double largest = c.largest(beyond, 12);
         EXPECT_GE(c.bound(beyond, std::numeric_limits<double>::infinity()), largest) << "bent " << bent;
         EXPECT_GT(c.bound(beyond, 0.99 * largest), 0.99 * largest) << "bent " << bent;
         EXPECT_GE(c.bound(beyond, largest), largest) << "bent " << bent;
       }
     }
+  }
+}
+
+TEST(BlockBound, NothingBetweenTheNodesIsLarger) { expect_nothing_larger_between_nodes<3>(); }
+TEST(BlockBound, NothingBetweenTheNodesIsLargerOfPlacesOfDegreeFour) { expect_nothing_larger_between_nodes<4>(); }
+
+// What interpolation at the nodes leaves of products of T_k, one, two or three of them, for which the bound counts.
+TEST(BlockBound, LeavesNoMoreOutThanItCounts) {
+  constexpr std::array<double, kBlockDegrees> kCounted = {0, 0, 0, 0, 0, 1.82, 4.75, 1.91, 2, 1.54, 1.82, 1.96, 2};
+  const auto t = [](std::size_t degree, double angle) { return std::cos(static_cast<double>(degree) * angle); };
+  const auto seen = [&](std::size_t degree, double angle) {  // What T_k is taken for.
+    if (degree == 6) return 1 + t(2, angle) - t(4, angle);
+    constexpr std::array<std::size_t, kBlockDegrees> kTakenFor = {0, 1, 2, 3, 4, 1, 0, 1, 4, 3, 2, 1, 0};
+    return t(kTakenFor[degree], angle);
+  };
+  const double pi = std::acos(-1.0);
+  for (std::size_t degree = 0; degree < kBlockDegrees; ++degree) {
+    for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+      EXPECT_NEAR(t(degree, std::acos(x)), seen(degree, std::acos(x)), 1e-13) << degree << " at " << x;
+    }
+  }
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> angle(0, pi);
+  std::uniform_int_distribution<std::size_t> any(0, kBlockDegrees - 1);
+  for (int round = 0; round < 400000; ++round) {
+    const std::array<std::size_t, 3> degrees =
+        round % 4 == 0 ? std::array<std::size_t, 3>{6, 6, 6} : std::array{any(random), any(random), any(random)};
+    double whole = 1, taken = 1, counted = degrees == std::array<std::size_t, 3>{6, 6, 6} ? 9 : 0;
+    for (const std::size_t degree : degrees) {
+      const double at = angle(random);
+      whole *= t(degree, at);
+      taken *= seen(degree, at);
+      counted += kCounted[degree];
+    }
+    ASSERT_LE(std::abs(whole - taken), counted + 1e-12) << degrees[0] << " " << degrees[1] << " " << degrees[2];
   }
 }
 

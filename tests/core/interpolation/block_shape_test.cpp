@@ -58,24 +58,24 @@ TEST(BlockShape, IsAsThickAlongXAsALineOfVoxelsIsLongInIt) {
   EXPECT_NEAR(turned.thickness_along_x(), 6, 1e-12);
 }
 
-/// Parabolas along u, so high that their tops are `rise` voxels above their ends: 20 voxels thick across them.
+/// Parabolas along u, so high that their tops are `rise` voxels above their ends: 40 voxels thick across them.
 BlockShape arched(double rise) {
   return shape_of(block_of(
-      [rise](const Vec3& p) { return Vec3(300 * p.x(), 20 * p.y() + 4 * rise * p.x() * (1 - p.x()), 20 * p.z()); }));
+      [rise](const Vec3& p) { return Vec3(300 * p.x(), 40 * p.y() + 4 * rise * p.x() * (1 - p.x()), 20 * p.z()); }));
 }
 
 // Over a half of it, an arc of a parabola is a quarter as high.
 TEST(BlockShape, TrianglesAreAsLargeAsBulgesAllow) {
-  for (const double rise : {0.0, 0.1, 0.19, 0.21, 0.5, 0.79, 0.81, 3.0, 15.9}) {
+  for (const double rise : {0.0, 0.1, 0.19, 0.21, 0.5, 0.79, 0.81, 3.0, 31.9}) {
     const BlockShape shape = arched(rise);
     const std::size_t step = rise < 0.2 ? 4 : rise < 0.8 ? 2 : 1;
     EXPECT_EQ(shape.step, step) << rise;
-    const double share = rise * static_cast<double>(step * step) / 16 / 20;
+    const double share = rise * static_cast<double>(step * step) / 16 / 40;
     EXPECT_LT((shape.bulge - Vec3(share, 0, 0)).norm(), 1e-9) << rise;
     EXPECT_NEAR(shape.miss, share, 1e-9);
     EXPECT_EQ(shape.bent_axes(), 0u);
   }
-  EXPECT_EQ(arched(16.1).bent_axes(), 0b001u);  // A twentieth of the thickness between neighbouring nodes.
+  EXPECT_EQ(arched(32.1).bent_axes(), 0b001u);  // A twentieth of the thickness between neighbouring nodes.
 }
 
 TEST(BlockShape, ThinBlocksHaveSmallerTriangles) {
