@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Writes the README's pictures of the samples, cut open, to docs/pictures (or to the folder that is given): in a scale
+# Writes the pictures of the samples, cut open, to docs/pictures (or to the folder that is given): in a scale
 # of colours, and halftoned into three materials, as [Luu19, Fig. 8] has them. Needs
 # build/release: cmake --preset release && cmake --build --preset release --target ccsliced ccslice
 
