@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 """Checks what every file has to have and what none may: licence headers, include guards, unfinished marks, build files
-that list each source, no addresses of package registries, no paths of somebody's machine."""
+that list each source, no addresses of package registries, no paths of somebody's machine, lines of prose and of the
+contract that fit the width (clang-format looks after C++)."""
 
 import re
 
@@ -11,6 +12,8 @@ import source_tree
 COPYRIGHT = "SPDX-FileCopyrightText: The ccslice authors"
 LICENSE = "SPDX-License-Identifier: Apache-2.0"
 CODE = (".h", ".cpp", ".proto", ".py", ".sh", ".cmake", "CMakeLists.txt")
+WRAPPED = (".md", ".proto")
+COLUMNS = 120
 TEXTS = CODE + (".md", ".json", ".yaml", ".yml", ".in", "run")
 
 # The checks' own patterns are assembled so that they don't find themselves.
@@ -47,6 +50,15 @@ def unwanted(path):
     ]
 
 
+def too_wide(path):
+    """Rows of tables can't be wrapped."""
+    return [
+        f"{path}:{number}: {len(text)} columns, more than {COLUMNS}"
+        for number, text in source_tree.lines(path)
+        if len(text) > COLUMNS and not text.startswith("|")
+    ]
+
+
 def unlisted_sources():
     """Source files that no CMakeLists.txt above them names: they would never be compiled."""
     build_files = source_tree.files("CMakeLists.txt")
@@ -63,6 +75,8 @@ def main():
     findings = unlisted_sources()
     for path in source_tree.files(*CODE):
         findings += header(path)
+    for path in source_tree.files(*WRAPPED):
+        findings += too_wide(path)
     for path in source_tree.files(*TEXTS):
         findings += guard(path) + unwanted(path)
     source_tree.finish(findings)
