@@ -11,13 +11,11 @@
 //
 // - A server that has dropped the mesh (restart, full cache, another replica) gets it again: meshes passed to
 //   ensure_uploaded() are remembered for that, until forget().
-// - A stream that breaks is resumed at the first layer not yet delivered, after a growing pause. Every layer is
-// delivered
-//   exactly once, in order. Engine version and grid are pinned by the first header: layers of different engines or
-//   grids are never mixed.
-// - Pauses double from RetryPolicy::first_pause up to longest_pause (or what the server asks for); after max_attempts
-// in
-//   a row without a new layer the last error is thrown.
+// - A stream that breaks is resumed at the first layer not yet delivered, after a pause. Every layer is delivered
+//   exactly once, in order. The first header pins engine version and grid: layers of different engines or grids are
+//   never mixed.
+// - Pauses double from RetryPolicy::first_pause up to longest_pause, unless the server asks for another one. After
+//   max_attempts in a row without a new layer the last error is thrown.
 //
 // Thread-safe. All calls block; another thread stops them through Cancellation.
 

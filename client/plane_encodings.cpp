@@ -37,11 +37,11 @@ void check_png(const std::string& bytes) {
 }
 
 void check_tiff(const std::string& bytes) {
-  if (!bytes.starts_with(std::string_view("II*\0", 4))) answer_corrupt("a plane is no TIFF file");
+  if (!bytes.starts_with(std::string_view("II*\0", 4))) answer_corrupt("a plane isn't a TIFF file");
 }
 
 void check_exr(const std::string& bytes) {
-  if (!bytes.starts_with("\x76\x2f\x31\x01")) answer_corrupt("a plane is no OpenEXR file");
+  if (!bytes.starts_with("\x76\x2f\x31\x01")) answer_corrupt("a plane isn't an OpenEXR file");
 }
 
 bool has_floats(const v1::PlaneSpec& plane) { return plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32; }

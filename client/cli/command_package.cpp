@@ -69,14 +69,14 @@ void run_package(Session& session, const PackageOptions& options) {
 Command add_package(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<PackageOptions>();
   CLI::App* app = parent.add_subcommand("package", "Pack a folder of layers into one file: .gcvf or volumetric .3mf");
-  app->add_option("folder", options->folder, "Folder that `slice` filled")->required();
+  app->add_option("FOLDER", options->folder, "Folder that `slice` wrote")->required();
   app->add_option(
          "-o,--output", options->output,
          "File to write: .gcvf (experimental; RGBA pictures of at most 6 materials), or .3mf (the boundary, and "
          "8-bit PNG pictures of channels as mixing ratios; asks the server for the boundary)")
       ->required();
   app->add_option("--chord-tolerance", options->chord_tolerance_mm,
-                  "Of a .3mf's boundary: largest distance from a triangle to the limit surface in mm (default 0.05)");
+                  "Largest distance from a triangle of a .3mf's boundary to the limit surface in mm (default 0.05)");
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_server_options(*app, common);
   app->footer(

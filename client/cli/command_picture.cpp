@@ -45,10 +45,13 @@ CutView parse_view(const PictureOptions& options) {
   }
   for (const std::string& cut : options.cuts) {
     const std::size_t axis = std::string_view("xyz").find(cut.substr(0, 1));
-    if (cut.size() < 3 || cut[1] != '=' || axis == std::string_view::npos) {
-      throw UsageError("--cut: '" + cut + "' should be an axis and a fraction of the part's extent, such as x=0.5");
+    const bool whole = cut.size() >= 3 && cut[1] == '=' && axis != std::string_view::npos;
+    const double fraction = whole ? parse_number("--cut", std::string_view(cut).substr(2)) : -1;
+    if (!(fraction >= 0 && fraction <= 1)) {
+      throw UsageError("--cut takes an axis and a fraction of the part's extent from 0 to 1, as in x=0.5, not '" + cut +
+                       "'");
     }
-    view.cut[axis] = parse_number("--cut", std::string_view(cut).substr(2));
+    view.cut[axis] = fraction;
   }
   return view;
 }
@@ -112,17 +115,17 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
                   "Colour by this material channel; with --material cuts show the halftoned voxels in the materials' "
                   "colours instead");
   app->add_option("--cut", options->cuts,
-                  "AXIS=FRACTION: cut away what lies on the viewer's side of a plane across x, y or z at a fraction of "
-                  "the part's extent; may be repeated: then what lies on that side of all")
+                  "AXIS=FRACTION: cut away the viewer's side of a plane across x, y or z, at a fraction of the part's "
+                  "extent from 0 to 1. May be repeated: then only what is on that side of all planes is cut away")
       ->allow_extra_args(false);
   app->add_option("--view", options->view,
-                  "AZIMUTH,ELEVATION: where the viewer stands, degrees from +x towards +y and above the horizon "
+                  "AZIMUTH,ELEVATION: where the viewer stands, in degrees from +x towards +y and above the horizon "
                   "(default: -60,30)");
   constexpr std::uint32_t kNarrowest = 16, kWidest = 4000, kCoarsest = 8, kFinest = 600;
-  app->add_option("--width", options->width, "Of the picture; the height follows")
+  app->add_option("--width", options->width, "Width of the picture; the height follows")
       ->check(CLI::Range(kNarrowest, kWidest))
       ->capture_default_str();
-  app->add_option("--voxels", options->voxels, "Along the part's longest side: how fine the picture is")
+  app->add_option("--voxels", options->voxels, "Voxels along the part's longest side: more give a finer picture")
       ->check(CLI::Range(kCoarsest, kFinest))
       ->capture_default_str();
   app->add_option("-o,--output", options->output, "File to write")->required();

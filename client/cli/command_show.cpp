@@ -118,7 +118,9 @@ Command add_show(CLI::App& parent, CommonOptions& common) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   constexpr std::uint32_t kWidest = 1000;
-  app->add_option("--width", options->width, "Characters")->check(CLI::Range(1u, kWidest))->capture_default_str();
+  app->add_option("--width", options->width, "Width in characters")
+      ->check(CLI::Range(1u, kWidest))
+      ->capture_default_str();
   add_material_tolerance_option(*app, options->material_tolerance);
   add_placement_options(*app, options->placement);
   add_server_options(*app, common);

@@ -229,10 +229,11 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
   add_job_options(*app, options->job);
   app->add_option("-o,--output", options->output,
-                  "Folder for the layers, a contact sheet of them and, written last, manifest.json")
+                  "Folder for the layers, a contact sheet of them and manifest.json, which is written last")
       ->required();
-  app->add_option("--layers", options->layers,
-                  "FIRST..LAST, both included, or one layer, counted from 0 in the grid (default: all of the job)");
+  app->add_option(
+      "--layers", options->layers,
+      "FIRST..LAST, both included, or one layer, counted from 0 in the grid (default: all layers of the job)");
   app->add_option("--contours", options->contours, "Write the outlines too: json or csv")
       ->check(CLI::IsMember({"none", "json", "csv"}))
       ->capture_default_str()
@@ -241,7 +242,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
                 "Leave out contact_sheet.png, a picture of up to 24 of the layers");
   CLI::Option* force = app->add_flag("--force", options->force, "Replace the layers of an earlier run");
   app->add_flag("--resume", options->resume,
-                "Go on with the same job where an earlier run stopped; from the start if there was none")
+                "Go on with the same job where an earlier run stopped, or start it if there was none")
       ->excludes(force);
   add_server_options(*app, common);
   app->footer(

@@ -102,7 +102,7 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
     return;
   }
   if (options.dpi.empty() || options.layer_height_mm == 0) {
-    throw UsageError("say how fine: --profile NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
+    throw UsageError("give a pitch: --profile NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
   }
   const std::vector<double> dpi = parse_numbers("--dpi", options.dpi, 1, 2);
   for (const double value : dpi) {
@@ -117,10 +117,9 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
 
 void add_grid_options(CLI::App& command, GridOptions& options) {
   command
-      .add_option(
-          "--profile", options.printer,
-          "A printer: its pitch, unless another one is given, and warnings of what it won't take. `ccslice info` "
-          "lists those that the server knows")
+      .add_option("--profile", options.printer,
+                  "Take the pitch of this printer, unless another one is given, and warn of what the printer can't "
+                  "take. `ccslice info` lists the printers")
       ->group("Grid");
   CLI::Option* pitch =
       command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
@@ -132,18 +131,20 @@ void add_grid_options(CLI::App& command, GridOptions& options) {
       ->excludes(pitch);
   command.add_option("--origin", options.origin, "Lower corner of the grid, X,Y,Z in mm (default: the part's)")
       ->group("Grid");
-  command.add_option("--extent", options.extent, "Voxels: COLUMNS,ROWS,LAYERS (default: as the part needs)")
-      ->group("Grid");
-  CLI::Option* region =
-      command
-          .add_option("--region", options.region,
-                      "Only this box of the grid: X0,Y0,Z0,X1,Y1,Z1 in mm of the printer's frame, lower and upper "
-                      "corner; the voxels whose centres are in it, the same as in the whole, in smaller pictures of "
-                      "fewer layers. Layers keep their numbers")
-          ->group("Grid");
   command
-      .add_option("--region-voxels", options.region_voxels,
-                  "Likewise in voxels: COLUMN,ROW,LAYER of its first one, from 0, and COLUMNS,ROWS,LAYERS")
+      .add_option("--extent", options.extent,
+                  "Size of the grid: COLUMNS,ROWS,LAYERS (default: as many as the part needs)")
+      ->group("Grid");
+  CLI::Option* region = command
+                            .add_option("--region", options.region,
+                                        "Slice only this box of the grid: X0,Y0,Z0,X1,Y1,Z1, its lower and upper "
+                                        "corner in mm of the printer's frame. Its voxels are those whose centres are "
+                                        "in it, with the same values as in the whole job. Layers keep their numbers")
+                            ->group("Grid");
+  command
+      .add_option(
+          "--region-voxels", options.region_voxels,
+          "The same in voxels: COLUMN,ROW,LAYER of the box's first voxel, counted from 0, and its COLUMNS,ROWS,LAYERS")
       ->group("Grid")
       ->excludes(region);
 }
@@ -151,35 +152,35 @@ void add_grid_options(CLI::App& command, GridOptions& options) {
 void add_layout_options(CLI::App& command, LayoutOptions& options) {
   command
       .add_option("--row-order", options.row_order,
-                  "Which row of a picture is on top: ascending has the lowest y there, descending the highest, as the "
-                  "layer is seen from above")
+                  "Which row of a picture is on top: ascending puts the lowest y there; descending puts the highest, "
+                  "as the layer is seen from above")
       ->check(CLI::IsMember({"ascending", "descending"}))
       ->capture_default_str()
       ->group("Pictures");
   command
       .add_option("--flip", options.flip,
-                  "Mirror the pictures along x, y or xy, for machines that want them so. The part itself, outlines and "
-                  "numbers of voxels stay as they are: --scale mirrors a part")
+                  "Mirror the pictures along x, y or xy, for machines that need it. The part, its outlines and the "
+                  "numbers of voxels stay as they are; --scale mirrors the part")
       ->check(CLI::IsMember({"x", "y", "xy"}))
       ->group("Pictures");
 }
 
 void add_plane_options(CLI::App& command, PlaneOptions& options) {
   command
-      .add_flag("--occupancy", options.occupancy, "A picture of what is inside (the default if no channel is named)")
+      .add_flag("--occupancy", options.occupancy,
+                "Write a picture of which voxels are inside (the default if no channel is named)")
       ->group("Pictures");
   command
-      .add_option(
-          "--channel", options.channels,
-          "A picture of a material channel: NAME[:u8|u16|f32[:MIN..MAX]]; u8 and the channel's own range unless "
-          "given. May be repeated")
+      .add_option("--channel", options.channels,
+                  "Write a picture of a material channel: NAME[:u8|u16|f32[:MIN..MAX]]. Default: u8, and the channel's "
+                  "own range. May be repeated")
       ->allow_extra_args(false)
       ->group("Pictures");
   command
       .add_flag("--all-channels", options.all_channels,
-                "One picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
+                "Write one picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
       ->group("Pictures");
-  command.add_flag("--masks", options.masks, "A picture of which voxels are of a material, for each of them")
+  command.add_flag("--masks", options.masks, "Write a picture for each material, of which voxels hold it")
       ->group("Pictures");
   command.add_option("--encoding", options.encoding, encoding_help())
       ->check(CLI::IsMember(encoding_options()))
@@ -196,7 +197,7 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
       .add_option(
           "--material-tolerance", tolerance,
           "How far a voxel's value may be from exact inversion, as a share of the picture's value range, 0 to 1; "
-          "0 inverts every voxel (default 1/1024 for u8, 1/65536 for u16 and f32)")
+          "0 inverts every voxel (default 1/1024 for u8 and for materials, 1/65536 for u16 and f32)")
       ->group("Pictures");
 }
 

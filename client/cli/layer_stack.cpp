@@ -40,12 +40,13 @@ std::array<double, 3> triple(const Struct& object, const char* name) {
 
 LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
   if (!fs::exists(folder_ / "manifest.json")) {
-    throw Error(ErrorCode::kFileUnreadable, folder_.string() +
-                                                " holds no manifest.json: it is no folder of layers, or the job isn't "
-                                                "complete (ccslice slice --resume goes on with it)");
+    throw Error(ErrorCode::kFileUnreadable,
+                folder_.string() +
+                    " holds no manifest.json: it isn't a folder of layers, or the job isn't "
+                    "complete (ccslice slice --resume goes on with it)");
   }
   const std::optional<Struct> manifest = parse_object(read_whole(folder_ / "manifest.json"));
-  if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("is no manifest of layers");
+  if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("isn't a manifest of layers");
   mesh_id_ = text(*manifest, "mesh_id");
   for (const auto& entry : items(*manifest, "placement")) placement_.push_back(entry.number_value());
   for (const auto& value : items(*manifest, "planes")) {

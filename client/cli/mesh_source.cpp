@@ -77,7 +77,8 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->allow_extra_args(false)
       ->group("Mesh");
   add_sharp_options(command, options.sharp);
-  command.add_flag("--allow-folds", options.allow_folds, "Take inverted cells with a warning instead of refusing them")
+  command
+      .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
       ->group("Mesh");
 }
 

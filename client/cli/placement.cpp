@@ -47,14 +47,14 @@ Mat3 scaling(const std::string& text) {
 void add_placement_options(CLI::App& command, PlacementOptions& options) {
   command
       .add_option("--scale", options.scale,
-                  "Factor, or one for each axis; first of all. Negative ones mirror: 1,1,-1 turns z over")
+                  "One factor, or one for each axis; applied first. Negative factors mirror: 1,1,-1 turns z over")
       ->group("Placement");
   command
       .add_option("--rotate", options.rotate,
-                  "AXIS=DEGREES about the mesh's origin, as in x=90; may be repeated, in order")
+                  "AXIS=DEGREES about the mesh's origin, as in x=90; applied in order. May be repeated")
       ->allow_extra_args(false)
       ->group("Placement");
-  command.add_option("--translate", options.translate, "X,Y,Z in mm; last of all")->group("Placement");
+  command.add_option("--translate", options.translate, "X,Y,Z in mm; applied last")->group("Placement");
 }
 
 v1::Placement parse_placement(const PlacementOptions& options) {

@@ -106,14 +106,12 @@ v1::HalftoneMethod method_of(const std::string& name) {
 }  // namespace
 
 void add_printing_options(CLI::App& command, PrintingOptions& options) {
-  CLI::Option* material =
-      command
-          .add_option(
-              "--material", options.materials,
-              "A material that the printer holds: NAME=#RRGGBB. May be repeated, up to 8 times. Gives a picture "
-              "of one material a voxel")
-          ->allow_extra_args(false)
-          ->group("Materials");
+  CLI::Option* material = command
+                              .add_option("--material", options.materials,
+                                          "A material that the printer holds: NAME=#RRGGBB or #RRGGBBAA. May be "
+                                          "repeated, up to 8 times. Writes a picture with one material for each voxel")
+                              ->allow_extra_args(false)
+                              ->group("Materials");
   command
       .add_option("--map", options.map,
                   "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
@@ -124,12 +122,13 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
       ->check(CLI::IsMember({"blue-noise", "error-diffusion", "nearest", "white-noise"}))
       ->capture_default_str()
       ->group("Materials");
-  command.add_option("--seed", options.seed, "Another pattern of the same fractions")
+  command.add_option("--seed", options.seed, "Choose another pattern of the same fractions")
       ->capture_default_str()
       ->group("Materials");
   command.add_flag("--strict", options.strict, "Refuse values that give no fractions instead of clamping them")
       ->group("Materials");
-  command.add_option("--background", options.background, "Colour outside, #RRGGBB (default: black)")
+  command
+      .add_option("--background", options.background, "Colour outside, #RRGGBB or #RRGGBBAA (default: opaque black)")
       ->group("Materials");
 }
 

@@ -24,7 +24,7 @@ void add_server_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--server", options.server, "Where ccsliced listens, HOST:PORT (default from CCSLICE_SERVER)")
       ->capture_default_str()
       ->group("Server");
-  command.add_option("--timeout", options.timeout_s, "Give up after so many seconds in all (0: never)")
+  command.add_option("--timeout", options.timeout_s, "Give up after this many seconds in all (0: never)")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
       ->group("Server");

@@ -49,17 +49,17 @@ void add_sharp_options(CLI::App& command, SharpOptions& options) {
   CLI::Option* angle = command
                            .add_option("--sharp-angle", options.angle_deg,
                                        "Keep convex edges sharp where the surface of the control mesh turns by at "
-                                       "least so many degrees (a box's edges: 90)")
+                                       "least this many degrees (the edges of a box: 90)")
                            ->group("Mesh");
   command
       .add_flag("--sharp-reentrant", options.reentrant,
-                "With --sharp-angle: reentrant edges too. Cells there often fold")
+                "With --sharp-angle: keep reentrant edges sharp too. Cells there often fold")
       ->needs(angle)
       ->group("Mesh");
   command
       .add_option("--sharp-file", options.file,
-                  "Keep the edges and corners of this list sharp: two vertex ids a line for an edge, one for a corner, "
-                  "from 0")
+                  "Keep the edges and corners of this list sharp: two vertex ids on a line for an edge, one for a "
+                  "corner, counted from 0")
       ->group("Mesh");
 }
 

@@ -3,13 +3,12 @@
 //
 // The sign of det J all over a regular patch: proved, or disproved with a place.
 //
-// 1. With J = J0 (I + E), J0 taken at the middle and ||E|| bounded by the hulls of the derivative nets, ||E|| < 1
-// proves
-//    that det J keeps the sign of det J0. A microsecond; nearly every patch of a sane mesh is settled here, or in its
+// 1. J = J0 (I + E), with J0 taken at the middle and ||E|| bounded by the hulls of the derivative nets. If ||E|| < 1,
+//    det J keeps the sign of det J0. This takes a microsecond and settles nearly every patch of a sane mesh, or its
 //    eight halves.
-// 2. What remains: det J itself, a polynomial of degree (8,8,8), in Bernstein form. Positive coefficients prove that it
-//    is positive; its corner coefficients are values, so one that is negative is a fold with its place. Otherwise it is
-//    halved where it varies most; there the coefficients approach the values quadratically.
+// 2. For the other patches, det J itself is a polynomial of degree (8,8,8), in Bernstein form. Positive coefficients
+//    prove that it is positive. Its corner coefficients are values, so a negative one is a fold with its place.
+//    Otherwise it is halved where it varies most; the coefficients approach the values quadratically.
 //
 // A patch whose polynomial has been halved down to 1/kFinest along each axis, or for which the work granted has run
 // out, stays undecided. So a fold that goes unreported is smaller than that, and lies in a patch that is undecided.

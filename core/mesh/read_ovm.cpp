@@ -111,7 +111,7 @@ class OvmReader {
       for (std::size_t i = 0; i < loop.size(); ++i) {
         if (loop[i][1] != loop[(i + 1) % loop.size()][0]) {
           scanner_.fail_with(ErrorCode::kFileSyntax,
-                             "the half-edges of face " + std::to_string(face) + " (from 0) are no closed loop");
+                             "the half-edges of face " + std::to_string(face) + " (from 0) don't form a closed loop");
         }
         ring_vertices_.push_back(loop[i][0]);
       }

@@ -217,7 +217,7 @@ void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
                   "sharp_edges[" + std::to_string(2 * i) + "]", {std::min(a, b), std::max(a, b)});
     };
     const std::uint32_t e = complex.find_edge(a, b);
-    if (e == kNone) refuse("is no edge of any cell: only edges on the boundary can be sharp");
+    if (e == kNone) refuse("isn't an edge of any cell: only edges on the boundary can be sharp");
     if (!complex.edge_on_boundary(e)) refuse("lies inside the solid: only edges on the boundary can be sharp");
     if (!seen.insert(e).second) refuse("is given twice: name each once");
   }

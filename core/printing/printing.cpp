@@ -88,7 +88,7 @@ class MapCheck {
     check_finite(map.full_value, path + ".full_value");
     if (map.full_value > 0) return;
     refuse(ErrorCode::kMaterialMapInvalid, path + ".full_value",
-           number_text(map.full_value) + " is no brightness; give a positive one, 1 or 255");
+           number_text(map.full_value) + " isn't a brightness; give a positive one, such as 1 or 255");
   }
 
  private:

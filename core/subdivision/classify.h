@@ -3,15 +3,18 @@
 //
 // Which cells are limit-ready, and of which class.
 //
-// An edge is REGULAR if inside with 4 cells, smooth on the boundary with 2, or sharp with 1; else it is irregular. A
-// vertex is
-//   regular    no irregular edge, not tagged (a corner with one cell and three sharp edges may be): a tensor product of
-//              B-splines and phantom layers reproduces its rule;
-//   on a line  its irregular edges form one straight line through it (two opposite EEs of valence n; two opposite
-//   boundary
-//              edges with the same number of cells and the same sharpness), or one such line that ends on a face there;
-//   irregular  anything else;
-//   mixed      it touches a cell that isn't a hexahedron.
+// An edge is REGULAR if it is inside with 4 cells, smooth on the boundary with 2, or sharp with 1; otherwise it is
+// irregular.
+//
+// A vertex is
+//   regular    if it has no irregular edge and isn't tagged (a corner with one cell and three sharp edges may be): a
+//              tensor product of B-splines and phantom layers reproduces its rule;
+//   on a line  if its irregular edges form one straight line through it (two opposite EEs of valence n, or two opposite
+//              boundary edges with the same number of cells and the same sharpness), or one such line that ends on a
+//              face there;
+//   mixed      if it touches a cell that isn't a hexahedron;
+//   irregular  otherwise.
+//
 // A cell without mixed vertices is regular (all vertices regular), a line cell (one irregular edge, both ends on a
 // line) or a vertex cell (one irregular vertex, and every irregular edge of the cell starts there). Anything else must
 // be refined.

@@ -9,8 +9,7 @@
 // leads to itself.
 //
 //   LINE      2-D, over one layer of a line ring: children (bits u + 2v) at 1, 2, 3 are regular patches of 4 x 4
-//   points.
-//             Along the line nothing is refined: a line cell is (2-D scheme) x (cubic B-spline).
+//             points. Along the line nothing is refined: a line cell is (2-D scheme) x (cubic B-spline).
 //   VERTEX    3-D: the seven outer children are regular or line cells.
 //   SURFACE   2-D, over the boundary surface's ring of a face.
 //

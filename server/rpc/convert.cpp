@@ -39,7 +39,7 @@ SampleType to_sample_type(v1::SampleType type, SampleType otherwise, const std::
   }
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(type)) +
-                  " is no sample type that this server knows; ask for BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32",
+                  " isn't a sample type that this server knows; ask for BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32",
               field);
 }
 
@@ -50,7 +50,7 @@ Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
   if (const auto* traits = find_contract_row(encodings(), kEncodingPrefix, encoding)) return traits->encoding;
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(encoding)) +
-                  " is no encoding that this server knows; ask for " + choice_text(encodings()),
+                  " isn't an encoding that this server knows; ask for " + choice_text(encodings()),
               field);
 }
 
@@ -196,7 +196,7 @@ PictureOrder to_order(const v1::PictureLayout& message) {
   }
   throw Error(ErrorCode::kEnumValueUnknown,
               "layout.row_order: " + std::to_string(static_cast<int>(message.row_order())) +
-                  " is no order of rows that this server knows; ask for ASCENDING_Y or DESCENDING_Y",
+                  " isn't an order of rows that this server knows; ask for ASCENDING_Y or DESCENDING_Y",
               "layout.row_order");
 }
 

@@ -92,7 +92,7 @@ HalftoneMethod to_method(v1::HalftoneMethod method) {
   const std::string field = "printing.halftone.method";
   throw Error(ErrorCode::kEnumValueUnknown,
               field + ": " + std::to_string(static_cast<int>(method)) +
-                  " is no method that this server knows; ask for " + choice_text(kHalftoneMethods),
+                  " isn't a method that this server knows; ask for " + choice_text(kHalftoneMethods),
               field);
 }
 

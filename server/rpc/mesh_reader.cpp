@@ -30,8 +30,7 @@ using Message = v1::ControlMesh;
 
 [[noreturn]] void not_a_mesh() {
   throw Error(ErrorCode::kMeshMalformed,
-              "the chunks hold no serialized ccslice.v1.ControlMesh: send the bytes of one, whole and in order",
-              "chunk");
+              "the chunks don't add up to a serialized ccslice.v1.ControlMesh: send all its bytes in order", "chunk");
 }
 
 [[noreturn]] void mismatch(const std::string& field, std::size_t numbers, const std::string& remedy) {

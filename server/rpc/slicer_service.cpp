@@ -125,7 +125,7 @@ void list_meshes(MeshCache& cache, const v1::ListMeshesRequest& request, v1::Lis
   }
   if (!request.page_token().empty() && !is_mesh_id(request.page_token())) {
     throw ServiceError(ServiceErrorCode::kPageInvalid,
-                       "page_token: none that this call gave; leave it empty to start over", "page_token");
+                       "page_token: this call never gave that one; leave it empty to start over", "page_token");
   }
   const std::size_t page_size = request.page_size() == 0 ? kDefaultPageSize : request.page_size();
   std::size_t bytes = 0;

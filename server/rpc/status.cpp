@@ -201,9 +201,10 @@ grpc::Status idle_status() {
 }
 
 grpc::Status stalled_status() {
-  return to_status(ServiceError(ServiceErrorCode::kStreamStalled,
-                                std::string(reason(ServiceErrorCode::kStreamStalled)) +
-                                    ": the client read nothing for too long: call again, and read while it lasts"));
+  return to_status(
+      ServiceError(ServiceErrorCode::kStreamStalled,
+                   std::string(reason(ServiceErrorCode::kStreamStalled)) +
+                       ": the client read nothing for too long: call again, and read messages as they come"));
 }
 
 void reset_stream(grpc::CallbackServerContext& context, const grpc::Status& status) {

@@ -50,7 +50,7 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
     if (tolerance >= kMinChordToleranceMm && tolerance <= kMaxChordToleranceMm) return tolerance;
     throw Error(ErrorCode::kToleranceInvalid,
                 "chord_tolerance_mm: " + number_text(tolerance) + " is outside " + number_text(kMinChordToleranceMm) +
-                    " to " + number_text(kMaxChordToleranceMm) + "; 0.05 does for display",
+                    " to " + number_text(kMaxChordToleranceMm) + "; 0.05 is enough for display",
                 "chord_tolerance_mm");
   }
 

@@ -3,11 +3,10 @@
 //
 // The cache of prepared solids, by mesh id.
 //
-// - Bounded in bytes: whatever is alive counts, also what was dropped while a call still uses it. Room is made by
-// dropping
-//   the least recently used meshes that nobody uses; a mesh in use stays.
-// - One preparation even when a mesh is asked for twice at the same time: whoever comes second shares the result or the
-//   error. A preparation is cancelled once nobody waits for it any more.
+// - The cache is bounded in bytes. Every solid that is alive counts, also one that was dropped while a call still uses
+//   it. To make room, the cache drops the least recently used meshes that nobody uses; a mesh in use stays.
+// - Two requests for the same mesh at the same time cause one preparation, and share its result or its error. It is
+//   cancelled once nobody waits for it any more.
 // - A preparation that fails caches nothing.
 // - Meshes that nobody used for a while expire, if a time to live is set.
 

@@ -101,39 +101,38 @@ const std::vector<OptionSpec>& option_specs() {
       count_option("--threads", &ServerOptions::threads, 1024,
                    "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
       size_option("--cache-bytes", &ServerOptions::cache_bytes, {kMiB},
-                  "Memory for prepared meshes. The least recently used ones go when it is full; those in use stay. By "
-                  "default three eighths of the memory this process may use."),
+                  "Memory for prepared meshes. When it is full, the least recently used ones are dropped, but none in "
+                  "use. By default three eighths of the memory this process may use."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
-                      "Drop meshes that nobody used for this long. 0 keeps them until the room is needed."),
+                      "Drop meshes that nobody used for this long. 0 keeps them until the cache needs the room."),
       count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, 100'000,
-                   "Calls that compute, worked on at the same time; further ones are told to come back (SERVER_BUSY)."),
+                   "Calls that compute at the same time. Further ones are refused and asked to retry (SERVER_BUSY)."),
       size_option("--stream-window-bytes", &ServerOptions::stream_window_bytes, {kMiB},
                   "Layers or triangles that one call may hold in memory, ahead of a client that reads slowly. Also "
                   "bounds the size of a single layer."),
       size_option("--stream-budget-bytes", &ServerOptions::stream_budget_bytes, {kMiB},
-                  "What all those calls may hold together; at least --stream-window-bytes. The fuller it is, the "
-                  "smaller the windows of new calls; "
-                  "those for which nothing is left are told to come back (SERVER_BUSY)."),
+                  "Memory that all those calls may hold together; at least --stream-window-bytes. The less is left, "
+                  "the smaller the windows of new calls. Calls for which nothing is left are refused and asked to "
+                  "retry (SERVER_BUSY)."),
       size_option("--max-mesh-bytes", &ServerOptions::max_mesh_bytes, {1024, kMaxProtobufBytes}, "Largest upload."),
       size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, {1024},
                   "Bytes that all running uploads may hold together; at least --max-mesh-bytes."),
       size_option("--preparation-budget-bytes", &ServerOptions::preparation_budget_bytes, {kMiB},
-                  "Memory that all running preparations may take together, by estimate. A mesh that needs more is "
-                  "refused, one that has to wait is told to come back (SERVER_BUSY)."),
+                  "Memory that all running preparations may take together, by estimate. An upload that needs more on "
+                  "its own is refused. One that needs more than is left is refused and asked to retry (SERVER_BUSY)."),
       size_option("--max-message-bytes", &ServerOptions::max_message_bytes, {64 * 1024, kMaxProtobufBytes},
                   "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
       count_option("--max-connection-streams", &ServerOptions::max_connection_streams, 1'000'000,
                    "Calls at the same time on one connection; further ones wait in the client."),
-      duration_option(
-          "--idle-timeout", &ServerOptions::idle_timeout,
-          "Calls that wait this long for their client's next message (STREAM_IDLE), or for the client to read "
-          "theirs (STREAM_STALLED), are ended. 0 lets them wait."),
+      duration_option("--idle-timeout", &ServerOptions::idle_timeout,
+                      "End calls that wait this long for their client to send (STREAM_IDLE) or to read "
+                      "(STREAM_STALLED). 0 lets them wait."),
       duration_option(
           "--shutdown-grace", &ServerOptions::shutdown_grace,
           "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "
           "signal cancels them at once."),
       choice_option("--log-level", &ServerOptions::log_level, {"debug", "info", "warning", "error"},
-                    "Least important messages that are logged (to standard error)."),
+                    "Log messages of this level and above, to standard error."),
       choice_option("--log-format", &ServerOptions::log_format, {"text", "json"},
                     "Plain lines for people, or one JSON object a line."),
   };
@@ -232,7 +231,7 @@ std::string help_text(const Resources& resources) {
       "\n"
       "Usage:\n"
       "  ccsliced [options]                     serve until SIGTERM or SIGINT\n"
-      "  ccsliced --health-check [HOST:PORT]    ask a running server: exit code 0 if it serves, 1 if not\n"
+      "  ccsliced --health-check [HOST:PORT]    ask a running server; exit code 0 if it serves, 1 if not\n"
       "  ccsliced --help | --version\n"
       "\n"
       "Every option may also be set by the environment variable named below it; the flag wins. A SIZE is bytes, or has "

@@ -101,7 +101,9 @@ TEST_F(CommandLine, DrawsAPictureOfACutPart) {
                  "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b", "-o", path("printed.png")})
                 .exit_code,
             cli::kExitOk);
-  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", "half"}).exit_code, cli::kExitUsage);
+  for (const char* cut : {"half", "x=2", "x=-0.1", "x=nan"}) {
+    EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", cut}).exit_code, cli::kExitUsage) << cut;
+  }
   EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--view", "30"}).exit_code, cli::kExitUsage);
 }
 

@@ -85,9 +85,9 @@ TEST(MeshFiles, JsonOfProtobufIsTakenHoweverItIsWritten) {
     ASSERT_TRUE(google::protobuf::util::MessageToJsonString(message, &json, options).ok());
     EXPECT_EQ(parse_ccmesh(json).SerializeAsString(), message.SerializeAsString());
   }
-  const v1::ControlMesh small = parse_ccmesh(
-      R"({"cellKinds":[1,"CELL_KIND_TET"],"sharpEdges":null,"positionsMm":["1.5",2E1,-0],"cell_vertices":[1.0,1e2,"7"],)"
-      R"("channelNames":["\u00e4\ud83d\udc8e\/"]})");
+  const v1::ControlMesh small =
+      parse_ccmesh(R"({"cellKinds":[1,"CELL_KIND_TET"],"sharpEdges":null,"positionsMm":["1.5",2E1,-0],)"
+                   R"("cell_vertices":[1.0,1e2,"7"],"channelNames":["\u00e4\ud83d\udc8e\/"]})");
   EXPECT_THAT(small.positions_mm(), ElementsAre(1.5, 20, 0));
   EXPECT_TRUE(std::signbit(small.positions_mm(2)));
   EXPECT_THAT(small.cell_vertices(), ElementsAre(1, 100, 7));
@@ -212,7 +212,7 @@ TEST(MeshFiles, AreSharpenedByAList) {
   EXPECT_THAT(sharp.mesh.sharp_edges, ElementsAre(std::array<std::uint32_t, 2>{0, 1}));
   EXPECT_THAT(sharp.mesh.sharp_vertices, ElementsAre(10u));
   write_file(list, "0 6\n");
-  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 0-6 is no edge of any cell"));
+  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 0-6 isn't an edge of any cell"));
   write_file(list, "0 99\n");
   EXPECT_THAT(error_of(options), HasSubstr("out of range"));
   write_file(list, "0 1\nrim\n");

@@ -171,7 +171,7 @@ TEST(ReadOvm, NamesLineAndToken) {
   expect_error([] { read_ovm(changed("1 2\n", "1 4\n")); }, ErrorCode::kMeshIndexOutOfRange, "line 11");
   expect_error([] { read_ovm(changed("3 0 2 4", "3 0 2 12")); }, ErrorCode::kMeshIndexOutOfRange, "line 18");
   expect_error([] { read_ovm(changed("3 0 2 4", "3 0 2 5")); }, ErrorCode::kFileSyntax,
-               "face 0 (from 0) are no closed loop");
+               "face 0 (from 0) don't form a closed loop");
   expect_error([] { read_ovm(changed("4 1 2 4 6", "4 1 2 4 8")); }, ErrorCode::kMeshIndexOutOfRange, "line 24");
   expect_error([] { read_ovm(changed("Edges", "Kanten")); }, ErrorCode::kFileSyntax, "expected 'Edges'");
   expect_error([] { read_ovm(kTet + "VProp float hardness\n1\n"); }, ErrorCode::kFileSyntax, "quotation marks");
