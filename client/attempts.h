@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Retries of a call: how often, after which pauses, and what else an attempt needs.
 
 #pragma once
 

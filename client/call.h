@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// What every gRPC call of the client has in common: a deadline, cancellation, and errors as exceptions.
 
 #pragma once
 

@@ -73,7 +73,7 @@ using UploadProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
 /// What a whole slice() came to, over all its streams.
 struct SliceOutcome {
-  v1::SliceHeader header;  // Of the first stream.
+  v1::SliceHeader header;  // That of the first stream.
   std::uint64_t layers = 0;
   std::uint64_t empty_layers = 0;
   std::uint64_t voxel_count = 0;
@@ -81,7 +81,7 @@ struct SliceOutcome {
   std::uint64_t voxels_unresolved = 0;
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
-  std::vector<std::uint64_t> material_voxels;  // Of each material that is printed with; empty if no plane shows them.
+  std::vector<std::uint64_t> material_voxels;  // For each material; empty if no plane shows them.
   /// Adds the layers and voxels of another part of the same job.
   void add_counts(const SliceOutcome& part);
 

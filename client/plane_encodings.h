@@ -17,7 +17,7 @@ namespace ccslice::client {
 struct PlaneEncoding {
   v1::PlaneEncoding value;
   std::string_view name;       // In manifests. --encoding takes it with '-' for '_'.
-  std::string_view extension;  // Of files.
+  std::string_view extension;  // Of its files.
   std::string_view note = {};  // On the name, in the help of --encoding.
 
   /// Whether it is for planes of materials alone: --encoding means the default for others then.

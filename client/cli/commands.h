@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The commands of `ccslice`. Each is declared and run by a file of its own, command_*.cpp.
 
 #pragma once
 

@@ -139,7 +139,7 @@ class Camera {
   const Vec3& right() const { return right_; }
   const Vec3& up() const { return up_; }
 
-  /// Of a place in the picture, in its units from the upper left.
+  /// Where the ray of a place in the picture begins. The place is in the picture's units from the upper left.
   Vec3 origin(double column, double row) const {
     return (left_ + column * unit_) * right_ + (top_ - row * unit_) * up_;
   }
@@ -242,7 +242,7 @@ class Tracer {
     return ((0.30 + 0.55 * lit + 0.15 * facing) * body).cwiseMin(1);
   }
 
-  /// With a dark line along its edge.
+  /// The colour of a place on the cut, which has a dark line along its edge.
   Colour cut_face(const Vec3& p) const {
     constexpr double kLine = 0.72;
     const Colour colour = !block_.palette.empty() ? printed_material(p)

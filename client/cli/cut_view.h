@@ -23,7 +23,7 @@ struct CutView {
   double elevation_deg = 30;  // Above the horizon.
   /// Away goes what is on the viewer's side of all the planes that are given, each a fraction of the part's extent.
   std::array<std::optional<double>, 3> cut;
-  int width = 640;  // Of the picture. Its height follows from the part.
+  int width = 640;  // The width of the picture. Its height follows from the part.
 };
 
 /// REQUIRES: cubic voxels, block.size > 0, view.width > 0.

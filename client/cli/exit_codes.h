@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Exit codes for scripts: they say whose fault it was.
 
 #pragma once
 

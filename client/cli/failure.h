@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// How a command fails: every exception becomes an exit code, a reason and a message.
 
 #pragma once
 
@@ -20,10 +22,10 @@ struct Failure {
 /// Turns any exception of a command into a failure.
 Failure failure_of(const std::exception& exception);
 
-/// {"error":{...}} on standard output.
+/// Prints {"error":{...}} on standard output.
 void print_error_document(const Failure& failure);
 
-/// On standard error; with `json` the document too.
+/// Prints the failure on standard error, and with `json` the document too.
 void print_failure(const Failure& failure, bool json);
 
 }  // namespace ccslice::cli

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Ctrl-C and SIGTERM: they cancel the running call, so that the command can tidy up and report.
 
 #pragma once
 

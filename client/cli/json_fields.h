@@ -22,7 +22,7 @@ double number(const google::protobuf::Struct& object, const char* name);
 std::uint64_t count(const google::protobuf::Struct& object, const char* name,
                     std::uint64_t most = std::uint64_t{1} << 53);
 const std::string& text(const google::protobuf::Struct& object, const char* name);
-/// Of an array.
+/// The items of an array.
 const google::protobuf::RepeatedPtrField<google::protobuf::Value>& items(const google::protobuf::Struct& object,
                                                                          const char* name);
 

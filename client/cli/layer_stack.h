@@ -23,7 +23,7 @@ struct StackMaterial {
 
 struct StackPlane {
   std::string content;  // As in manifest.json: "channel", "materials", ...
-  std::string channel;  // Of "channel".
+  std::string channel;  // Its name, if the content is "channel".
   std::string sample_type, encoding;
 };
 
@@ -33,7 +33,7 @@ class LayerStack {
   /// Reads manifest.json.
   explicit LayerStack(std::filesystem::path folder);
 
-  /// Of the pictures.
+  /// The size of the pictures, and their number.
   std::uint32_t columns() const { return columns_; }
   std::uint32_t rows() const { return rows_; }
   std::uint32_t layers() const { return static_cast<std::uint32_t>(files_.size()); }
@@ -46,7 +46,7 @@ class LayerStack {
   /// The pictures have the highest x, or y, first.
   bool columns_descend() const { return columns_descend_; }
   bool rows_descend() const { return rows_descend_; }
-  /// Of the job: 12 or 16 numbers, or none.
+  /// The job's placement: 12 or 16 numbers, or none.
   const std::vector<double>& placement() const { return placement_; }
   const std::vector<StackPlane>& planes() const { return planes_; }
   const std::vector<StackMaterial>& materials() const { return materials_; }

@@ -28,7 +28,7 @@ void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
 
 double seconds_of(const google::protobuf::Duration& duration);
 
-/// As in client/plane_encodings.h.
+/// The name of an encoding, as client/plane_encodings.h has it.
 std::string encoding_name(v1::PlaneEncoding value);
 
 /// Lines for people, without the last line end.

@@ -1,5 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Control meshes between the contract's message, which files and uploads hold, and the core's type, which readers,
+// grades and checks use.
 
 #pragma once
 

@@ -44,7 +44,7 @@ bool names_mesh_id(const MeshOptions& options);
 /// The id of the mesh, on the server by the time this returns: files are loaded and uploaded where they are missing.
 std::string ensure_on_server(Session& session, const MeshOptions& options);
 
-/// As above for a loaded mesh, with a progress bar.
+/// Uploads a loaded mesh, with a progress bar, if the server lacks it.
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh);
 
 }  // namespace ccslice::cli

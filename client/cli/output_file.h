@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Output files that are whole or absent, and never overwrite anything unless the user says so.
 
 #pragma once
 
@@ -33,7 +35,7 @@ class NewFile {
 
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// As NewFile::finish_on_disk().
+/// Writes the whole file, and returns when it is on the disk as after NewFile::finish_on_disk().
 void write_file_on_disk(const std::filesystem::path& path, std::string_view bytes);
 
 /// Waits until all that was written to the folder's file system is on the disk. Throws Error{kFileUnwritable}.

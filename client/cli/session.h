@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// What one run of a command shares: the common options, and the connection to a server.
 
 #pragma once
 
@@ -26,7 +28,7 @@ struct CommonOptions {
 };
 
 void add_output_options(CLI::App& command, CommonOptions& options);
-/// Output options too.
+/// Adds the output options too.
 void add_server_options(CLI::App& command, CommonOptions& options);
 
 /// One run of the program: its options and, once it is needed, its connection.

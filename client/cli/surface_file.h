@@ -19,7 +19,7 @@ std::string to_stl(const client::Surface& surface);
 /// Legacy VTK, binary: POLYDATA with every channel as point data. Names are written as VTK does, "%20" for a blank.
 std::string to_vtk(const client::Surface& surface);
 
-/// Of what the surface encloses.
+/// The volume that the surface encloses.
 double volume_mm3(const client::Surface& surface);
 
 }  // namespace ccslice::cli

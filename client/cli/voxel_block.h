@@ -22,7 +22,7 @@ struct VoxelBlock {
   std::array<int, 3> size{};
   std::vector<std::uint8_t> inside;  // 1 or 0.
   std::vector<std::uint8_t> value;   // A channel from 0 to 255; all 0: no channel. Or the number of a material, from 1.
-  std::vector<Colour> palette = {};  // Of the materials; empty: a channel.
+  std::vector<Colour> palette = {};  // The materials' colours; empty if the block shows a channel.
 
   std::size_t index(int x, int y, int z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
@@ -34,7 +34,7 @@ struct VoxelBlock {
 /// Asks for the planes that a block is made of: the occupancy and, unless `channel` is empty, that channel.
 void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel);
 
-/// Likewise the occupancy and materials.
+/// Asks for the planes that a block of printed materials is made of: the occupancy and the materials.
 void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing);
 
 /// REQUIRES: planes of one of the two. `what` is done, for the progress bar. Throws ClientError.

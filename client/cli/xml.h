@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// XML documents, for packages.
 
 #pragma once
 
@@ -18,14 +20,14 @@ class XmlWriter {
   XmlWriter() : text_("<?xml version=\"1.0\" encoding=\"UTF-8\"?>") {}
 
   XmlWriter& begin(std::string_view name);
-  /// Of the element that was begun last. REQUIRES: nothing in it yet.
+  /// Adds an attribute to the element that was begun last. REQUIRES: the element is empty so far.
   XmlWriter& attribute(std::string_view name, std::string_view value);
   template <class Number>
   requires std::is_arithmetic_v<Number> XmlWriter& attribute(std::string_view name, Number value) {
     return attribute(name, number_text(value));
   }
   XmlWriter& end();
-  /// One that holds text only.
+  /// A whole element that holds text only.
   XmlWriter& element(std::string_view name, std::string_view content);
   template <class Number>
   requires std::is_arithmetic_v<Number> XmlWriter& element(std::string_view name, Number value) {

@@ -19,7 +19,8 @@ namespace {
 constexpr uLong kUtf8Names = 1 << 11;
 constexpr uLong kMadeBy = 45;  // Version 4.5 of the format, the first with 64-bit sizes.
 
-/// Of a stream that is opened and closed by others: minizip would not tell of a disk that is full on closing.
+/// minizip's functions for a stream that the caller opens and closes: minizip itself doesn't report a disk that is full
+/// on closing.
 zlib_filefunc64_def functions_on(std::FILE* stream) {
   zlib_filefunc64_def functions{};
   functions.opaque = stream;

@@ -25,7 +25,7 @@ class ZipFile {
   ZipFile(const ZipFile&) = delete;
   ZipFile& operator=(const ZipFile&) = delete;
 
-  /// As it is: for what is compressed already. REQUIRES: less than 4 GiB.
+  /// Adds the bytes without compressing them: for contents that are compressed already. REQUIRES: less than 4 GiB.
   void add_stored(const std::string& name, std::string_view bytes);
   void add_compressed(const std::string& name, std::string_view bytes);
   /// The archive isn't there before. Returns its size.

@@ -88,7 +88,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     if (state_.calls.cutting_off()) end_wait_for_message();
   }
 
-  /// Of the drain. gRPC ends the waits of a call that the client cancels; here nobody does.
+  /// Ends the call when a shutdown cuts it off. gRPC ends the waits of a call that the client cancels; here the call
+  /// has to end them itself.
   void cut_off() {
     this->OnCancel();
     end_wait_for_message();

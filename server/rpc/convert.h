@@ -31,12 +31,12 @@ GridRequest to_grid_request(const v1::GridSpec& message);
 VoxelRegion to_region(const v1::Region& message, const Grid& grid);
 /// Throws Error{kEnumValueUnknown}.
 PictureOrder to_order(const v1::PictureLayout& message);
-/// With defaults filled in.
+/// The layout with defaults filled in.
 v1::PictureLayout with_defaults(const v1::PictureLayout& message);
 /// The number of a channel. Throws Error{kChannelUnknown}.
 std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field);
-/// With defaults filled in. `printing`: of the job. Throws Error{kContentInvalid, kChannelUnknown, kMaterialUnknown,
-/// kEnumValueUnknown}.
+/// The planes with defaults filled in. `printing` is that of the job. Throws Error{kContentInvalid, kChannelUnknown,
+/// kMaterialUnknown, kEnumValueUnknown}.
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
                                  const SolidSummary& solid, const std::optional<Printing>& printing);
 

@@ -14,8 +14,8 @@
 
 namespace ccslice::server {
 
-/// With defaults filled in. Throws Error{kChannelUnknown, kMaterialUnknown, kMaterialMapInvalid (no kind),
-/// kEnumValueUnknown}.
+/// What is printed, with defaults filled in. Throws Error{kChannelUnknown, kMaterialUnknown, kMaterialMapInvalid (no
+/// kind), kEnumValueUnknown}.
 Printing to_printing(const v1::Printing& message, const SolidSummary& solid);
 
 /// The number of a material, from 1. Throws Error{kMaterialUnknown}.

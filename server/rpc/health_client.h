@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The client's side of a health check: `ccsliced --health-check`.
 
 #pragma once
 

@@ -146,7 +146,7 @@ class MeshReader {
     in_.PopLimit(limit);
   }
 
-  /// Of what follows; it is there.
+  /// The length of the field that follows. The bytes hold at least as much.
   std::uint32_t read_length() {
     std::uint32_t length = 0;
     if (!in_.ReadVarint32(&length)) not_a_mesh();
@@ -241,8 +241,8 @@ class MeshReader {
   const MeshLimits& limits_;
   PeriodicPoll poll_;
   ControlMesh mesh_;
-  std::size_t numbers_ = 0;     // Of positions_mm.
-  std::size_t sharp_ends_ = 0;  // Of sharp_edges.
+  std::size_t numbers_ = 0;     // In positions_mm.
+  std::size_t sharp_ends_ = 0;  // In sharp_edges.
 };
 
 }  // namespace

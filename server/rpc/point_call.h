@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The calls ProbePoints and EvaluatePoints: batches of points, answered in order.
 
 #pragma once
 
@@ -10,11 +12,11 @@
 
 namespace ccslice::server {
 
-/// ProbePoints.
+/// Begins a call of ProbePoints.
 grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* begin_probe_call(
     ServiceState& state, grpc::CallbackServerContext& context);
 
-/// EvaluatePoints.
+/// Begins a call of EvaluatePoints.
 grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* begin_evaluate_call(
     ServiceState& state, grpc::CallbackServerContext& context);
 

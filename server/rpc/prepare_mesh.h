@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Reads, validates and prepares an uploaded mesh, within the memory that the server has for it.
 
 #pragma once
 

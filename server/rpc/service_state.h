@@ -39,7 +39,7 @@ struct ServiceState {
   const ServerOptions options;
   MeshLimits mesh_limits;
   SliceLimits slice_limits;
-  std::uint64_t max_triangles;  // Of one TessellateBoundary.
+  std::uint64_t max_triangles;  // In one TessellateBoundary.
   Executor executor;
   MeshCache cache;
   MemoryBudget uploads;       // Bytes received.

@@ -197,7 +197,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
   LayerMessages messages_;
-  CancellationToken cancel_ = CancellationToken::make();  // Of what comes before the stream.
+  CancellationToken cancel_ = CancellationToken::make();  // Cancels the work before the stream.
   std::mutex stream_mutex_;
   std::shared_ptr<LayerStream> stream_;
   std::exception_ptr start_error_;

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// What the contract says about a prepared mesh (MeshSummary).
 
 #pragma once
 
@@ -10,7 +12,7 @@ namespace ccslice::server {
 
 v1::MeshSummary summarize(const ListedMesh& listed);
 
-/// Of a mesh that has just been found or prepared.
+/// The summary of a mesh that has just been found or prepared.
 v1::MeshSummary summarize(MeshCache& cache, const MeshPtr& mesh);
 
 }  // namespace ccslice::server

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// The call UploadMesh: receives a mesh and prepares it, or waits for another call that does.
 
 #pragma once
 

@@ -81,7 +81,7 @@ class CallRegistry {
   std::size_t open_ = 0;
   bool draining_ = false;
   std::uint64_t admitted_ = 0;
-  std::map<std::uint64_t, std::function<void()>> cut_offs_;  // Of the open calls, by number.
+  std::map<std::uint64_t, std::function<void()>> cut_offs_;  // How to cut off the open calls, by their numbers.
   std::atomic<bool> cutting_off_{false};
 };
 

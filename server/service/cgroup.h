@@ -21,7 +21,7 @@ struct Resources {
 /// Limits of the cgroups alone, below `root` ("/" or a test's imitation): `unlimited` where nothing is limited.
 Resources cgroup_resources(const std::filesystem::path& root, const Resources& unlimited);
 
-/// Of this process.
+/// The resources that this process may use.
 Resources available_resources();
 
 }  // namespace ccslice::server

@@ -34,9 +34,9 @@ class IdleCall {
   WaitBegin begin_wait();
   /// Does nothing if that wait has ended.
   void arm_wait(WaitBegin wait);
-  /// Of what was waited for. False if the wait has been ended already: the call is over.
+  /// Ends the wait because what the call waited for has come. False if the wait has ended already: the call is over.
   [[nodiscard]] bool end_wait() { return since_.exchange(kNotWaiting) != kNotWaiting; }
-  /// Of anybody else. False if there is no wait, or it isn't armed yet.
+  /// Ends the wait for any other reason. False if there is no wait, or it isn't armed yet.
   [[nodiscard]] bool end_armed_wait();
 
  private:

@@ -12,7 +12,7 @@
 
 namespace ccslice::server {
 
-/// Of one line's message. What is longer ends in "...".
+/// The longest message of a line. Longer ones are cut and end in "...".
 inline constexpr std::size_t kMaxLogTextBytes = 2048;
 
 /// For plain lines: control characters, and bytes that aren't UTF-8, as \xHH.

@@ -25,7 +25,7 @@ class MeshIdHasher {
  public:
   MeshIdHasher();
   void add(std::string_view bytes);
-  /// Of all that was added. REQUIRES: called once, nothing added later.
+  /// The id of all bytes that were added. REQUIRES: called once, nothing added later.
   std::string mesh_id();
 
  private:

@@ -24,7 +24,7 @@ enum class ServiceErrorCode : int {
   kUploadDigestMismatch = 506,  // The bytes aren't those of the id.
   kMeshExceedsCache = 507,      // Larger than the whole cache.
   kCacheFull = 508,             // Everything in the cache is in use.
-  kServerBusy = 509,            // As many calls, or as much memory for them, as the server has.
+  kServerBusy = 509,            // All calls or all memory that the server has for them are in use.
   kServerDraining = 510,        // Shutting down: takes no new calls.
   kBatchTooLarge = 511,         // More points or ids in one message than the limit.
   kChunkSizeInvalid = 512,      // max_chunk_bytes out of its range.

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
+//
+// Which bytes are UTF-8, as texts from clients have to be.
 
 #pragma once
 
