@@ -32,7 +32,7 @@ struct Cubic {
   Lanes slope(const Lanes& u) const { return b + u * (2 * c + u * (3 * d)); }
 };
 
-/// Of the Bernstein basis.
+/// Derivatives of the Bernstein basis.
 std::array<Lanes, 4> bernstein(const Lanes& u) {
   const Lanes v = 1 - u;
   return {v * v * v, 3 * u * v * v, 3 * u * u * v, u * u * u};

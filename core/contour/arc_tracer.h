@@ -38,7 +38,7 @@ class ArcTracer {
 
   bool along_s_ = true;  // The arc is a graph t(s).
   std::vector<ArcPoint> points_, parted_;
-  std::vector<std::size_t> unsolved_;  // Of points_.
+  std::vector<std::size_t> unsolved_;  // Indices into points_.
 };
 
 }  // namespace ccslice

@@ -51,11 +51,11 @@ std::array<BezierNet, 4> quarters_of(const BezierNet& net);
 struct CoefficientHull {
   double low, high;
 };
-/// Of the coefficients: the net's values lie in it.
+/// The range of the coefficients: the net's values lie in it.
 CoefficientHull hull_of(const NetCoefficients& net);
 /// The bound above, in mm.
 struct ChordBound {
-  double ss = 0, st = 0, tt = 0;  // Of |S_ss| / 8, |S_st| / 4, |S_tt| / 8.
+  double ss = 0, st = 0, tt = 0;  // Bounds of |S_ss| / 8, |S_st| / 4, |S_tt| / 8.
 
   /// For any line or triangle in the unit square.
   double whole() const { return ss + st + tt; }

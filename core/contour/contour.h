@@ -56,7 +56,7 @@ struct ContourLoop {
 struct Contours {
   std::vector<ContourLoop> loops;     // In a canonical order: same bytes on every run.
   std::size_t leaves = 0;             // Leaves that the plane meets.
-  std::size_t unresolved_leaves = 0;  // Of these, accepted for their size only.
+  std::size_t unresolved_leaves = 0;  // Leaves that were accepted for their size only.
 };
 
 struct ContourOptions {

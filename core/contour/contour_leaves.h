@@ -25,7 +25,7 @@ struct ContourLeaf {
   bool resolved = true;  // Otherwise accepted for its size.
 };
 
-/// Of a leaf; its level lines are what the tree knows.
+/// Where the plane crosses a leaf; its level lines are what the tree knows.
 struct LeafSurface {
   const SurfaceNode& node;
   const BezierNet& net;
@@ -38,7 +38,7 @@ constexpr PlaneSide side_of(double height) { return height > 0 ? PlaneSide::kAbo
 
 struct LeafCriteria {
   AffineMap to_axes;        // Mesh frame -> coordinates along the plane's axes, and the height.
-  double height_mm = 0;     // Of the plane.
+  double height_mm = 0;     // Height of the plane.
   double margin_mm = 0;     // Hulls farther than this from the plane are dropped.
   double tolerance_mm = 0;  // For the chord bound of leaves whose level lines can't be followed.
   double small_mm = 0;      // Leaves whose in-plane diagonal is below need not be resolved.

@@ -53,7 +53,7 @@ class SideSolver {
   AffineMap to_axes_;
   double height_mm_ = 0;
   std::uint32_t irregular_face_ = ~std::uint32_t{0};
-  IrregularCorner corner_;                             // Of irregular_face_, split as often as there are pieces.
+  IrregularCorner corner_;  // The corner of irregular_face_, split as often as there are pieces.
   std::vector<std::array<BezierCurve, 2>> irregular_;  // By level, then by axis.
 };
 

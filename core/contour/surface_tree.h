@@ -44,13 +44,13 @@ struct alignas(64) SurfaceNode {
   std::uint8_t monotone_sides = 0;  // Bit k: along side k the height only rises or only falls.
   LevelLines level_lines = LevelLines::kUnknown;
   std::array<std::uint32_t, 4> corners = {};  // Vertices.
-  std::array<std::uint32_t, 4> middles = {};  // Of the sides.
+  std::array<std::uint32_t, 4> middles = {};  // Middles of the sides.
   ChordBound chord;
-  double diagonal = 0;  // Of the hull's box in the plane; of a remainder's in space. mm.
+  double diagonal = 0;  // Diagonal of the hull's box in the plane; for a remainder, of its box in space. mm.
 
   SurfaceBox box;
   std::uint32_t quarters = kNone;  // Where SurfaceTree keeps the vertices at 1/4 and 3/4 of the sides.
-  std::uint32_t ring = kNone;      // Of a remainder: where SurfaceTree keeps its control points.
+  std::uint32_t ring = kNone;      // For a remainder: where SurfaceTree keeps its control points.
 };
 
 class SurfaceTree {
@@ -65,7 +65,7 @@ class SurfaceTree {
 
   const SurfaceVertices& vertices() const { return vertices_; }
   const SurfaceNode& node(std::uint32_t id) const { return nodes_[id]; }
-  /// Of a remainder: once asked for by stand_in().
+  /// A remainder has children once stand_in() has asked for them.
   const BezierNet& net(std::uint32_t id) const { return nets_[id]; }
 
   std::uint32_t root(std::uint32_t face) { return face_of(face).root; }
@@ -73,7 +73,7 @@ class SurfaceTree {
   std::span<const std::uint32_t> coarser_middles(std::uint32_t face);
 
   const SurfaceNode& examine(std::uint32_t id);
-  /// Of a remainder: also narrows its heights to those of its quarters.
+  /// Splits a remainder, and narrows its heights to those of its quarters.
   std::uint32_t children(std::uint32_t id);
   /// Gives a remainder a net: bilinear, but for the sides 1 and 2 that it shares with its siblings.
   /// REQUIRES: it is no root.
@@ -100,7 +100,7 @@ class SurfaceTree {
   SurfaceVertices vertices_;
   std::vector<std::uint32_t> face_slots_;  // By face: its index in faces_.
   std::vector<Face> faces_;
-  std::vector<std::uint32_t> middles_;  // Of all faces: coarser_middles().
+  std::vector<std::uint32_t> middles_;  // coarser_middles() of all faces.
   std::vector<IrregularCorner> rings_;  // One a face: of the smallest remainder; mapped to the axes.
   std::vector<std::array<std::uint32_t, 8>> quarters_;
 };

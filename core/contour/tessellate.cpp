@@ -70,7 +70,7 @@ class Tessellator {
   std::vector<SurfacePlace> places_;    // By vertex.
   std::vector<std::uint32_t> numbers_;  // By vertex: its number in the output.
   std::vector<std::uint32_t> rim_;      // Vertices round the leaf at hand.
-  std::vector<double> channels_;        // Of the vertex at hand.
+  std::vector<double> channels_;        // Channels at the vertex at hand.
   TessellationChunk chunk_;
   IrregularCorner corner_;
 };

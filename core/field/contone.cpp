@@ -27,7 +27,7 @@ struct CubicRow {
 
 template <typename Sample, std::uint32_t kCount>
 void copy_samples(const Sample* from, std::uint8_t* to) noexcept {
-  std::memcpy(to, from, kCount * sizeof(Sample));  // Of a fixed size: a few instructions, no call.
+  std::memcpy(to, from, kCount * sizeof(Sample));  // A fixed size compiles to a few instructions without a call.
 }
 
 /// `count` of the samples. REQUIRES: 0 < count <= 2 * kMost.

@@ -56,7 +56,7 @@ class ContonePlane {
   SampleType type_;
   ValueRange range_;
   ValueRange channel_range_;
-  double factor_ = 0, low_ = 0, high_ = 0;  // Of integer samples: per unit of value, and where they are clamped.
+  double factor_ = 0, low_ = 0, high_ = 0;  // Integer samples per unit of value, and where they are clamped.
   std::uint32_t width_ = 0;
   std::uint32_t height_ = 0;
   std::vector<std::uint8_t> samples_;

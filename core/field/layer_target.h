@@ -25,7 +25,7 @@ struct LayerTarget {
   LayerStats& stats;
   const CancellationToken& cancel;
   LayerWindow window;   // What the planes hold. Voxels elsewhere are left out,
-  LayerWindow counted;  // and counts are of the voxels in here.
+  LayerWindow counted;  // Only voxels in here are counted.
 
   bool is_whole() const { return window == window_of(lattice); }
   std::uint64_t count(const VoxelRun& span) const {

@@ -61,7 +61,7 @@ class MaterialPass {
   UnresolvedVoxels unresolved_;
   std::optional<std::uint32_t> row_;     // The row at hand,
   std::vector<RowEntry> entries_;        // its entries and ends of runs, by column,
-  std::vector<RowEntry> entries_below_;  // and those of the row below.
+  std::vector<RowEntry> entries_below_;  // The same of the row below.
   std::vector<RowEntry> beside_;         // The latter, numbered from the run's first voxel.
 };
 

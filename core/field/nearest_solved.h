@@ -41,7 +41,7 @@ class NearestSolved {
   std::uint32_t height_;
   std::vector<VoxelRun> runs_;
   std::vector<std::size_t> row_begin_;      // Runs of row y: [row_begin_[y], row_begin_[y + 1]).
-  std::vector<std::uint32_t> nearest_row_;  // Of each row: the nearest that has runs; ties: the lower.
+  std::vector<std::uint32_t> nearest_row_;  // By row: the nearest row that has runs; of two as near, the lower.
   std::uint64_t rows_left_;
 };
 

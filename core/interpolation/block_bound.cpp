@@ -241,7 +241,7 @@ double BlockBound::left_out(const CubicPolynomial& polynomial) noexcept {
   return left;
 }
 
-/// Of the part that has degree 4 in all, up to x_.
+/// The largest value of the terms that have degree 4 in all, up to x_.
 double BlockBound::largest_on_grid(const BlockGrid& coefficients) const noexcept {
   constexpr std::size_t kGroups = (kGridNodes + kLanes - 1) / kLanes;
   using Row = std::array<Lanes, kGroups>;

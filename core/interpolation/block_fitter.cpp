@@ -16,12 +16,12 @@ namespace {
 constexpr double kRidge = 1e-11;
 constexpr std::size_t kEvenGroups = kBlockGroups / 2;
 constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
-constexpr double kSurelyFits = 0.5;  // Of what is allowed: errors that are predicted to be below it.
+constexpr double kSurelyFits = 0.5;  // As a share of what is allowed: errors predicted to be below it count as fitting.
 constexpr double kAsGoodAsAll = 4;   // Times what halving along all axes leaves: fewer axes do.
 constexpr unsigned kAllAxes = 7;
 constexpr unsigned kFitDegree = 3;
 
-/// Of a polynomial of degree 4 along an axis: values at the nodes -> coefficients of Chebyshev polynomials.
+/// A polynomial of degree 4 along an axis: its values at the nodes -> its coefficients of Chebyshev polynomials.
 void to_chebyshev(double* first, std::size_t stride) {
   constexpr std::array<std::array<double, kBlockNodes>, kBlockNodes> kTwelveTimes = {
       {{2, 4, 0, 4, 2}, {-4, -4, 0, 4, 4}, {3, 0, -6, 0, 3}, {-2, 4, 0, -4, 2}, {1, -4, 6, -4, 1}}};

@@ -22,7 +22,7 @@ class BlockFitter {
   void factorize(const std::array<BlockValues, 3>& places) noexcept;
   /// Returns the largest error at the nodes; infinity if the places leave the polynomial undetermined.
   double fit(const BlockValues& values, CubicPolynomial& polynomial) noexcept;
-  /// Of the last fit.
+  /// Errors of the last fit.
   const BlockValues& errors() const noexcept { return errors_; }
   /// Along which axes to halve the block so that the last fit gets better (bit a: axis a): the fewest that are
   /// predicted to be enough or, where none are, to do about as well as all. `error`: the fit's, as a share of what is

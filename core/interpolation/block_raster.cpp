@@ -97,7 +97,7 @@ void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& fr
   }
 }
 
-/// Of the block's, the first ones that aren't below.
+/// The first of the block's layers that aren't below.
 Lanes BlockRaster::first_rows(Lanes y) const {
   const Lanes least = Lanes{} + static_cast<double>(first_row_), most = Lanes{} + static_cast<double>(end_row_);
   y = y < least ? least : y;

@@ -40,7 +40,7 @@ class BlockRaster {
   void scan(const BlockPoints& points, std::size_t step, const ScanBounds& bounds, std::vector<BlockRun>& runs);
 
  private:
-  static constexpr std::size_t kMostCrossings = 6;  // Of a row; rows with more are left out.
+  static constexpr std::size_t kMostCrossings = 6;  // Crossings of a row; rows with more are left out.
   struct Row {
     std::uint32_t count = 0;
     std::array<double, kMostCrossings> columns;

@@ -14,10 +14,11 @@
 namespace ccslice {
 namespace {
 
-constexpr double kMostBulge = 0.05;           // Of the thickness: what a cubic fitted to the block may be extended by.
+constexpr double kMostBulge =
+    0.05;  // As a share of the thickness: how far a cubic may be followed beyond the block that it was fitted to.
 constexpr double kMostMiss = 4 * kMostBulge;  // Arcs along both axes of a face, and its twist.
 // Triangles are made larger than nodes allow as long as they miss faces by no more than this:
-constexpr double kMostCoarseBulge = 0.01;  // of the thickness,
+constexpr double kMostCoarseBulge = 0.01;  // As a share of the thickness.
 constexpr double kMostSagitta = 0.2;       // voxels.
 
 /// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes. Of one
@@ -77,7 +78,7 @@ double sagitta(const BlockPoints& p, std::size_t step, double enough) {
   return most;
 }
 
-/// Of the quadrilaterals of a face between every step-th node, how far triangles between their corners miss it at most:
+/// How far triangles between every step-th node of a face miss it at most:
 /// what second differences along either side and the mixed one tell. `heights`: of the face's nodes, across it.
 double miss_of_face(const std::array<std::array<double, kBlockNodes>, kBlockNodes>& heights, std::size_t step) {
   const std::size_t half = step > 1 ? step / 2 : 1;

@@ -16,7 +16,7 @@
 namespace ccslice {
 
 struct BlockShape {
-  Box3 box;              // Of the nodes.
+  Box3 box;              // The samples' box.
   Mat3 inverse_axes;     // Voxels -> shares of the block's axes, to first order about its middle.
   double voxels = 0;     // In it, about.
   bool flat = false;     // No volume about its middle: inverse_axes isn't finite.
@@ -26,7 +26,7 @@ struct BlockShape {
   // How far the triangles miss the faces, as a share of the thickness across them: arcs along both axes of a face and
   // its twist together.
   double miss = 0;
-  unsigned axes_of_miss = 0;  // Of the face that is missed by most.
+  unsigned axes_of_miss = 0;  // Axes of the face that is missed by most.
 
   /// Bit a: the bulge along axis a, or the miss of a face along it, is notable: halve the block along it.
   unsigned bent_axes() const;

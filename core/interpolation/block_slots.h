@@ -50,7 +50,7 @@ constexpr std::size_t slots_at(BlockPlaces places) {
 /// The places' parameters as shares of their box, by axis.
 const std::array<BlockValues, 3>& block_shares(BlockPlaces places = BlockPlaces::kNodes);
 
-/// Of three numbers at every slot, those at one.
+/// The three numbers at one slot.
 inline Vec3 at_slot(const std::array<BlockValues, 3>& values, std::size_t slot) noexcept {
   const std::size_t group = slot / kLanes, lane = slot % kLanes;
   return {values[0][group][lane], values[1][group][lane], values[2][group][lane]};

@@ -34,7 +34,7 @@ class BlockStencils {
   bool are_worth_it(const LimitCell& cell, const ParamBox& box) const;
   /// By slot (block_slots.h) of the block in the cell's frame. Valid until the next call.
   const LimitStencils& at(const LimitCell& cell, const ParamBox& box, BlockPlaces places);
-  /// Of what is kept.
+  /// Memory of what is kept.
   std::size_t memory_bytes() const noexcept { return bytes_; }
 
  private:

@@ -34,7 +34,7 @@ std::size_t node_of(std::size_t n, const PatchPlace& place) {
 using SharedNodes = std::array<std::size_t, kBlockNodes>;
 constexpr std::size_t kNotShared = kBlockNodes;
 
-/// Of an interval within another one: if both are dyadic, that is exact.
+/// An interval in the parameters of another one that holds it: exact if both are dyadic.
 SharedNodes shared_nodes(double low, double high, double whole_low, double whole_high) {
   SharedNodes nodes;
   nodes.fill(kNotShared);
@@ -56,7 +56,7 @@ void for_each_four_numbers(std::size_t channels, Visit visit) {
   for (std::size_t c = 1; c < channels; c += kLanes) visit(0, c, std::min(kLanes, channels - c));
 }
 
-/// Of the patch that holds the whole box, if one does: patches are boxes of parameters, too.
+/// The patch that holds the whole box, if one does: patches are boxes of parameters, too.
 std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;
   const LimitCell& limit_cell = data.cells[cell];

@@ -25,7 +25,7 @@ namespace ccslice {
 
 struct CellBlock {
   std::array<BlockValues, 3> position;  // mm, mesh frame.
-  std::vector<BlockValues> values;      // Of the channels asked for.
+  std::vector<BlockValues> values;      // Values of the channels asked for.
 };
 
 /// Samples one solid on one thread. Memory is kept from block to block; so are the last blocks that were sampled patch

@@ -18,15 +18,16 @@ constexpr double kSmallestPiece = 64;        // Parts of fewer voxels aren't hal
 constexpr double kSmallestPredicted = 16;    // Nor are nodes whose pieces would have fewer than this.
 constexpr double kSmallestAmbiguous = 2048;  // Nor nodes of fewer that may fold.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
-constexpr double kMostRows = 1024;           // Of a piece.
+constexpr double kMostRows = 1024;           // A piece spans at most so many rows.
 constexpr double kShareOffNodes = 0.7;       // What errors between the nodes, and beyond them, may take of a tolerance.
 constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
-constexpr double kMostBeyond = 0.1;          // and of its thickness.
-constexpr double kMargin = 0.06;             // Of a node's size: its faces lie that near to its nodes' box,
-constexpr double kMarginOfHalf = 0.2;        // and to that of its parent's nodes.
+constexpr double kMostBeyond = 0.1;          // As a share of the piece's thickness.
+constexpr double kMargin = 0.06;  // As a share of a node's size: how far its faces may reach beyond its samples' box.
+constexpr double kMarginOfHalf = 0.2;  // The same beyond its parent's samples' box.
 constexpr unsigned kAllAxes = 7;
 
-/// Of errors of cubics at this share of the thickness beyond what they were fitted to: the fourth Chebyshev polynomial.
+/// How many times errors of cubics grow at this share of the thickness beyond what they were fitted to: like the fourth
+/// Chebyshev polynomial.
 double growth_beyond(double share) {
   const double square = (1 + 2 * share) * (1 + 2 * share);
   return 8 * square * (square - 1) + 1;
@@ -110,7 +111,7 @@ CellFitter::Between CellFitter::what_is_known_between(std::uint32_t cell, const 
   return solid_->cell_class(cell) == CellClass::kLine ? Between::kResiduals : Between::kNothing;
 }
 
-/// Of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
+/// Makes a piece of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
 std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
                                                         const ParamBox& box, const VoxelFrame& frame, double error) {
   // The error is what it may have grown to as far off as the triangles miss the faces.

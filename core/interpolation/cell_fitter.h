@@ -46,7 +46,7 @@ namespace ccslice {
 /// A cell's parameters about the middle of one of its nodes, to first order.
 struct ParameterMap {
   Vec3 voxel = Vec3::Zero();  // The middle,
-  Vec3 uvw = Vec3::Zero();    // and its parameters.
+  Vec3 uvw = Vec3::Zero();    // Parameters of the middle.
   Mat3 slope = Mat3::Zero();
 
   /// Within the cell.
@@ -62,7 +62,7 @@ struct CellPiece {
   double reach = 0;                          // Columns that the polynomials may be followed beyond the piece.
   bool at_boundary = false;                  // A side of it is on the boundary.
   BlockPoints points;                        // Voxels,
-  std::size_t step;                          // and BlockShape's.
+  std::size_t step;                          // BlockShape::step.
   std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
                                         // it, and a little before.
 };
@@ -121,7 +121,7 @@ class CellFitter {
   const std::vector<ChannelTolerance> channels_;
   VoxelBlocks blocks_;
 
-  // Of the node at hand.
+  // The node at hand.
   BlockPlacesInVoxels places_;
   std::vector<BlockValues> values_;
   BlockPoints points_;

@@ -49,7 +49,7 @@ class CellNodeStore {
   void forget_beyond_most();
 
   const std::size_t most_bytes_;
-  mutable std::mutex mutex_;  // Of what follows.
+  mutable std::mutex mutex_;  // Guards what follows.
   std::size_t bytes_ = 0;
   std::list<Kept> kept_;  // Those asked for last come first.
   std::unordered_map<std::uint32_t, std::list<Kept>::iterator> by_cell_;

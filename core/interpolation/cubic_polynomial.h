@@ -26,7 +26,7 @@ struct VoxelFrame {
   Vec3 centre = Vec3::Zero();
   Vec3 scale = Vec3::Ones();
 
-  /// Of voxels [low, high], both included.
+  /// The frame of voxels [low, high], both included.
   static VoxelFrame of(const Vec3& low, const Vec3& high);
   Vec3 operator()(const Vec3& voxel) const { return (voxel - centre).cwiseProduct(scale); }
 };
@@ -81,7 +81,7 @@ class CubicFitter {
   CubicPolynomial solve(const LaneTerms& products) const;
 
   std::size_t count_ = 0;
-  std::vector<LaneTerms> terms_;  // Of the places, by fours; zero beyond the last.
+  std::vector<LaneTerms> terms_;  // Terms at the places, by fours; zero beyond the last.
   // L^-1, lower triangular, where L L^T = terms^T terms.
   std::array<Terms, kCubicTerms> inverse_;
 };

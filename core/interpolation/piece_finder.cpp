@@ -16,7 +16,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kTimesTogether = 4;  // Groups are so many times larger than the one before, up to whole slabs.
-constexpr double kMargin = 0.2;              // Of a cell's size: its nodes' bounds end that near to its box.
+constexpr double kMargin = 0.2;  // As a share of a cell's size: how far its nodes' bounds may reach beyond its box.
 
 }  // namespace
 

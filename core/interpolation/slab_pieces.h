@@ -35,17 +35,17 @@ struct PieceRun : VoxelRun {
 
 /// Those whose centres are in the piece.
 struct ScannedRun : PieceRun {
-  float before, after;  // BlockRun's.
+  float before, after;  // BlockRun::before, BlockRun::after.
 };
 
 /// What painting reads of a piece.
 struct alignas(64) SlabPiece {
   VoxelFrame frame;
-  float error;                 // CellPiece's,
-  float reach;                 // and reach.
-  std::uint32_t first_beyond;  // Of the slab's polynomials that tell what is beyond the boundary,
-  std::uint16_t beyond_count;  // so many.
-  bool at_boundary;            // CellPiece's.
+  float error;                 // CellPiece::error.
+  float reach;                 // CellPiece::reach.
+  std::uint32_t first_beyond;  // Index of the first polynomial that tells what is beyond the boundary.
+  std::uint16_t beyond_count;  // Number of such polynomials.
+  bool at_boundary;            // CellPiece::at_boundary.
   bool has_beyond() const { return beyond_count > 0; }
 };
 
@@ -62,7 +62,7 @@ class SlabPieces {
   std::span<const ChannelTolerance> channels() const { return channels_; }
   const SmallCells& small_cells() const { return small_cells_; }
 
-  // Of layers that were found, or of their voxels:
+  // About layers that were found, and their voxels:
 
   /// By piece.
   std::span<const ScannedRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
@@ -126,8 +126,8 @@ class SlabPieces {
   std::uint32_t first_layer_ = 0, end_layer_ = 0;
   std::vector<Group> groups_;
   std::vector<std::size_t> group_of_layer_;    // Or kNoGroup.
-  std::vector<Source> sources_;                // Of pieces by group, then by cell,
-  std::vector<SlabPiece> pieces_;              // and what painting reads of them.
+  std::vector<Source> sources_;                // Where pieces come from; by group, then by cell.
+  std::vector<SlabPiece> pieces_;              // What painting reads of the pieces.
   std::vector<CubicPolynomial> polynomials_;   // By piece, then by channel.
   std::vector<CubicPolynomial> beyonds_;       // By piece.
   std::vector<std::vector<ScannedRun>> runs_;  // By layer.

@@ -13,8 +13,9 @@ namespace ccslice {
 namespace {
 
 constexpr double kShareInPatch = 0.9;    // What bounds may take of a tolerance,
-constexpr double kShareIrregular = 0.5;  // and what they may beside irregular lines, where they aren't proved.
-constexpr std::size_t kManyParticles = 40, kSomeParticles = 6;  // Of more, fewer nodes each are fitted to.
+constexpr double kShareIrregular = 0.5;  // The same beside irregular lines, where errors aren't proved.
+constexpr std::size_t kManyParticles = 40,
+                      kSomeParticles = 6;  // With more particles, fewer samples of each are fitted to.
 
 /// Nodes that a fit is made of: every `step`-th along each axis, and the middle.
 std::span<const std::size_t> slots_to_fit(std::size_t particles) {

@@ -44,7 +44,7 @@ class TilePainter {
   void solve_exact_run(const LayerTarget& target);
 
   const std::vector<ChannelTolerance> channels_;
-  LayerCubics cubics_;  // Of the tree's leaves.
+  LayerCubics cubics_;  // Cubics of the tree's leaves.
   MaterialPass exact_;
   HintedRun exact_run_{};  // To be inverted, across leaves; empty if begin == end.
 };

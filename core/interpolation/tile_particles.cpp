@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
 constexpr std::size_t kMostParticles = 2048;    // Some 8 MiB; whole cells of a box inside may come on top.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
-constexpr double kMostOver = 0.6;               // Of the box's size: particles that stick out farther are halved,
-constexpr double kLeastOver = 3;                // unless that is by so few voxels only.
+constexpr double kMostOver = 0.6;  // As a share of the box's size: particles that stick out farther are halved.
+constexpr double kLeastOver = 3;   // unless that is by so few voxels only.
 
 }  // namespace
 

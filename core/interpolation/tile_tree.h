@@ -120,7 +120,7 @@ class TileTree {
   std::vector<Node> children_;
   std::vector<Fit> fits_;
   std::vector<CubicPolynomial> polynomials_;
-  std::vector<std::optional<CellParam>> hints_;  // Of exact leaves.
+  std::vector<std::optional<CellParam>> hints_;  // Hints of inverted leaves.
 };
 
 }  // namespace ccslice

@@ -57,15 +57,15 @@ class TileTreeBuilder {
   const Grid grid_;
   TileFitter fitter_;
 
-  // Of the slab at hand.
+  // The slab at hand.
   TileTree* tree_ = nullptr;
   CancellationToken cancel_;
   std::uint32_t first_layer_ = 0;
 
   // Scratch memory.
   std::vector<std::size_t> cursors_;            // Next run by layer.
-  std::vector<std::vector<LayerRun>> buckets_;  // Of one row of tiles, by column.
-  std::vector<LayerRun> runs_;                  // Of the tile at hand and of the nodes on the way down.
+  std::vector<std::vector<LayerRun>> buckets_;  // Runs of one row of tiles, by column.
+  std::vector<LayerRun> runs_;                  // Runs of the tile at hand and of the nodes on the way down.
 };
 
 }  // namespace ccslice

@@ -24,9 +24,9 @@ constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond whi
 constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
 constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm,
 constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin cell.
-constexpr double kFarthestOfCell = 1;       // Of a candidate's distances, those that points in its cell may have.
-constexpr int kFootSteps = 4;               // To the foot of a perpendicular.
-constexpr int kMaxNewtonRuns = 512;         // For one point: some milliseconds, however many cells overlap there.
+constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a candidate's middle its points may seem.
+constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
+constexpr int kMaxNewtonRuns = 512;    // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
 Vec3 start_parameter(std::size_t index, int per_axis) {

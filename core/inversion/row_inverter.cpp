@@ -16,7 +16,7 @@ namespace ccslice {
 
 namespace {
 
-constexpr int kNodeSteps = 6;  // Of Newton's method, which starts close.
+constexpr int kNodeSteps = 6;  // Newton's method starts close, so few steps are enough.
 constexpr int kCorrections = 3;
 constexpr double kMostTurn = 0.5;         // ||I - J(from)^-1 J(to)||: beyond, nodes must lie closer.
 constexpr std::int64_t kBesideReach = 8;  // Points.
@@ -187,7 +187,7 @@ bool RowInverter::correct(const Guess& guess, LanePoint& local) {
   }
 }
 
-/// Of the `count` points on curve_, those up to the first that lies beyond the patch.
+/// How many of the `count` points on curve_ come before the first that lies beyond the patch.
 std::uint32_t RowInverter::keep_inside(std::uint32_t first, std::uint32_t count) {
   std::uint32_t inside = 0;
   while (inside < count && in_unit_cube(curve_point(inside))) ++inside;

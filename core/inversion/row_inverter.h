@@ -44,7 +44,7 @@ struct RowEntry {
 struct SolvedRow {
   std::vector<RowPoint> points;
   std::vector<double> values;     // channel_count a point; undefined where unresolved.
-  std::optional<CellParam> last;  // Of the resolved points.
+  std::optional<CellParam> last;  // The last resolved point's parameter.
   std::vector<RowEntry> entries;  // Ascending. The first one is the first resolved point.
   double max_residual_mm = 0;
 
@@ -70,7 +70,7 @@ class RowInverter {
     double residual_mm;
     Vec3 local;              // In the patch.
     Mat3 jacobian, inverse;  // By the patch's parameters.
-    Vec3 slope;              // Of `local`, from point to point.
+    Vec3 slope;              // Change of `local` from point to point.
   };
   struct Guess {
     LanePoint point;  // To solve.
@@ -100,7 +100,7 @@ class RowInverter {
   const InversionOptions options_;
   const Acceptance acceptance_;
   std::size_t channels_;
-  // Of the row at hand.
+  // The row at hand.
   Vec3 first_ = Vec3::Zero(), step_ = Vec3::Zero();
   std::uint32_t count_ = 0;
   SolvedRow* row_ = nullptr;

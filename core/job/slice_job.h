@@ -32,7 +32,7 @@ struct SliceJob {
   Placement placement = Placement::Identity();
   Grid grid;
   std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
-  PictureOrder order;                 // Of the pictures. Indices, contours and counts stay those of the grid.
+  PictureOrder order;                 // For pictures only: indices, contours and counts stay those of the grid.
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;  // REQUIRED by planes of materials.
   bool contours = false;             // Deliver the polylines too.
@@ -45,7 +45,7 @@ struct SliceJob {
 /// The job's region, or all of its grid.
 VoxelRegion region_of(const SliceJob& job);
 
-/// Of the region.
+/// Counts of the region's voxels.
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
@@ -59,7 +59,7 @@ struct LayerStats {
   std::uint64_t contour_loops = 0;
   std::uint64_t contour_points = 0;
   std::uint64_t contour_leaves_unresolved = 0;
-  std::vector<std::uint64_t> material_voxels;  // Of material 1, 2, ...; empty if no plane shows materials.
+  std::vector<std::uint64_t> material_voxels;  // Voxels of material 1, 2, ...; empty if no plane shows materials.
 };
 
 struct Layer {

@@ -24,7 +24,7 @@ class BoxTree::Builder {
   }
 
  private:
-  /// Of full branches and one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
+  /// Full branches, one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
   std::uint32_t add_node(std::span<std::uint32_t> items) {
     cancel_.throw_if_cancelled();
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();

@@ -47,7 +47,7 @@ class BoxTree {
   }
 
  private:
-  static constexpr std::uint32_t kItem = 1u << 31;  // Of a branch: not another node.
+  static constexpr std::uint32_t kItem = 1u << 31;  // Marks a child that is an item, not another node.
 
   struct Node {
     std::array<Lanes, 3> min, max;  // By axis, a lane a branch. Where there is none: NaN, which no test holds for.

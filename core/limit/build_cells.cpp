@@ -24,7 +24,7 @@ constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken i
 // While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
 // and cells that share no faces up to 0.5 kB more for each.
 constexpr std::uint64_t kLimitCellBytes = 2560, kBoundaryFaceBytes = 512;
-constexpr std::uint64_t kLeastBytes = 64 << 10;  // Of the smallest mesh.
+constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
 /// One refinement level: a complex, where its points start, and what its places are called on the surface.
 struct Level {
@@ -127,7 +127,7 @@ void Builder::reserve_faces() {
   data_.face_hulls.reserve(needed_faces_);
 }
 
-/// Of the last level's cells.
+/// The last level's cells.
 std::size_t Builder::child_count(const std::vector<std::uint32_t>& cells) const {
   std::size_t count = 0;
   for (const std::uint32_t c : cells) {

@@ -15,7 +15,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kCancelPeriod = 256;
-constexpr double kSmallestDeterminant = 1e-12;  // Of the Jacobian with unit columns.
+constexpr double kSmallestDeterminant = 1e-12;  // Determinant of the Jacobian with unit columns.
 
 /// Calls visit(point) for points whose hull holds the cell: the Bezier nets of the outermost patches, and what holds
 /// the rest at the irregular place.

@@ -11,8 +11,8 @@
 namespace ccslice {
 namespace {
 
-constexpr float kRounding = 1e-5F;  // Of floats near 1, with room.
-constexpr int kLevels = 2;          // Of an irregular cell's patches that are parts.
+constexpr float kRounding = 1e-5F;  // Rounding of floats near 1, with room.
+constexpr int kLevels = 2;          // Levels of an irregular cell's patches that get hulls of their own.
 constexpr std::uint32_t kCancelPeriod = 256;
 
 /// Halvings along each axis.

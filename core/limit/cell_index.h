@@ -45,10 +45,10 @@ struct CellIndex {
   std::vector<CellMap> cell_maps;  // By cell.
   CellVolumes regular_volumes, irregular_volumes;
   BoxTree cell_boxes;                     // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;                     // Of the cells that fold, or may fold.
+  BoxTree fold_boxes;                     // Boxes of the cells that fold, or may fold.
   std::vector<std::uint32_t> fold_cells;  // Those cells, ascending.
-  CellHulls hulls_near_folds;             // Of the cells whose boxes meet theirs.
-  BoxTree overlap_boxes;                  // Of the cells that may overlap a separate part of the solid.
+  CellHulls hulls_near_folds;             // Hulls of the cells whose boxes meet those of fold_boxes.
+  BoxTree overlap_boxes;                  // Boxes of the cells that may overlap a separate part of the solid.
   std::vector<std::uint32_t> parts;       // By cell: its part, numbered by first cells. Empty if no parts overlap.
 
   /// The solid may fold in this box, or separate parts of it may overlap there: a point may have several parameters.

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMaxReportedFolds = 32;
 constexpr std::uint64_t kHalvingsPerCell = 32;       // Granted on average: some 50 us.
 constexpr std::uint64_t kHalvingsAtLeast = 1 << 14;  // For small meshes.
-constexpr int kSubCellFoldLevels = 1;                // Of the line sub-cells of a vertex cell.
+constexpr int kSubCellFoldLevels = 1;                // Levels of the line sub-cells of a vertex cell.
 constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
 
 /// Looks at one cell after the other.
@@ -87,7 +87,7 @@ class CellSearch {
   FoldSearch patches_;
   LineFolds lines_;
   VertexFolds vertices_;
-  FoldFinding worst_;  // Of the cell.
+  FoldFinding worst_;  // The cell's worst finding.
 };
 
 }  // namespace

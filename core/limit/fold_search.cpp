@@ -16,7 +16,8 @@ namespace {
 
 using Quad = Eigen::Vector4d;
 
-constexpr double kRounding = 1e-12;  // Of the largest coefficient: what computing them may get wrong, with room.
+constexpr double kRounding =
+    1e-12;  // As a share of the largest coefficient: what computing them may get wrong, with room.
 
 constexpr std::size_t stride_of(std::size_t axis) { return std::size_t{1} << (2 * axis); }
 
@@ -47,7 +48,7 @@ bool keeps_regular(const Mat3& s) {
 bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
   Eigen::Matrix<double, 4, 3> map = Eigen::Matrix<double, 4, 3>::Zero();
   map.topRows<3>() = 3 * jacobian.inverse();
-  BezierVolume images;  // Of the net, so that their differences are those of J0^-1 J.
+  BezierVolume images;  // Images of the net's points, so that their differences are those of J0^-1 J.
   for (std::size_t p = 0; p < 64; ++p) {
     const Quad d = net[p] - net[0];
     images[p] = d[0] * map.col(0) + d[1] * map.col(1) + d[2] * map.col(2);
@@ -142,7 +143,7 @@ void for_each_coefficient(const std::array<std::size_t, 3>& sizes, std::size_t n
   }
 }
 
-constexpr std::array<double, 9> kBinomials = {1, 8, 28, 56, 70, 56, 28, 8, 1};  // Of 8.
+constexpr std::array<double, 9> kBinomials = {1, 8, 28, 56, 70, 56, 28, 8, 1};  // Binomial coefficients of 8.
 
 double least_of(const std::array<double, 729>& b) {
   std::array<double, 9> least;  // Nine at a time: one register after the other.

@@ -35,8 +35,9 @@ enum class FoldVerdict : std::uint8_t { kUnfolded, kUndecided, kFolds };
 /// The place of the smallest determinant met. kFolds: it isn't positive.
 struct FoldFinding {
   FoldVerdict verdict = FoldVerdict::kUnfolded;
-  double determinant = std::numeric_limits<double>::infinity();  // Of the patch's own Jacobian, mm^3.
-  Vec3 position = Vec3::Zero();                                  // mm.
+  double determinant =
+      std::numeric_limits<double>::infinity();  // The least determinant of the patch's own Jacobian, mm^3.
+  Vec3 position = Vec3::Zero();                 // mm.
 };
 
 /// Reusable memory and the work that is left. One thread.

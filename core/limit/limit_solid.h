@@ -40,7 +40,7 @@ struct FoldPlace {
   std::uint32_t cell = 0;          // Limit cell.
   std::uint32_t control_cell = 0;  // The control cell that it came from.
   Vec3 position = Vec3::Zero();    // mm, mesh frame.
-  double determinant = 0;          // Of the Jacobian there, mm^3 per unit parameter volume.
+  double determinant = 0;          // Determinant of the Jacobian there, mm^3 per unit parameter volume.
 };
 
 /// Counts and warnings of a prepared solid.
@@ -51,13 +51,13 @@ struct SolidSummary {
   std::size_t regular_cells = 0;
   std::size_t line_cells = 0;
   std::size_t vertex_cells = 0;
-  std::size_t extraordinary_edges = 0;     // Of the control mesh: interior, valence != 4.
-  std::size_t extraordinary_vertices = 0;  // Of the control mesh: interior, with EEs that aren't straight.
+  std::size_t extraordinary_edges = 0;     // In the control mesh: interior, valence != 4.
+  std::size_t extraordinary_vertices = 0;  // In the control mesh: interior, with EEs that aren't straight.
   std::size_t irregular_boundary_edges =
-      0;  // Of the control mesh: smooth with other than 2 cells, sharp with other than 1.
+      0;  // In the control mesh: smooth with other than 2 cells, sharp with other than 1.
   std::size_t sharp_edges = 0;
-  std::size_t boundary_faces = 0;  // Of the limit-ready cells.
-  Box3 bounding_box;               // Of the limit volume, mesh frame, mm.
+  std::size_t boundary_faces = 0;  // Boundary faces of the limit-ready cells.
+  Box3 bounding_box;               // Box of the limit volume, mesh frame, mm.
   std::size_t memory_bytes = 0;
   std::vector<std::uint32_t> inverted_control_cells;  // Only with allow_folds.
   std::size_t folding_cells = 0;                      // Limit cells that fold somewhere.

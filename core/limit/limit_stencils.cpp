@@ -106,7 +106,7 @@ class StencilWalk {
     return of_vertex_ring(cell.op, all);
   }
 
-  /// Of the n-th place asked for.
+  /// The n-th place asked for.
   std::size_t column(std::size_t n) const { return columns_[n]; }
 
  private:
@@ -136,7 +136,7 @@ class StencilWalk {
     return table;
   }
 
-  /// Of the ring at a level, at places that lie as deep; zero at the vertex itself.
+  /// Weights of the ring at a level, at places that lie as deep; zero at the vertex itself.
   WeightTable below_vertex(std::uint32_t op, int level, const Range& range) const {
     const VertexOperator& ring = data_.operators.vertices()[op];
     WeightTable table(ring.points, range);
@@ -184,7 +184,7 @@ class StencilWalk {
     return table;
   }
 
-  /// Of the layer at a level, at places that lie as deep; zero at the line itself.
+  /// Weights of the layer at a level, at places that lie as deep; zero at the line itself.
   WeightTable below_line(std::uint32_t op, int level, const Range& range) const {
     const PlanarOperator& ring = data_.operators.lines()[op];
     WeightTable table(ring.points, range);
@@ -218,7 +218,7 @@ class StencilWalk {
     return grid;
   }
 
-  /// Of four points along an axis.
+  /// Weights of four points along an axis.
   WeightTable basis_along(std::size_t axis, const Range& range) const {
     WeightTable table(4, range);
     for (std::size_t n = range.begin; n < range.end; ++n) {
@@ -231,7 +231,7 @@ class StencilWalk {
 
   const LimitSolid::Data& data_;
   std::vector<PatchPlace> places_;    // In order,
-  std::vector<std::size_t> columns_;  // and where each of those asked for is among them.
+  std::vector<std::size_t> columns_;  // Where each of those asked for is among them.
 };
 
 }  // namespace

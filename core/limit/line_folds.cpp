@@ -13,7 +13,7 @@
 namespace ccslice {
 namespace {
 
-constexpr double kRounding = 1e-12;  // Of the product of the three vectors' lengths, with room.
+constexpr double kRounding = 1e-12;  // As a share of the product of the three vectors' lengths, with room.
 
 /// Where to look, in the parameters of one of the three patches of a level.
 struct Place {

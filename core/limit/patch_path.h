@@ -57,10 +57,10 @@ inline constexpr std::size_t kPositionDimension = 4;
 
 /// What visit_patches() leaves out: of a line (sub-)cell, or of a vertex cell beside its vertex.
 struct PatchRest {
-  PatchPath path;        // Of a sub-cell; `level`, `line_level`: how many were visited before it.
+  PatchPath path;        // Path to a sub-cell; `level`, `line_level`: how many were visited before it.
   std::uint32_t op = 0;  // That goes on: of a line, unless `at_vertex`.
   bool at_vertex = false;
-  std::span<const double> points;  // Of the ring, or of its four layers, kPositionDimension doubles each.
+  std::span<const double> points;  // Points of the ring, or of its four layers, kPositionDimension doubles each.
 
   /// Calls visit(point) for points whose hull holds the limit of what is left.
   template <typename Visit>

@@ -72,7 +72,7 @@ class TriangleTree {
   struct Node {
     Box3 box;
     std::size_t first = 0, count = 0;  // The triangles of a leaf.
-    std::size_t right = 0;             // Of an inner node; its left child follows it.
+    std::size_t right = 0;             // An inner node's right child; its left one follows it.
   };
 
   std::size_t build(std::size_t first, std::size_t count) {

@@ -152,7 +152,7 @@ void CellComplex::build_edges(const CancellationToken& cancel) {
   const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
     for (std::uint32_t i = 0; i < ends.size(); ++i) emit(ends[i][0], i);
   });
-  edge_vertices_.reserve(ends.size() / 3);  // Of large meshes a quarter; of others more.
+  edge_vertices_.reserve(ends.size() / 3);  // Large meshes have about a quarter as many edges, small ones more.
   for (std::uint32_t i = 0; i < ends.size(); ++i) {
     poll();
     if (cell_edges_[i] != kNone) continue;

@@ -24,7 +24,7 @@ namespace ccslice {
 
 struct RingShape {
   int cells_round = 32, cells_across = 4, cells_high = 4;
-  double outer_diameter_mm = 83.53;  // Of the limit, along the axes.
+  double outer_diameter_mm = 83.53;  // The limit's, along the axes.
   double inner_diameter_mm = 54.47;
   double height_mm = 17.28;
 };

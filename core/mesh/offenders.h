@@ -49,7 +49,7 @@ class Offenders {
  private:
   std::vector<std::int64_t> ids_;
   std::size_t total_ = 0;
-  std::optional<std::size_t> index_;  // Of the first.
+  std::optional<std::size_t> index_;  // Index of the first offender.
 };
 
 }  // namespace ccslice

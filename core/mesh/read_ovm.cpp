@@ -19,7 +19,8 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint64_t kMostSides = 64;  // Of a face or a polyhedron; those that are read have six at most.
+constexpr std::uint64_t kMostSides =
+    64;  // A face or a polyhedron may have so many; those that are read have six at most.
 constexpr std::string_view kNumbers[] = {"int", "uint", "short", "ushort", "long", "ulong", "bool", "float", "double"};
 
 /// How many numbers a value of a property's type is; 0 if it isn't numbers.
@@ -188,7 +189,7 @@ class OvmReader {
   TextScanner scanner_;
   const MeshLimits& limits_;
   std::vector<std::array<std::uint32_t, 2>> edges_;
-  std::vector<std::uint32_t> ring_vertices_;  // Of all faces, one after the other.
+  std::vector<std::uint32_t> ring_vertices_;  // All faces' vertices, one face after the other.
   std::vector<std::size_t> ring_begin_ = {0};
   std::vector<NamedChannel> channels_;
   MeshFile file_;

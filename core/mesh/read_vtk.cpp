@@ -203,7 +203,7 @@ class VtkReader {
   const MeshLimits& limits_;
   bool offsets_style_ = false;
   VtkCells cells_;
-  std::uint64_t types_place_ = 0;  // Of their number; of the end, if there are none.
+  std::uint64_t types_place_ = 0;  // Where their number stands; the end, if there are none.
   std::vector<NamedChannel> channels_;
   MeshFile file_;
 };

@@ -54,8 +54,8 @@ class VtkScanner {
   TextScanner text_;
   bool binary_ = false;
   Type type_{"int", Kind::kSigned, 4};
-  std::uint8_t bits_ = 0;       // Of an array of bits: the byte that is being read, its next bit on top,
-  std::uint8_t bits_left_ = 0;  // and how many of its bits are left.
+  std::uint8_t bits_ = 0;       // The byte of an array of bits that is being read, its next bit on top.
+  std::uint8_t bits_left_ = 0;  // How many of its bits are left.
 };
 
 }  // namespace ccslice

@@ -30,7 +30,7 @@ std::uint64_t sum_of_32_bit_lanes(__m256i lanes) {
   return sum_of_lanes(_mm256_add_epi64(_mm256_unpacklo_epi32(lanes, zero), _mm256_unpackhi_epi32(lanes, zero)));
 }
 
-/// Of x_i = map(units[i]), for 32 units at a time. REQUIRES: whole 32s, at most kPiece.
+/// Sums of x_i = map(units[i]), for 32 units at a time. REQUIRES: whole 32s, at most kPiece.
 template <class Map>
 Sums sums_of(std::span<const std::uint8_t> units, const Map& map) {
   const __m256i zero = _mm256_setzero_si256(), ones = _mm256_set1_epi16(1);

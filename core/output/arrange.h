@@ -26,7 +26,7 @@ struct PictureOrder {
 
 struct Arrangement {
   LayerWindow from;  // What samples there are of,
-  LayerWindow to;    // and what a picture is wanted of. REQUIRES: within `from`.
+  LayerWindow to;    // What the picture shows. REQUIRES: within `from`.
   PictureOrder order;
 
   bool is_identity() const { return from == to && order == PictureOrder{}; }

@@ -69,7 +69,8 @@ class DeflateBlock {
   std::array<std::uint32_t, 30> distance_counts_;
   std::array<HuffmanCode, 286> literal_codes_;
   std::array<HuffmanCode, 30> distance_codes_;
-  std::array<BitString, 256> first_half_, second_half_;  // Of a unit's bytes; second_half_ is empty for one byte.
+  std::array<BitString, 256> first_half_,
+      second_half_;  // The codes of a unit's bytes; second_half_ is empty for units of one byte.
   std::array<BitString, kLongestMatch + 1> length_bits_;
   bool one_byte_units_ = true;
 };

@@ -13,7 +13,7 @@ constexpr std::size_t kMostSymbols = 288;
 constexpr unsigned kLongestCode = 15;
 constexpr std::uint8_t kLengthOrder[19] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
 constexpr unsigned kRepeat = 16, kZeros = 17, kManyZeros = 18;
-constexpr std::uint8_t kExtraBits[3] = {2, 3, 7};  // Of these three.
+constexpr std::uint8_t kExtraBits[3] = {2, 3, 7};  // Extra bits of these three.
 
 struct Leaf {
   std::uint32_t count;
@@ -25,7 +25,7 @@ using LengthCounts = std::array<std::uint32_t, kMostSymbols>;
 
 LengthCounts optimal_lengths(std::span<const Leaf> leaves) {
   const std::size_t n = leaves.size();
-  std::array<std::uint32_t, kMostSymbols> weight;  // Of inner nodes, made in ascending order.
+  std::array<std::uint32_t, kMostSymbols> weight;  // Weights of inner nodes, made in ascending order.
   std::array<std::uint16_t, 2 * kMostSymbols> parent;
   std::size_t leaf = 0, inner = 0;
   for (std::size_t made = 0; made + 1 < n; ++made) {

@@ -16,7 +16,8 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint64_t kBandBytes = 1 << 20;
-constexpr std::uint32_t kStripRows = 32;  // Of TIFF strips; EXR blocks have 16. Bands are whole ones.
+constexpr std::uint32_t kStripRows =
+    32;  // Rows of a TIFF strip; EXR blocks have 16. Bands are whole strips and blocks.
 
 // OpenImageIO would otherwise start a thread pool of its own; layers are what runs in parallel here.
 void keep_openimageio_serial() {

@@ -21,13 +21,13 @@
 namespace ccslice {
 namespace {
 
-constexpr double kSigma = 1.5;  // Of the Gaussian, in edges of a cube of a voxel's volume.
+constexpr double kSigma = 1.5;  // Standard deviation of the Gaussian, in edges of a cube of a voxel's volume.
 constexpr double kReach = 3.5;  // Where it ends, in sigmas.
 constexpr std::int32_t kPeak = 1 << 24;
 constexpr std::int32_t kTieSteps = 1 << 6;  // Energies differ by more than a tie's hash, or tie.
 constexpr std::int32_t kBarred = 1 << 30;   // Beyond all energies: the kernel's sum is 53 peaks.
 constexpr std::int64_t kBalance = 1 << 18;  // What a set voxel adds to the energy of its whole plane.
-constexpr double kFirstShare = 0.1;         // Of the voxels, in the first pattern.
+constexpr double kFirstShare = 0.1;         // Share of the voxels in the first pattern.
 constexpr std::uint32_t kEdge = kMaskEdge;
 constexpr std::size_t kRows = std::size_t{kEdge} * kEdge;
 
@@ -142,8 +142,8 @@ class Pattern {
 
   std::vector<std::int32_t> energy_;                              // By z, y, x. Of set voxels, and of ties.
   std::vector<std::int32_t> set_;                                 // kBarred or 0.
-  std::vector<std::int32_t> lows_, highs_;                        // Of each row,
-  std::array<std::int32_t, kEdge> plane_lows_{}, plane_highs_{};  // and of each plane of them.
+  std::vector<std::int32_t> lows_, highs_;                        // By row.
+  std::array<std::int32_t, kEdge> plane_lows_{}, plane_highs_{};  // By plane of rows.
   std::array<std::int64_t, kEdge> counts_{};                      // Set voxels of each plane.
   std::vector<KernelRow> kernel_;
 };

@@ -21,7 +21,7 @@ namespace ccslice {
 
 /// Linear intensity of an sRGB component in [0, 1] (IEC 61966-2-1).
 double linear_intensity(double srgb) noexcept;
-/// Of 0xRRGGBBAA, without its alpha.
+/// The colour 0xRRGGBBAA without its alpha.
 Vec3 linear_colour(std::uint32_t rgba) noexcept;
 
 /// Weights of the palette's colours, and how far their mix is from the colour that was asked for.

@@ -196,7 +196,8 @@ void ErrorDiffusion::choose_of_two(const Run& run, const Fractions& fractions, s
   std::uint32_t k = run.start;
   const float* here = &here_[run.first + k + 1];
   float* below = &below_[run.first + k + 1];
-  float error = error_, last = 0, before = 0;  // Of the voxel before, and in this block of it and the one before that.
+  float error = error_, last = 0,
+        before = 0;  // Errors of the voxel before, and of it and the one before that in this block.
   for (std::uint32_t left = run.length; left > 0; --left, k += run.step, here += run.step, below += run.step) {
     const float sum = fractions[0][k] + *here + kAhead * error;
     const bool taken = sum >= threshold[k];

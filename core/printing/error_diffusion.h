@@ -35,8 +35,8 @@ class ErrorDiffusion {
   void start_layer(std::uint32_t width);
   /// Random numbers of a row.
   struct RowNumbers {
-    std::uint32_t key;    // Of white noise.
-    std::uint32_t phase;  // Of the sequence that errors from outside are made of.
+    std::uint32_t key;    // Key of white noise.
+    std::uint32_t phase;  // Phase of the sequence that errors from outside are made of.
   };
   /// Goes on to a row, `rows` after the one before. REQUIRES: rows that follow on one another (rows = 1) have opposite
   /// directions.

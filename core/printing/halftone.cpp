@@ -18,7 +18,7 @@ std::uint32_t shift(std::uint64_t seed, std::uint64_t axis) {
   return seed == 0 ? 0 : static_cast<std::uint32_t>(mix64(mix64(seed) + axis) % kMaskEdge);
 }
 
-// Of error diffusion's sequence: its steps from row to row and from layer to layer (error_diffusion.cpp).
+// Steps of error diffusion's sequence from row to row and from layer to layer (error_diffusion.cpp).
 std::uint32_t even_phase(std::uint64_t seed, std::uint32_t y, std::uint32_t z) {
   return static_cast<std::uint32_t>(mix64(seed)) + 0xabc98389u * y + 0x8cb92ba7u * z;
 }

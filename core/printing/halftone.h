@@ -79,9 +79,9 @@ class Halftoner {
 
   const HalftonePlan& plan_;
   std::uint32_t layer_ = 0, row_ = 0;
-  std::uint32_t key_ = 0;  // Of the row's random numbers.
+  std::uint32_t key_ = 0;  // Key of the row's random numbers.
   bool reverse_ = false;
-  MixRow thresholds_{};  // Of every block of the row: the mask's edge is a block.
+  MixRow thresholds_{};  // The same for every block of the row, as the mask's edge is a block.
   ErrorDiffusion diffusion_;
 };
 

@@ -51,9 +51,9 @@ class Mixture {
 
  private:
   struct Table {
-    std::vector<float> values;                                     // Of the stops,
-    std::vector<float> inverse_lengths;                            // of the segments after them,
-    std::vector<std::array<float, kMaxPrintMaterials>> fractions;  // of the stops.
+    std::vector<float> values;                                     // At the stops.
+    std::vector<float> inverse_lengths;                            // 1 / length of the segments after the stops.
+    std::vector<std::array<float, kMaxPrintMaterials>> fractions;  // At the stops.
   };
   struct Share {
     std::size_t row;       // In channels().

@@ -20,7 +20,7 @@ struct LayerWindow {
 
   std::uint32_t end_column() const { return first_column + columns; }
   std::uint32_t end_row() const { return first_row + rows; }
-  /// Of a voxel of the window, by row, then by column.
+  /// Index of a voxel of the window, by row, then by column.
   std::size_t index(std::uint32_t column, std::uint32_t row) const {
     return std::size_t{columns} * (row - first_row) + (column - first_column);
   }

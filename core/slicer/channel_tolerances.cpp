@@ -33,7 +33,7 @@ class ToleranceList {
   void add(std::uint32_t index, double span, double default_share) {
     const ChannelRange& channel = channels_[index];
     const double share = job_.material_tolerance.value_or(default_share);
-    // Of a constant channel: what rounding leaves.
+    // What rounding leaves of a constant channel.
     const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
     const double tolerance = std::max(share * std::min(span, channel.max - channel.min), rounding);
     const auto known =

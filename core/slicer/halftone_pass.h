@@ -26,7 +26,7 @@ class HalftonePass {
     std::uint32_t layer;
     double z_mm;
     LayerWindow window;   // What the channels' planes and the picture hold,
-    LayerWindow counted;  // and what of it the histogram is of.
+    LayerWindow counted;  // The histogram counts these voxels.
   };
 
   /// REQUIRES: plan outlives the pass.
@@ -38,7 +38,7 @@ class HalftonePass {
   void run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
            const CancellationToken& cancel);
 
-  /// Of the layer that was run last.
+  /// The layer that was run last.
   IndexImage image() const noexcept { return {window_.columns, window_.rows, indices_, palette_}; }
   /// Voxels of material 1, 2, ...
   const std::vector<std::uint64_t>& histogram() const noexcept { return histogram_; }
@@ -56,7 +56,7 @@ class HalftonePass {
   std::vector<std::uint8_t> indices_;
   std::vector<VoxelRun> row_;  // What the window holds of the row at hand.
   std::vector<std::uint64_t> histogram_;
-  std::vector<MixRow> values_;  // Of the block at hand, by channel.
+  std::vector<MixRow> values_;  // Values of the block at hand, by channel.
   Fractions fractions_{};
 };
 

@@ -28,7 +28,7 @@ constexpr double kOutsideSlackMm = 1e-3;
 struct LayerScope {
   RowRange rows;       // Whose voxels are found and solved,
   LayerWindow window;  // what is made of them,
-  LayerWindow region;  // and what is delivered.
+  LayerWindow region;  // What is delivered.
 };
 
 LayerScope whole_scope(const SliceJob& job) {
@@ -54,7 +54,7 @@ struct LayerSlicer::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
   std::shared_ptr<const ContourIndex> contour_index;
-  std::optional<HalftonePlan> halftone;  // Of jobs that show materials.
+  std::optional<HalftonePlan> halftone;  // Present if the job shows materials.
   std::shared_ptr<CellNodeStore> pieces;
 };
 
@@ -73,7 +73,7 @@ struct LayerSlicer::State {
   ContourTracer tracer;
   LayerPlanes planes;
   std::optional<HalftonePass> halftone;
-  // Of jobs that want a channel:
+  // Present if the job wants a channel:
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
   std::optional<SlabMaterials> slabs;     // ... interpolated, slab by slab.

@@ -143,7 +143,7 @@ void vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
 struct ChildVertices {
   std::vector<std::uint32_t> of_vertex, of_edge, of_face, of_cell;
   std::vector<std::uint32_t> origin;
-  std::array<std::uint32_t, 3> begins{};  // Of edge, face and cell points.
+  std::array<std::uint32_t, 3> begins{};  // Where edge, face and cell points begin.
 
   ChildVertices(const CellComplex& parent, const std::vector<std::uint8_t>& keep) {
     const auto touches = [&](auto vertices) {

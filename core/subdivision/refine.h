@@ -39,7 +39,7 @@ namespace ccslice {
 struct Refinement {
   CellComplex complex;
   Stencils stencils;                       // Row r: child vertex r from the parent's vertices.
-  std::vector<std::uint32_t> first_child;  // Of each refined cell: its children follow in the order of its corners.
+  std::vector<std::uint32_t> first_child;  // By refined cell: its children follow in the order of its corners.
   std::uint32_t edge_points_begin = 0;     // Child vertices: vertex, edge, face, then cell points.
   std::uint32_t face_points_begin = 0;
   std::uint32_t cell_points_begin = 0;

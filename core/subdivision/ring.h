@@ -34,7 +34,7 @@ struct LineRing {
   std::vector<std::uint32_t> points;                // points[layer * count + i]; kNone in phantom layers.
   std::uint32_t count = 0;                          // Points of a layer.
   PhantomMask phantoms = 0;                         // Bits 4 and 5 only: layers 0 and 3.
-  std::vector<std::array<std::uint32_t, 4>> quads;  // Of a layer, corner bits u + 2v; quads[0] is the cell.
+  std::vector<std::array<std::uint32_t, 4>> quads;  // The quads of a layer, corner bits u + 2v; quads[0] is the cell.
   std::uint8_t sharp_corners = 0;                   // Corners of quads[0] whose edge along the line is sharp.
   std::vector<std::uint32_t> key;
 };
@@ -44,7 +44,7 @@ struct VertexRing {
   std::vector<std::uint32_t> points;
   std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points; cells[0] is the cell itself.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the cell's vertices.
-  std::vector<std::uint32_t> sharp_vertices;              // Of the cell's vertices.
+  std::vector<std::uint32_t> sharp_vertices;              // Those of the cell's vertices that are sharp.
   std::vector<std::uint32_t> key;
 };
 

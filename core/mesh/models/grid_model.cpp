@@ -12,7 +12,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::array<int, 3> kNodes = {7, 4, 4};
-constexpr double kNodeSize = 0.36;  // Of a node's edge, by the distance of the nodes.
+constexpr double kNodeSize = 0.36;  // Length of a node's edge as a share of the distance between nodes.
 constexpr double kCoreShare = 0.5;
 
 using At = std::array<int, 3>;
