@@ -10,16 +10,12 @@
 #include <tuple>
 
 #include "core/interpolation/block_faces.h"
+#include "core/interpolation/shares.h"
 
 namespace ccslice {
 namespace {
 
-constexpr double kMostBulge =
-    0.05;  // As a share of the thickness: how far a cubic may be followed beyond the block that it was fitted to.
-constexpr double kMostMiss = 4 * kMostBulge;  // Arcs along both axes of a face, and its twist.
-// Triangles are made larger than nodes allow as long as they miss faces by no more than this:
-constexpr double kMostCoarseBulge = 0.01;  // As a share of the thickness.
-constexpr double kMostSagitta = 0.2;       // voxels.
+constexpr double kMostSagitta = 0.2;  // Voxels that larger triangles may miss a face by.
 
 /// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes. Of one
 /// beyond `enough` only that.

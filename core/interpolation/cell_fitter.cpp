@@ -9,19 +9,18 @@
 #include <span>
 #include <utility>
 
+#include "core/interpolation/shares.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
 
-constexpr double kSmallestPiece = 64;        // Parts of fewer voxels aren't halved any more.
+constexpr double kSmallestPiece = 64;        // Nodes of fewer voxels aren't halved any more.
 constexpr double kSmallestPredicted = 16;    // Nor are nodes whose pieces would have fewer than this.
 constexpr double kSmallestAmbiguous = 2048;  // Nor nodes of fewer that may fold.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
 constexpr double kMostRows = 1024;           // A piece spans at most so many rows.
-constexpr double kShareOffNodes = 0.7;       // What errors between the nodes, and beyond them, may take of a tolerance.
-constexpr double kMostReach = 8;             // Columns that a piece's polynomials may be followed beyond it,
-constexpr double kMostBeyond = 0.1;          // As a share of the piece's thickness.
+constexpr double kMostReach = 8;             // A piece may be followed by so many columns at most.
 constexpr double kMargin = 0.06;  // As a share of a node's size: how far its faces may reach beyond its samples' box.
 constexpr double kMarginOfHalf = 0.2;  // The same beyond its parent's samples' box.
 constexpr unsigned kAllAxes = 7;
@@ -91,8 +90,8 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
     if (!bounded) axes = axes_off_between_nodes(cell, node.parameters, frame);
     if (axes == 0) {
       node.kind = CellNode::Kind::kPiece;
-      node.piece = make_piece(cell, shape, node.parameters, frame,
-                              bounded ? kPieceShareOfTolerance * error : kShareOffNodes * error);
+      node.piece =
+          make_piece(cell, shape, node.parameters, frame, bounded ? kPieceShare * error : kBetweenSamplesShare * error);
       return 0;
     }
   }
@@ -115,7 +114,8 @@ CellFitter::Between CellFitter::what_is_known_between(std::uint32_t cell, const 
 std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
                                                         const ParamBox& box, const VoxelFrame& frame, double error) {
   // The error is what it may have grown to as far off as the triangles miss the faces.
-  const double beyond = std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostBeyond);
+  const double beyond =
+      std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->boundary_sides(cell);
@@ -158,7 +158,7 @@ unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& 
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
       const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
-      const double worst = largest(error < 0 ? -error : error) / (kShareOffNodes * channels_[c].tolerance);
+      const double worst = largest(error < 0 ? -error : error) / (kBetweenSamplesShare * channels_[c].tolerance);
       double& known = errors[static_cast<Eigen::Index>(g / 2)];
       known = std::max(known, worst);
     }
@@ -213,7 +213,7 @@ double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame
   for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
     polynomials_.emplace_back();
     const bool bounded = between != Between::kNothing;
-    const double allowed = (bounded ? kPieceShareOfTolerance : kIrregularShare) * channels_[c].tolerance;
+    const double allowed = (bounded ? kPieceShare : kSampledPieceShare) * channels_[c].tolerance;
     double error = fitter_.fit(values_[c], polynomials_.back());
     if (bounded && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);
     if (between == Between::kResiduals && error <= allowed) {

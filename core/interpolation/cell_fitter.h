@@ -79,11 +79,6 @@ struct CellNode {
   std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
 };
 
-/// What errors of pieces may take of a channel's tolerance: bounds,
-inline constexpr double kPieceShareOfTolerance = 0.92;
-/// and errors at the nodes where there is no bound.
-inline constexpr double kIrregularShare = 0.55;
-
 /// One thread.
 class CellFitter {
  public:

@@ -7,13 +7,12 @@
 #include <cmath>
 #include <utility>
 
+#include "core/interpolation/shares.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
 
-constexpr double kShareInPatch = 0.9;    // What bounds may take of a tolerance,
-constexpr double kShareIrregular = 0.5;  // The same beside irregular lines, where errors aren't proved.
 constexpr std::size_t kManyParticles = 40,
                       kSomeParticles = 6;  // With more particles, fewer samples of each are fitted to.
 
@@ -60,7 +59,7 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
     steepest = std::max(steepness(particles_[m]), steepest);
     at_boundary = at_boundary || is_at_boundary(particles_[m], box);
   }
-  return at_boundary && !(worst * kShareInPatch + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
+  return at_boundary && !(worst * kTileShare + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
 }
 
 /// Returns the largest error at the nodes that are fitted to, as a share of its channel's tolerance.
@@ -92,7 +91,7 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
 
 /// As a share of what it may be.
 double TileFitter::bound_over(const TileParticle& particle, double enough) {
-  const double share = particle.one_patch ? kShareInPatch : kShareIrregular;
+  const double share = particle.one_patch ? kTileShare : kSampledTileShare;
   in_frame_ = particle.places;
   enter_frame(frame_, kBlockGroups, in_frame_);
   bound_.set_places(in_frame_, 0);

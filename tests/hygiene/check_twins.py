@@ -23,6 +23,7 @@ COVERED = {
     "interpolation_spec": ("slab_materials_test", "a struct"),
     "layer_target": ("material_pass_test", "a struct; what it counts is compared there"),
     "plane": ("encode_test", "structs and enums"),
+    "shares": ("cell_fitter_test", "constants"),
     "slice_limits": ("validate_job_test", "constants"),
     "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
     "types": ("grid_test", "names of Eigen's types"),
