@@ -51,7 +51,7 @@ struct ClientOptions {
   RetryPolicy retry = {};
 };
 
-/// For one call, its retries and pauses included.
+/// Options of one call; they cover its retries and pauses too.
 struct CallOptions {
   std::optional<std::chrono::system_clock::time_point> deadline = std::nullopt;  // DEFAULT: none.
   Cancellation* cancellation = nullptr;
@@ -99,7 +99,7 @@ class Attempts;
 class Client {
  public:
   explicit Client(ClientOptions options);
-  /// Over a channel of your own: TLS, a proxy, an in-process server.
+  /// Uses a channel of your own: TLS, a proxy, an in-process server.
   Client(std::shared_ptr<grpc::ChannelInterface> channel, RetryPolicy retry);
 
   // Every call throws ClientError.
@@ -108,7 +108,7 @@ class Client {
   /// Uploads the mesh unless the server holds it, and remembers it for later calls that find it missing.
   UploadOutcome ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress = {},
                                 const CallOptions& call = {});
-  /// Remembers the mesh no longer and frees its bytes; the server keeps it. False if it wasn't remembered.
+  /// Forgets the mesh and frees its bytes; the server keeps it. False if the client didn't remember it.
   bool forget(const std::string& mesh_id);
   v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
   std::vector<v1::MeshSummary> list_meshes(const CallOptions& call = {});

@@ -26,7 +26,7 @@ struct PlaneEncoding {
   std::string_view (*objection)(const v1::PlaneSpec& plane) = nullptr;
   /// The samples. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}. Null for picture files.
   std::string (*decode)(const std::string& encoded, std::uint64_t expected_bytes) = nullptr;
-  /// Of picture files: throws likewise unless they look like whole ones.
+  /// Checks a picture file: throws the same error unless it looks like a whole one.
   void (*check)(const std::string& encoded) = nullptr;
 };
 

@@ -12,7 +12,7 @@
 
 namespace ccslice::cli {
 
-/// One line on standard output, or on standard error.
+/// Print one line, on standard output or on standard error.
 void print_line(const std::string& text);
 void print_note(const std::string& text);
 

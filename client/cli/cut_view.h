@@ -21,7 +21,8 @@ namespace ccslice::cli {
 struct CutView {
   double azimuth_deg = -60;   // Where the viewer stands: 0 in +x, 90 in +y.
   double elevation_deg = 30;  // Above the horizon.
-  /// Away goes what is on the viewer's side of all the planes that are given, each a fraction of the part's extent.
+  /// Planes across x, y and z, each at a fraction of the part's extent. What is on the viewer's side of all of them is
+  /// cut away.
   std::array<std::optional<double>, 3> cut;
   int width = 640;  // The width of the picture. Its height follows from the part.
 };

@@ -17,10 +17,9 @@
 
 namespace ccslice::cli {
 
-/// REQUIRES of the stack, else Error{kFileUnsupported} names the remedy: an RGBA plane of materials; at most six
-/// materials, all opaque; an opaque black background; a pitch of whole dots an inch along
-/// x and y. Materials without a voxel are left out. Returns the file's size. Throws Error{kFileUnwritable} and as
-/// LayerStack.
+/// Returns the file's size. Materials without a voxel are left out. Throws Error{kFileUnsupported}, which names the
+/// remedy, unless the stack has an RGBA plane of materials, at most six materials, all opaque, an opaque black
+/// background, and a pitch of whole dots an inch along x and y. Throws Error{kFileUnwritable} and as LayerStack.
 std::uint64_t write_gcvf(const LayerStack& stack, const std::filesystem::path& path);
 
 }  // namespace ccslice::cli

@@ -49,7 +49,7 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 // All throw UsageError.
 
 v1::GridSpec parse_grid(const GridOptions& options);
-/// Nothing if none is given.
+/// The region that the options give, or nothing.
 [[nodiscard]] std::optional<v1::Region> parse_region(const GridOptions& options);
 v1::PictureLayout parse_layout(const LayoutOptions& options);
 /// Occupancy first, then the channels in order, then all of them in one, then the materials of `printing` (null if

@@ -37,9 +37,9 @@ struct FinishedLayers {
   client::SliceOutcome counts;                // Of these layers; the header is empty.
 };
 
-/// Nothing if there is no journal. Layers count as long as their files are there with the size and digest that the
-/// journal says; the job's last layer never does, as somebody has to tell the header. Throws Error{kFileUnwritable} if
-/// it is another job's.
+/// What the journal says, or nothing if there is none. Layers count as long as their files are there with the size and
+/// digest that the journal says; the job's last layer never does, as somebody has to tell the header. Throws
+/// Error{kFileUnwritable} if it is another job's.
 FinishedLayers read_journal(const std::filesystem::path& folder, const JobKey& job);
 
 class JobJournal {

@@ -13,12 +13,12 @@
 
 namespace ccslice::cli {
 
-/// Nothing if `json` is no object.
+/// The object that `json` holds, or nothing if it isn't an object.
 [[nodiscard]] std::optional<google::protobuf::Struct> parse_object(const std::string& json);
 
 const google::protobuf::Value& field(const google::protobuf::Struct& object, const char* name);
 double number(const google::protobuf::Struct& object, const char* name);
-/// 0 if it is no whole number from 0 to `most`.
+/// The number, or 0 if it isn't a whole number from 0 to `most`.
 std::uint64_t count(const google::protobuf::Struct& object, const char* name,
                     std::uint64_t most = std::uint64_t{1} << 53);
 const std::string& text(const google::protobuf::Struct& object, const char* name);

@@ -41,9 +41,9 @@ class LayerStack {
   const std::array<double, 3>& origin_mm() const { return origin_mm_; }
   const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
   const std::string& mesh_id() const { return mesh_id_; }
-  /// Less than the grid was asked for.
+  /// Whether the layers are a region of the grid, not all of it.
   bool is_region() const { return is_region_; }
-  /// The pictures have the highest x, or y, first.
+  /// Whether the pictures have the highest x, or y, first.
   bool columns_descend() const { return columns_descend_; }
   bool rows_descend() const { return rows_descend_; }
   /// The job's placement: 12 or 16 numbers, or none.

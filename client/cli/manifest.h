@@ -14,10 +14,10 @@
 
 namespace ccslice::cli {
 
-/// manifest.json. `layers`: a JSON array.
+/// The text of manifest.json. `layers` is a JSON array.
 std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers);
 
-/// An object.
+/// Write a value as a JSON object.
 void add_json(const v1::Grid& grid, JsonWriter& json);
 void add_json(const v1::VoxelRegion& region, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);

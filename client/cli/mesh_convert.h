@@ -13,8 +13,7 @@ namespace ccslice::cli {
 
 v1::ControlMesh to_proto(const ControlMesh& mesh);
 
-/// Throws Error{kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind} for arrays that can't be those of a
-/// mesh.
+/// Throws Error{kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind} if the arrays don't make a mesh.
 ControlMesh from_proto(const v1::ControlMesh& message);
 
 }  // namespace ccslice::cli

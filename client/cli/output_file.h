@@ -25,7 +25,7 @@ class NewFile {
   /// Where it is until it is finished: for a library that writes it itself.
   const std::filesystem::path& temporary() const { return temporary_; }
   void finish();
-  /// The same, and on the disk, name and contents, whatever happens to the machine then.
+  /// Finishes the file and waits until its name and its contents are on the disk, so that they survive a crash.
   void finish_on_disk();
 
  private:

@@ -37,7 +37,7 @@ class Session {
   Session(const CommonOptions& options, client::Cancellation& cancellation);
 
   const CommonOptions& options() const { return options_; }
-  /// No progress bars, no notes.
+  /// Whether to leave out progress bars and notes.
   bool quiet() const { return options_.json || options_.quiet; }
   /// Connects on first use. Throws ClientError (UNAVAILABLE), saying what to do, if nobody answers there.
   client::Client& client();

@@ -35,7 +35,7 @@ struct LayerRange {
 /// "10..19" or "10".
 LayerRange parse_layer_range(const std::string& option, std::string_view text);
 
-/// So many counts as names, which say what they are: "800,600,20" for columns,rows,layers.
+/// Counts separated by commas, as many as there are `names`: "800,600,20" for columns,rows,layers.
 std::vector<std::uint32_t> parse_counts(const std::string& option, std::string_view text, const std::string& names);
 
 }  // namespace ccslice::cli

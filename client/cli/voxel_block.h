@@ -37,7 +37,8 @@ void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel);
 /// Asks for the planes that a block of printed materials is made of: the occupancy and the materials.
 void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing);
 
-/// REQUIRES: planes of one of the two. `what` is done, for the progress bar. Throws ClientError.
+/// Has the block sliced. `what` names this in the progress bar. REQUIRES: one of the two functions above has asked for
+/// the planes. Throws ClientError.
 VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what);
 
 }  // namespace ccslice::cli

@@ -28,7 +28,7 @@ class ZipFile {
   /// Adds the bytes without compressing them: for contents that are compressed already. REQUIRES: less than 4 GiB.
   void add_stored(const std::string& name, std::string_view bytes);
   void add_compressed(const std::string& name, std::string_view bytes);
-  /// The archive isn't there before. Returns its size.
+  /// Completes the archive, which appears only now. Returns its size.
   std::uint64_t finish();
 
  private:

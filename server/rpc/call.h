@@ -25,14 +25,14 @@
 
 namespace ccslice::server {
 
-/// `Reactor`: grpc::ServerUnaryReactor or one of its streaming kin.
+/// `Reactor` is grpc::ServerUnaryReactor or one of its streaming variants.
 template <class Reactor>
 class Call : public Reactor, public IdleCall, public std::enable_shared_from_this<Call<Reactor>> {
  protected:
   Call(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
       : state_(state), context_(context), log_(context, method) {}
 
-  /// To be called first, once. Why there is no place for the call, if so: then it is to be ended with that.
+  /// MUST be called first, once. If there is no place for the call, returns why; then the caller ends the call with it.
   [[nodiscard]] std::optional<grpc::Status> admit() {
     self_ = this->shared_from_this();
     try {
@@ -64,7 +64,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// Why the call was stopped from outside.
   grpc::Status status_of_stop() const { return stopped_status(state_.calls.cutting_off(), deadline_passed(context_)); }
 
-  /// Once. The call may be gone afterwards, unless gRPC owes it an OnReadDone or OnWriteDone.
+  /// Ends the call; to be called once. The call may be gone afterwards, unless gRPC owes it an OnReadDone or
+  /// OnWriteDone.
   void end(const grpc::Status& status) {
     admission_.end_run();
     log_.finish(status);

@@ -22,8 +22,8 @@
 
 namespace ccslice::server {
 
-/// For a solid of this box. Throws ServiceError{kRequestMalformed} for other than 0 or 12 numbers, and what the core's
-/// validate_placement() throws. The way to a placement for every call.
+/// The placement of a solid with this box, checked alike for every call. Throws ServiceError{kRequestMalformed} for
+/// other than 0 or 12 numbers, and what the core's validate_placement() throws.
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);

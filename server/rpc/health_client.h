@@ -9,7 +9,7 @@
 
 namespace ccslice::server {
 
-/// What a container's health check asks: whether the server at `address` serves. `explanation` says why not.
+/// Whether the server at `address` serves. If it doesn't, `explanation` says why.
 [[nodiscard]] bool check_health(const std::string& address, std::string& explanation);
 
 }  // namespace ccslice::server

@@ -12,7 +12,7 @@
 
 namespace ccslice::server {
 
-/// PlanSlices. `request` and `response` live until the call is done.
+/// Begins a call of PlanSlices. `request` and `response` live until the call is done.
 grpc::ServerUnaryReactor* begin_plan_call(ServiceState& state, grpc::CallbackServerContext& context,
                                           const v1::PlanSlicesRequest& request, v1::PlanSlicesResponse& response);
 

@@ -13,9 +13,9 @@
 
 namespace ccslice::server {
 
-/// From the bytes of an upload to a prepared solid. Frees the bytes as soon as they are read. Takes what it will need
-/// from the budget of all preparations, first by the bytes, then by the mesh and how it is refined. For a worker
-/// thread. Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
+/// Prepares the bytes of an upload, and frees them as soon as they are read. Reserves memory in the budget of all
+/// preparations, estimated first from the bytes, then from the mesh and its refinement. MUST run on a worker thread.
+/// Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
 PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
                           const CancellationToken& cancel);
 

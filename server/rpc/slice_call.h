@@ -10,7 +10,7 @@
 
 namespace ccslice::server {
 
-/// SliceRange. `request` lives until the call is done.
+/// Begins a call of SliceRange. `request` lives until the call is done.
 grpc::ServerWriteReactor<v1::SliceRangeResponse>* begin_slice_call(ServiceState& state,
                                                                    grpc::CallbackServerContext& context,
                                                                    const v1::SliceRangeRequest& request);

@@ -27,7 +27,7 @@ inline constexpr std::size_t kMaxStatusBytes = 6u << 10;
 
 [[nodiscard]] grpc::Status to_status(const Error& error);
 [[nodiscard]] grpc::Status to_status(const ServiceError& error);
-/// Whatever it is: a core Error, a ServiceError, out of memory, or something unforeseen (INTERNAL).
+/// The status of any exception: a core Error, a ServiceError, out of memory, or something unforeseen (INTERNAL).
 [[nodiscard]] grpc::Status to_status(const std::exception_ptr& error);
 
 /// The status of a call that was stopped: UNAVAILABLE if a shutdown cut it off, DEADLINE_EXCEEDED if its deadline has

@@ -55,10 +55,10 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   virtual void prepare() = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
-  /// Also before prepare() is through.
+  /// May be called before prepare() has ended, too.
   void stop() override = 0;
 
-  /// There is something to pump, perhaps.
+  /// Says that there may be something to pump.
   void wake() {
     {
       std::lock_guard lock(mutex_);

@@ -10,7 +10,7 @@
 
 namespace ccslice::server {
 
-/// TessellateBoundary. `request` lives until the call is done.
+/// Begins a call of TessellateBoundary. `request` lives until the call is done.
 grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(
     ServiceState& state, grpc::CallbackServerContext& context, const v1::TessellateBoundaryRequest& request);
 

@@ -12,7 +12,7 @@
 
 namespace ccslice::server {
 
-/// UploadMesh. `response` lives until the call is done.
+/// Begins a call of UploadMesh. `response` lives until the call is done.
 grpc::ServerReadReactor<v1::UploadMeshRequest>* begin_upload_call(ServiceState& state,
                                                                   grpc::CallbackServerContext& context,
                                                                   v1::UploadMeshResponse& response);

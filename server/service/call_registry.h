@@ -43,7 +43,7 @@ class CallRegistry {
       if (registry_ != nullptr) registry_->close(number_);
     }
 
-    /// The call has its status. Any number of times, but by one thread at a time.
+    /// Says that the call has its status. May be called any number of times, but by one thread at a time.
     void end_run() {
       if (std::exchange(running_, false)) registry_->end_run();
     }
@@ -59,7 +59,7 @@ class CallRegistry {
   /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
   /// alive what it needs or does without. Throws ServiceError{kServerBusy, kServerDraining}.
   [[nodiscard]] Ticket admit(std::function<void()> cut_off = {});
-  /// From now on nothing is admitted.
+  /// Admits no more calls from now on.
   void drain();
   /// Waits until no call is open, but not beyond `deadline`. Whether none is.
   [[nodiscard]] bool wait_idle(std::chrono::steady_clock::time_point deadline);

@@ -50,7 +50,7 @@ class IdleCall {
 /// Thread-safe.
 class IdleWatch {
  public:
-  /// 0: endless patience.
+  /// A patience of 0 never ends a call.
   explicit IdleWatch(std::chrono::milliseconds patience) : patience_(patience) {}
 
   void add(const std::shared_ptr<IdleCall>& call);

@@ -96,7 +96,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   using SlabPtr = std::shared_ptr<Slab>;
   struct Consumer {
     Notify notify;         // Null once cancelled.
-    bool waiting = false;  // It was told kPending.
+    bool waiting = false;  // The last pull() said kPending.
   };
   struct LayerMemory {
     std::uint64_t held_bytes = 0;   // All layers that are computed, the one taken last included.
@@ -104,7 +104,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     std::uint64_t largest_bytes = 0;
   };
   struct IdleCompute {
-    std::uint32_t first_layer;  // Of the slab that it worked on.
+    std::uint32_t first_layer;  // The first layer of the slab that it worked on.
     ComputeLayer compute;
   };
 

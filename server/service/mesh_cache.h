@@ -37,8 +37,8 @@ using Clock = std::chrono::system_clock;
 /// What a preparation yields.
 struct PreparedMesh {
   std::shared_ptr<const LimitSolid> solid;
-  std::uint64_t serialized_bytes = 0;  // Of the ControlMesh.
-  std::uint64_t memory_bytes = 0;      // Of the solid: what counts in the cache.
+  std::uint64_t serialized_bytes = 0;  // Size of the ControlMesh.
+  std::uint64_t memory_bytes = 0;      // Size of the solid, which counts in the cache.
   std::chrono::nanoseconds preparation_time{0};
 };
 

@@ -20,7 +20,7 @@ void require_mesh_id(std::string_view text, const std::string& field);
 
 std::string mesh_id_of(std::string_view bytes);
 
-/// The same for bytes that come piece by piece.
+/// Computes the id of bytes that come piece by piece.
 class MeshIdHasher {
  public:
   MeshIdHasher();

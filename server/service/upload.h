@@ -27,7 +27,7 @@ class UploadedBytes {
   /// False if the budget is used up.
   [[nodiscard]] bool append(std::string_view bytes);
   const std::vector<std::string>& blocks() const noexcept { return blocks_; }
-  /// Frees them and gives them back to the budget.
+  /// Frees the bytes and gives them back to the budget.
   void release() noexcept;
 
  private:
