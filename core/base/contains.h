@@ -6,13 +6,12 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
-#include <span>
 
 namespace ccslice {
 
 /// For short lists of ids.
-inline bool contains(std::span<const std::uint32_t> ids, std::uint32_t id) {
+template <typename Ids>
+bool contains(const Ids& ids, typename Ids::value_type id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 

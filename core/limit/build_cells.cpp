@@ -33,7 +33,7 @@ struct Level {
   std::vector<SurfaceKey> vertex_keys;
   std::vector<FaceSide> edge_roots;                    // From the edge's first vertex to its second.
   std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
-  std::vector<std::uint32_t> first_child;              // By cell, in the next level; kNone if not refined.
+  std::vector<CellId> first_child;                     // By cell, in the next level; kNone if not refined.
 };
 
 class Builder {
@@ -45,10 +45,10 @@ class Builder {
     needed_cells_ = mesh_.cell_count();
     reserve();
     add_control_level(std::move(complex));
-    std::vector<std::uint32_t> cells(mesh_.cell_count());
-    for (std::uint32_t c = 0; c < cells.size(); ++c) cells[c] = c;
+    const auto control_cells = levels_.front().complex.cells();
+    std::vector<CellId> cells = control_cells.to_vector();
     std::size_t limit_cells = 0;  // So far.
-    for (std::vector<std::uint32_t> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
+    for (std::vector<CellId> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
       if (levels_.size() > kMaxRefinements) throw Error(ErrorCode::kInternal, "refinement doesn't end");
       limit_cells += cells.size() - bad.size();
       needed_cells_ = limit_cells + child_count(bad);
@@ -60,9 +60,7 @@ class Builder {
       walkers_.emplace_back(level.complex);
       surface_walkers_.emplace_back(level.complex);
     }
-    for (std::uint32_t c = 0; c < mesh_.cell_count(); ++c) {
-      number(0, c, c);
-    }
+    for (const CellId c : control_cells) number(0, c, ControlCellId{c});
     summarize();
   }
 
@@ -70,15 +68,15 @@ class Builder {
   void reserve() const;
   void reserve_operators();
   void reserve_faces();
-  std::size_t child_count(const std::vector<std::uint32_t>& cells) const;
+  std::size_t child_count(const std::vector<CellId>& cells) const;
   void add_control_level(CellComplex complex);
-  std::vector<std::uint32_t> classify(const std::vector<std::uint32_t>& cells);
-  std::vector<std::uint32_t> add_refined_level(const std::vector<std::uint32_t>& bad);
+  std::vector<CellId> classify(const std::vector<CellId>& cells);
+  std::vector<CellId> add_refined_level(const std::vector<CellId>& bad);
   void name_refined_places(const Refinement& refined, Level& level);
-  void number(std::size_t level, std::uint32_t cell, std::uint32_t control_cell);
-  void add_cell(std::size_t level, std::uint32_t cell, const Classification& found, std::uint32_t control_cell);
-  void add_boundary_faces(std::size_t level, std::uint32_t cell);
-  std::uint32_t add_ring(const Level& level, std::span<const std::uint32_t> points);
+  void number(std::size_t level, CellId cell, ControlCellId control_cell);
+  void add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell);
+  void add_boundary_faces(std::size_t level, CellId cell);
+  std::uint32_t add_ring(const Level& level, std::span<const VertexId> points);
   void summarize();
 
   const ControlMesh& mesh_;
@@ -114,10 +112,10 @@ void Builder::reserve_operators() {
 
 void Builder::reserve_faces() {
   for (const Level& level : levels_) {
-    for (std::uint32_t c = 0; c < level.classes.size(); ++c) {
+    for (const CellId c : level.complex.cells()) {
       if (!level.classes[c]) continue;
-      for (const std::uint32_t half_face : level.complex.cell_half_faces(c)) {
-        needed_faces_ += level.complex.face_on_boundary(half_face / 2);
+      for (const HalfFaceId half_face : level.complex.cell_half_faces(c)) {
+        needed_faces_ += level.complex.face_on_boundary(face_of(half_face));
       }
     }
   }
@@ -127,10 +125,10 @@ void Builder::reserve_faces() {
   data_.face_hulls.reserve(needed_faces_);
 }
 
-/// The last level's cells.
-std::size_t Builder::child_count(const std::vector<std::uint32_t>& cells) const {
+/// How many children these cells of the last level have.
+std::size_t Builder::child_count(const std::vector<CellId>& cells) const {
   std::size_t count = 0;
-  for (const std::uint32_t c : cells) {
+  for (const CellId c : cells) {
     count += static_cast<std::size_t>(corner_count(levels_.back().complex.kind(c)));
   }
   return count;
@@ -145,26 +143,26 @@ void Builder::add_control_level(CellComplex complex) {
   data_.rings.reserve(64 * mesh_.cell_count());
   level.vertex_keys.reserve(mesh_.vertex_count());
   level.edge_roots.reserve(level.complex.edge_count());
-  for (std::uint32_t v = 0; v < mesh_.vertex_count(); ++v) {
+  for (const VertexId v : level.complex.vertices()) {
     const Vec3& p = mesh_.positions[v];
     data_.points.insert(data_.points.end(), {p.x(), p.y(), p.z()});
     for (std::size_t c = 0; c < channels; ++c) data_.points.push_back(mesh_.channel_values[v * channels + c]);
     level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, v, 0, 0});
   }
-  for (std::uint32_t e = 0; e < level.complex.edge_count(); ++e) level.edge_roots.push_back({e, 0, kSurfaceOne});
+  for (const EdgeId e : level.complex.edges()) level.edge_roots.push_back({e, 0, kSurfaceOne});
   next_vertex_root_ = level.complex.vertex_count();
   next_edge_root_ = level.complex.edge_count();
   levels_.push_back(std::move(level));
 }
 
-std::vector<std::uint32_t> Builder::classify(const std::vector<std::uint32_t>& cells) {
+std::vector<CellId> Builder::classify(const std::vector<CellId>& cells) {
   Level& level = levels_.back();
   level.classes.resize(level.complex.cell_count());
-  level.first_child.assign(level.complex.cell_count(), kNone);
+  level.first_child.assign(level.complex.cell_count(), CellId{kNone});
   Classifier classifier(level.complex);
   PeriodicPoll poll(cancel_);
-  std::vector<std::uint32_t> bad;
-  for (const std::uint32_t c : cells) {
+  std::vector<CellId> bad;
+  for (const CellId c : cells) {
     poll();
     level.classes[c] = classifier.classify(c);
     if (!level.classes[c]) bad.push_back(c);
@@ -172,14 +170,14 @@ std::vector<std::uint32_t> Builder::classify(const std::vector<std::uint32_t>& c
   return bad;
 }
 
-std::vector<std::uint32_t> Builder::add_refined_level(const std::vector<std::uint32_t>& bad) {
+std::vector<CellId> Builder::add_refined_level(const std::vector<CellId>& bad) {
   Level& parent = levels_.back();
   Refinement refined = refine(parent.complex, bad, cancel_);
-  std::vector<std::uint32_t> children;
+  std::vector<CellId> children;
   for (std::size_t i = 0; i < bad.size(); ++i) {
     parent.first_child[bad[i]] = refined.first_child[i];
     const auto count = static_cast<std::uint32_t>(corner_count(parent.complex.kind(bad[i])));
-    for (std::uint32_t k = 0; k < count; ++k) children.push_back(refined.first_child[i] + k);
+    for (std::uint32_t k = 0; k < count; ++k) children.emplace_back(refined.first_child[i] + k);
   }
   const std::size_t base = data_.points.size();
   data_.points.resize(base + refined.stencils.rows() * data_.dimension);
@@ -193,24 +191,24 @@ std::vector<std::uint32_t> Builder::add_refined_level(const std::vector<std::uin
 
 void Builder::name_refined_places(const Refinement& refined, Level& level) {
   const Level& parent = levels_.back();
-  const auto middle = [&](std::uint32_t edge) {
+  const auto middle = [&](EdgeId edge) {
     const FaceSide& root = parent.edge_roots[edge];
     return static_cast<std::uint32_t>((std::uint64_t{root.t_begin} + root.t_end) / 2);
   };
-  for (std::uint32_t v = 0; v < level.complex.vertex_count(); ++v) {
+  for (const VertexId v : level.complex.vertices()) {
     const std::uint32_t origin = refined.origin[v];
     if (v < refined.edge_points_begin) {
       level.vertex_keys.push_back(parent.vertex_keys[origin]);
     } else if (v < refined.face_points_begin) {
-      level.vertex_keys.push_back({SurfaceKey::Kind::kEdge, parent.edge_roots[origin].edge, middle(origin), 0});
+      level.vertex_keys.push_back({SurfaceKey::Kind::kEdge, parent.edge_roots[origin].edge, middle(EdgeId{origin}), 0});
     } else {
       level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, next_vertex_root_ + v, 0, 0});
     }
   }
-  for (std::uint32_t e = 0; e < level.complex.edge_count(); ++e) {
+  for (const EdgeId e : level.complex.edges()) {
     const auto [a, b] = level.complex.edge_vertices(e);
     if (a < refined.edge_points_begin && b < refined.face_points_begin) {
-      const std::uint32_t whole = refined.origin[b];
+      const EdgeId whole{refined.origin[b]};
       const FaceSide& root = parent.edge_roots[whole];
       const bool from_begin = parent.complex.edge_vertices(whole)[0] == refined.origin[a];
       level.edge_roots.push_back({root.edge, from_begin ? root.t_begin : root.t_end, middle(whole)});
@@ -222,7 +220,7 @@ void Builder::name_refined_places(const Refinement& refined, Level& level) {
   next_edge_root_ += level.complex.edge_count();
 }
 
-void Builder::number(std::size_t level, std::uint32_t cell, std::uint32_t control_cell) {
+void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell) {
   const Level& at = levels_[level];
   if (at.classes[cell]) {
     add_cell(level, cell, *at.classes[cell], control_cell);
@@ -230,11 +228,11 @@ void Builder::number(std::size_t level, std::uint32_t cell, std::uint32_t contro
   }
   const int children = corner_count(at.complex.kind(cell));
   for (int i = 0; i < children; ++i) {
-    number(level + 1, at.first_child[cell] + static_cast<std::uint32_t>(i), control_cell);
+    number(level + 1, CellId{at.first_child[cell] + static_cast<std::uint32_t>(i)}, control_cell);
   }
 }
 
-std::uint32_t Builder::add_ring(const Level& level, std::span<const std::uint32_t> points) {
+std::uint32_t Builder::add_ring(const Level& level, std::span<const VertexId> points) {
   if (data_.rings.size() + points.size() >= kNone) {
     throw Error(
         ErrorCode::kMeshTooComplex,
@@ -243,7 +241,7 @@ std::uint32_t Builder::add_ring(const Level& level, std::span<const std::uint32_
         "cell_vertices");
   }
   const auto begin = static_cast<std::uint32_t>(data_.rings.size());
-  for (const std::uint32_t p : points) data_.rings.push_back(p == kNone ? kNone : p + level.point_base);
+  for (const VertexId p : points) data_.rings.push_back(p == kNone ? kNone : p + level.point_base);
   return begin;
 }
 
@@ -258,7 +256,7 @@ auto smallest_ring(std::span<const Frame> frames, Walk walk) {
   return best;
 }
 
-void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classification& found, std::uint32_t control_cell) {
+void Builder::add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell) {
   cancel_.throw_if_cancelled();
   RingWalker& walker = walkers_[level];
   LimitCell record;
@@ -300,11 +298,11 @@ void Builder::add_cell(std::size_t level, std::uint32_t cell, const Classificati
   add_boundary_faces(level, cell);
 }
 
-void Builder::add_boundary_faces(std::size_t level, std::uint32_t cell) {
+void Builder::add_boundary_faces(std::size_t level, CellId cell) {
   const Level& at = levels_[level];
   const auto half_faces = at.complex.cell_half_faces(cell);
   for (std::uint8_t side = 0; side < 6; ++side) {
-    const std::uint32_t face = half_faces[side] / 2;
+    const FaceId face = face_of(half_faces[side]);
     if (!at.complex.face_on_boundary(face)) continue;
     const SurfaceRing ring = surface_walkers_[level].walk(face);
     const auto cycle = at.complex.face_vertices(face);
@@ -316,7 +314,7 @@ void Builder::add_boundary_faces(std::size_t level, std::uint32_t cell) {
       const std::size_t here = (ring.start + i) % 4, next = (ring.start + i + 1) % 4;
       record.corners[i] = at.vertex_keys[cycle[here]];
       record.cell_corner[i] = cell_tables::kHexFaces[side].corners[here];
-      const std::uint32_t edge = at.complex.find_edge(cycle[here], cycle[next]);
+      const EdgeId edge = at.complex.find_edge(cycle[here], cycle[next]);
       record.sides[i] = at.edge_roots[edge];
       if (at.complex.edge_vertices(edge)[0] != cycle[here]) std::swap(record.sides[i].t_begin, record.sides[i].t_end);
     }
@@ -344,15 +342,15 @@ void Builder::summarize() {
     summary.vertex_cells += cell.cell_class == CellClass::kVertex;
   }
   const Classifier classifier(control);
-  for (std::uint32_t e = 0; e < control.edge_count(); ++e) {
+  for (const EdgeId e : control.edges()) {
     if (!classifier.irregular(e)) continue;
     ++(control.edge_on_boundary(e) ? summary.irregular_boundary_edges : summary.extraordinary_edges);
   }
-  for (std::uint32_t v = 0; v < control.vertex_count(); ++v) {
+  for (const VertexId v : control.vertices()) {
     if (control.vertex_on_boundary(v) || on_straight_extraordinary_edge(control, v)) continue;
     const auto edges = control.vertex_edges(v);
     summary.extraordinary_vertices +=
-        std::any_of(edges.begin(), edges.end(), [&](std::uint32_t e) { return classifier.irregular(e); });
+        std::any_of(edges.begin(), edges.end(), [&](EdgeId e) { return classifier.irregular(e); });
   }
   summary.sharp_edges = mesh_.sharp_edges.size();
   summary.boundary_faces = data_.faces.size();

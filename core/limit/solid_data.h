@@ -28,7 +28,7 @@ struct LimitCell {
   std::uint32_t op = kNone;
   std::uint32_t ring_begin = 0;
   std::uint32_t ring_count = 0;
-  std::uint32_t control_cell = 0;
+  ControlCellId control_cell;
 };
 
 struct SurfaceFaceRing {

@@ -41,7 +41,7 @@ double from_triangle(const Vec3& p, const Triangle& triangle) {
 
 std::vector<Triangle> boundary_triangles(const ControlMesh& mesh, const CellComplex& complex) {
   std::vector<Triangle> triangles;
-  for (std::uint32_t face = 0; face < complex.face_count(); ++face) {
+  for (const FaceId face : complex.faces()) {
     if (!complex.face_on_boundary(face)) continue;
     const auto ring = complex.face_vertices(face);
     const auto corner = [&](std::size_t i) { return mesh.positions[ring[i % ring.size()]]; };
@@ -127,7 +127,7 @@ std::vector<double> distances_to_boundary(const ControlMesh& mesh) {
   const TriangleTree tree(boundary_triangles(mesh, complex));
   std::vector<double> distances;
   distances.reserve(mesh.vertex_count());
-  for (std::uint32_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
+  for (const VertexId vertex : complex.vertices()) {
     distances.push_back(complex.vertex_on_boundary(vertex) ? 0 : tree.nearest(mesh.positions[vertex]));
   }
   return distances;

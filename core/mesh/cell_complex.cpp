@@ -14,26 +14,33 @@ namespace ccslice {
 namespace {
 
 /// Turns (row, item) pairs, given by two passes of `visit(emit)`, into compressed rows; items keep their order.
-template <typename Visit>
-Incidence make_incidence(std::uint32_t rows, Visit visit) {
-  Incidence result;
+template <typename Row, typename Item, typename Visit>
+Incidence<Row, Item> make_incidence(std::uint32_t rows, Visit visit) {
+  Incidence<Row, Item> result;
   result.offsets.assign(rows + 1, 0);
-  visit([&](std::uint32_t row, std::uint32_t) { ++result.offsets[row + 1]; });
+  visit([&](Row row, Item) { ++result.offsets[row + 1]; });
   for (std::uint32_t r = 0; r < rows; ++r) result.offsets[r + 1] += result.offsets[r];
   result.items.resize(result.offsets[rows]);
   std::vector<std::uint32_t> next(result.offsets.begin(), result.offsets.end() - 1);
-  visit([&](std::uint32_t row, std::uint32_t item) { result.items[next[row]++] = item; });
+  visit([&](Row row, Item item) { result.items[next[row]++] = item; });
   return result;
 }
 
 /// The vertices of a half-face in ascending order; triangles end with kNone. They number their slots in
 /// cell_half_faces_.
-using SortedFace = std::array<std::uint32_t, 4>;
+using SortedFace = std::array<VertexId, 4>;
+constexpr SortedFace kNoVertices = {VertexId{kNone}, VertexId{kNone}, VertexId{kNone}, VertexId{kNone}};
+
+/// A cell's own face.
+struct FaceOfCell {
+  CellId cell;
+  std::uint8_t local;
+};
 
 /// Five compare-exchanges.
 void sort(SortedFace& face) {
   const auto order = [&](std::size_t i, std::size_t j) {
-    const std::uint32_t low = std::min(face[i], face[j]), high = std::max(face[i], face[j]);
+    const VertexId low = std::min(face[i], face[j]), high = std::max(face[i], face[j]);
     face[i] = low, face[j] = high;
   };
   order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
@@ -45,7 +52,7 @@ bool same(const SortedFace& a, const SortedFace& b) {
 
 }  // namespace
 
-CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
+CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<VertexId> corners,
                          std::span<const std::array<std::uint32_t, 2>> sharp_edges,
                          std::span<const std::uint32_t> sharp_vertices, const CancellationToken& cancel)
     : vertex_count_(vertex_count), kinds_(std::move(kinds)), corners_(std::move(corners)) {
@@ -58,7 +65,7 @@ CellComplex::CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds
   for (const std::uint32_t v : sharp_vertices) vertex_sharp_[v] = 1;
   edge_sharp_.assign(edge_vertices_.size(), 0);
   for (const auto& [a, b] : sharp_edges) {
-    if (const std::uint32_t e = find_edge(a, b); e != kNone) edge_sharp_[e] = 1;
+    if (const EdgeId e = find_edge(VertexId{a}, VertexId{b}); e != kNone) edge_sharp_[e] = 1;
   }
 }
 
@@ -73,30 +80,30 @@ void CellComplex::number_cells() {
     face += static_cast<std::uint32_t>(cell_topology(kind).faces.size());
     edge += static_cast<std::uint32_t>(cell_topology(kind).edges.size());
   }
-  cell_half_faces_.assign(face, kNone);
-  cell_edges_.assign(edge, kNone);
+  cell_half_faces_.assign(face, HalfFaceId{kNone});
+  cell_edges_.assign(edge, EdgeId{kNone});
 }
 
 void CellComplex::build_faces(const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   // Half-faces are bucketed by their smallest vertex and matched within a bucket; faces are numbered by first cell.
   std::vector<SortedFace> refs;
-  std::vector<std::array<std::uint32_t, 2>> owner;  // Cell and local face by slot.
+  std::vector<FaceOfCell> owner;  // By slot.
   refs.reserve(cell_half_faces_.size());
   owner.reserve(cell_half_faces_.size());
-  for (std::uint32_t c = 0; c < cell_count(); ++c) {
+  for (const CellId c : cells()) {
     poll();
     const auto vertices = cell_vertices(c);
-    const auto faces = cell_topology(kinds_[c]).faces;
-    for (std::uint32_t f = 0; f < faces.size(); ++f) {
-      SortedFace ref{kNone, kNone, kNone, kNone};
-      for (int i = 0; i < faces[f].size; ++i) ref[i] = vertices[faces[f].corners[i]];
+    const auto local_faces = cell_topology(kinds_[c]).faces;
+    for (std::uint8_t f = 0; f < local_faces.size(); ++f) {
+      SortedFace ref = kNoVertices;
+      for (int i = 0; i < local_faces[f].size; ++i) ref[i] = vertices[local_faces[f].corners[i]];
       sort(ref);
       refs.push_back(ref);
       owner.push_back({c, f});
     }
   }
-  const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
+  const auto buckets = make_incidence<VertexId, std::uint32_t>(vertex_count_, [&](auto emit) {
     for (std::uint32_t i = 0; i < refs.size(); ++i) emit(refs[i][0], i);
   });
   // At least half of the half-faces have faces of their own, some more on the boundary.
@@ -109,30 +116,29 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
     poll();
     const auto [cell, local] = owner[i];
     if (cell_half_faces_[i] == kNone) {
-      const std::uint32_t face = face_count();
-      cell_half_faces_[i] = 2 * face;
-      half_face_cell_.insert(half_face_cell_.end(), {cell, kNone});
-      half_face_local_.insert(half_face_local_.end(), {static_cast<std::uint8_t>(local), 0});
+      cell_half_faces_[i] = half_faces_of(FaceId{face_count()})[0];
+      half_face_cell_.insert(half_face_cell_.end(), {cell, CellId{kNone}});
+      half_face_local_.insert(half_face_local_.end(), {local, 0});
       const LocalFace& shape = cell_topology(kinds_[cell]).faces[local];
-      std::array<std::uint32_t, 4> ring{kNone, kNone, kNone, kNone};
+      std::array<VertexId, 4> ring = kNoVertices;
       for (int k = 0; k < shape.size; ++k) ring[k] = cell_vertices(cell)[shape.corners[k]];
       face_vertices_.push_back(ring);
       face_size_.push_back(shape.size);
     }
-    const std::uint32_t mine = cell_half_faces_[i];
-    if (mine & 1) continue;
+    if (cell_half_faces_[i] & 1) continue;
+    const HalfFaceId across = opposite(cell_half_faces_[i]);
     for (const std::uint32_t j : buckets[refs[i][0]]) {
       if (j <= i || !same(refs[j], refs[i])) continue;
-      if (half_face_cell_[mine + 1] != kNone) {
+      if (half_face_cell_[across] != kNone) {
         throw Error(ErrorCode::kMeshNonManifoldFace,
-                    "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[mine + 1]) + " and " +
-                        std::to_string(owner[j][0]) +
+                    "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[across]) + " and " +
+                        std::to_string(owner[j].cell) +
                         " share one face; a face belongs to at most two cells: remove the surplus cells",
-                    "cell_vertices", {cell, half_face_cell_[mine + 1], owner[j][0]});
+                    "cell_vertices", {cell, half_face_cell_[across], owner[j].cell});
       }
-      cell_half_faces_[j] = mine + 1;
-      half_face_cell_[mine + 1] = owner[j][0];
-      half_face_local_[mine + 1] = static_cast<std::uint8_t>(owner[j][1]);
+      cell_half_faces_[j] = across;
+      half_face_cell_[across] = owner[j].cell;
+      half_face_local_[across] = owner[j].local;
     }
   }
 }
@@ -140,23 +146,23 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
 void CellComplex::build_edges(const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   // An edge is found in the bucket of its smaller vertex; edges are numbered by first cell.
-  std::vector<std::array<std::uint32_t, 2>> ends;
+  std::vector<std::array<VertexId, 2>> ends;
   ends.reserve(cell_edges_.size());
-  for (std::uint32_t c = 0; c < cell_count(); ++c) {
+  for (const CellId c : cells()) {
     poll();
     const auto vertices = cell_vertices(c);
     for (const auto& [i, j] : cell_topology(kinds_[c]).edges) {
       ends.push_back({std::min(vertices[i], vertices[j]), std::max(vertices[i], vertices[j])});
     }
   }
-  const Incidence buckets = make_incidence(vertex_count_, [&](auto emit) {
+  const auto buckets = make_incidence<VertexId, std::uint32_t>(vertex_count_, [&](auto emit) {
     for (std::uint32_t i = 0; i < ends.size(); ++i) emit(ends[i][0], i);
   });
   edge_vertices_.reserve(ends.size() / 3);  // Large meshes have about a quarter as many edges, small ones more.
   for (std::uint32_t i = 0; i < ends.size(); ++i) {
     poll();
     if (cell_edges_[i] != kNone) continue;
-    const auto edge = static_cast<std::uint32_t>(edge_vertices_.size());
+    const EdgeId edge{edge_count()};
     edge_vertices_.push_back(ends[i]);
     for (const std::uint32_t j : buckets[ends[i][0]]) {
       if (ends[j][1] == ends[i][1]) cell_edges_[j] = edge;
@@ -167,39 +173,39 @@ void CellComplex::build_edges(const CancellationToken& cancel) {
 void CellComplex::build_incidences(const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   cancel.throw_if_cancelled();
-  edge_cells_ = make_incidence(edge_count(), [&](auto emit) {
-    for (std::uint32_t c = 0; c < cell_count(); ++c) {
-      for (const std::uint32_t e : cell_edges(c)) emit(e, c);
+  edge_cells_ = make_incidence<EdgeId, CellId>(edge_count(), [&](auto emit) {
+    for (const CellId c : cells()) {
+      for (const EdgeId e : cell_edges(c)) emit(e, c);
     }
   });
   cancel.throw_if_cancelled();
-  vertex_cells_ = make_incidence(vertex_count_, [&](auto emit) {
-    for (std::uint32_t c = 0; c < cell_count(); ++c) {
-      for (const std::uint32_t v : cell_vertices(c)) emit(v, c);
+  vertex_cells_ = make_incidence<VertexId, CellId>(vertex_count_, [&](auto emit) {
+    for (const CellId c : cells()) {
+      for (const VertexId v : cell_vertices(c)) emit(v, c);
     }
   });
   cancel.throw_if_cancelled();
-  vertex_edges_ = make_incidence(vertex_count_, [&](auto emit) {
-    for (std::uint32_t e = 0; e < edge_count(); ++e) {
-      for (const std::uint32_t v : edge_vertices_[e]) emit(v, e);
+  vertex_edges_ = make_incidence<VertexId, EdgeId>(vertex_count_, [&](auto emit) {
+    for (const EdgeId e : edges()) {
+      for (const VertexId v : edge_vertices_[e]) emit(v, e);
     }
   });
   cancel.throw_if_cancelled();
-  vertex_faces_ = make_incidence(vertex_count_, [&](auto emit) {
-    for (std::uint32_t f = 0; f < face_count(); ++f) {
-      for (const std::uint32_t v : face_vertices(f)) emit(v, f);
+  vertex_faces_ = make_incidence<VertexId, FaceId>(vertex_count_, [&](auto emit) {
+    for (const FaceId f : faces()) {
+      for (const VertexId v : face_vertices(f)) emit(v, f);
     }
   });
-  std::vector<std::uint32_t> sides;  // Edges of the faces' sides, one face after the other.
+  std::vector<EdgeId> sides;  // Edges of the faces' sides, one face after the other.
   sides.reserve(cell_half_faces_.size() / 2 * 5);
-  for (std::uint32_t f = 0; f < face_count(); ++f) {
+  for (const FaceId f : faces()) {
     poll();
     const auto ring = face_vertices(f);
     for (std::size_t i = 0; i < ring.size(); ++i) sides.push_back(find_edge(ring[i], ring[(i + 1) % ring.size()]));
   }
-  edge_faces_ = make_incidence(edge_count(), [&](auto emit) {
+  edge_faces_ = make_incidence<EdgeId, FaceId>(edge_count(), [&](auto emit) {
     auto side = sides.begin();
-    for (std::uint32_t f = 0; f < face_count(); ++f) {
+    for (const FaceId f : faces()) {
       for (std::size_t i = 0; i < face_size_[f]; ++i) emit(*side++, f);
     }
   });
@@ -208,28 +214,28 @@ void CellComplex::build_incidences(const CancellationToken& cancel) {
 void CellComplex::mark_boundary() {
   edge_boundary_.assign(edge_count(), 0);
   vertex_boundary_.assign(vertex_count_, 0);
-  for (std::uint32_t e = 0; e < edge_count(); ++e) {
-    for (const std::uint32_t f : edge_faces_[e]) edge_boundary_[e] |= face_on_boundary(f);
+  for (const EdgeId e : edges()) {
+    for (const FaceId f : edge_faces_[e]) edge_boundary_[e] |= face_on_boundary(f);
     if (!edge_boundary_[e]) continue;
-    for (const std::uint32_t v : edge_vertices_[e]) vertex_boundary_[v] = 1;
+    for (const VertexId v : edge_vertices_[e]) vertex_boundary_[v] = 1;
   }
 }
 
-std::uint32_t CellComplex::find_edge(std::uint32_t a, std::uint32_t b) const {
-  for (const std::uint32_t e : vertex_edges_[a]) {
+EdgeId CellComplex::find_edge(VertexId a, VertexId b) const {
+  for (const EdgeId e : vertex_edges_[a]) {
     if (edge_other(e, a) == b) return e;
   }
-  return kNone;
+  return EdgeId{kNone};
 }
 
 CellComplex make_cell_complex(const ControlMesh& mesh, const CancellationToken& cancel) {
-  std::vector<std::uint32_t> corners;
+  std::vector<VertexId> corners;
   corners.reserve(mesh.cell_vertices.size());
   std::size_t begin = 0;
   for (const CellKind kind : mesh.cell_kinds) {
     const int n = corner_count(kind);
     for (int i = 0; i < n; ++i) {
-      corners.push_back(mesh.cell_vertices[begin + vtk_corner(kind, static_cast<std::uint8_t>(i))]);
+      corners.emplace_back(mesh.cell_vertices[begin + vtk_corner(kind, static_cast<std::uint8_t>(i))]);
     }
     begin += static_cast<std::size_t>(n);
   }

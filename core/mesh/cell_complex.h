@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/base/ids.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/control_mesh.h"
 
@@ -24,12 +25,18 @@ namespace ccslice {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
+inline FaceId face_of(HalfFaceId half_face) { return FaceId{half_face / 2}; }
+inline HalfFaceId opposite(HalfFaceId half_face) { return HalfFaceId{half_face ^ 1}; }
+/// Its side 0, which always has a cell, and its side 1.
+inline std::array<HalfFaceId, 2> half_faces_of(FaceId face) { return {HalfFaceId{2 * face}, HalfFaceId{2 * face + 1}}; }
+
 /// Compressed rows: the items of row r are items[offsets[r] .. offsets[r+1]).
+template <typename Row, typename Item>
 struct Incidence {
   std::vector<std::uint32_t> offsets;
-  std::vector<std::uint32_t> items;
+  std::vector<Item> items;
 
-  std::span<const std::uint32_t> operator[](std::uint32_t row) const {
+  std::span<const Item> operator[](Row row) const {
     return std::span(items).subspan(offsets[row], offsets[row + 1] - offsets[row]);
   }
 };
@@ -39,7 +46,7 @@ class CellComplex {
   /// Cells by kinds and concatenated corners (hexahedra: bits order, see cell_kind.h). Sharp edges are vertex pairs.
   /// Makes no check but this one: throws Error{kMeshNonManifoldFace} if a face has more than two cells, and
   /// Error{kCancelled}. Takes time in proportion to the cells times their number round a vertex.
-  CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<std::uint32_t> corners,
+  CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<VertexId> corners,
               std::span<const std::array<std::uint32_t, 2>> sharp_edges, std::span<const std::uint32_t> sharp_vertices,
               const CancellationToken& cancel = {});
 
@@ -48,44 +55,49 @@ class CellComplex {
   std::uint32_t face_count() const { return static_cast<std::uint32_t>(half_face_cell_.size() / 2); }
   std::uint32_t edge_count() const { return static_cast<std::uint32_t>(edge_vertices_.size()); }
 
-  CellKind kind(std::uint32_t cell) const { return kinds_[cell]; }
-  std::span<const std::uint32_t> cell_vertices(std::uint32_t cell) const {
+  IdRange<VertexId> vertices() const { return IdRange<VertexId>{vertex_count()}; }
+  IdRange<CellId> cells() const { return IdRange<CellId>{cell_count()}; }
+  IdRange<FaceId> faces() const { return IdRange<FaceId>{face_count()}; }
+  IdRange<EdgeId> edges() const { return IdRange<EdgeId>{edge_count()}; }
+
+  CellKind kind(CellId cell) const { return kinds_[cell]; }
+  std::span<const VertexId> cell_vertices(CellId cell) const {
     return std::span(corners_).subspan(corner_begin_[cell], static_cast<std::size_t>(corner_count(kinds_[cell])));
   }
   /// Half-faces of a cell in the order of its local faces; edges in the order of its local edges.
-  std::span<const std::uint32_t> cell_half_faces(std::uint32_t cell) const {
+  std::span<const HalfFaceId> cell_half_faces(CellId cell) const {
     return std::span(cell_half_faces_).subspan(face_begin_[cell], cell_topology(kinds_[cell]).faces.size());
   }
-  std::span<const std::uint32_t> cell_edges(std::uint32_t cell) const {
+  std::span<const EdgeId> cell_edges(CellId cell) const {
     return std::span(cell_edges_).subspan(edge_begin_[cell], cell_topology(kinds_[cell]).edges.size());
   }
 
   /// Cell of a half-face, or kNone on the boundary; and the face's number within that cell.
-  std::uint32_t half_face_cell(std::uint32_t half_face) const { return half_face_cell_[half_face]; }
-  std::uint8_t half_face_local(std::uint32_t half_face) const { return half_face_local_[half_face]; }
-  bool face_on_boundary(std::uint32_t face) const { return half_face_cell_[2 * face + 1] == kNone; }
+  CellId half_face_cell(HalfFaceId half_face) const { return half_face_cell_[half_face]; }
+  std::uint8_t half_face_local(HalfFaceId half_face) const { return half_face_local_[half_face]; }
+  bool face_on_boundary(FaceId face) const { return half_face_cell_[half_faces_of(face)[1]] == kNone; }
   /// Vertices of a face, counter-clockwise seen from outside its first cell.
-  std::span<const std::uint32_t> face_vertices(std::uint32_t face) const {
+  std::span<const VertexId> face_vertices(FaceId face) const {
     return std::span(face_vertices_[face]).first(face_size_[face]);
   }
 
-  std::array<std::uint32_t, 2> edge_vertices(std::uint32_t edge) const { return edge_vertices_[edge]; }
-  std::uint32_t edge_other(std::uint32_t edge, std::uint32_t vertex) const {
+  std::array<VertexId, 2> edge_vertices(EdgeId edge) const { return edge_vertices_[edge]; }
+  VertexId edge_other(EdgeId edge, VertexId vertex) const {
     return edge_vertices_[edge][edge_vertices_[edge][0] == vertex];
   }
-  std::span<const std::uint32_t> edge_cells(std::uint32_t edge) const { return edge_cells_[edge]; }
-  std::span<const std::uint32_t> edge_faces(std::uint32_t edge) const { return edge_faces_[edge]; }
-  bool edge_on_boundary(std::uint32_t edge) const { return edge_boundary_[edge] != 0; }
-  bool edge_sharp(std::uint32_t edge) const { return edge_sharp_[edge] != 0; }
+  std::span<const CellId> edge_cells(EdgeId edge) const { return edge_cells_[edge]; }
+  std::span<const FaceId> edge_faces(EdgeId edge) const { return edge_faces_[edge]; }
+  bool edge_on_boundary(EdgeId edge) const { return edge_boundary_[edge] != 0; }
+  bool edge_sharp(EdgeId edge) const { return edge_sharp_[edge] != 0; }
 
-  std::span<const std::uint32_t> vertex_cells(std::uint32_t vertex) const { return vertex_cells_[vertex]; }
-  std::span<const std::uint32_t> vertex_faces(std::uint32_t vertex) const { return vertex_faces_[vertex]; }
-  std::span<const std::uint32_t> vertex_edges(std::uint32_t vertex) const { return vertex_edges_[vertex]; }
-  bool vertex_on_boundary(std::uint32_t vertex) const { return vertex_boundary_[vertex] != 0; }
-  bool vertex_sharp(std::uint32_t vertex) const { return vertex_sharp_[vertex] != 0; }
+  std::span<const CellId> vertex_cells(VertexId vertex) const { return vertex_cells_[vertex]; }
+  std::span<const FaceId> vertex_faces(VertexId vertex) const { return vertex_faces_[vertex]; }
+  std::span<const EdgeId> vertex_edges(VertexId vertex) const { return vertex_edges_[vertex]; }
+  bool vertex_on_boundary(VertexId vertex) const { return vertex_boundary_[vertex] != 0; }
+  bool vertex_sharp(VertexId vertex) const { return vertex_sharp_[vertex] != 0; }
 
   /// The edge between two vertices, or kNone.
-  std::uint32_t find_edge(std::uint32_t a, std::uint32_t b) const;
+  EdgeId find_edge(VertexId a, VertexId b) const;
 
  private:
   void number_cells();
@@ -96,14 +108,20 @@ class CellComplex {
 
   std::uint32_t vertex_count_;
   std::vector<CellKind> kinds_;
-  std::vector<std::uint32_t> corners_, corner_begin_, face_begin_, edge_begin_;
-  std::vector<std::uint32_t> cell_half_faces_, cell_edges_;
-  std::vector<std::uint32_t> half_face_cell_;
+  std::vector<VertexId> corners_;
+  std::vector<std::uint32_t> corner_begin_, face_begin_, edge_begin_;
+  std::vector<HalfFaceId> cell_half_faces_;
+  std::vector<EdgeId> cell_edges_;
+  std::vector<CellId> half_face_cell_;
   std::vector<std::uint8_t> half_face_local_;
-  std::vector<std::array<std::uint32_t, 4>> face_vertices_;
+  std::vector<std::array<VertexId, 4>> face_vertices_;
   std::vector<std::uint8_t> face_size_;
-  std::vector<std::array<std::uint32_t, 2>> edge_vertices_;
-  Incidence edge_cells_, edge_faces_, vertex_cells_, vertex_faces_, vertex_edges_;
+  std::vector<std::array<VertexId, 2>> edge_vertices_;
+  Incidence<EdgeId, CellId> edge_cells_;
+  Incidence<EdgeId, FaceId> edge_faces_;
+  Incidence<VertexId, CellId> vertex_cells_;
+  Incidence<VertexId, FaceId> vertex_faces_;
+  Incidence<VertexId, EdgeId> vertex_edges_;
   std::vector<std::uint8_t> edge_boundary_, edge_sharp_, vertex_boundary_, vertex_sharp_;
 };
 

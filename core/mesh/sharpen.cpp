@@ -22,7 +22,7 @@ namespace {
 SharpEdge ascending(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
 /// The vector area, outward; zero for degenerate faces.
-Vec3 vector_area(const ControlMesh& mesh, std::span<const std::uint32_t> ring) {
+Vec3 vector_area(const ControlMesh& mesh, std::span<const VertexId> ring) {
   Vec3 area = Vec3::Zero();
   const Vec3& first = mesh.positions[ring[0]];
   for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
@@ -32,16 +32,16 @@ Vec3 vector_area(const ControlMesh& mesh, std::span<const std::uint32_t> ring) {
 }
 
 /// Whether the ring runs from a straight on to b.
-bool runs_along(std::span<const std::uint32_t> ring, std::uint32_t a, std::uint32_t b) {
+bool runs_along(std::span<const VertexId> ring, VertexId a, VertexId b) {
   const auto at = static_cast<std::size_t>(std::find(ring.begin(), ring.end(), a) - ring.begin());
   return ring[(at + 1) % ring.size()] == b;
 }
 
 /// By how many degrees the surface turns at a boundary edge: positive where it is convex, negative where it is
 /// reentrant; nothing if a face has no normal.
-std::optional<double> turn_deg(const ControlMesh& mesh, const CellComplex& complex, std::uint32_t edge) {
-  std::vector<std::uint32_t> faces;
-  for (const std::uint32_t face : complex.edge_faces(edge)) {
+std::optional<double> turn_deg(const ControlMesh& mesh, const CellComplex& complex, EdgeId edge) {
+  std::vector<FaceId> faces;
+  for (const FaceId face : complex.edge_faces(edge)) {
     if (complex.face_on_boundary(face)) faces.push_back(face);
   }
   const Vec3 first = vector_area(mesh, complex.face_vertices(faces[0]));
@@ -67,7 +67,7 @@ SharpEdges find_sharp_edges(const ControlMesh& mesh, double least_angle_deg) {
   constexpr double kRoundingDeg = 1e-6;  // So that 90 finds a box's edges.
   const CellComplex complex = make_cell_complex(mesh);
   SharpEdges found;
-  for (std::uint32_t edge = 0; edge < complex.edge_count(); ++edge) {
+  for (const EdgeId edge : complex.edges()) {
     if (!complex.edge_on_boundary(edge)) continue;
     const std::optional<double> turn = turn_deg(mesh, complex, edge);
     if (!turn || std::abs(*turn) < least_angle_deg - kRoundingDeg) continue;

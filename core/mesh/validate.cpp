@@ -17,15 +17,15 @@ namespace ccslice {
 
 namespace {
 
-/// Walks small graphs. Keeps its memory.
+/// Walks small graphs of cells. Keeps its memory.
 class Walk {
  public:
-  /// Counts the items that are reached from the first. neighbours(item, visit) visits those of one item.
+  /// Counts the cells that are reached from the first. neighbours(cell, visit) visits those of one cell.
   template <typename Neighbours>
-  std::size_t reachable(std::span<const std::uint32_t> items, Neighbours neighbours) {
-    seen_.assign(1, items.front());
+  std::size_t reachable(std::span<const CellId> cells, Neighbours neighbours) {
+    seen_.assign(1, cells.front());
     for (std::size_t i = 0; i < seen_.size(); ++i) {
-      neighbours(seen_[i], [&](std::uint32_t next) {
+      neighbours(seen_[i], [&](CellId next) {
         if (!contains(seen_, next)) seen_.push_back(next);
       });
     }
@@ -33,26 +33,26 @@ class Walk {
   }
 
  private:
-  std::vector<std::uint32_t> seen_;  // In the order of the walk.
+  std::vector<CellId> seen_;  // In the order of the walk.
 };
 
 /// Visits the cells across those of a cell's faces that pass `through`.
 template <typename Through, typename Visit>
-void cells_across(const CellComplex& complex, std::uint32_t cell, Through through, Visit visit) {
-  for (const std::uint32_t h : complex.cell_half_faces(cell)) {
-    const std::uint32_t other = complex.half_face_cell(h ^ 1);
-    if (other != kNone && through(h / 2)) visit(other);
+void cells_across(const CellComplex& complex, CellId cell, Through through, Visit visit) {
+  for (const HalfFaceId h : complex.cell_half_faces(cell)) {
+    const CellId other = complex.half_face_cell(opposite(h));
+    if (other != kNone && through(face_of(h))) visit(other);
   }
 }
 
 void check_shared_faces(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
-  std::vector<std::uint32_t> others;
-  for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+  std::vector<CellId> others;
+  for (const CellId c : complex.cells()) {
     poll();
     others.clear();
     cells_across(
-        complex, c, [](std::uint32_t) { return true; }, [&](std::uint32_t o) { others.push_back(o); });
+        complex, c, [](FaceId) { return true; }, [&](CellId o) { others.push_back(o); });
     std::sort(others.begin(), others.end());
     const auto twice = std::adjacent_find(others.begin(), others.end());
     if (twice == others.end()) continue;
@@ -63,13 +63,13 @@ void check_shared_faces(const CellComplex& complex, const CancellationToken& can
   }
 }
 
-bool edge_is_manifold(const CellComplex& complex, std::uint32_t edge, Walk& walk) {
+bool edge_is_manifold(const CellComplex& complex, EdgeId edge, Walk& walk) {
   const auto faces = complex.edge_faces(edge);
   const auto boundary =
-      std::count_if(faces.begin(), faces.end(), [&](std::uint32_t f) { return complex.face_on_boundary(f); });
+      std::count_if(faces.begin(), faces.end(), [&](FaceId f) { return complex.face_on_boundary(f); });
   if (boundary != 0 && boundary != 2) return false;
-  const auto through = [&](std::uint32_t f) { return contains(faces, f); };
-  return walk.reachable(complex.edge_cells(edge), [&](std::uint32_t c, auto visit) {
+  const auto through = [&](FaceId f) { return contains(faces, f); };
+  return walk.reachable(complex.edge_cells(edge), [&](CellId c, auto visit) {
     cells_across(complex, c, through, visit);
   }) == complex.edge_cells(edge).size();
 }
@@ -77,7 +77,7 @@ bool edge_is_manifold(const CellComplex& complex, std::uint32_t edge, Walk& walk
 void check_edges(const CellComplex& complex, const MeshLimits& limits, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Walk walk;
-  for (std::uint32_t e = 0; e < complex.edge_count(); ++e) {
+  for (const EdgeId e : complex.edges()) {
     poll();
     const auto refuse = [&](ErrorCode code, const std::string& why) {
       const auto [a, b] = complex.edge_vertices(e);
@@ -101,12 +101,11 @@ void check_edges(const CellComplex& complex, const MeshLimits& limits, const Can
 }
 
 /// One ball or one half-ball: the link is connected and its Euler characteristic that of a sphere or a disc.
-bool vertex_is_manifold(const CellComplex& complex, std::uint32_t vertex, Walk& walk) {
+bool vertex_is_manifold(const CellComplex& complex, VertexId vertex, Walk& walk) {
   const auto cells = complex.vertex_cells(vertex);
   const auto faces = complex.vertex_faces(vertex);
-  const auto through = [&](std::uint32_t f) { return contains(complex.face_vertices(f), vertex); };
-  if (walk.reachable(cells, [&](std::uint32_t c, auto visit) { cells_across(complex, c, through, visit); }) !=
-      cells.size()) {
+  const auto through = [&](FaceId f) { return contains(complex.face_vertices(f), vertex); };
+  if (walk.reachable(cells, [&](CellId c, auto visit) { cells_across(complex, c, through, visit); }) != cells.size()) {
     return false;
   }
   const auto euler = static_cast<std::ptrdiff_t>(complex.vertex_edges(vertex).size()) -
@@ -118,7 +117,7 @@ void check_vertices(const CellComplex& complex, const CancellationToken& cancel)
   PeriodicPoll poll(cancel);
   Offenders pinched;
   Walk walk;
-  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+  for (const VertexId v : complex.vertices()) {
     poll();
     if (!vertex_is_manifold(complex, v, walk)) pinched.add(v);
   }
@@ -128,7 +127,7 @@ void check_vertices(const CellComplex& complex, const CancellationToken& cancel)
 }
 
 /// Det of the three edge vectors at a corner; hexahedra's corners are bits, where odd corners mirror.
-double corner_determinant(const ControlMesh& mesh, const CellComplex& complex, std::uint32_t cell, std::size_t corner) {
+double corner_determinant(const ControlMesh& mesh, const CellComplex& complex, CellId cell, std::size_t corner) {
   const auto vertices = complex.cell_vertices(cell);
   const auto& neighbours = cell_topology(complex.kind(cell)).corner_neighbours[corner];
   const Vec3& p = mesh.positions[vertices[corner]];
@@ -150,10 +149,10 @@ void mirror(CellKind kind, std::uint32_t* corners) {
 }
 
 /// True if the second cell of an interior face lists the face's vertices against the order of the first.
-bool sides_oppose(const CellComplex& complex, std::uint32_t face) {
+bool sides_oppose(const CellComplex& complex, FaceId face) {
   const auto ring = complex.face_vertices(face);
-  const std::uint32_t cell = complex.half_face_cell(2 * face + 1);
-  const LocalFace& shape = cell_topology(complex.kind(cell)).faces[complex.half_face_local(2 * face + 1)];
+  const CellId cell = complex.half_face_cell(half_faces_of(face)[1]);
+  const LocalFace& shape = cell_topology(complex.kind(cell)).faces[complex.half_face_local(half_faces_of(face)[1])];
   std::size_t first = 0;
   while (complex.cell_vertices(cell)[shape.corners[first]] != ring[0]) ++first;
   return complex.cell_vertices(cell)[shape.corners[(first + 1) % shape.size]] == ring[ring.size() - 1];
@@ -162,9 +161,10 @@ bool sides_oppose(const CellComplex& complex, std::uint32_t face) {
 /// Adds the cells on both sides of faces that, once `mirrored` is applied, have both cells on the same side.
 void find_overlapping_neighbours(const CellComplex& complex, const std::vector<std::uint8_t>& mirrored,
                                  std::vector<std::uint32_t>& inverted) {
-  for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+  for (const FaceId f : complex.faces()) {
     if (complex.face_on_boundary(f)) continue;
-    const std::uint32_t a = complex.half_face_cell(2 * f), b = complex.half_face_cell(2 * f + 1);
+    const auto [first, second] = half_faces_of(f);
+    const CellId a = complex.half_face_cell(first), b = complex.half_face_cell(second);
     if (sides_oppose(complex, f) == (mirrored[a] == mirrored[b])) continue;
     inverted.insert(inverted.end(), {a, b});
   }
@@ -184,7 +184,7 @@ Orientation orient(ControlMesh& mesh, const CellComplex& complex, const Cancella
   std::vector<std::uint8_t> mirrored(complex.cell_count(), 0);
   std::vector<std::uint32_t> corners = mesh.cell_vertices;
   std::size_t begin = 0;
-  for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+  for (const CellId c : complex.cells()) {
     poll();
     const auto n = complex.cell_vertices(c).size();
     std::size_t negative = 0, positive = 0;
@@ -208,7 +208,7 @@ Orientation orient(ControlMesh& mesh, const CellComplex& complex, const Cancella
 }
 
 void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
-  std::set<std::uint32_t> seen;
+  std::set<EdgeId> seen;
   for (std::size_t i = 0; i < mesh.sharp_edges.size(); ++i) {
     const auto [a, b] = mesh.sharp_edges[i];
     const auto refuse = [a = a, b = b, i](const std::string& what) {
@@ -216,7 +216,7 @@ void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
                   "sharp edge " + std::to_string(a) + "-" + std::to_string(b) + " " + what,
                   "sharp_edges[" + std::to_string(2 * i) + "]", {std::min(a, b), std::max(a, b)});
     };
-    const std::uint32_t e = complex.find_edge(a, b);
+    const EdgeId e = complex.find_edge(VertexId{a}, VertexId{b});
     if (e == kNone) refuse("isn't an edge of any cell: only edges on the boundary can be sharp");
     if (!complex.edge_on_boundary(e)) refuse("lies inside the solid: only edges on the boundary can be sharp");
     if (!seen.insert(e).second) refuse("is given twice: name each once");
@@ -224,9 +224,9 @@ void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
 }
 
 void check_sharp_vertices(const ControlMesh& mesh, const CellComplex& complex) {
-  std::set<std::uint32_t> seen;
+  std::set<VertexId> seen;
   for (std::size_t i = 0; i < mesh.sharp_vertices.size(); ++i) {
-    const std::uint32_t v = mesh.sharp_vertices[i];
+    const VertexId v{mesh.sharp_vertices[i]};
     const auto refuse = [v, i](const std::string& what) {
       throw Error(ErrorCode::kMeshBadSharpFeature, "sharp vertex " + std::to_string(v) + " " + what,
                   "sharp_vertices[" + std::to_string(i) + "]", {v});

@@ -14,9 +14,9 @@ struct BoundaryEdges {
   std::size_t sharp = 0;
 };
 
-BoundaryEdges boundary_edges(const CellComplex& complex, std::uint32_t vertex) {
+BoundaryEdges boundary_edges(const CellComplex& complex, VertexId vertex) {
   BoundaryEdges result;
-  for (const std::uint32_t e : complex.vertex_edges(vertex)) {
+  for (const EdgeId e : complex.vertex_edges(vertex)) {
     if (!complex.edge_on_boundary(e)) continue;
     ++result.count;
     result.sharp += complex.edge_sharp(e);
@@ -24,21 +24,21 @@ BoundaryEdges boundary_edges(const CellComplex& complex, std::uint32_t vertex) {
   return result;
 }
 
-bool share_a_face(const CellComplex& complex, std::uint32_t edge_a, std::uint32_t edge_b) {
+bool share_a_face(const CellComplex& complex, EdgeId edge_a, EdgeId edge_b) {
   const auto faces = complex.edge_faces(edge_b);
   return std::ranges::any_of(complex.edge_faces(edge_a),
-                             [&](std::uint32_t f) { return std::ranges::find(faces, f) != faces.end(); });
+                             [&](FaceId f) { return std::ranges::find(faces, f) != faces.end(); });
 }
 
 }  // namespace
 
-bool Classifier::irregular(std::uint32_t edge) const {
+bool Classifier::irregular(EdgeId edge) const {
   const std::size_t cells = complex_.edge_cells(edge).size();
   if (!complex_.edge_on_boundary(edge)) return cells != 4;
   return cells != (complex_.edge_sharp(edge) ? 1u : 2u);
 }
 
-bool Classifier::line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::uint32_t edge_b) const {
+bool Classifier::line_passes(VertexId vertex, EdgeId edge_a, EdgeId edge_b) const {
   const std::size_t n = complex_.edge_cells(edge_a).size();
   if (complex_.edge_cells(edge_b).size() != n || complex_.vertex_cells(vertex).size() != 2 * n) return false;
   if (share_a_face(complex_, edge_a, edge_b)) return false;  // The line turns here.
@@ -50,7 +50,7 @@ bool Classifier::line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::ui
          !complex_.vertex_sharp(vertex);
 }
 
-bool Classifier::line_ends(std::uint32_t vertex, std::uint32_t edge) const {
+bool Classifier::line_ends(VertexId vertex, EdgeId edge) const {
   if (!complex_.vertex_on_boundary(vertex)) return false;
   const std::size_t n = complex_.edge_cells(edge).size();
   if (complex_.vertex_cells(vertex).size() != n) return false;
@@ -63,13 +63,13 @@ bool Classifier::line_ends(std::uint32_t vertex, std::uint32_t edge) const {
   return boundary.count == n + 2 && boundary.sharp == (sharp ? 3u : 2u) && (sharp || !complex_.vertex_sharp(vertex));
 }
 
-Classifier::State Classifier::find_state(std::uint32_t vertex) const {
-  for (const std::uint32_t c : complex_.vertex_cells(vertex)) {
+Classifier::State Classifier::find_state(VertexId vertex) const {
+  for (const CellId c : complex_.vertex_cells(vertex)) {
     if (complex_.kind(c) != CellKind::kHex) return State::kMixed;
   }
-  std::array<std::uint32_t, 2> lines{};
+  std::array<EdgeId, 2> lines{};
   std::size_t count = 0;
-  for (const std::uint32_t e : complex_.vertex_edges(vertex)) {
+  for (const EdgeId e : complex_.vertex_edges(vertex)) {
     if (!irregular(e)) continue;
     if (count == 2) return State::kIrregular;
     lines[count++] = e;
@@ -82,13 +82,13 @@ Classifier::State Classifier::find_state(std::uint32_t vertex) const {
   return straight ? State::kOnLine : State::kIrregular;
 }
 
-Classifier::State Classifier::state(std::uint32_t vertex) {
+Classifier::State Classifier::state(VertexId vertex) {
   State& state = vertex_state_[vertex];
   if (state == State::kUnknown) state = find_state(vertex);
   return state;
 }
 
-std::optional<Classification> Classifier::classify(std::uint32_t cell) {
+std::optional<Classification> Classifier::classify(CellId cell) {
   if (complex_.kind(cell) != CellKind::kHex) return std::nullopt;
   const auto vertices = complex_.cell_vertices(cell);
   std::size_t irregular_vertices = 0, irregular_edges = 0;

@@ -42,17 +42,17 @@ class Classifier {
       : complex_(complex), vertex_state_(complex.vertex_count(), State::kUnknown) {}
 
   /// Nothing if the cell isn't limit-ready. REQUIRES: the cell's vertices are complete.
-  [[nodiscard]] std::optional<Classification> classify(std::uint32_t cell);
+  [[nodiscard]] std::optional<Classification> classify(CellId cell);
   /// REQUIRES: one of the edge's vertices is complete.
-  bool irregular(std::uint32_t edge) const;
+  bool irregular(EdgeId edge) const;
 
  private:
   enum class State : std::uint8_t { kUnknown, kRegular, kOnLine, kIrregular, kMixed };
 
-  State state(std::uint32_t vertex);
-  State find_state(std::uint32_t vertex) const;
-  bool line_passes(std::uint32_t vertex, std::uint32_t edge_a, std::uint32_t edge_b) const;
-  bool line_ends(std::uint32_t vertex, std::uint32_t edge) const;
+  State state(VertexId vertex);
+  State find_state(VertexId vertex) const;
+  bool line_passes(VertexId vertex, EdgeId edge_a, EdgeId edge_b) const;
+  bool line_ends(VertexId vertex, EdgeId edge) const;
 
   const CellComplex& complex_;
   std::vector<State> vertex_state_;

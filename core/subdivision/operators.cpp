@@ -21,9 +21,9 @@ constexpr int kMaxLimitSteps = 2000;
 
 /// Appends to `to` the rows of `from` that belong to `points`, with every column c replaced by c % period; kNone is an
 /// empty row.
-void append_rows(const Stencils& from, std::span<const std::uint32_t> points, std::uint32_t period, Stencils& to) {
+void append_rows(const Stencils& from, std::span<const VertexId> points, std::uint32_t period, Stencils& to) {
   std::vector<std::pair<std::uint32_t, double>> row;
-  for (const std::uint32_t p : points) {
+  for (const VertexId p : points) {
     row.clear();
     if (p != kNone) {
       for (std::uint32_t e = from.offsets[p]; e < from.offsets[p + 1]; ++e) {
@@ -78,10 +78,10 @@ std::vector<double> limit_row(const Operators& operators, std::uint32_t self) {
 /// The 2-D ring in three layers of cells, so that refining the middle one sees the rules of the solid's inside.
 CellComplex extrude(const LineRing& ring) {
   const std::uint32_t n = ring.count;
-  std::vector<std::uint32_t> corners;
+  std::vector<VertexId> corners;
   for (std::uint32_t layer = 0; layer < 3; ++layer) {
     for (const auto& quad : ring.quads) {
-      for (std::uint32_t j = 0; j < 8; ++j) corners.push_back(quad[j & 3] + n * (layer + (j >> 2)));
+      for (std::uint32_t j = 0; j < 8; ++j) corners.emplace_back(quad[j & 3] + n * (layer + (j >> 2)));
     }
   }
   std::vector<std::array<std::uint32_t, 2>> sharp;
@@ -98,9 +98,9 @@ CellComplex extrude(const LineRing& ring) {
 /// The surface ring as the outside (w = 1) of one layer of cells: the boundary rules see boundary faces only.
 CellComplex thicken(const SurfaceRing& ring) {
   const auto n = static_cast<std::uint32_t>(ring.points.size());
-  std::vector<std::uint32_t> corners;
+  std::vector<VertexId> corners;
   for (const auto& quad : ring.quads) {
-    for (std::uint32_t j = 0; j < 8; ++j) corners.push_back(quad[j & 3] + (j < 4 ? n : 0));
+    for (std::uint32_t j = 0; j < 8; ++j) corners.emplace_back(quad[j & 3] + (j < 4 ? n : 0));
   }
   return CellComplex(2 * n, std::vector<CellKind>(ring.quads.size(), CellKind::kHex), std::move(corners),
                      ring.sharp_edges, ring.sharp_vertices);
@@ -125,24 +125,24 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   if (!fresh) return self;
   lines_.emplace_back();
   const CellComplex complex = extrude(ring);
-  const auto middle = static_cast<std::uint32_t>(ring.quads.size());
+  const CellId middle{static_cast<std::uint32_t>(ring.quads.size())};
   const Refinement refined = refine(complex, std::array{middle});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
   PlanarOperator op;
   op.points = ring.count;
-  const std::uint32_t first = refined.first_child.front();
   for (std::uint32_t c = 0; c < 4; ++c) {
-    const auto found = classifier.classify(first + c);
+    const CellId child{refined.first_child.front() + c};
+    const auto found = classifier.classify(child);
     if (c == 0) {
       if (!found || found->cell_class != CellClass::kLine || found->anchor != 8) broken("a line cell lost its line");
-      const LineRing next = walker.line(first, {});
+      const LineRing next = walker.line(child, {});
       op.children[0] = rows_after(op.stencils, next.count, 0);
       append_rows(refined.stencils, std::span(next.points).subspan(next.count, next.count), ring.count, op.stencils);
       op.children[0].op = line(next);
     } else {
       if (!found || found->cell_class != CellClass::kRegular) broken("an outer child of a line cell isn't regular");
-      const RegularRing next = walker.regular(first + c);
+      const RegularRing next = walker.regular(child);
       op.children[c] = rows_after(op.stencils, 16, next.phantoms & 15);
       append_rows(refined.stencils, std::span(next.points).subspan(16, 16), ring.count, op.stencils);
     }
@@ -159,16 +159,16 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   if (!fresh) return self;
   surfaces_.emplace_back();
   const auto n = static_cast<std::uint32_t>(ring.points.size());
-  const Refinement refined = refine(thicken(ring), std::array{0u});
+  const Refinement refined = refine(thicken(ring), std::array{CellId{0}});
   SurfaceWalker walker(refined.complex);
   PlanarOperator op;
   op.points = n;
   for (std::uint32_t c = 0; c < 4; ++c) {
-    const std::uint32_t child = refined.first_child.front() + 4 + c;
-    const std::uint32_t face = refined.complex.cell_half_faces(child)[5] / 2;
+    const CellId child{refined.first_child.front() + 4 + c};
+    const FaceId face = face_of(refined.complex.cell_half_faces(child)[5]);
     // The child keeps the axes of the face: its vertex (0,0) is the child cell's corner 4.
     const auto cycle = refined.complex.face_vertices(face);
-    const std::uint32_t origin = refined.complex.cell_vertices(child)[4];
+    const VertexId origin = refined.complex.cell_vertices(child)[4];
     const auto start = static_cast<std::uint8_t>(std::find(cycle.begin(), cycle.end(), origin) - cycle.begin());
     SurfaceRing next = c == 0 ? walker.irregular_ring(face, start) : walker.walk(face);
     if (c > 0 && (!next.regular || start != 0)) broken("an outer child of a boundary face isn't regular");
@@ -191,17 +191,19 @@ std::uint32_t OperatorTable::vertex(const VertexRing& ring) {
   if (!fresh) return self;
   vertices_.emplace_back();
   const auto n = static_cast<std::uint32_t>(ring.points.size());
-  std::vector<std::uint32_t> corners;
-  for (const auto& cell : ring.cells) corners.insert(corners.end(), cell.begin(), cell.end());
+  std::vector<VertexId> corners;
+  for (const auto& cell : ring.cells) {
+    for (const std::uint32_t number : cell) corners.emplace_back(number);
+  }
   const CellComplex complex(n, std::vector<CellKind>(ring.cells.size(), CellKind::kHex), std::move(corners),
                             ring.sharp_edges, ring.sharp_vertices);
-  const Refinement refined = refine(complex, std::array{0u});
+  const Refinement refined = refine(complex, std::array{CellId{0}});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
   VertexOperator op;
   op.points = n;
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const std::uint32_t cell = refined.first_child.front() + c;
+    const CellId cell{refined.first_child.front() + c};
     const auto found = classifier.classify(cell);
     if (!found) broken("a child of a vertex cell isn't limit-ready");
     VertexOperator::Child& child = op.children[c];

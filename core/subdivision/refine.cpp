@@ -7,6 +7,8 @@
 #include <array>
 #include <utility>
 
+#include "core/base/contains.h"
+
 namespace ccslice {
 
 namespace {
@@ -16,25 +18,25 @@ class Row {
  public:
   explicit Row(const CellComplex& parent) : parent_(parent), weight_(parent.vertex_count(), 0.0) {}
 
-  void add_vertex(std::uint32_t v, double weight) {
+  void add_vertex(VertexId v, double weight) {
     if (weight == 0) return;
     touched_.push_back(v);
     weight_[v] += weight;
   }
-  void add_mean(std::span<const std::uint32_t> vertices, double weight) {
-    for (const std::uint32_t v : vertices) add_vertex(v, weight / static_cast<double>(vertices.size()));
+  void add_mean(std::span<const VertexId> vertices, double weight) {
+    for (const VertexId v : vertices) add_vertex(v, weight / static_cast<double>(vertices.size()));
   }
-  void add_cell(std::uint32_t c, double weight) { add_mean(parent_.cell_vertices(c), weight); }
-  void add_face(std::uint32_t f, double weight) { add_mean(parent_.face_vertices(f), weight); }
-  void add_edge(std::uint32_t e, double weight) { add_mean(parent_.edge_vertices(e), weight); }
-  void add_cells(std::span<const std::uint32_t> cells, double weight) {
-    for (const std::uint32_t c : cells) add_cell(c, weight / static_cast<double>(cells.size()));
+  void add_cell(CellId c, double weight) { add_mean(parent_.cell_vertices(c), weight); }
+  void add_face(FaceId f, double weight) { add_mean(parent_.face_vertices(f), weight); }
+  void add_edge(EdgeId e, double weight) { add_mean(parent_.edge_vertices(e), weight); }
+  void add_cells(std::span<const CellId> cells, double weight) {
+    for (const CellId c : cells) add_cell(c, weight / static_cast<double>(cells.size()));
   }
-  void add_faces(std::span<const std::uint32_t> faces, double weight) {
-    for (const std::uint32_t f : faces) add_face(f, weight / static_cast<double>(faces.size()));
+  void add_faces(std::span<const FaceId> faces, double weight) {
+    for (const FaceId f : faces) add_face(f, weight / static_cast<double>(faces.size()));
   }
-  void add_edges(std::span<const std::uint32_t> edges, double weight) {
-    for (const std::uint32_t e : edges) add_edge(e, weight / static_cast<double>(edges.size()));
+  void add_edges(std::span<const EdgeId> edges, double weight) {
+    for (const EdgeId e : edges) add_edge(e, weight / static_cast<double>(edges.size()));
   }
 
   /// Appends the row, indices ascending, and starts the next one.
@@ -42,7 +44,7 @@ class Row {
     std::sort(touched_.begin(), touched_.end());
     touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
     entries_.clear();
-    for (const std::uint32_t v : touched_) entries_.emplace_back(v, std::exchange(weight_[v], 0.0));
+    for (const VertexId v : touched_) entries_.emplace_back(v, std::exchange(weight_[v], 0.0));
     stencils.append(entries_);
     touched_.clear();
   }
@@ -50,32 +52,33 @@ class Row {
  private:
   const CellComplex& parent_;
   std::vector<double> weight_;
-  std::vector<std::uint32_t> touched_;
+  std::vector<VertexId> touched_;
   std::vector<std::pair<std::uint32_t, double>> entries_;
 };
 
-template <typename Keep>
-std::vector<std::uint32_t> select(std::span<const std::uint32_t> items, Keep keep) {
-  std::vector<std::uint32_t> result;
-  std::copy_if(items.begin(), items.end(), std::back_inserter(result), keep);
+template <typename Ids, typename Keep>
+std::vector<typename Ids::value_type> select(const Ids& ids, Keep keep) {
+  std::vector<typename Ids::value_type> result;
+  std::copy_if(ids.begin(), ids.end(), std::back_inserter(result), keep);
   return result;
 }
 
-bool is_extraordinary(const CellComplex& complex, std::uint32_t edge) {
+bool is_extraordinary(const CellComplex& complex, EdgeId edge) {
   return !complex.edge_on_boundary(edge) && complex.edge_cells(edge).size() != 4;
 }
 
-void face_point(const CellComplex& parent, std::uint32_t face, Row& row) {
+void face_point(const CellComplex& parent, FaceId face, Row& row) {
   if (parent.face_on_boundary(face)) {
     row.add_face(face, 1);
     return;
   }
-  row.add_cell(parent.half_face_cell(2 * face), 0.25);
+  const auto [first, second] = half_faces_of(face);
+  row.add_cell(parent.half_face_cell(first), 0.25);
   row.add_face(face, 0.5);
-  row.add_cell(parent.half_face_cell(2 * face + 1), 0.25);
+  row.add_cell(parent.half_face_cell(second), 0.25);
 }
 
-void edge_point(const CellComplex& parent, std::uint32_t edge, Row& row) {
+void edge_point(const CellComplex& parent, EdgeId edge, Row& row) {
   if (!parent.edge_on_boundary(edge)) {
     const auto n = static_cast<double>(parent.edge_cells(edge).size());
     row.add_cells(parent.edge_cells(edge), 1 / n);
@@ -85,48 +88,46 @@ void edge_point(const CellComplex& parent, std::uint32_t edge, Row& row) {
     row.add_edge(edge, 1);
   } else {
     row.add_edge(edge, 0.5);
-    row.add_faces(select(parent.edge_faces(edge), [&](std::uint32_t f) { return parent.face_on_boundary(f); }), 0.5);
+    row.add_faces(select(parent.edge_faces(edge), [&](FaceId f) { return parent.face_on_boundary(f); }), 0.5);
   }
 }
 
-void boundary_vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
-  const auto edges = select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return parent.edge_on_boundary(e); });
-  const auto sharp = select(edges, [&](std::uint32_t e) { return parent.edge_sharp(e); });
+void boundary_vertex_point(const CellComplex& parent, VertexId vertex, Row& row) {
+  const auto edges = select(parent.vertex_edges(vertex), [&](EdgeId e) { return parent.edge_on_boundary(e); });
+  const auto sharp = select(edges, [&](EdgeId e) { return parent.edge_sharp(e); });
   if (sharp.size() > 2 || parent.vertex_sharp(vertex)) {
     row.add_vertex(vertex, 1);
   } else if (sharp.size() == 2) {
     row.add_vertex(vertex, 0.75);
-    for (const std::uint32_t e : sharp) row.add_vertex(parent.edge_other(e, vertex), 0.125);
+    for (const EdgeId e : sharp) row.add_vertex(parent.edge_other(e, vertex), 0.125);
   } else {
     const auto k = static_cast<double>(edges.size());
-    row.add_faces(select(parent.vertex_faces(vertex), [&](std::uint32_t f) { return parent.face_on_boundary(f); }),
-                  1 / k);
+    row.add_faces(select(parent.vertex_faces(vertex), [&](FaceId f) { return parent.face_on_boundary(f); }), 1 / k);
     row.add_edges(edges, 2 / k);
     row.add_vertex(vertex, (k - 3) / k);
   }
 }
 
-void straight_vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
-  const auto along = select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return is_extraordinary(parent, e); });
-  const auto across =
-      select(parent.vertex_edges(vertex), [&](std::uint32_t e) { return !is_extraordinary(parent, e); });
+void straight_vertex_point(const CellComplex& parent, VertexId vertex, Row& row) {
+  const auto along = select(parent.vertex_edges(vertex), [&](EdgeId e) { return is_extraordinary(parent, e); });
+  const auto across = select(parent.vertex_edges(vertex), [&](EdgeId e) { return !is_extraordinary(parent, e); });
   const auto n = static_cast<double>(parent.edge_cells(along.front()).size());
-  const auto on_line = [&](std::uint32_t f) {
-    return std::any_of(along.begin(), along.end(), [&](std::uint32_t e) {
+  const auto on_line = [&](FaceId f) {
+    return std::any_of(along.begin(), along.end(), [&](EdgeId e) {
       const auto faces = parent.edge_faces(e);
       return std::find(faces.begin(), faces.end(), f) != faces.end();
     });
   };
   const auto faces = parent.vertex_faces(vertex);
   row.add_cells(parent.vertex_cells(vertex), 0.5 / n);
-  row.add_faces(select(faces, [&](std::uint32_t f) { return !on_line(f); }), 0.5 / n);
+  row.add_faces(select(faces, [&](FaceId f) { return !on_line(f); }), 0.5 / n);
   row.add_faces(select(faces, on_line), 1 / n);
   row.add_edges(across, 1 / n);
   row.add_edges(along, (n - 3) / (2 * n));
   row.add_vertex(vertex, (n - 3) / (2 * n));
 }
 
-void vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
+void vertex_point(const CellComplex& parent, VertexId vertex, Row& row) {
   if (parent.vertex_on_boundary(vertex)) {
     boundary_vertex_point(parent, vertex, row);
   } else if (on_straight_extraordinary_edge(parent, vertex)) {
@@ -141,64 +142,61 @@ void vertex_point(const CellComplex& parent, std::uint32_t vertex, Row& row) {
 
 /// Numbers the child vertices that are needed: those of the parent's items that touch a complete vertex.
 struct ChildVertices {
-  std::vector<std::uint32_t> of_vertex, of_edge, of_face, of_cell;
+  std::vector<VertexId> of_vertex, of_edge, of_face, of_cell;
   std::vector<std::uint32_t> origin;
   std::array<std::uint32_t, 3> begins{};  // Where edge, face and cell points begin.
 
   ChildVertices(const CellComplex& parent, const std::vector<std::uint8_t>& keep) {
     const auto touches = [&](auto vertices) {
-      return std::any_of(vertices.begin(), vertices.end(), [&](std::uint32_t v) { return keep[v] != 0; });
+      return std::any_of(vertices.begin(), vertices.end(), [&](VertexId v) { return keep[v] != 0; });
     };
-    number(of_vertex, parent.vertex_count(), [&](std::uint32_t v) { return keep[v] != 0; });
+    number(of_vertex, parent.vertices(), [&](VertexId v) { return keep[v] != 0; });
     begins[0] = count();
-    number(of_edge, parent.edge_count(), [&](std::uint32_t e) { return touches(parent.edge_vertices(e)); });
+    number(of_edge, parent.edges(), [&](EdgeId e) { return touches(parent.edge_vertices(e)); });
     begins[1] = count();
-    number(of_face, parent.face_count(), [&](std::uint32_t f) { return touches(parent.face_vertices(f)); });
+    number(of_face, parent.faces(), [&](FaceId f) { return touches(parent.face_vertices(f)); });
     begins[2] = count();
-    number(of_cell, parent.cell_count(), [&](std::uint32_t c) { return touches(parent.cell_vertices(c)); });
+    number(of_cell, parent.cells(), [&](CellId c) { return touches(parent.cell_vertices(c)); });
   }
 
   std::uint32_t count() const { return static_cast<std::uint32_t>(origin.size()); }
 
  private:
-  template <typename Wanted>
-  void number(std::vector<std::uint32_t>& ids, std::uint32_t items, Wanted wanted) {
-    ids.assign(items, kNone);
-    for (std::uint32_t i = 0; i < items; ++i) {
-      if (!wanted(i)) continue;
-      ids[i] = count();
-      origin.push_back(i);
+  template <typename Ids, typename Wanted>
+  void number(std::vector<VertexId>& children, Ids items, Wanted wanted) {
+    children.assign(items.size(), VertexId{kNone});
+    for (const auto item : items) {
+      if (!wanted(item)) continue;
+      children[item] = VertexId{count()};
+      origin.push_back(item);
     }
   }
 };
 
-std::uint32_t face_with(const CellComplex& parent, std::uint32_t cell, std::uint32_t a, std::uint32_t b,
-                        std::uint32_t c) {
-  for (const std::uint32_t h : parent.cell_half_faces(cell)) {
-    const auto ring = parent.face_vertices(h / 2);
-    const auto has = [&](std::uint32_t v) { return std::find(ring.begin(), ring.end(), v) != ring.end(); };
-    if (has(a) && has(b) && has(c)) return h / 2;
+FaceId face_with(const CellComplex& parent, CellId cell, const std::array<VertexId, 3>& vertices) {
+  for (const HalfFaceId h : parent.cell_half_faces(cell)) {
+    const auto ring = parent.face_vertices(face_of(h));
+    if (std::ranges::all_of(vertices, [&](VertexId v) { return contains(ring, v); })) return face_of(h);
   }
-  return kNone;
+  return FaceId{kNone};
 }
 
 /// The child of a cell at one of its corners: eight child vertices in bits order.
-std::array<std::uint32_t, 8> child_at(const CellComplex& parent, const ChildVertices& ids, std::uint32_t cell,
-                                      std::size_t corner) {
+std::array<VertexId, 8> child_at(const CellComplex& parent, const ChildVertices& ids, CellId cell, std::size_t corner) {
   const auto vertices = parent.cell_vertices(cell);
   const bool hex = parent.kind(cell) == CellKind::kHex;
   const auto& neighbours = cell_topology(parent.kind(cell)).corner_neighbours[corner];
-  const std::uint32_t v = vertices[corner];
-  std::array<std::uint32_t, 3> ends{};
+  const VertexId v = vertices[corner];
+  std::array<VertexId, 3> ends;
   for (std::size_t i = 0; i < 3; ++i) ends[i] = vertices[neighbours[i]];
   // Local bits here count from the corner itself; a hexahedron's child keeps the parent's axes, so its bits flip.
   const std::size_t flip = hex ? corner : 0;
-  std::array<std::uint32_t, 8> child{};
+  std::array<VertexId, 8> child;
   child[0 ^ flip] = ids.of_vertex[v];
   for (std::size_t i = 0; i < 3; ++i) {
     child[(std::size_t{1} << i) ^ flip] = ids.of_edge[parent.find_edge(v, ends[i])];
     const std::size_t j = (i + 1) % 3;
-    const std::uint32_t face = face_with(parent, cell, v, ends[i], ends[j]);
+    const FaceId face = face_with(parent, cell, {v, ends[i], ends[j]});
     child[(std::size_t{1} << i | std::size_t{1} << j) ^ flip] = ids.of_face[face];
   }
   child[7 ^ flip] = ids.of_cell[cell];
@@ -212,13 +210,13 @@ struct SharpFeatures {
 
 SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVertices& ids) {
   SharpFeatures sharp;
-  for (std::uint32_t e = 0; e < parent.edge_count(); ++e) {
+  for (const EdgeId e : parent.edges()) {
     if (!parent.edge_sharp(e) || ids.of_edge[e] == kNone) continue;
-    for (const std::uint32_t v : parent.edge_vertices(e)) {
+    for (const VertexId v : parent.edge_vertices(e)) {
       if (ids.of_vertex[v] != kNone) sharp.edges.push_back({ids.of_vertex[v], ids.of_edge[e]});
     }
   }
-  for (std::uint32_t v = 0; v < parent.vertex_count(); ++v) {
+  for (const VertexId v : parent.vertices()) {
     if (parent.vertex_sharp(v) && ids.of_vertex[v] != kNone) sharp.vertices.push_back(ids.of_vertex[v]);
   }
   return sharp;
@@ -232,13 +230,13 @@ Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids, cons
     poll();
     const std::uint32_t origin = ids.origin[i];
     if (i < ids.begins[0]) {
-      vertex_point(parent, origin, row);
+      vertex_point(parent, VertexId{origin}, row);
     } else if (i < ids.begins[1]) {
-      edge_point(parent, origin, row);
+      edge_point(parent, EdgeId{origin}, row);
     } else if (i < ids.begins[2]) {
-      face_point(parent, origin, row);
+      face_point(parent, FaceId{origin}, row);
     } else {
-      row.add_cell(origin, 1);
+      row.add_cell(CellId{origin}, 1);
     }
     row.flush(stencils);
   }
@@ -247,11 +245,11 @@ Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids, cons
 
 }  // namespace
 
-bool on_straight_extraordinary_edge(const CellComplex& complex, std::uint32_t vertex) {
+bool on_straight_extraordinary_edge(const CellComplex& complex, VertexId vertex) {
   if (complex.vertex_on_boundary(vertex)) return false;
   std::array<std::size_t, 2> valence{};
   std::size_t count = 0;
-  for (const std::uint32_t e : complex.vertex_edges(vertex)) {
+  for (const EdgeId e : complex.vertex_edges(vertex)) {
     if (!is_extraordinary(complex, e)) continue;
     if (count == 2) return false;
     valence[count++] = complex.edge_cells(e).size();
@@ -260,20 +258,21 @@ bool on_straight_extraordinary_edge(const CellComplex& complex, std::uint32_t ve
          complex.vertex_edges(vertex).size() == valence[0] + 2;
 }
 
-Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells, const CancellationToken& cancel) {
+Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   std::vector<std::uint8_t> keep(parent.vertex_count(), 0);
-  for (const std::uint32_t c : cells) {
-    for (const std::uint32_t v : parent.cell_vertices(c)) keep[v] = 1;
+  for (const CellId c : cells) {
+    for (const VertexId v : parent.cell_vertices(c)) keep[v] = 1;
   }
   ChildVertices ids(parent, keep);
-  std::vector<std::uint32_t> first_child, corners;
+  std::vector<CellId> first_child;
+  std::vector<VertexId> corners;
   std::uint32_t children = 0;
   std::size_t next = 0;
-  for (std::uint32_t c = 0; c < parent.cell_count(); ++c) {
+  for (const CellId c : parent.cells()) {
     poll();
     if (next < cells.size() && cells[next] == c) {
-      first_child.push_back(children);
+      first_child.emplace_back(children);
       ++next;
     }
     const auto vertices = parent.cell_vertices(c);

@@ -38,9 +38,9 @@ namespace ccslice {
 /// The children of some cells of a complex, and the children next to them, as a cut-out complex of hexahedra.
 struct Refinement {
   CellComplex complex;
-  Stencils stencils;                       // Row r: child vertex r from the parent's vertices.
-  std::vector<std::uint32_t> first_child;  // By refined cell: its children follow in the order of its corners.
-  std::uint32_t edge_points_begin = 0;     // Child vertices: vertex, edge, face, then cell points.
+  Stencils stencils;                    // Row r: child vertex r from the parent's vertices.
+  std::vector<CellId> first_child;      // By refined cell: its children follow in the order of its corners.
+  std::uint32_t edge_points_begin = 0;  // Child vertices: vertex, edge, face, then cell points.
   std::uint32_t face_points_begin = 0;
   std::uint32_t cell_points_begin = 0;
   std::vector<std::uint32_t> origin;  // The parent's vertex, edge, face or cell of each child vertex.
@@ -50,10 +50,9 @@ struct Refinement {
 /// of their children are complete. A child at corner i of a hexahedron keeps the parent's axes and is its i-th in
 /// corner bits; at corner i of a tet or wedge its origin is the corner and its axes run along corner_neighbours[i].
 /// REQUIRES: the vertices of `cells` are complete. Throws Error{kCancelled} only.
-Refinement refine(const CellComplex& parent, std::span<const std::uint32_t> cells,
-                  const CancellationToken& cancel = {});
+Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel = {});
 
 /// True if the vertex lies on a straight EE (see above). REQUIRES: complete.
-bool on_straight_extraordinary_edge(const CellComplex& complex, std::uint32_t vertex);
+bool on_straight_extraordinary_edge(const CellComplex& complex, VertexId vertex);
 
 }  // namespace ccslice

@@ -24,18 +24,18 @@ RingWalker::RingWalker(const CellComplex& complex) : complex_(complex), local_(c
 RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned side) const {
   const Frame& f = from.frame;
   const unsigned local_side = side ^ (f.origin >> f.axis[a] & 1u);
-  const std::uint32_t half_face = complex_.cell_half_faces(from.cell)[2u * f.axis[a] + local_side];
-  const std::uint32_t next = complex_.half_face_cell(half_face ^ 1);
-  if (next == kNone) return {kNone, {}};
+  const HalfFaceId half_face = complex_.cell_half_faces(from.cell)[2u * f.axis[a] + local_side];
+  const CellId next = complex_.half_face_cell(opposite(half_face));
+  if (next == kNone) return {next, {}};
   const auto vertices = complex_.cell_vertices(next);
   const auto corner_of = [&](unsigned framed) {
-    const std::uint32_t v = vertex_at(from, framed);
+    const VertexId v = vertex_at(from, framed);
     return static_cast<unsigned>(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
   };
   const unsigned base = side << a;
   const unsigned corner = corner_of(base);
   Frame frame;
-  frame.axis[a] = static_cast<std::uint8_t>(complex_.half_face_local(half_face ^ 1) / 2);
+  frame.axis[a] = static_cast<std::uint8_t>(complex_.half_face_local(opposite(half_face)) / 2);
   const unsigned b = (a + 1) % 3, c = (a + 2) % 3;
   frame.axis[b] = static_cast<std::uint8_t>(std::countr_zero(corner ^ corner_of(base | 1u << b)));
   frame.axis[c] = static_cast<std::uint8_t>(3 - frame.axis[a] - frame.axis[b]);
@@ -43,21 +43,21 @@ RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned si
   return {next, frame};
 }
 
-void RingWalker::number(std::uint32_t vertex, std::vector<std::uint32_t>& points) {
+void RingWalker::number(VertexId vertex, std::vector<VertexId>& points) {
   if (local_[vertex] != kNone) return;
   local_[vertex] = static_cast<std::uint32_t>(points.size());
   points.push_back(vertex);
 }
 
-void RingWalker::forget(const std::vector<std::uint32_t>& points) {
-  for (const std::uint32_t v : points) {
+void RingWalker::forget(const std::vector<VertexId>& points) {
+  for (const VertexId v : points) {
     if (v != kNone) local_[v] = kNone;
   }
 }
 
-RegularRing RingWalker::regular(std::uint32_t cell, const Frame& frame) const {
+RegularRing RingWalker::regular(CellId cell, const Frame& frame) const {
   RegularRing ring;
-  ring.points.fill(kNone);
+  ring.points.fill(VertexId{kNone});
   // Cells by steps (-1, 0, 1) along the three axes, reached one axis after the other.
   const auto visit = [&](const Framed& at, int du, int dv, int dw) {
     for (unsigned j = 0; j < 8; ++j) {
@@ -87,39 +87,39 @@ RegularRing RingWalker::regular(std::uint32_t cell, const Frame& frame) const {
   return ring;
 }
 
-void RingWalker::queue_neighbours(const Framed& at, unsigned sides, std::span<const std::uint32_t> core,
+void RingWalker::queue_neighbours(const Framed& at, unsigned sides, std::span<const VertexId> core,
                                   std::vector<Framed>& queue) const {
   for (unsigned side = 0; side < sides; ++side) {
     const Framed next = cross(at, side / 2, side & 1);
     if (next.cell == kNone) continue;
     const auto vertices = complex_.cell_vertices(next.cell);
-    const bool touches = std::any_of(core.begin(), core.end(), [&](std::uint32_t v) { return contains(vertices, v); });
+    const bool touches = std::any_of(core.begin(), core.end(), [&](VertexId v) { return contains(vertices, v); });
     const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
     if (touches && !seen) queue.push_back(next);
   }
 }
 
-LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
+LineRing RingWalker::line(CellId cell, const Frame& frame) {
   LineRing ring;
   const Framed start{cell, frame};
-  std::array<std::uint32_t, 4> core{};
+  std::array<VertexId, 4> core;
   for (unsigned j = 0; j < 4; ++j) core[j] = vertex_at(start, j);
   std::vector<Framed> queue{start};
-  std::array<std::vector<std::uint32_t>, 4> layers;  // Below, bottom, top, above.
+  std::array<std::vector<VertexId>, 4> layers;  // Below, bottom, top, above.
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const Framed at = queue[i];
     const Framed down = cross(at, 2, 0), up = cross(at, 2, 1);
     if (i == 0) ring.phantoms = static_cast<PhantomMask>((down.cell == kNone) << 4 | (up.cell == kNone) << 5);
     std::array<std::uint32_t, 4> quad{};
     for (unsigned j = 0; j < 4; ++j) {
-      const std::uint32_t v = vertex_at(at, j);
+      const VertexId v = vertex_at(at, j);
       const bool fresh = local_[v] == kNone;
       number(v, layers[1]);
       quad[j] = local_[v];
       if (!fresh) continue;
-      layers[0].push_back(down.cell == kNone ? kNone : vertex_at(down, j | 4));
+      layers[0].push_back(down.cell == kNone ? VertexId{kNone} : vertex_at(down, j | 4));
       layers[2].push_back(vertex_at(at, j | 4));
-      layers[3].push_back(up.cell == kNone ? kNone : vertex_at(up, j));
+      layers[3].push_back(up.cell == kNone ? VertexId{kNone} : vertex_at(up, j));
     }
     ring.quads.push_back(quad);
     queue_neighbours(at, 4, core, queue);
@@ -128,7 +128,7 @@ LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
   ring.count = static_cast<std::uint32_t>(layers[1].size());
   for (const auto& layer : layers) ring.points.insert(ring.points.end(), layer.begin(), layer.end());
   for (unsigned j = 0; j < 4; ++j) {
-    const std::uint32_t edge = complex_.find_edge(core[j], vertex_at(start, j | 4));
+    const EdgeId edge = complex_.find_edge(core[j], vertex_at(start, j | 4));
     if (complex_.edge_sharp(edge)) ring.sharp_corners |= static_cast<std::uint8_t>(1u << j);
   }
   for (const auto& quad : ring.quads) ring.key.insert(ring.key.end(), quad.begin(), quad.end());
@@ -137,7 +137,7 @@ LineRing RingWalker::line(std::uint32_t cell, const Frame& frame) {
   return ring;
 }
 
-VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
+VertexRing RingWalker::vertex(CellId cell, const Frame& frame) {
   VertexRing ring;
   std::vector<Framed> queue{{cell, frame}};
   for (std::size_t i = 0; i < queue.size(); ++i) {
@@ -159,9 +159,9 @@ VertexRing RingWalker::vertex(std::uint32_t cell, const Frame& frame) {
 
 void RingWalker::collect_sharp_features(VertexRing& ring) const {
   for (std::uint32_t j = 0; j < 8; ++j) {
-    const std::uint32_t v = ring.points[j];
+    const VertexId v = ring.points[j];
     if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(j);
-    for (const std::uint32_t e : complex_.vertex_edges(v)) {
+    for (const EdgeId e : complex_.vertex_edges(v)) {
       if (!complex_.edge_sharp(e)) continue;
       const std::uint32_t other = local_[complex_.edge_other(e, v)];
       if (other == kNone) throw Error(ErrorCode::kInternal, "the ring of a cell is incomplete");

@@ -25,13 +25,13 @@ using PhantomMask = std::uint8_t;
 
 /// 4 x 4 x 4 control points around a regular cell: points[i + 4 j + 16 k]; kNone in phantom layers.
 struct RegularRing {
-  std::array<std::uint32_t, 64> points;
+  std::array<VertexId, 64> points;
   PhantomMask phantoms = 0;
 };
 
 /// The ring of a line cell, framed so that the line is u = v = 0: four layers along w of a 2-D ring.
 struct LineRing {
-  std::vector<std::uint32_t> points;                // points[layer * count + i]; kNone in phantom layers.
+  std::vector<VertexId> points;                     // points[layer * count + i]; kNone in phantom layers.
   std::uint32_t count = 0;                          // Points of a layer.
   PhantomMask phantoms = 0;                         // Bits 4 and 5 only: layers 0 and 3.
   std::vector<std::array<std::uint32_t, 4>> quads;  // The quads of a layer, corner bits u + 2v; quads[0] is the cell.
@@ -41,7 +41,7 @@ struct LineRing {
 
 /// The ring of a vertex cell, framed so that the irregular vertex is (0,0,0).
 struct VertexRing {
-  std::vector<std::uint32_t> points;
+  std::vector<VertexId> points;
   std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points; cells[0] is the cell itself.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the cell's vertices.
   std::vector<std::uint32_t> sharp_vertices;              // Those of the cell's vertices that are sharp.
@@ -63,27 +63,27 @@ class RingWalker {
   explicit RingWalker(const CellComplex& complex);
 
   /// REQUIRES: the cell is regular.
-  RegularRing regular(std::uint32_t cell, const Frame& frame = {}) const;
+  RegularRing regular(CellId cell, const Frame& frame = {}) const;
   /// REQUIRES: a line cell with its line at u = v = 0 of the frame.
-  LineRing line(std::uint32_t cell, const Frame& frame);
-  VertexRing vertex(std::uint32_t cell, const Frame& frame);
+  LineRing line(CellId cell, const Frame& frame);
+  VertexRing vertex(CellId cell, const Frame& frame);
 
  private:
   struct Framed {
-    std::uint32_t cell;
+    CellId cell;
     Frame frame;
   };
-  std::uint32_t vertex_at(const Framed& at, unsigned corner) const {
+  VertexId vertex_at(const Framed& at, unsigned corner) const {
     return complex_.cell_vertices(at.cell)[at.frame.corner(corner)];
   }
   /// The cell across the face where framed axis a is `side`; its cell is kNone on the boundary.
   Framed cross(const Framed& from, unsigned a, unsigned side) const;
   /// Queues the cells across the first `sides` faces that touch the `core` vertices and aren't queued yet.
-  void queue_neighbours(const Framed& at, unsigned sides, std::span<const std::uint32_t> core,
+  void queue_neighbours(const Framed& at, unsigned sides, std::span<const VertexId> core,
                         std::vector<Framed>& queue) const;
   void collect_sharp_features(VertexRing& ring) const;
-  void number(std::uint32_t vertex, std::vector<std::uint32_t>& points);
-  void forget(const std::vector<std::uint32_t>& points);
+  void number(VertexId vertex, std::vector<VertexId>& points);
+  void forget(const std::vector<VertexId>& points);
 
   const CellComplex& complex_;
   std::vector<std::uint32_t> local_;  // Number of a vertex in the ring being walked, or kNone.

@@ -17,67 +17,67 @@ constexpr std::array<unsigned, 4> kCycleBits = {0, 1, 3, 2};  // Corner bits cou
 
 SurfaceWalker::SurfaceWalker(const CellComplex& complex) : complex_(complex), local_(complex.vertex_count(), kNone) {}
 
-SurfaceWalker::Framed SurfaceWalker::framed(std::uint32_t face, std::uint8_t start) const {
+SurfaceWalker::Framed SurfaceWalker::framed(FaceId face, std::uint8_t start) const {
   const auto cycle = complex_.face_vertices(face);
   Framed result{face, {}};
   for (unsigned i = 0; i < 4; ++i) result.vertices[kCycleBits[i]] = cycle[(start + i) % 4];
   return result;
 }
 
-std::uint32_t SurfaceWalker::side_edge(const Framed& at, unsigned axis, unsigned side) const {
+EdgeId SurfaceWalker::side_edge(const Framed& at, unsigned axis, unsigned side) const {
   const unsigned base = side << axis;
   return complex_.find_edge(at.vertices[base], at.vertices[base | 1u << (1 - axis)]);
 }
 
-std::uint32_t SurfaceWalker::other_face(std::uint32_t edge, std::uint32_t face) const {
-  for (const std::uint32_t f : complex_.edge_faces(edge)) {
+FaceId SurfaceWalker::other_face(EdgeId edge, FaceId face) const {
+  for (const FaceId f : complex_.edge_faces(edge)) {
     if (f != face && complex_.face_on_boundary(f)) return f;
   }
   throw Error(ErrorCode::kInternal, "a boundary edge has only one boundary face");
 }
 
 SurfaceWalker::Framed SurfaceWalker::cross(const Framed& from, unsigned axis, unsigned side) const {
-  const std::uint32_t next = other_face(side_edge(from, axis, side), from.face);
+  const FaceId next = other_face(side_edge(from, axis, side), from.face);
   const auto cycle = complex_.face_vertices(next);
   const unsigned near = side << axis, far = (1 - side) << axis, along = 1u << (1 - axis);
   Framed result{next, {}};
   for (const unsigned bit : {0u, along}) {
-    const std::uint32_t shared = from.vertices[near | bit], partner = from.vertices[near | (bit ^ along)];
+    const VertexId shared = from.vertices[near | bit], partner = from.vertices[near | (bit ^ along)];
     const auto i = static_cast<std::size_t>(std::find(cycle.begin(), cycle.end(), shared) - cycle.begin());
-    const std::uint32_t after = cycle[(i + 1) % 4], before = cycle[(i + 3) % 4];
+    const VertexId after = cycle[(i + 1) % 4], before = cycle[(i + 3) % 4];
     result.vertices[near | bit] = shared;
     result.vertices[far | bit] = after == partner ? before : after;
   }
   return result;
 }
 
-bool SurfaceWalker::corner_regular(std::uint32_t face, unsigned corner) const {
+bool SurfaceWalker::corner_regular(FaceId face, unsigned corner) const {
   const auto cycle = complex_.face_vertices(face);
-  const std::uint32_t v = cycle[corner];
+  const VertexId v = cycle[corner];
   std::size_t valence = 0, sharp = 0;
-  for (const std::uint32_t e : complex_.vertex_edges(v)) {
+  for (const EdgeId e : complex_.vertex_edges(v)) {
     if (!complex_.edge_on_boundary(e)) continue;
     ++valence;
     sharp += complex_.edge_sharp(e);
   }
-  const std::array<std::uint32_t, 2> sides = {complex_.find_edge(v, cycle[(corner + 1) % 4]),
-                                              complex_.find_edge(v, cycle[(corner + 3) % 4])};
+  const std::array<EdgeId, 2> sides = {complex_.find_edge(v, cycle[(corner + 1) % 4]),
+                                       complex_.find_edge(v, cycle[(corner + 3) % 4])};
   const bool first = complex_.edge_sharp(sides[0]), second = complex_.edge_sharp(sides[1]);
   if (sharp > 2 || complex_.vertex_sharp(v)) return first && second;
   if (sharp == 0) return valence == 4;
   if (sharp != 2 || first == second) return false;
   // A crease along one side: the face across the other side must end at the crease too.
-  const std::uint32_t smooth = sides[first ? 1 : 0];
+  const EdgeId smooth = sides[first ? 1 : 0];
   const auto next = complex_.face_vertices(other_face(smooth, face));
   for (std::size_t i = 0; i < 4; ++i) {
     if (next[i] != v) continue;
-    const std::uint32_t a = complex_.find_edge(v, next[(i + 1) % 4]), b = complex_.find_edge(v, next[(i + 3) % 4]);
+    const EdgeId a = complex_.find_edge(v, next[(i + 1) % 4]), b = complex_.find_edge(v, next[(i + 3) % 4]);
     return complex_.edge_sharp(a == smooth ? b : a);
   }
   return false;
 }
 
-SurfaceRing SurfaceWalker::walk(std::uint32_t face) {
+SurfaceRing SurfaceWalker::walk(FaceId face) {
   unsigned count = 0;
   std::uint8_t start = 0;
   for (std::uint8_t i = 0; i < 4; ++i) {
@@ -89,9 +89,9 @@ SurfaceRing SurfaceWalker::walk(std::uint32_t face) {
   return count == 0 ? regular_ring(face) : irregular_ring(face, start);
 }
 
-SurfaceRing SurfaceWalker::regular_ring(std::uint32_t face) const {
+SurfaceRing SurfaceWalker::regular_ring(FaceId face) const {
   SurfaceRing ring;
-  ring.points.assign(16, kNone);
+  ring.points.assign(16, VertexId{kNone});
   const Framed start = framed(face, 0);
   for (unsigned side = 0; side < 4; ++side) {
     const bool sharp = complex_.edge_sharp(side_edge(start, side / 2, side & 1));
@@ -115,13 +115,13 @@ SurfaceRing SurfaceWalker::regular_ring(std::uint32_t face) const {
   return ring;
 }
 
-SurfaceRing SurfaceWalker::irregular_ring(std::uint32_t face, std::uint8_t start) {
+SurfaceRing SurfaceWalker::irregular_ring(FaceId face, std::uint8_t start) {
   SurfaceRing ring;
   ring.regular = false;
   ring.start = start;
   std::vector<Framed> queue{framed(face, start)};
   const auto core = queue.front().vertices;
-  const auto in_core = [&](std::uint32_t v) { return std::find(core.begin(), core.end(), v) != core.end(); };
+  const auto in_core = [&](VertexId v) { return std::find(core.begin(), core.end(), v) != core.end(); };
   for (std::size_t i = 0; i < queue.size(); ++i) {
     const Framed at = queue[i];
     std::array<std::uint32_t, 4> quad{};
@@ -144,13 +144,13 @@ SurfaceRing SurfaceWalker::irregular_ring(std::uint32_t face, std::uint8_t start
   }
   for (std::uint32_t j = 0; j < 4; ++j) {
     if (complex_.vertex_sharp(core[j])) ring.sharp_vertices.push_back(local_[core[j]]);
-    for (const std::uint32_t e : complex_.vertex_edges(core[j])) {
+    for (const EdgeId e : complex_.vertex_edges(core[j])) {
       if (!complex_.edge_sharp(e)) continue;
       const std::uint32_t mine = local_[core[j]], other = local_[complex_.edge_other(e, core[j])];
       if (other > mine) ring.sharp_edges.push_back({mine, other});
     }
   }
-  for (const std::uint32_t v : ring.points) local_[v] = kNone;
+  for (const VertexId v : ring.points) local_[v] = kNone;
   for (const auto& quad : ring.quads) ring.key.insert(ring.key.end(), quad.begin(), quad.end());
   append_sharp_features(ring.sharp_edges, ring.sharp_vertices, ring.key);
   return ring;

@@ -22,9 +22,9 @@ namespace ccslice {
 
 struct SurfaceRing {
   bool regular = true;
-  std::uint8_t start = 0;             // The face's vertex (counter-clockwise from outside) at (s,t) = (0,0).
-  PhantomMask phantoms = 0;           // Regular faces: sides s=0, s=1, t=0, t=1.
-  std::vector<std::uint32_t> points;  // Regular: 16, points[i + 4j], kNone in phantom layers. Else the numbered ring.
+  std::uint8_t start = 0;        // The face's vertex (counter-clockwise from outside) at (s,t) = (0,0).
+  PhantomMask phantoms = 0;      // Regular faces: sides s=0, s=1, t=0, t=1.
+  std::vector<VertexId> points;  // Regular: 16, points[i + 4j], kNone in phantom layers. Else the numbered ring.
   std::vector<std::array<std::uint32_t, 4>> quads;        // Irregular: corner bits s + 2t; quads[0] is the face itself.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // Irregular: at the face's vertices.
   std::vector<std::uint32_t> sharp_vertices;
@@ -37,21 +37,21 @@ class SurfaceWalker {
 
   /// The ring of a boundary face, with its irregular corner, if any, at the origin. REQUIRES: a quad whose vertices are
   /// complete. Throws Error{kInternal} if it has two irregular corners (its cell wasn't limit-ready).
-  SurfaceRing walk(std::uint32_t face);
+  SurfaceRing walk(FaceId face);
   /// As above, but with the face's vertex `start` at the origin whatever is irregular.
-  SurfaceRing irregular_ring(std::uint32_t face, std::uint8_t start);
+  SurfaceRing irregular_ring(FaceId face, std::uint8_t start);
 
  private:
   struct Framed {
-    std::uint32_t face;
-    std::array<std::uint32_t, 4> vertices;  // By corner bits s + 2t.
+    FaceId face;
+    std::array<VertexId, 4> vertices;  // By corner bits s + 2t.
   };
-  Framed framed(std::uint32_t face, std::uint8_t start) const;
-  std::uint32_t side_edge(const Framed& at, unsigned axis, unsigned side) const;
+  Framed framed(FaceId face, std::uint8_t start) const;
+  EdgeId side_edge(const Framed& at, unsigned axis, unsigned side) const;
   Framed cross(const Framed& from, unsigned axis, unsigned side) const;
-  std::uint32_t other_face(std::uint32_t edge, std::uint32_t face) const;
-  bool corner_regular(std::uint32_t face, unsigned corner) const;
-  SurfaceRing regular_ring(std::uint32_t face) const;
+  FaceId other_face(EdgeId edge, FaceId face) const;
+  bool corner_regular(FaceId face, unsigned corner) const;
+  SurfaceRing regular_ring(FaceId face) const;
 
   const CellComplex& complex_;
   std::vector<std::uint32_t> local_;

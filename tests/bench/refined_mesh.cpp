@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstddef>
-#include <numeric>
 #include <vector>
 
 #include "core/mesh/cell_complex.h"
@@ -39,24 +38,25 @@ void set_points(const std::vector<double>& points, ControlMesh& mesh) {
 void set_cells(const CellComplex& complex, ControlMesh& mesh) {
   mesh.cell_kinds.assign(complex.cell_count(), CellKind::kHex);
   mesh.cell_vertices.clear();
-  for (std::uint32_t cell = 0; cell < complex.cell_count(); ++cell) {
-    const std::span<const std::uint32_t> corners = complex.cell_vertices(cell);
+  for (const CellId cell : complex.cells()) {
+    const std::span<const VertexId> corners = complex.cell_vertices(cell);
     for (std::uint8_t vtk = 0; vtk < 8; ++vtk) mesh.cell_vertices.push_back(corners[vtk_to_bits(vtk)]);
   }
   mesh.sharp_edges.clear();
-  for (std::uint32_t edge = 0; edge < complex.edge_count(); ++edge) {
-    if (complex.edge_sharp(edge)) mesh.sharp_edges.push_back(complex.edge_vertices(edge));
+  for (const EdgeId edge : complex.edges()) {
+    if (!complex.edge_sharp(edge)) continue;
+    const auto [a, b] = complex.edge_vertices(edge);
+    mesh.sharp_edges.push_back({a, b});
   }
   mesh.sharp_vertices.clear();
-  for (std::uint32_t vertex = 0; vertex < complex.vertex_count(); ++vertex) {
+  for (const VertexId vertex : complex.vertices()) {
     if (complex.vertex_sharp(vertex)) mesh.sharp_vertices.push_back(vertex);
   }
 }
 
 void refine_once(ControlMesh& mesh) {
   const CellComplex complex = make_cell_complex(mesh);
-  std::vector<std::uint32_t> cells(complex.cell_count());
-  std::iota(cells.begin(), cells.end(), 0u);
+  const std::vector<CellId> cells = complex.cells().to_vector();
   const Refinement refined = refine(complex, cells);
   const std::size_t dimension = 3 + mesh.channel_count();
   const std::vector<double> points = points_of(mesh);

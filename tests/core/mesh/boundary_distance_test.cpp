@@ -28,7 +28,7 @@ TEST(BoundaryDistance, IsTheDepthInABox) {
 double sampled_distance(const ControlMesh& mesh, const CellComplex& complex, const Vec3& point) {
   constexpr int kSteps = 40;
   double least = std::numeric_limits<double>::infinity();
-  for (std::uint32_t face = 0; face < complex.face_count(); ++face) {
+  for (const FaceId face : complex.faces()) {
     if (!complex.face_on_boundary(face)) continue;
     const auto ring = complex.face_vertices(face);
     Vec3 middle = Vec3::Zero();
@@ -52,7 +52,7 @@ TEST(BoundaryDistance, AgreesWithSamplesOnTheCatalogue) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const CellComplex complex = make_cell_complex(mesh);
     const std::vector<double> distances = distances_to_boundary(mesh);
-    for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    for (const VertexId v : complex.vertices()) {
       if (complex.vertex_on_boundary(v)) {
         EXPECT_EQ(distances[v], 0) << name;
         continue;

@@ -36,13 +36,13 @@ TEST(CellComplex, SatisfiesEulersFormulaOnTheCatalogue) {
 TEST(CellComplex, PairsHalfFacesAndMarksTheBoundary) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(2, 1, 1));
   int inside = 0;
-  for (std::uint32_t c = 0; c < 2; ++c) {
+  for (const CellId c : complex.cells()) {
     const auto half_faces = complex.cell_half_faces(c);
     for (std::uint8_t side = 0; side < 6; ++side) {
       EXPECT_EQ(complex.half_face_cell(half_faces[side]), c);
       EXPECT_EQ(complex.half_face_local(half_faces[side]), side);
-      const std::uint32_t other = complex.half_face_cell(half_faces[side] ^ 1);
-      EXPECT_EQ(complex.face_on_boundary(half_faces[side] / 2), other == kNone);
+      const CellId other = complex.half_face_cell(opposite(half_faces[side]));
+      EXPECT_EQ(complex.face_on_boundary(face_of(half_faces[side])), other == kNone);
       inside += other != kNone;
     }
   }
@@ -52,9 +52,9 @@ TEST(CellComplex, PairsHalfFacesAndMarksTheBoundary) {
 TEST(CellComplex, ListsFacesCounterClockwiseFromOutside) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const CellComplex complex = make_cell_complex(mesh);
-    for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+    for (const FaceId f : complex.faces()) {
       const auto ring = complex.face_vertices(f);
-      const auto cell = complex.cell_vertices(complex.half_face_cell(2 * f));
+      const auto cell = complex.cell_vertices(complex.half_face_cell(half_faces_of(f)[0]));
       Vec3 inside = Vec3::Zero();
       for (const std::uint32_t v : cell) inside += mesh.positions[v] / static_cast<double>(cell.size());
       const Vec3& p = mesh.positions[ring[0]];
@@ -68,12 +68,12 @@ TEST(CellComplex, RoundEdgesAndVerticesHoldWhatTouchesThem) {
   const ControlMesh mesh = oracle::box_mesh(2, 2, 2, 1);
   const CellComplex complex = make_cell_complex(mesh);
   const auto at = std::find(mesh.positions.begin(), mesh.positions.end(), Vec3(1, 1, 1));
-  const auto centre = static_cast<std::uint32_t>(at - mesh.positions.begin());
+  const VertexId centre{static_cast<std::uint32_t>(at - mesh.positions.begin())};
   EXPECT_FALSE(complex.vertex_on_boundary(centre));
   EXPECT_EQ(complex.vertex_cells(centre).size(), 8u);
   EXPECT_EQ(complex.vertex_faces(centre).size(), 12u);
   EXPECT_EQ(complex.vertex_edges(centre).size(), 6u);
-  for (const std::uint32_t e : complex.vertex_edges(centre)) {
+  for (const EdgeId e : complex.vertex_edges(centre)) {
     EXPECT_EQ(complex.edge_cells(e).size(), 4u);
     EXPECT_EQ(complex.edge_faces(e).size(), 4u);
     EXPECT_EQ(complex.find_edge(complex.edge_other(e, centre), centre), e);
@@ -82,10 +82,10 @@ TEST(CellComplex, RoundEdgesAndVerticesHoldWhatTouchesThem) {
 }
 
 TEST(CellComplex, RefusesAFaceInThreeCells) {
-  std::vector<std::uint32_t> corners;
+  std::vector<VertexId> corners;
   for (int i = 0; i < 3; ++i) {
-    for (std::uint32_t j = 0; j < 4; ++j) corners.push_back(j);
-    for (std::uint32_t j = 0; j < 4; ++j) corners.push_back(4 + 4 * i + j);
+    for (std::uint32_t j = 0; j < 4; ++j) corners.emplace_back(j);
+    for (std::uint32_t j = 0; j < 4; ++j) corners.emplace_back(4 + 4 * i + j);
   }
   try {
     const CellComplex complex(16, std::vector<CellKind>(3, CellKind::kHex), corners, {}, {});

@@ -9,7 +9,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <ostream>
 #include <random>
 #include <string>
@@ -51,8 +50,7 @@ ControlMesh make(const Sample& sample) { return find_sample_model(sample.name)->
 CellComplex refined(const Sample& sample) {
   CellComplex complex = make_cell_complex(make(sample));
   for (int i = 0; i < sample.refinements; ++i) {
-    std::vector<std::uint32_t> all(complex.cell_count());
-    std::iota(all.begin(), all.end(), 0u);
+    const std::vector<CellId> all = complex.cells().to_vector();
     complex = refine(complex, all).complex;
   }
   return complex;
@@ -60,7 +58,7 @@ CellComplex refined(const Sample& sample) {
 
 std::size_t count_extraordinary_edges(const CellComplex& complex) {
   std::size_t count = 0;
-  for (std::uint32_t e = 0; e < complex.edge_count(); ++e) {
+  for (const EdgeId e : complex.edges()) {
     count += !complex.edge_on_boundary(e) && complex.edge_cells(e).size() != 4;
   }
   return count;
@@ -68,7 +66,7 @@ std::size_t count_extraordinary_edges(const CellComplex& complex) {
 
 std::size_t count_extraordinary_vertices(const CellComplex& complex) {
   std::size_t count = 0;
-  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+  for (const VertexId v : complex.vertices()) {
     if (complex.vertex_on_boundary(v) || on_straight_extraordinary_edge(complex, v)) continue;
     const auto edges = complex.vertex_edges(v);
     count += std::any_of(edges.begin(), edges.end(), [&](auto e) { return complex.edge_cells(e).size() != 4; });
@@ -130,9 +128,9 @@ void jitter(ControlMesh& mesh, double share, std::mt19937& random) {
   const CellComplex complex = make_cell_complex(mesh);
   std::uniform_real_distribution<double> offset(-1, 1);
   const std::vector<Vec3> before = mesh.positions;
-  for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+  for (const VertexId v : complex.vertices()) {
     double shortest = 1e9;
-    for (const std::uint32_t e : complex.vertex_edges(v)) {
+    for (const EdgeId e : complex.vertex_edges(v)) {
       shortest = std::min(shortest, (before[complex.edge_other(e, v)] - before[v]).norm());
     }
     mesh.positions[v] += share * shortest * Vec3(offset(random), offset(random), offset(random)) / std::sqrt(3.0);

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/subdivision/refine.h"
 #include "tests/support/tiny_meshes.h"
@@ -28,7 +27,7 @@ struct Counts {
 Counts count(const CellComplex& complex) {
   Classifier classifier(complex);
   Counts counts;
-  for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+  for (const CellId c : complex.cells()) {
     const auto found = classifier.classify(c);
     ++(!found                                     ? counts.refused
        : found->cell_class == CellClass::kRegular ? counts.regular
@@ -67,7 +66,7 @@ TEST(Classify, ExtraordinaryEdgesMakeLineCells) {
     const CellComplex complex = make_cell_complex(fan);
     Classifier at(complex);
     int irregular_inside = 0;
-    for (std::uint32_t e = 0; e < complex.edge_count(); ++e) {
+    for (const EdgeId e : complex.edges()) {
       irregular_inside += !complex.edge_on_boundary(e) && at.irregular(e);
     }
     EXPECT_EQ(irregular_inside, 2) << valence;
@@ -84,7 +83,7 @@ TEST(Classify, ACreaseThatTurnsMeetsInAnIrregularVertex) {
   mesh.sharp_edges = {{vertex_at(mesh, Vec3(10, 20, 40)), vertex_at(mesh, Vec3(20, 20, 40))},
                       {vertex_at(mesh, Vec3(20, 20, 40)), vertex_at(mesh, Vec3(20, 10, 40))}};
   const CellComplex complex = make_cell_complex(mesh);
-  const auto found = Classifier(complex).classify(complex.vertex_cells(vertex_at(mesh, Vec3(20, 20, 40)))[3]);
+  const auto found = Classifier(complex).classify(complex.vertex_cells(VertexId{vertex_at(mesh, Vec3(20, 20, 40))})[3]);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->cell_class, CellClass::kVertex);
 }
@@ -110,8 +109,7 @@ TEST(Classify, TwoRefinementsMakeEveryCellOfTheCatalogueLimitReady) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     CellComplex complex = make_cell_complex(mesh);
     for (int i = 0; i < 2; ++i) {
-      std::vector<std::uint32_t> cells(complex.cell_count());
-      std::iota(cells.begin(), cells.end(), 0u);
+      const std::vector<CellId> cells = complex.cells().to_vector();
       complex = refine(complex, cells).complex;
     }
     EXPECT_EQ(count(complex).refused, 0) << name;

@@ -21,14 +21,13 @@ OperatorTable operators_of_catalogue() {
   for (const auto& tiny : oracle::tiny_meshes()) {
     CellComplex complex = make_cell_complex(tiny.mesh);
     for (int level = 0; level < 2; ++level) {
-      std::vector<std::uint32_t> cells(complex.cell_count());
-      std::iota(cells.begin(), cells.end(), 0u);
+      const std::vector<CellId> cells = complex.cells().to_vector();
       complex = refine(complex, cells).complex;
     }
     Classifier classifier(complex);
     RingWalker walker(complex);
     SurfaceWalker surface(complex);
-    for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+    for (const CellId c : complex.cells()) {
       const auto found = classifier.classify(c);
       if (found->cell_class == CellClass::kLine) {
         const auto along = static_cast<std::uint8_t>(found->anchor / 4);
@@ -37,7 +36,7 @@ OperatorTable operators_of_catalogue() {
         table.vertex(walker.vertex(c, frame_at(found->anchor, 0)));
       }
     }
-    for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+    for (const FaceId f : complex.faces()) {
       if (!complex.face_on_boundary(f)) continue;
       const SurfaceRing ring = surface.walk(f);
       if (!ring.regular) table.surface(ring);
@@ -103,10 +102,11 @@ TEST_F(Operators, AreSharedByEqualRings) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
   RingWalker walker(complex);
   OperatorTable fresh;
-  const std::uint32_t first = fresh.vertex(walker.vertex(0, frame_at(0, 0)));
+  const std::uint32_t first = fresh.vertex(walker.vertex(CellId{0}, frame_at(0, 0)));
   const std::size_t count = fresh.vertices().size();
-  EXPECT_EQ(fresh.vertex(walker.vertex(3, frame_at(1, 0))), fresh.vertex(walker.vertex(3, frame_at(1, 0))));
-  EXPECT_EQ(fresh.vertex(walker.vertex(0, frame_at(0, 0))), first);
+  EXPECT_EQ(fresh.vertex(walker.vertex(CellId{3}, frame_at(1, 0))),
+            fresh.vertex(walker.vertex(CellId{3}, frame_at(1, 0))));
+  EXPECT_EQ(fresh.vertex(walker.vertex(CellId{0}, frame_at(0, 0))), first);
   EXPECT_LE(fresh.vertices().size(), count + 2);
 }
 

@@ -5,18 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
 
-std::vector<std::uint32_t> all_cells(const CellComplex& complex) {
-  std::vector<std::uint32_t> cells(complex.cell_count());
-  std::iota(cells.begin(), cells.end(), 0u);
-  return cells;
-}
+std::vector<CellId> all_cells(const CellComplex& complex) { return complex.cells().to_vector(); }
 
 Vec3 apply_row(const Refinement& refined, std::uint32_t row, const std::vector<Vec3>& points) {
   Vec3 sum = Vec3::Zero();
@@ -45,11 +39,11 @@ TEST(Refine, GivesAsManyChildrenAsCornersInTheirOrder) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(2, 2, 1));
   const Refinement refined = refine(complex, all_cells(complex));
   ASSERT_EQ(refined.complex.cell_count(), 32u);
-  for (std::uint32_t c = 0; c < 4; ++c) {
+  for (const CellId c : complex.cells()) {
     ASSERT_EQ(refined.first_child[c], 8 * c);
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
       // A child keeps the parent's axes, so its own corner of that number is the parent's vertex.
-      const std::uint32_t v = refined.complex.cell_vertices(8 * c + corner)[corner];
+      const VertexId v = refined.complex.cell_vertices(CellId{8 * c + corner})[corner];
       ASSERT_LT(v, refined.edge_points_begin);
       EXPECT_EQ(refined.origin[v], complex.cell_vertices(c)[corner]);
     }
@@ -73,7 +67,7 @@ TEST(Refine, KeepsDataConstantAlongAStraightExtraordinaryEdge) {
     const CellComplex complex = make_cell_complex(mesh);
     const Refinement refined = refine(complex, all_cells(complex));
     // Heights away from the two caps are equidistant again, and places across the edge repeat from layer to layer.
-    for (std::uint32_t v = 0; v < complex.vertex_count(); ++v) {
+    for (const VertexId v : complex.vertices()) {
       if (!on_straight_extraordinary_edge(complex, v)) continue;
       EXPECT_LT((apply_row(refined, v, mesh.positions) - mesh.positions[v]).norm(), 1e-12) << "valence " << valence;
     }
@@ -82,14 +76,14 @@ TEST(Refine, KeepsDataConstantAlongAStraightExtraordinaryEdge) {
 
 TEST(Refine, CutsOutWhatTheChildrenNeedAndNoMore) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(5, 5, 5));
-  const std::uint32_t middle = 62;
+  const CellId middle{62};
   const Refinement part = refine(complex, std::array{middle});
   const Refinement whole = refine(complex, all_cells(complex));
   EXPECT_EQ(part.complex.cell_count(), 64u);  // 8 vertices with 8 children each.
   const std::vector<Vec3> points = oracle::box_mesh(5, 5, 5).positions;
   for (std::uint32_t i = 0; i < 8; ++i) {
-    const auto cut = part.complex.cell_vertices(part.first_child[0] + i);
-    const auto full = whole.complex.cell_vertices(whole.first_child[middle] + i);
+    const auto cut = part.complex.cell_vertices(CellId{part.first_child[0] + i});
+    const auto full = whole.complex.cell_vertices(CellId{whole.first_child[middle] + i});
     for (std::size_t j = 0; j < 8; ++j) {
       EXPECT_LT((apply_row(part, cut[j], points) - apply_row(whole, full[j], points)).norm(), 1e-13);
       EXPECT_FALSE(part.complex.vertex_on_boundary(cut[j]));
@@ -104,8 +98,8 @@ TEST(Refine, PassesSharpEdgesAndVerticesOn) {
   const CellComplex complex = make_cell_complex(mesh);
   const Refinement refined = refine(complex, all_cells(complex));
   std::size_t sharp_edges = 0, sharp_vertices = 0;
-  for (std::uint32_t e = 0; e < refined.complex.edge_count(); ++e) sharp_edges += refined.complex.edge_sharp(e);
-  for (std::uint32_t v = 0; v < refined.complex.vertex_count(); ++v) sharp_vertices += refined.complex.vertex_sharp(v);
+  for (const EdgeId e : refined.complex.edges()) sharp_edges += refined.complex.edge_sharp(e);
+  for (const VertexId v : refined.complex.vertices()) sharp_vertices += refined.complex.vertex_sharp(v);
   EXPECT_EQ(sharp_edges, 2u);
   EXPECT_EQ(sharp_vertices, 1u);
 }

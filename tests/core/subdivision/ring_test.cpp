@@ -17,7 +17,7 @@ namespace {
 TEST(RegularRing, OfAGridIsTheGrid) {
   const ControlMesh mesh = oracle::box_mesh(3, 3, 3, 1);
   const CellComplex complex = make_cell_complex(mesh);
-  const RegularRing ring = RingWalker(complex).regular(13);
+  const RegularRing ring = RingWalker(complex).regular(CellId{13});
   EXPECT_EQ(ring.phantoms, 0);
   const Vec3 origin = mesh.positions[ring.points[0]];
   for (int i = 0; i < 64; ++i) {
@@ -31,8 +31,8 @@ TEST(RegularRing, MarksPhantomLayersOnBothSidesOfAPlate) {
   oracle::sharpen_by_cells(mesh, 1);
   const CellComplex complex = make_cell_complex(mesh);
   RingWalker walker(complex);
-  EXPECT_EQ(walker.regular(4).phantoms, 0b110000);
-  const RegularRing corner = walker.regular(0);
+  EXPECT_EQ(walker.regular(CellId{4}).phantoms, 0b110000);
+  const RegularRing corner = walker.regular(CellId{0});
   EXPECT_EQ(corner.phantoms, 0b110101);
   EXPECT_EQ(std::count(corner.points.begin(), corner.points.end(), kNone), 64 - 3 * 3 * 2);
 }
@@ -41,10 +41,10 @@ TEST(RegularRing, FollowsItsFrame) {
   const ControlMesh mesh = oracle::box_mesh(3, 3, 3, 1);
   const CellComplex complex = make_cell_complex(mesh);
   const RingWalker walker(complex);
-  const RegularRing plain = walker.regular(13);
+  const RegularRing plain = walker.regular(CellId{13});
   for (std::uint8_t corner = 0; corner < 8; ++corner) {
     const Frame frame = frame_at(corner, 1);
-    const RegularRing turned = walker.regular(13, frame);
+    const RegularRing turned = walker.regular(CellId{13}, frame);
     for (unsigned j = 0; j < 8; ++j) {
       const auto inner = [](unsigned bits) {
         return 1 + (bits & 1) + 4 * (1 + (bits >> 1 & 1)) + 16 * (1 + (bits >> 2));
@@ -55,10 +55,10 @@ TEST(RegularRing, FollowsItsFrame) {
 }
 
 /// Cells of one class in a complex.
-std::vector<std::pair<std::uint32_t, Classification>> cells_of(const CellComplex& complex, CellClass wanted) {
+std::vector<std::pair<CellId, Classification>> cells_of(const CellComplex& complex, CellClass wanted) {
   Classifier classifier(complex);
-  std::vector<std::pair<std::uint32_t, Classification>> result;
-  for (std::uint32_t c = 0; c < complex.cell_count(); ++c) {
+  std::vector<std::pair<CellId, Classification>> result;
+  for (const CellId c : complex.cells()) {
     const auto found = classifier.classify(c);
     if (found && found->cell_class == wanted) result.emplace_back(c, *found);
   }
@@ -126,7 +126,7 @@ TEST(VertexRing, TellsSharpFromSmooth) {
   const auto key_of_corner = [](const ControlMesh& m) {
     const CellComplex complex = make_cell_complex(m);
     RingWalker walker(complex);
-    return walker.vertex(0, frame_at(0, 0)).key;
+    return walker.vertex(CellId{0}, frame_at(0, 0)).key;
   };
   const auto smooth = key_of_corner(mesh);
   mesh.sharp_vertices = {0};

@@ -19,7 +19,7 @@ struct Counts {
 Counts count(const CellComplex& complex) {
   SurfaceWalker walker(complex);
   Counts counts;
-  for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+  for (const FaceId f : complex.faces()) {
     if (!complex.face_on_boundary(f)) continue;
     ++(walker.walk(f).regular ? counts.regular : counts.irregular);
   }
@@ -47,7 +47,7 @@ TEST(SurfaceRing, OfARegularFaceRunsCounterClockwiseFromOutside) {
   const CellComplex complex = make_cell_complex(mesh);
   SurfaceWalker walker(complex);
   const Vec3 centre(2, 2, 2);
-  for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+  for (const FaceId f : complex.faces()) {
     if (!complex.face_on_boundary(f)) continue;
     const SurfaceRing ring = walker.walk(f);
     const auto at = [&](std::size_t i, std::size_t j) {
@@ -67,7 +67,7 @@ TEST(SurfaceRing, HasPhantomsAcrossSharpSidesOnly) {
   const CellComplex complex = make_cell_complex(mesh);
   SurfaceWalker walker(complex);
   int creased = 0;
-  for (std::uint32_t f = 0; f < complex.face_count(); ++f) {
+  for (const FaceId f : complex.faces()) {
     if (!complex.face_on_boundary(f)) continue;
     const SurfaceRing ring = walker.walk(f);
     if (!ring.regular) continue;

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/base/ids.h"
+
+#include <gtest/gtest.h>
+
+#include <concepts>
+
+namespace ccslice {
+namespace {
+
+template <typename A, typename B>
+concept Comparable = requires(A a, B b) {
+  a == b;
+};
+
+TEST(Ids, AreNotMadeOfNumbersOrOtherIdsUnasked) {
+  EXPECT_FALSE((std::convertible_to<std::uint32_t, CellId>));
+  EXPECT_FALSE((std::convertible_to<VertexId, CellId>));
+  EXPECT_FALSE((std::assignable_from<CellId&, std::uint32_t>));
+  EXPECT_FALSE((std::assignable_from<CellId&, VertexId>));
+  EXPECT_TRUE((std::convertible_to<CellId, std::uint32_t>));
+}
+
+TEST(Ids, CompareWithTheirOwnKindOnly) {
+  EXPECT_TRUE((Comparable<CellId, CellId>));
+  EXPECT_FALSE((Comparable<CellId, VertexId>));
+  EXPECT_FALSE((Comparable<FaceId, HalfFaceId>));
+  EXPECT_LT(CellId{1}, CellId{2});
+}
+
+TEST(Ids, AreNoLargerThanTheirNumbers) {
+  EXPECT_EQ(sizeof(CellId), sizeof(std::uint32_t));
+  EXPECT_TRUE(std::is_trivially_copyable_v<CellId>);
+}
+
+TEST(IdRange, CountsFromZero) {
+  EXPECT_EQ(IdRange<EdgeId>{3}.to_vector(), (std::vector<EdgeId>{EdgeId{0}, EdgeId{1}, EdgeId{2}}));
+  EXPECT_TRUE(IdRange<EdgeId>{0}.to_vector().empty());
+}
+
+}  // namespace
+}  // namespace ccslice
