@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The shares that decide what is painted: how much of a tolerance errors may take, and how far flat triangles may miss a
-// block's faces. Each comes with what it rests on; docs/tolerance.md has the whole argument.
+// The shares that decide what is painted: how much of a tolerance errors may take, and how far flat triangles may miss
+// a block's faces. Each comes with what it rests on; docs/tolerance.md has the whole argument.
 
 #pragma once
 
@@ -13,9 +13,9 @@ namespace ccslice {
 /// A bound of a piece's error. What it leaves is for places where two pieces meet: they may differ by it. With 0.85
 /// the coyote's materials took 1.18 times as long as before there were bounds.
 inline constexpr double kPieceShare = 0.92;
-/// The error of a piece at its samples, where there is no bound. With 0.45 the engine took 1.1 and the grid 1.2 times as
-/// long, with 0.60 the engine was no faster; of 26.8 million voxels of samples and real meshes the worst came to 0.75 of its
-/// tolerance.
+/// The error of a piece at its samples, where there is no bound. With 0.45 the engine took 1.1 and the grid 1.2 times
+/// as long, with 0.60 the engine was no faster; of 26.8 million voxels of samples and real meshes the worst came to
+/// 0.75 of its tolerance.
 inline constexpr double kSampledPieceShare = 0.55;
 /// The error of such a piece between its samples. Without looking there, voxels of a CAD part were a sixth beyond
 /// 1/65536: five equidistant samples don't show errors of the fifth degree.
@@ -27,10 +27,11 @@ inline constexpr double kSampledTileShare = 0.5;
 
 // Of a block's thickness:
 
-/// How far faces may bulge beyond flat triangles between neighbouring samples. Errors of cubics have grown threefold there.
+/// How far faces may bulge beyond flat triangles between neighbouring samples. Errors of cubics have grown threefold
+/// there.
 inline constexpr double kMostBulge = 0.05;
-/// The same of both arcs of a face and its twist together. When only the larger arc counted, voxels of thin saddles were
-/// 1.4 times beyond the tolerance.
+/// The same of both arcs of a face and its twist together. When only the larger arc counted, voxels of thin saddles
+/// were 1.4 times beyond the tolerance.
 inline constexpr double kMostMiss = 4 * kMostBulge;
 /// How far they may between the samples that larger triangles take. Without that limit, voxels of thin pieces of the
 /// engine were up to 17 % beyond the tolerance.
