@@ -203,8 +203,8 @@ double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame
                        double beyond) {
   enter_frame(frame, kBlockGroups, places_);
   fitter_.factorize(places_);
-  const bool one_patch = between == Between::kOnePatch, bounded = between != Between::kNothing;
-  if (between != Between::kNothing) {
+  const bool bounded = between != Between::kNothing;
+  if (bounded) {
     bound_.set_places(places_, beyond, between == Between::kOnePatch ? PlaceDegree::kThree : PlaceDegree::kFour);
   }
   off_by_residuals_ = residuals_known_ = false;
@@ -212,7 +212,6 @@ double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame
   double worst = 0;
   for (std::size_t c = 0; c < channels_.size() && worst <= 1; ++c) {
     polynomials_.emplace_back();
-    const bool bounded = between != Between::kNothing;
     const double allowed = (bounded ? kPieceShare : kSampledPieceShare) * channels_[c].tolerance;
     double error = fitter_.fit(values_[c], polynomials_.back());
     if (bounded && error <= allowed) error = bound_(polynomials_.back(), fitter_.errors(), allowed);

@@ -82,7 +82,7 @@ TEST(LayerAssembler, RefusesContoursWithGaps) {
     LayerAssembler assembler(contours_only());
     EXPECT_THROW(
         {
-          for (v1::SliceRangeResponse message : stream) assembler.add(std::move(message));
+          for (v1::SliceRangeResponse message : stream) (void)assembler.add(std::move(message));
         },
         ClientError);
   }

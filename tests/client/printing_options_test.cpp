@@ -15,7 +15,7 @@ v1::MaterialMap map_of(const std::string& text) {
 }
 
 TEST(PrintingOptions, NameMaterialsAndColours) {
-  EXPECT_FALSE(parse_printing({.map = "", .background = ""}));
+  EXPECT_FALSE(parse_printing({.materials = {}, .map = "", .background = ""}));
   const auto printing = parse_printing({.materials = {"soft=#102030", "a=b=#A0b0C080"},
                                         .map = "",
                                         .halftone = "error-diffusion",
@@ -60,14 +60,15 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
 
 TEST(PrintingOptions, GiveAPictureOfMaterialsAndMasks) {
   const auto printing = parse_printing({.materials = {"a=#102030", "b=#405060"}, .map = "", .background = ""});
-  const auto planes = parse_planes({.masks = true}, false, &*printing);
+  const auto planes = parse_planes({.channels = {}, .masks = true}, false, &*printing);
   ASSERT_EQ(planes.size(), 3u);
   EXPECT_TRUE(planes[0].has_materials());
   EXPECT_EQ(planes[0].encoding(), v1::PLANE_ENCODING_PNG);
   EXPECT_EQ(planes[2].material_mask().material(), "b");
-  EXPECT_EQ(parse_planes({.encoding = "png-rgba"}, false, &*printing)[0].encoding(), v1::PLANE_ENCODING_PNG_RGBA);
-  EXPECT_THROW(parse_planes({.masks = true}, false), UsageError);
-  EXPECT_THROW(parse_planes({.encoding = "tiff"}, false, &*printing), UsageError);
+  EXPECT_EQ(parse_planes({.channels = {}, .encoding = "png-rgba"}, false, &*printing)[0].encoding(),
+            v1::PLANE_ENCODING_PNG_RGBA);
+  EXPECT_THROW(parse_planes({.channels = {}, .masks = true}, false), UsageError);
+  EXPECT_THROW(parse_planes({.channels = {}, .encoding = "tiff"}, false, &*printing), UsageError);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ constexpr double kRounding = 1e-9;  // mm.
 class SurfaceTreeTest : public testing::TestWithParam<const char*> {
  protected:
   SurfaceTreeTest() : points_(oracle::tiny_mesh(GetParam()), kSeed), tree_(points_.surface), random_(kSeed) {
-    tree_.start(points_.axes, 0);
+    EXPECT_TRUE(tree_.start(points_.axes, 0));
   }
 
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }

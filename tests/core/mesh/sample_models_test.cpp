@@ -83,9 +83,15 @@ TEST_P(SampleModels, HaveTheCellsOfTheTable) {
   EXPECT_EQ(cells, GetParam().cells);
 }
 
+Grid grid_of(const LimitSolid& solid, const VoxelPitch& pitch) {
+  GridRequest request;
+  request.pitch = pitch;
+  return plan_grid(solid, Placement::Identity(), request);
+}
+
 TEST_P(SampleModels, HaveTheBitmapsAndLayersOfTheTable) {
   const auto solid = LimitSolid::prepare(make(GetParam()));
-  const Grid grid = plan_grid(*solid, Placement::Identity(), {.pitch = {0.0423, 0.0846, 0.03}});
+  const Grid grid = grid_of(*solid, {0.0423, 0.0846, 0.03});
   EXPECT_EQ((std::array{grid.extent.columns, grid.extent.rows, grid.extent.layers}), GetParam().grid);
   EXPECT_LT(solid->summary().bounding_box.min().norm(), 1e-4) << "a corner of its box is the origin";
 }
@@ -94,8 +100,9 @@ TEST_P(SampleModels, HaveTheVoxelsInsideOfTheTableWithinAFifth) {
   const auto solid = LimitSolid::prepare(make(GetParam()));
   SliceJob job;
   const double pitch = 0.3;
-  job.grid = plan_grid(*solid, Placement::Identity(), {.pitch = {pitch, pitch, pitch}});
-  job.planes = {{.encoding = Encoding::kRaw}};
+  job.grid = grid_of(*solid, {pitch, pitch, pitch});
+  job.planes.resize(1);
+  job.planes[0].encoding = Encoding::kRaw;
   LayerSlicer slicer(solid, job);
   double sum = 0, layers = 0;
   for (std::uint32_t layer = 0; layer < job.grid.extent.layers;
