@@ -35,7 +35,7 @@ class Id {
 template <typename Kind, typename Other>
 requires(!std::is_same_v<Kind, Other>) bool operator==(Id<Kind>, Id<Other>) = delete;
 
-// Of a cell complex, at any level of refinement.
+// Ids in a cell complex, at any level of refinement.
 using VertexId = Id<struct VertexKind>;
 using EdgeId = Id<struct EdgeKind>;
 using FaceId = Id<struct FaceKind>;

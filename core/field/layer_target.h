@@ -34,7 +34,7 @@ struct LayerTarget {
   }
 };
 
-/// Of the voxels that a window of a layer holds.
+/// Whether all voxels that a window of a layer holds have their samples.
 enum class [[nodiscard]] WindowOutcome : std::uint8_t{
     kComplete,         // All have their samples.
     kNeedsWholeLayer,  // Some take theirs from voxels that may be anywhere in the layer. They have none.

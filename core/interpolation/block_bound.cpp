@@ -16,7 +16,7 @@ constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
 /// Sums of absolute coefficients by degree along one axis: of a coordinate that has so many degrees.
 template <std::size_t Size>
 using Coordinate = std::array<double, Size>;
-/// Of all degrees that products of three coordinates may have.
+/// One number for each degree that products of three coordinates may have.
 using Degrees = std::array<double, kBlockDegrees>;
 
 /// |T_k - I T_k| is at most 3.04 for k = 6 and otherwise this, |I T_k| at most 2.125 and 1. Of a

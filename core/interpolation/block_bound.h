@@ -50,7 +50,7 @@ BlockGrid grid_of(const BlockValues& values) noexcept;
 /// Values at the nodes -> coefficients of Chebyshev polynomials, degree 4 along each axis.
 void to_chebyshev(BlockGrid& grid) noexcept;
 
-/// Of places and channels along each of a block's axes.
+/// The degree of places and channels along each of a block's axes.
 enum class PlaceDegree : std::uint8_t { kThree, kFour };
 
 /// Degrees along an axis, from 0 on, of a product of three coordinates.

@@ -90,7 +90,7 @@ class CellFitter {
   void examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node);
 
  private:
-  /// What is known of errors between a part's nodes.
+  /// What is known of errors between a node's samples.
   enum class Between : std::uint8_t { kOnePatch, kResiduals, kNothing };
 
   void sample(std::uint32_t cell, const ParamBox& box);
@@ -125,7 +125,7 @@ class CellFitter {
   BlockResiduals residuals_;
   ResidualBound residual_bound_;
   bool residuals_known_ = false;   // As far as they were needed.
-  double residual_growth_ = 1;     // Of residuals, around the part.
+  double residual_growth_ = 1;     // How residuals may grow around the node.
   bool off_by_residuals_ = false;  // They take most of the error.
   std::vector<CubicPolynomial> polynomials_;
 };

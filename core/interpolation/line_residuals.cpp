@@ -29,7 +29,7 @@ constexpr double kNothing = 1e-9;                          // Of the largest res
 constexpr double kRounding = 1e-13;                        // or in all.
 constexpr std::size_t kMostBytes = 8 << 20;
 
-/// Of the degree 4, at equidistant nodes from 0 to 1.
+/// Lagrange's polynomials of degree 4, at equidistant nodes from 0 to 1.
 AlongNodes lagrange(double at) {
   AlongNodes weights;
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
@@ -88,7 +88,7 @@ class PlanarNest {
     const Place low(child & 1 ? 0.5 : 0, child & 2 ? 0.5 : 0);
     return {std::ldexp(1.0, -level) * low, std::ldexp(1.0, -level) * (low + 0.5)};
   }
-  /// Of each of the ring's points at places in a patch, its sides included.
+  /// What each of the ring's points weighs at places in a patch, its sides included.
   Matrix weights(int level, std::size_t child, std::span<const Place> places) const {
     Matrix basis(static_cast<Eigen::Index>(places.size()), 16);
     for (std::size_t n = 0; n < places.size(); ++n) {
@@ -216,7 +216,7 @@ double most_in_rest(const Eigen::VectorXd& points, const Eigen::VectorXd& at_nod
   return std::max(points.maxCoeff() - bernstein.minCoeff(), bernstein.maxCoeff() - points.minCoeff());
 }
 
-/// Of the cubic that four layers make along a line: the weights of its Bezier coefficients between two parameters.
+/// The cubic that four layers make along a line: the weights of its Bezier coefficients between two parameters.
 std::array<Lanes, 4> bezier_weights(double from, double to) {
   std::array<Lanes, 4> weights{};
   for (std::size_t b = 0; b < 4; ++b) {
@@ -359,7 +359,8 @@ bool LineResiduals::find(std::uint32_t cell, const ParamBox& box, BlockResiduals
   return true;
 }
 
-/// Of a box that lies in half of the cell at the line: those of the child that it fills, by way of its ring.
+/// The residuals of a box that lies in half of the cell at the line are those of the child that it fills, by way of its
+/// ring.
 const LineResiduals::Known& LineResiduals::known(const LineBox& box) {
   const Key key(box.op, {box.low.x(), box.low.y(), box.high.x(), box.high.y()});
   if (const auto found = known_.find(key); found != known_.end()) return found->second;

@@ -61,7 +61,7 @@ struct LineBox {
 /// The line (sub-)cell's part that the box is, if it lies in one.
 std::optional<LineBox> find_line_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box);
 
-/// Of planar parameters.
+/// A rectangle of planar parameters.
 struct Rectangle {
   Eigen::Array2d low, high;
 
@@ -74,7 +74,7 @@ struct Rectangle {
   }
 };
 
-/// Of the boxes of a planar scheme that have this part of (u, v): its places and what is known of a_j. Immutable.
+/// What boxes of a planar scheme share that have this part of (u, v): its places and what is known of a_j. Immutable.
 class PlanarResiduals {
  public:
   /// REQUIRES: it isn't empty, and lies between 0 and 1.
@@ -86,7 +86,7 @@ class PlanarResiduals {
   std::size_t count() const noexcept { return static_cast<std::size_t>(rows_.rows()); }
   /// What each of a ring's points weighs in the residual at each place.
   const Eigen::MatrixXd& rows() const noexcept { return rows_; }
-  /// Of the square between the nodes (i, k) and (i + 1, k + 1) of u and v.
+  /// A part of the square between the nodes (i, k) and (i + 1, k + 1) of u and v.
   struct Part {
     std::size_t i, k;
     Eigen::Array2d low, high;  // As shares of the square.
@@ -122,14 +122,13 @@ class LineResiduals {
   /// REQUIRES: data outlives this.
   LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels);
 
-  /// False if the box doesn't lie in one line (sub-)cell, or is too
-  /// thin.
+  /// False if the box doesn't lie in one line (sub-)cell, or is too thin.
   bool find(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:
   struct Known {
     std::shared_ptr<const PlanarResiduals> planar;
-    Eigen::MatrixXd rows;  // Of the ring of the cell itself.
+    Eigen::MatrixXd rows;  // Weights of the ring of the cell itself.
   };
   using Key = std::tuple<std::uint32_t, std::array<double, 4>>;
 
