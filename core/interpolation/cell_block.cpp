@@ -201,16 +201,15 @@ void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, B
       out[slot / kLanes][slot % kLanes] = in_frame[slots[slot] / kLanes][slots[slot] % kLanes];
     }
   };
-  const auto ring = data.ring(cell);
   std::array<BlockValues, kLanes> found;
   for_each_four_numbers(channels_.size(), [&](std::size_t first_lane, std::size_t c, std::size_t count) {
-    ring_.assign(ring.size(), Lanes{});
-    for (std::size_t p = 0; p < ring.size(); ++p) {
-      if (ring[p] == kNone) continue;
-      const double* point = data.point(ring[p]);
+    ring_.assign(data.point_count(cell), Lanes{});
+    data.for_each_point(cell, [&](std::size_t p, std::uint32_t id) {
+      if (id == kNone) return;
+      const double* point = data.point(id);
       for (std::size_t lane = 0; lane < first_lane; ++lane) ring_[p][lane] = point[lane];
       for (std::size_t k = 0; k < count; ++k) ring_[p][first_lane + k] = point[3 + channels_[c + k]];
-    }
+    });
     stencils.apply(ring_.data(), [&](std::size_t strip, const auto& first, const auto& last) {
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
         found[lane][2 * strip] = first[lane];

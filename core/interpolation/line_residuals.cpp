@@ -253,13 +253,8 @@ std::optional<LineBox> find_line_box(const LimitSolid::Data& data, std::uint32_t
     result.high[a] = middle + half;
   }
   if (!(result.low.minCoeff() >= 0 && result.high.maxCoeff() <= 1)) return std::nullopt;
-  result.op = limit_cell.op;
-  if (limit_cell.cell_class == CellClass::kVertex) {
-    for (int level = 0; level < place.path.level; ++level) {
-      result.op = data.operators.vertices()[result.op].children[0].op;
-    }
-    result.op = data.operators.vertices()[result.op].children[place.path.child].op;
-  }
+  const bool at_vertex = limit_cell.cell_class == CellClass::kVertex;
+  result.op = at_vertex ? sub_cell_of(data, limit_cell, place.path).op : limit_cell.op;
   return result;
 }
 

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <array>
 #include <deque>
+#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -26,6 +29,12 @@ constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken i
 constexpr std::uint64_t kLimitCellBytes = 2560, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
+/// The star of a vertex: its operator, and where its points stand in LimitSolid::Data::rings.
+struct Star {
+  std::uint32_t op = kNone;
+  std::uint32_t ring_begin = 0;
+};
+
 /// One refinement level: a complex, where its points start, and what its places are called on the surface.
 struct Level {
   CellComplex complex;
@@ -34,6 +43,7 @@ struct Level {
   std::vector<FaceSide> edge_roots;                    // From the edge's first vertex to its second.
   std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
   std::vector<CellId> first_child;                     // By cell, in the next level; kNone if not refined.
+  std::vector<Star> stars;                             // By vertex; made when the first vertex cell there asks.
 };
 
 class Builder {
@@ -61,6 +71,7 @@ class Builder {
       surface_walkers_.emplace_back(level.complex);
     }
     for (const CellId c : control_cells) number(0, c, ControlCellId{c});
+    data_.operators.forget_keys();
     summarize();
   }
 
@@ -76,6 +87,9 @@ class Builder {
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   void add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell);
   void add_boundary_faces(std::size_t level, CellId cell);
+  const Star& star_of(std::size_t level, VertexId vertex);
+  VertexStar walk_star(std::size_t level, VertexId vertex);
+  void add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record);
   std::uint32_t add_ring(const Level& level, std::span<const VertexId> points);
   void summarize();
 
@@ -135,7 +149,7 @@ std::size_t Builder::child_count(const std::vector<CellId>& cells) const {
 }
 
 void Builder::add_control_level(CellComplex complex) {
-  Level level{std::move(complex), 0, {}, {}, {}, {}};
+  Level level{std::move(complex), 0, {}, {}, {}, {}, {}};
   const std::size_t channels = mesh_.channel_count();
   data_.dimension = 3 + channels;
   data_.points.reserve(mesh_.vertex_count() * data_.dimension);
@@ -183,7 +197,7 @@ std::vector<CellId> Builder::add_refined_level(const std::vector<CellId>& bad) {
   data_.points.resize(base + refined.stencils.rows() * data_.dimension);
   refined.stencils.apply(0, refined.stencils.rows(), data_.points.data() + parent.point_base * data_.dimension,
                          data_.dimension, data_.points.data() + base);
-  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}};
+  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}, {}};
   name_refined_places(refined, level);
   levels_.push_back(std::move(level));
   return children;
@@ -256,6 +270,83 @@ auto smallest_ring(std::span<const Frame> frames, Walk walk) {
   return best;
 }
 
+struct FramedCell {
+  CellId cell;
+  Frame frame;
+};
+
+/// Of these cells' frames at a vertex those whose axes run along lines with the fewest cells: one, or several where
+/// they are alike. Equal neighbourhoods give equal ones.
+std::vector<FramedCell> leading_frames(const CellComplex& complex, std::span<const CellId> cells, VertexId vertex) {
+  std::array<std::size_t, 3> fewest;
+  fewest.fill(std::numeric_limits<std::size_t>::max());
+  std::vector<FramedCell> leading;
+  for (const CellId cell : cells) {
+    const auto vertices = complex.cell_vertices(cell);
+    const auto corner = static_cast<std::uint8_t>(std::ranges::find(vertices, vertex) - vertices.begin());
+    std::array<std::size_t, 3> by_axis;
+    for (std::size_t a = 0; a < 3; ++a) {
+      by_axis[a] = complex.edge_cells(complex.find_edge(vertex, vertices[corner ^ 1u << a])).size();
+    }
+    for (std::uint8_t along = 0; along < 3; ++along) {
+      const Frame frame = frame_at(corner, along);
+      const std::array framed{by_axis[frame.axis[0]], by_axis[frame.axis[1]], by_axis[frame.axis[2]]};
+      if (framed > fewest) continue;
+      if (framed < fewest) leading.clear();
+      fewest = framed;
+      leading.push_back({cell, frame});
+    }
+  }
+  return leading;
+}
+
+/// From the cell and frame that give the smallest key, so that equal stars meet in one operator. Where many cells meet,
+/// only some are tried: then equal stars may have several operators.
+VertexStar Builder::walk_star(std::size_t level, VertexId vertex) {
+  constexpr std::size_t kMostCellsWalked = 4096;
+  const CellComplex& complex = levels_[level].complex;
+  const auto cells = complex.vertex_cells(vertex);
+  VertexStar best;
+  std::size_t walked = 0;
+  for (const auto& [cell, frame] : leading_frames(complex, cells, vertex)) {
+    walked += cells.size();
+    if (!best.points.empty() && walked > kMostCellsWalked) break;
+    VertexStar star = walkers_[level].star(cell, frame);
+    if (best.points.empty() || star.key < best.key) best = std::move(star);
+  }
+  return best;
+}
+
+const Star& Builder::star_of(std::size_t level, VertexId vertex) {
+  Level& at = levels_[level];
+  at.stars.resize(at.complex.vertex_count());
+  Star& star = at.stars[vertex];
+  if (star.op == kNone) {
+    const VertexStar walked = walk_star(level, vertex);
+    star = {data_.operators.star(walked), add_ring(at, walked.points)};
+  }
+  return star;
+}
+
+void Builder::add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record) {
+  const Level& at = levels_[level];
+  const VertexId vertex = at.complex.cell_vertices(cell)[corner];
+  const Star& star = star_of(level, vertex);
+  record.star_begin = star.ring_begin;
+  std::vector<VertexId> points;
+  for (std::uint32_t n = 0; n < data_.operators.stars()[star.op].points; ++n) {
+    points.emplace_back(data_.rings[star.ring_begin + n] - at.point_base);
+  }
+  RingWalker& walker = walkers_[level];
+  std::vector<Frame> frames;
+  for (const FramedCell& lead : leading_frames(at.complex, std::array{cell}, vertex)) frames.push_back(lead.frame);
+  const auto [ring, frame] = smallest_ring(frames, [&](const Frame& f) { return walker.vertex(cell, f, points); });
+  record.frame = frame;
+  record.op = data_.operators.vertex(star.op, ring, walker, cell, frame);
+  record.ring_count = static_cast<std::uint32_t>(ring.own().size());
+  record.ring_begin = add_ring(at, ring.own());
+}
+
 void Builder::add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell) {
   cancel_.throw_if_cancelled();
   RingWalker& walker = walkers_[level];
@@ -278,13 +369,7 @@ void Builder::add_cell(std::size_t level, CellId cell, const Classification& fou
     record.ring_count = static_cast<std::uint32_t>(ring.points.size());
     record.ring_begin = add_ring(levels_[level], ring.points);
   } else {
-    const auto [ring, frame] =
-        smallest_ring(std::array{frame_at(found.anchor, 0), frame_at(found.anchor, 1), frame_at(found.anchor, 2)},
-                      [&](const Frame& f) { return walker.vertex(cell, f); });
-    record.frame = frame;
-    record.op = data_.operators.vertex(ring);
-    record.ring_count = static_cast<std::uint32_t>(ring.points.size());
-    record.ring_begin = add_ring(levels_[level], ring.points);
+    add_vertex_ring(level, cell, found.anchor, record);
   }
   reserve_operators();
   if (data_.operators.memory_bytes() > limits_.max_operator_bytes) {

@@ -31,14 +31,14 @@ class CellSearch {
         builder_(data, kPositionDimension),
         patches_(kHalvingsAtLeast + kHalvingsPerCell * data.cells.size()),
         lines_(data),
-        vertices_(data, lines_) {}
+        vertices_(lines_) {}
 
   FoldFinding examine(const LimitCell& cell) {
     worst_ = {};
     const int line_levels = cell.cell_class == CellClass::kLine ? kFoldLevels : kSubCellFoldLevels;
     builder_.visit_patches(
         cell, kFoldLevels, line_levels, [&](const PatchPath& path, double* grid) { look_at_patch(path, grid); },
-        [&](const PatchRest& rest) { rest.at_vertex ? look_beside_vertex(cell, rest) : look_beside_line(rest); });
+        [&](const PatchRest& rest) { rest.vertex ? look_beside_vertex(cell, rest) : look_beside_line(rest); });
     return worst_;
   }
 
@@ -60,9 +60,9 @@ class CellSearch {
   /// Level by level where a sharp line leads to the vertex, else in one direction, so deep that all others are alike.
   void look_beside_vertex(const LimitCell& cell, const PatchRest& rest) {
     if (folds()) return;
-    if (vertices_.has_sharp_edge(rest.op)) {
+    if (vertices_.has_sharp_edge(rest.vertex->corner())) {
       cancel_.throw_if_cancelled();
-      return keep(vertices_.examine(rest.op, rest.points), rest.path);
+      return keep(vertices_.examine(*rest.vertex), rest.path);
     }
     constexpr PatchPath kPath{kVertexFoldLevel, 7, 0, 0};
     std::array<double, 64 * kPositionDimension> grid;

@@ -47,11 +47,13 @@ class WeightTable {
     }
   }
 
-  /// What points weigh by way of the points that stencils make of them. REQUIRES: the places of `made` are among ours.
-  void add_by_way_of(const Stencils& stencils, std::uint32_t first_row, const WeightTable& made, std::size_t count) {
+  /// What points weigh by way of the `count` points, from `first_made` on, that stencils make of them. REQUIRES: the
+  /// places of `made` are among ours.
+  void add_by_way_of(const Stencils& stencils, std::uint32_t first_row, const WeightTable& made, std::size_t count,
+                     std::size_t first_made = 0) {
     for (std::size_t r = 0; r < count; ++r) {
       for (std::uint32_t e = stencils.offsets[first_row + r]; e < stencils.offsets[first_row + r + 1]; ++e) {
-        add(stencils.indices[e], stencils.weights[e], made, r);
+        add(stencils.indices[e], stencils.weights[e], made, first_made + r);
       }
     }
   }
@@ -80,6 +82,13 @@ void move_phantoms(WeightTable& grid, std::size_t axes, PhantomMask phantoms) {
   }
 }
 
+/// The ring of a vertex cell at a level.
+struct VertexLevel {
+  const StarOperator& star;
+  std::uint32_t corner;
+  std::span<const std::uint32_t> shared;  // Numbers in the star of the corner's shared points.
+};
+
 /// From the patches up to the ring.
 class StencilWalk {
  public:
@@ -103,7 +112,7 @@ class StencilWalk {
   WeightTable weights_of(const LimitCell& cell) const {
     const Range all{0, places_.size()};
     if (cell.cell_class == CellClass::kLine) return of_line_ring(cell.op, cell.ring_count / 4, cell.phantoms, all);
-    return of_vertex_ring(cell.op, all);
+    return of_vertex_ring(data_.operators.vertices()[cell.op], all);
   }
 
   /// The n-th place asked for.
@@ -129,33 +138,45 @@ class StencilWalk {
   }
 
   /// REQUIRES: a vertex cell's places.
-  WeightTable of_vertex_ring(std::uint32_t op, const Range& range) const {
-    WeightTable table = below_vertex(op, 0, range);
-    table.set_columns(prefix(range, [](const PatchPlace& at) { return at.at_vertex; }),
-                      data_.operators.vertices()[op].limit);
+  WeightTable of_vertex_ring(const VertexOperator& op, const Range& range) const {
+    const StarOperator& star = data_.operators.stars()[op.star];
+    WeightTable table = below_vertex({star, op.corner, op.shared}, 0, range);
+    table.set_columns(prefix(range, [](const PatchPlace& at) { return at.at_vertex; }), star.limit);
     return table;
   }
 
-  /// Weights of the ring at a level, at places that lie as deep; zero at the vertex itself.
-  WeightTable below_vertex(std::uint32_t op, int level, const Range& range) const {
-    const VertexOperator& ring = data_.operators.vertices()[op];
-    WeightTable table(ring.points, range);
+  /// Weights of the ring at a level, the star's points first, at places that lie as deep; zero at the vertex itself.
+  WeightTable below_vertex(const VertexLevel& at_level, int level, const Range& range) const {
+    const CornerOperator& corner = data_.operators.corners()[at_level.corner];
+    const std::size_t star_points = at_level.star.points;
+    std::vector<std::uint32_t> next_shared;
+    for (const std::uint32_t here : corner.carried) next_shared.push_back(at_level.shared[here]);
+    WeightTable columns(corner.shared + corner.own + next_shared.size(), range);
+    WeightTable next_star(star_points, range);
     const Range at_vertex = prefix(range, [](const PatchPlace& at) { return at.at_vertex; });
     const Range rest{at_vertex.end, range.end};
     const Range deeper = prefix(rest, [&](const PatchPlace& at) { return at.path.level > level; });
     if (deeper.end > deeper.begin) {
-      const VertexOperator::Child& next = ring.children[0];
-      table.add_by_way_of(ring.stencils, next.first_row, below_vertex(next.op, level + 1, deeper), next.count);
+      const CornerOperator::Child& inner = corner.children[0];
+      const WeightTable made = below_vertex({at_level.star, inner.op, next_shared}, level + 1, deeper);
+      for (std::size_t p = 0; p < star_points; ++p) next_star.add(p, 1, made, p);
+      columns.add_by_way_of(corner.stencils, inner.first_row, made, inner.count, star_points);
     }
     for (Range child{deeper.end, deeper.end}; child.begin < range.end; child.begin = child.end) {
       const std::uint8_t number = place(child.begin).path.child;
       child = prefix({child.begin, range.end}, [&](const PatchPlace& at) { return at.path.child == number; });
-      const VertexOperator::Child& made = ring.children[number];
+      const CornerOperator::Child& made = corner.children[number];
       const WeightTable weights = made.cell_class == CellClass::kLine
                                       ? of_line_ring(made.op, made.layer_points, made.phantoms, child)
                                       : of_patch(3, made.phantoms, child);
-      table.add_by_way_of(ring.stencils, made.first_row, weights, made.count);
+      columns.add_by_way_of(corner.stencils, made.first_row, weights, made.count);
     }
+    const std::size_t first_next = corner.shared + corner.own;
+    for (std::size_t k = 0; k < next_shared.size(); ++k) next_star.add(next_shared[k], 1, columns, first_next + k);
+    WeightTable table(star_points + corner.own, range);
+    table.add_by_way_of(at_level.star.stencils, 0, next_star, star_points);
+    for (std::size_t k = 0; k < corner.shared; ++k) table.add(at_level.shared[k], 1, columns, k);
+    for (std::size_t k = 0; k < corner.own; ++k) table.add(star_points + k, 1, columns, corner.shared + k);
     return table;
   }
 
@@ -237,7 +258,7 @@ class StencilWalk {
 }  // namespace
 
 LimitStencils::LimitStencils(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed)
-    : points_(cell.ring_count), strips_((framed.size() + kStencilStrip - 1) / kStencilStrip) {
+    : points_(data.point_count(cell)), strips_((framed.size() + kStencilStrip - 1) / kStencilStrip) {
   const StencilWalk walk(data, cell, framed);
   const WeightTable weights = walk.weights_of(cell);
   weights_.assign(strips_ * points_ * 2, Lanes{});

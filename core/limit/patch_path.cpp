@@ -70,6 +70,14 @@ LimitSample in_cell(const PatchPlace& place, const LimitSample& local) noexcept 
   return sample;
 }
 
+const CornerOperator::Child& sub_cell_of(const LimitSolid::Data& data, const LimitCell& cell,
+                                         const PatchPath& path) noexcept {
+  const std::vector<CornerOperator>& corners = data.operators.corners();
+  std::uint32_t op = data.operators.vertices()[cell.op].corner;
+  for (int n = 0; n < path.level; ++n) op = corners[op].children[0].op;
+  return corners[op].children[path.child];
+}
+
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept {
   PatchPlace place{{}, uvw, {0, 1, 2}, Vec3::Ones()};
   if (cell.cell_class == CellClass::kRegular) return place;
@@ -88,9 +96,7 @@ PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const
     place.path.child = 7;
     place.local.setZero();
   }
-  std::uint32_t op = cell.op;
-  for (int n = 0; n < level; ++n) op = data.operators.vertices()[op].children[0].op;
-  const VertexOperator::Child& child = data.operators.vertices()[op].children[place.path.child];
+  const CornerOperator::Child& child = sub_cell_of(data, cell, place.path);
   if (child.cell_class == CellClass::kLine) {
     enter_frame(child.frame, place);
     find_in_line(place);
@@ -103,41 +109,34 @@ PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
       dimension_(dimension),
       a_(data.operators.max_ring_points() * dimension),
       b_(a_.size()),
-      vertex_ring_(a_.size()),
+      visited_(data.operators, dimension),
       grid_(64 * dimension),
-      walk_ring_(a_.size()) {
+      walk_(data.operators, dimension) {
   line_layers_.reserve(a_.size());
 }
 
-void PatchBuilder::gather(std::span<const std::uint32_t> ring, double* out) const noexcept {
+void PatchBuilder::gather(const LimitCell& cell, double* out) const noexcept {
   const std::size_t count = std::min(dimension_, data_.dimension);
-  for (const std::uint32_t id : ring) {
+  data_.for_each_point(cell, [&](std::size_t, std::uint32_t id) {
     if (id == kNone) {
       std::fill(out, out + dimension_, 0.0);
     } else {
       const double* point = data_.point(id);  // A few numbers: a call to copy them would take longer than they do.
       for (std::size_t d = 0; d < count; ++d) out[d] = point[d];
+      for (std::size_t d = count; d < dimension_; ++d) out[d] = 0;
     }
     out += dimension_;
-  }
+  });
 }
 
-const VertexOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
-  if (walk_.cell != &cell || walk_.level > path.level) {
-    gather(data_.ring(cell), walk_ring_.data());
-    walk_ = {&cell, 0, cell.op};
+const CornerOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
+  if (walked_ != &cell || walked_level_ > path.level) {
+    gather(cell, walk_.start(cell.op).data());
+    walked_ = &cell;
+    walked_level_ = 0;
   }
-  const auto child_of = [&](std::size_t child, double* out) -> const VertexOperator::Child& {
-    const VertexOperator& now = data_.operators.vertices()[walk_.op];
-    const VertexOperator::Child& next = now.children[child];
-    now.stencils.apply(next.first_row, next.count, walk_ring_.data(), dimension_, out);
-    return next;
-  };
-  for (; walk_.level < path.level; ++walk_.level) {
-    walk_.op = child_of(0, b_.data()).op;
-    std::swap(walk_ring_, b_);
-  }
-  return child_of(path.child, a_.data());
+  for (; walked_level_ < path.level; ++walked_level_) walk_.descend();
+  return walk_.make_child(path.child, a_.data());
 }
 
 void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {
@@ -154,10 +153,10 @@ std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& pa
   std::uint32_t layer_points = cell.ring_count / 4;
   line_ = {&cell, path.level, path.child, cell.op};
   if (cell.cell_class == CellClass::kLine) {
-    gather(data_.ring(cell), a_.data());
+    gather(cell, a_.data());
     fill_layers(layer_points, cell.phantoms);
   } else {
-    const VertexOperator::Child& child = descend_vertex(cell, path);
+    const CornerOperator::Child& child = descend_vertex(cell, path);
     layer_points = child.layer_points;
     fill_layers(layer_points, child.phantoms);
     line_.op = child.op;
@@ -203,13 +202,13 @@ void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, double* gri
 
 void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* grid) noexcept {
   if (cell.cell_class == CellClass::kRegular) {
-    gather(data_.ring(cell), grid);
+    gather(cell, grid);
     fill_phantoms(grid, 3, dimension_, cell.phantoms);
   } else if (path.line_child != 0) {
     const std::uint32_t op = descend_line(copy_line(cell, path), path.line_level);
     finish_line(op, path.line_child, grid);
   } else {
-    const VertexOperator::Child& child = descend_vertex(cell, path);
+    const CornerOperator::Child& child = descend_vertex(cell, path);
     std::copy_n(a_.data(), 64 * dimension_, grid);
     fill_phantoms(grid, 3, dimension_, child.phantoms);
   }
@@ -217,10 +216,10 @@ void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* g
 
 void PatchBuilder::limit_at_vertex(const LimitCell& cell, double* out) noexcept {
   std::fill(out, out + dimension_, 0.0);
-  const auto& limit = data_.operators.vertices()[cell.op].limit;
-  const auto ring = data_.ring(cell);
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    for (std::size_t d = 0; d < dimension_; ++d) out[d] += limit[i] * data_.point(ring[i])[d];
+  const auto& limit = data_.operators.stars()[data_.operators.vertices()[cell.op].star].limit;
+  const auto star = data_.star(cell);
+  for (std::size_t i = 0; i < star.size(); ++i) {
+    for (std::size_t d = 0; d < dimension_; ++d) out[d] += limit[i] * data_.point(star[i])[d];
   }
 }
 

@@ -18,6 +18,7 @@
 #include "core/base/types.h"
 #include "core/limit/patch.h"
 #include "core/limit/solid_data.h"
+#include "core/limit/vertex_walk.h"
 
 namespace ccslice {
 
@@ -50,6 +51,10 @@ struct PatchPlace {
 /// A sample of the patch, in the cell's parameters.
 LimitSample in_cell(const PatchPlace& place, const LimitSample& local) noexcept;
 
+/// The outer sub-cell of a vertex cell at the path's level and child.
+const CornerOperator::Child& sub_cell_of(const LimitSolid::Data& data, const LimitCell& cell,
+                                         const PatchPath& path) noexcept;
+
 PatchPlace find_patch(const LimitSolid::Data& data, const LimitCell& cell, const Vec3& uvw) noexcept;
 
 /// Doubles a point when only positions count: padded by one, so that a point is one register.
@@ -57,10 +62,10 @@ inline constexpr std::size_t kPositionDimension = 4;
 
 /// What visit_patches() leaves out: of a line (sub-)cell, or of a vertex cell beside its vertex.
 struct PatchRest {
-  PatchPath path;        // Path to a sub-cell; `level`, `line_level`: how many were visited before it.
-  std::uint32_t op = 0;  // That goes on: of a line, unless `at_vertex`.
-  bool at_vertex = false;
-  std::span<const double> points;  // Points of the ring, or of its four layers, kPositionDimension doubles each.
+  PatchPath path;                      // Path to a sub-cell; `level`, `line_level`: how many were visited before it.
+  std::uint32_t op = 0;                // That goes on, of a line.
+  const VertexWalk* vertex = nullptr;  // The walk that goes on, unless a line does.
+  std::span<const double> points;      // Points of the ring, or of its four layers, kPositionDimension doubles each.
 
   /// Calls visit(point) for points whose hull holds the limit of what is left.
   template <typename Visit>
@@ -93,9 +98,10 @@ class PatchBuilder {
   void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
 
  private:
-  void gather(std::span<const std::uint32_t> ring, double* out) const noexcept;
+  /// The points that an irregular or regular cell's limit depends on.
+  void gather(const LimitCell& cell, double* out) const noexcept;
   /// The sub-cell of a vertex cell: fills `a_` with its grid or layers. Goes on from the level met last.
-  const VertexOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
+  const CornerOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
   std::uint32_t descend_line(std::uint32_t op, int levels) noexcept;
   void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
@@ -109,17 +115,15 @@ class PatchBuilder {
 
   const LimitSolid::Data& data_;
   std::size_t dimension_;
-  std::vector<double> a_, b_;               // Ring points, ping and pong.
-  std::vector<double> vertex_ring_, grid_;  // visit_patches().
+  std::vector<double> a_, b_;  // Ring points, ping and pong.
+  // visit_patches():
+  VertexWalk visited_;
+  std::vector<double> grid_;
 
   // What was met last: patches of a cell, and of a line sub-cell, come together, by level.
-  struct VertexWalk {
-    const LimitCell* cell = nullptr;
-    int level = 0;
-    std::uint32_t op = 0;  // At this level.
-  };
   VertexWalk walk_;
-  std::vector<double> walk_ring_;
+  const LimitCell* walked_ = nullptr;
+  int walked_level_ = 0;
   struct LoadedLine {
     const LimitCell* cell = nullptr;
     std::uint8_t level = 0, child = 0;
@@ -141,7 +145,7 @@ void PatchBuilder::visit_line(PatchPath path, std::uint32_t op, int line_levels,
   }
   path.line_level = static_cast<std::uint8_t>(line_levels);
   path.line_child = 0;
-  on_rest(PatchRest{path, op, false, std::span(a_).first(4 * data_.operators.lines()[op].points * dimension_)});
+  on_rest(PatchRest{path, op, nullptr, std::span(a_).first(4 * data_.operators.lines()[op].points * dimension_)});
 }
 
 template <typename OnPatch, typename OnRest>
@@ -155,14 +159,11 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
     visit_line({}, copy_line(cell, {}), line_levels, on_patch, on_rest);
     return;
   }
-  gather(data_.ring(cell), vertex_ring_.data());
-  std::uint32_t op = cell.op;
-  for (int level = 0; level < levels; ++level) {
-    const VertexOperator& now = data_.operators.vertices()[op];
+  gather(cell, visited_.start(cell.op).data());
+  for (int level = 0; level < levels; ++level, visited_.descend()) {
     PatchPath path{static_cast<std::uint8_t>(level), 0, 0, 0};
     for (path.child = 1; path.child < 8; ++path.child) {
-      const VertexOperator::Child& child = now.children[path.child];
-      now.stencils.apply(child.first_row, child.count, vertex_ring_.data(), dimension_, a_.data());
+      const CornerOperator::Child& child = visited_.make_child(path.child, a_.data());
       if (child.cell_class == CellClass::kLine) {
         fill_layers(child.layer_points, child.phantoms);
         visit_line(path, child.op, line_levels, on_patch, on_rest);
@@ -171,14 +172,8 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
         on_patch(path, a_.data());
       }
     }
-    const VertexOperator::Child& next = now.children[0];
-    now.stencils.apply(next.first_row, next.count, vertex_ring_.data(), dimension_, a_.data());
-    vertex_ring_.swap(a_);
-    op = next.op;
   }
-  const PatchPath path{static_cast<std::uint8_t>(levels), 0, 0, 0};
-  const std::size_t count = data_.operators.vertices()[op].points;
-  on_rest(PatchRest{path, op, true, std::span(vertex_ring_).first(count * dimension_)});
+  on_rest(PatchRest{{static_cast<std::uint8_t>(levels), 0, 0, 0}, kNone, &visited_, visited_.points()});
 }
 
 }  // namespace ccslice

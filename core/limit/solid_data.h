@@ -19,7 +19,7 @@
 
 namespace ccslice {
 
-/// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or the numbered ring (vertex).
+/// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or what the vertex's star lacks (vertex).
 struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
   std::uint8_t boundary_sides = 0;  // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
@@ -28,6 +28,7 @@ struct LimitCell {
   std::uint32_t op = kNone;
   std::uint32_t ring_begin = 0;
   std::uint32_t ring_count = 0;
+  std::uint32_t star_begin = 0;  // Vertex cells: the points of the star, shared by the cells at the vertex.
   ControlCellId control_cell;
 };
 
@@ -54,6 +55,23 @@ struct LimitSolid::Data : CellIndex {
   }
   std::span<const std::uint32_t> ring(const SurfaceFaceRing& face) const {
     return std::span(rings).subspan(face.ring_begin, face.ring_count);
+  }
+  /// The points of a vertex cell's star.
+  std::span<const std::uint32_t> star(const LimitCell& cell) const {
+    return std::span(rings).subspan(cell.star_begin, operators.stars()[operators.vertices()[cell.op].star].points);
+  }
+  /// Points that an irregular cell's limit depends on: a vertex cell's star comes before its ring.
+  std::size_t point_count(const LimitCell& cell) const {
+    return (cell.cell_class == CellClass::kVertex ? star(cell).size() : 0) + cell.ring_count;
+  }
+  /// Calls visit(n, id) for the n-th of them; kNone in phantom layers.
+  template <typename Visit>
+  void for_each_point(const LimitCell& cell, Visit visit) const {
+    std::size_t n = 0;
+    if (cell.cell_class == CellClass::kVertex) {
+      for (const std::uint32_t id : star(cell)) visit(n++, id);
+    }
+    for (const std::uint32_t id : ring(cell)) visit(n++, id);
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }

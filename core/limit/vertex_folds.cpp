@@ -4,8 +4,10 @@
 #include "core/limit/vertex_folds.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
@@ -13,18 +15,15 @@
 namespace ccslice {
 namespace {
 
-/// Moves the points so that the limit at the vertex is the origin. Returns where it was.
-Vec3 move_to_origin(const VertexOperator& vertex, std::span<double> ring) {
-  Eigen::Map<Eigen::Matrix<double, kPositionDimension, Eigen::Dynamic>> points(ring.data(), kPositionDimension,
-                                                                               vertex.points);
-  const Eigen::Map<const Eigen::VectorXd> weights(vertex.limit.data(), vertex.points);
-  const Eigen::Vector4d limit = points * weights;
-  points.colwise() -= limit;
-  return limit.head<3>();
+Eigen::Vector4d limit_at_vertex(const VertexWalk& walk) {
+  const StarOperator& star = walk.star();
+  const Eigen::Map<const Eigen::Matrix<double, kPositionDimension, Eigen::Dynamic>> points(
+      walk.points().data(), kPositionDimension, star.points);
+  return points * Eigen::Map<const Eigen::VectorXd>(star.limit.data(), star.points);
 }
 
 /// P(-1) = 2 P(0) - P(1) at the ends of a line's four layers.
-void fill_end_layers(const VertexOperator::Child& child, std::span<double> layers) {
+void fill_end_layers(const CornerOperator::Child& child, std::span<double> layers) {
   const std::size_t layer = child.layer_points * kPositionDimension;
   for (std::size_t i = 0; i < layer; ++i) {
     if (child.phantoms >> 4 & 1) layers[i] = 2 * layers[layer + i] - layers[2 * layer + i];
@@ -43,48 +42,44 @@ FoldFinding look_at_middle(double* grid, PhantomMask phantoms) {
 }  // namespace
 
 /// A sharp edge with one cell is regular beside the vertex: the boundary on both sides of it is made of phantoms.
-bool VertexFolds::has_sharp_edge(std::uint32_t op) const {
+bool VertexFolds::has_sharp_edge(const CornerOperator& corner) const {
   constexpr PhantomMask kLowSides = 0b010101;
-  const auto& children = data_.operators.vertices()[op].children;
-  return std::any_of(children.begin() + 1, children.end(), [&](const VertexOperator::Child& child) {
+  return std::any_of(corner.children.begin() + 1, corner.children.end(), [&](const CornerOperator::Child& child) {
     if (child.cell_class == CellClass::kLine) return lines_.is_sharp(child.op);
     return std::popcount(static_cast<unsigned>(child.phantoms & kLowSides)) > 1;
   });
 }
 
 /// The child's determinant is by its own parameters, two to each of its parent's.
-FoldFinding VertexFolds::examine_child(const VertexOperator& now, std::size_t child) {
-  const VertexOperator::Child& next = now.children[child];
-  const bool is_line = next.cell_class == CellClass::kLine;
-  next_.resize(kPositionDimension * (is_line ? std::size_t{4} * next.layer_points : 64));
-  now.stencils.apply(next.first_row, next.count, ring_.data(), kPositionDimension, next_.data());
-  if (!is_line) return look_at_middle(next_.data(), next.phantoms);
-  fill_end_layers(next, next_);
-  return lines_.examine(next.op, next_, lines_.is_sharp(next.op) ? LineFolds::Views::kAll : LineFolds::Views::kFirst);
+FoldFinding VertexFolds::examine_child(VertexWalk& walk, std::size_t number) {
+  const CornerOperator::Child& child = walk.corner().children[number];
+  const bool is_line = child.cell_class == CellClass::kLine;
+  child_.resize(kPositionDimension * (is_line ? std::size_t{4} * child.layer_points : 64));
+  walk.make_child(number, child_.data());
+  if (!is_line) return look_at_middle(child_.data(), child.phantoms);
+  fill_end_layers(child, child_);
+  return lines_.examine(child.op, child_,
+                        lines_.is_sharp(child.op) ? LineFolds::Views::kAll : LineFolds::Views::kFirst);
 }
 
-FoldFinding VertexFolds::examine(std::uint32_t op, std::span<const double> ring) {
-  const auto& vertices = data_.operators.vertices();
-  ring_.assign(ring.begin(), ring.end());
+FoldFinding VertexFolds::examine(VertexWalk walk) {
+  constexpr std::array<double, kPositionDimension> kOrigin{};
   Vec3 vertex = Vec3::Zero();
   FoldFinding worst;
   for (int level = 0; level < kLevels && worst.verdict != FoldVerdict::kFolds; ++level) {
-    const VertexOperator& now = vertices[op];
-    vertex += std::ldexp(1.0, -level) * move_to_origin(now, ring_);
+    const Eigen::Vector4d limit = limit_at_vertex(walk);
+    walk.rescale(std::span(limit.data(), kPositionDimension), 1);
+    vertex += std::ldexp(1.0, -level) * limit.head<3>();
     for (std::size_t child = 1; child < 8; ++child) {
-      const FoldFinding found = examine_child(now, child);
+      const FoldFinding found = examine_child(walk, child);
       const FoldVerdict verdict = std::max(worst.verdict, found.verdict);
       if (8 * found.determinant < worst.determinant) {
         worst = {verdict, 8 * found.determinant, vertex + std::ldexp(1.0, -level) * found.position};
       }
       worst.verdict = verdict;
     }
-    const VertexOperator::Child& inner = now.children[0];
-    next_.resize(kPositionDimension * inner.count);
-    now.stencils.apply(inner.first_row, inner.count, ring_.data(), kPositionDimension, next_.data());
-    for (double& x : next_) x *= 2;
-    ring_.swap(next_);
-    op = inner.op;
+    walk.descend();
+    walk.rescale(kOrigin, 2);
   }
   return worst;
 }

@@ -12,11 +12,11 @@
 
 #pragma once
 
-#include <cstdint>
-#include <span>
+#include <cstddef>
 #include <vector>
 
 #include "core/limit/line_folds.h"
+#include "core/limit/vertex_walk.h"
 
 namespace ccslice {
 
@@ -25,20 +25,19 @@ class VertexFolds {
  public:
   static constexpr int kLevels = 20;  // Below the ring that is given.
 
-  VertexFolds(const LimitSolid::Data& data, LineFolds& lines) : data_(data), lines_(lines) {}
+  explicit VertexFolds(LineFolds& lines) : lines_(lines) {}
 
-  /// A sharp edge leads to the vertex of this operator.
-  bool has_sharp_edge(std::uint32_t op) const;
-  /// `ring`: the points of a vertex cell or of the sub-cell at its vertex, kPositionDimension doubles each. The
-  /// determinant found is by the parameters of that (sub-)cell.
-  FoldFinding examine(std::uint32_t op, std::span<const double> ring);
+  /// A sharp edge leads to the vertex.
+  bool has_sharp_edge(const CornerOperator& corner) const;
+  /// `walk`: at a vertex cell or at the sub-cell at its vertex, kPositionDimension doubles a point. The determinant
+  /// found is by the parameters of that (sub-)cell.
+  FoldFinding examine(VertexWalk walk);
 
  private:
-  FoldFinding examine_child(const VertexOperator& now, std::size_t child);
+  FoldFinding examine_child(VertexWalk& walk, std::size_t number);
 
-  const LimitSolid::Data& data_;
   LineFolds& lines_;
-  std::vector<double> ring_, next_;
+  std::vector<double> child_;
 };
 
 }  // namespace ccslice

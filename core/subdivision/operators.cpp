@@ -54,25 +54,27 @@ std::vector<double> multiply(const std::vector<double>& row, const Stencils& ste
   return result;
 }
 
-/// The limit row at the irregular corner, whose control point has number 0.
-template <typename Operators>
-std::vector<double> limit_row(const Operators& operators, std::uint32_t self) {
-  const auto& op = operators[self];
-  const ChildRows& next = op.children[0];
-  if (next.op != self) {
-    if (operators[next.op].limit.empty()) broken("operators lead to each other in a circle");
-    return multiply(operators[next.op].limit, op.stencils, next.first_row, op.points);
-  }
-  std::vector<double> row(op.points, 0.0);
+/// e0 A A A ..., carried to convergence: the limit at point 0, where A is rows [first, first + points).
+std::vector<double> limit_of_step(const Stencils& stencils, std::uint32_t first, std::uint32_t points) {
+  std::vector<double> row(points, 0.0);
   row[0] = 1;
   for (int step = 0; step < kMaxLimitSteps; ++step) {
-    std::vector<double> better = multiply(row, op.stencils, next.first_row, op.points);
+    std::vector<double> better = multiply(row, stencils, first, points);
     double change = 0;
-    for (std::uint32_t i = 0; i < op.points; ++i) change = std::max(change, std::abs(better[i] - row[i]));
+    for (std::uint32_t i = 0; i < points; ++i) change = std::max(change, std::abs(better[i] - row[i]));
     row = std::move(better);
     if (change < 1e-17) break;
   }
   return row;
+}
+
+/// The limit row at the irregular corner, whose control point has number 0.
+std::vector<double> limit_row(const std::vector<PlanarOperator>& operators, std::uint32_t self) {
+  const PlanarOperator& op = operators[self];
+  const ChildRows& next = op.children[0];
+  if (next.op == self) return limit_of_step(op.stencils, next.first_row, op.points);
+  if (operators[next.op].limit.empty()) broken("operators lead to each other in a circle");
+  return multiply(operators[next.op].limit, op.stencils, next.first_row, op.points);
 }
 
 /// The 2-D ring in three layers of cells, so that refining the middle one sees the rules of the solid's inside.
@@ -106,11 +108,87 @@ CellComplex thicken(const SurfaceRing& ring) {
                      ring.sharp_edges, ring.sharp_vertices);
 }
 
+/// A star or a neighbourhood as a complex.
+template <typename Cells>
+CellComplex complex_of(const Cells& ring) {
+  std::vector<VertexId> corners;
+  corners.reserve(8 * ring.cells.size());
+  for (const auto& cell : ring.cells) {
+    for (const std::uint32_t number : cell) corners.emplace_back(number);
+  }
+  return CellComplex(static_cast<std::uint32_t>(ring.points.size()),
+                     std::vector<CellKind>(ring.cells.size(), CellKind::kHex), std::move(corners), ring.sharp_edges,
+                     ring.sharp_vertices);
+}
+
+/// Rows of a corner operator from those of the whole neighbourhood.
+class CornerRows {
+ public:
+  /// `next`: the ring of children[0].
+  CornerRows(const VertexRing& ring, const VertexNeighbourhood& all, const Refinement& refined, const VertexRing& next)
+      : refined_(refined),
+        next_(next),
+        column_of_(all.points.size(), kNone),
+        next_column_of_(refined.complex.vertex_count(), kNone) {
+    for (std::uint32_t column = 0; column < ring.points.size(); ++column) {
+      const auto at = std::find(all.points.begin(), all.points.end(), ring.points[column]);
+      column_of_[static_cast<std::size_t>(at - all.points.begin())] = column;
+    }
+    for (std::uint32_t k = 0; k < next.shared.size(); ++k) {
+      next_column_of_[next.points[k]] = static_cast<std::uint32_t>(ring.points.size()) + k;
+    }
+  }
+
+  std::vector<std::uint32_t> carried(const CellComplex& complex) const {
+    std::vector<std::uint32_t> towards;
+    for (std::uint32_t k = 0; k < next_.shared.size(); ++k) {
+      towards.push_back(column(seen_from(complex, refined_, next_.points[k], VertexId{0})));
+    }
+    return towards;
+  }
+
+  /// Appends the rows of refined points; kNone is an empty row.
+  void append(std::span<const VertexId> points, Stencils& to) const {
+    std::vector<std::pair<std::uint32_t, double>> row;
+    for (const VertexId p : points) {
+      row.clear();
+      if (p != kNone && next_column_of_[p] != kNone) {
+        row.emplace_back(next_column_of_[p], 1.0);
+      } else if (p != kNone) {
+        for (std::uint32_t e = refined_.stencils.offsets[p]; e < refined_.stencils.offsets[p + 1]; ++e) {
+          row.emplace_back(column(refined_.stencils.indices[e]), refined_.stencils.weights[e]);
+        }
+        std::sort(row.begin(), row.end());
+      }
+      to.append(row);
+    }
+  }
+
+ private:
+  std::uint32_t column(std::uint32_t point) const {
+    if (column_of_[point] == kNone) broken("a vertex cell needs a point beyond its ring");
+    return column_of_[point];
+  }
+
+  const Refinement& refined_;
+  const VertexRing& next_;
+  std::vector<std::uint32_t> column_of_;       // By point of the neighbourhood.
+  std::vector<std::uint32_t> next_column_of_;  // By refined point.
+};
+
+constexpr std::size_t kKeyBytes = 64;  // What a key takes in a map besides its numbers.
+
+std::size_t bytes_of(const Stencils& stencils) {
+  return stencils.offsets.capacity() * 4 + stencils.indices.capacity() * 4 + stencils.weights.capacity() * 8;
+}
+
 /// An operator with its key.
 template <typename Operator>
 std::size_t bytes_of(const Operator& op, const std::vector<std::uint32_t>& key) {
-  return sizeof(op) + op.stencils.offsets.capacity() * 4 + op.stencils.indices.capacity() * 4 +
-         op.stencils.weights.capacity() * 8 + op.limit.capacity() * 8 + key.capacity() * 4 + 64;
+  std::size_t bytes = sizeof(op) + bytes_of(op.stencils) + key.capacity() * 4 + kKeyBytes;
+  if constexpr (requires { op.limit; }) bytes += op.limit.capacity() * 8;
+  if constexpr (requires { op.carried; }) bytes += op.carried.capacity() * 4;
+  return bytes;
 }
 
 ChildRows rows_after(const Stencils& stencils, std::size_t count, PhantomMask phantoms) {
@@ -185,67 +263,104 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   return self;
 }
 
-std::uint32_t OperatorTable::vertex(const VertexRing& ring) {
-  const auto [known, fresh] = vertex_index_.try_emplace(ring.key, static_cast<std::uint32_t>(vertices_.size()));
+std::uint32_t OperatorTable::star(const VertexStar& star) {
+  const auto [known, fresh] = star_index_.try_emplace(star.key, static_cast<std::uint32_t>(stars_.size()));
+  if (!fresh) return known->second;
+  const CellComplex complex = complex_of(star);
+  StarOperator op;
+  op.points = complex.vertex_count();
+  op.stencils = refine_star(complex, VertexId{0});
+  op.stencils.shrink_to_fit();
+  op.limit = limit_of_step(op.stencils, 0, op.points);
+  bytes_ += bytes_of(op, star.key);
+  stars_.push_back(std::move(op));
+  return known->second;
+}
+
+std::uint32_t OperatorTable::vertex(std::uint32_t star, const VertexRing& ring, RingWalker& walker, CellId cell,
+                                    const Frame& frame) {
+  VertexOperator op{star, corner(ring, walker, cell, frame), ring.shared};
+  Key key{op.star, op.corner};
+  key.insert(key.end(), op.shared.begin(), op.shared.end());
+  const auto [known, fresh] = vertex_index_.try_emplace(std::move(key), static_cast<std::uint32_t>(vertices_.size()));
+  if (!fresh) return known->second;
+  bytes_ += sizeof(op) + (op.shared.capacity() + known->first.capacity()) * 4 + kKeyBytes;
+  vertices_.push_back(std::move(op));
+  return known->second;
+}
+
+std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame) {
+  const auto [known, fresh] = corner_index_.try_emplace(ring.key, static_cast<std::uint32_t>(corners_.size()));
   const std::uint32_t self = known->second;
   if (!fresh) return self;
-  vertices_.emplace_back();
-  const auto n = static_cast<std::uint32_t>(ring.points.size());
-  std::vector<VertexId> corners;
-  for (const auto& cell : ring.cells) {
-    for (const std::uint32_t number : cell) corners.emplace_back(number);
-  }
-  const CellComplex complex(n, std::vector<CellKind>(ring.cells.size(), CellKind::kHex), std::move(corners),
-                            ring.sharp_edges, ring.sharp_vertices);
+  corners_.emplace_back();
+  const VertexNeighbourhood all = walker.neighbourhood(cell, frame);
+  CornerOperator op = make_corner(ring, all);
+  op.stencils.shrink_to_fit();
+  bytes_ += bytes_of(op, ring.key);
+  corners_[self] = std::move(op);
+  return self;
+}
+
+CornerOperator OperatorTable::make_corner(const VertexRing& ring, const VertexNeighbourhood& all) {
+  const CellComplex complex = complex_of(all);
   const Refinement refined = refine(complex, std::array{CellId{0}});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
-  VertexOperator op;
-  op.points = n;
+  const CellId inner = refined.first_child.front();
+  const VertexStar star = walker.star(inner, {});
+  const VertexRing next = walker.vertex(inner, {}, star.points);
+  CornerRows rows(ring, all, refined, next);
+  CornerOperator op;
+  op.shared = static_cast<std::uint32_t>(ring.shared.size());
+  op.own = static_cast<std::uint32_t>(ring.own().size());
+  op.carried = rows.carried(complex);
   for (std::uint32_t c = 0; c < 8; ++c) {
-    const CellId cell{refined.first_child.front() + c};
+    const CellId cell{inner + c};
     const auto found = classifier.classify(cell);
     if (!found) broken("a child of a vertex cell isn't limit-ready");
-    VertexOperator::Child& child = op.children[c];
+    if ((found->cell_class == CellClass::kVertex) != (c == 0)) broken("a vertex cell's irregular vertex moved");
+    CornerOperator::Child& child = op.children[c];
     child.cell_class = found->cell_class;
     child.first_row = op.stencils.rows();
-    if (found->cell_class == CellClass::kRegular) {
-      const RegularRing next = walker.regular(cell);
+    if (c == 0) {
+      child.count = static_cast<std::uint32_t>(next.own().size());
+      rows.append(next.own(), op.stencils);
+      child.op = corner(next, walker, cell, {});
+    } else if (found->cell_class == CellClass::kRegular) {
+      const RegularRing regular = walker.regular(cell);
       child.count = 64;
-      child.phantoms = next.phantoms;
-      append_rows(refined.stencils, next.points, n, op.stencils);
-    } else if (found->cell_class == CellClass::kLine) {
-      child.frame = frame_at(cell_tables::kHexEdges[found->anchor][0], found->anchor / 4);
-      const LineRing next = walker.line(cell, child.frame);
-      child.count = 4 * next.count;
-      child.layer_points = next.count;
-      child.phantoms = next.phantoms;
-      append_rows(refined.stencils, next.points, n, op.stencils);
-      child.op = line(next);
+      child.phantoms = regular.phantoms;
+      rows.append(regular.points, op.stencils);
     } else {
-      if (c != 0 || found->anchor != 0) broken("a vertex cell's irregular vertex moved");
-      const VertexRing next = walker.vertex(cell, {});
-      child.count = static_cast<std::uint32_t>(next.points.size());
-      append_rows(refined.stencils, next.points, n, op.stencils);
-      child.op = vertex(next);
+      child.frame = frame_at(cell_tables::kHexEdges[found->anchor][0], found->anchor / 4);
+      const LineRing sub_line = walker.line(cell, child.frame);
+      child.count = 4 * sub_line.count;
+      child.layer_points = sub_line.count;
+      child.phantoms = sub_line.phantoms;
+      rows.append(sub_line.points, op.stencils);
+      child.op = line(sub_line);
     }
   }
-  if (op.children[0].cell_class != CellClass::kVertex) broken("a vertex cell lost its irregular vertex");
-  vertices_[self] = std::move(op);
-  vertices_[self].limit = limit_row(vertices_, self);
-  bytes_ += bytes_of(vertices_[self], ring.key);
-  return self;
+  return op;
 }
 
 std::uint32_t OperatorTable::max_ring_points() const {
   std::uint32_t most = 64;
   for (const auto& op : lines_) most = std::max(most, 4 * op.points);
-  for (const auto& op : vertices_) {
-    most = std::max(most, op.points);
+  for (const auto& op : vertices_) most = std::max(most, stars_[op.star].points + corners_[op.corner].own);
+  for (const auto& op : corners_) {
     for (const auto& child : op.children) most = std::max(most, child.count);
   }
   for (const auto& op : surfaces_) most = std::max(most, op.points);
   return most;
+}
+
+void OperatorTable::forget_keys() {
+  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) {
+    for (const auto& [key, op] : *index) bytes_ -= key.capacity() * 4 + kKeyBytes;
+    index->clear();
+  }
 }
 
 }  // namespace ccslice

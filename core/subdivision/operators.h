@@ -10,7 +10,13 @@
 //
 //   LINE      2-D, over one layer of a line ring: children (bits u + 2v) at 1, 2, 3 are regular patches of 4 x 4
 //             points. Along the line nothing is refined: a line cell is (2-D scheme) x (cubic B-spline).
-//   VERTEX    3-D: the seven outer children are regular or line cells.
+//   STAR      3-D: the points of the cells at an irregular vertex. They yield those of the next level without any
+//             others, so one operator serves all cells at the vertex, and the limit there depends on them alone.
+//   CORNER    3-D: the rest of what a vertex cell needs. Its own points and the seven outer children, which are regular
+//             or line cells, follow from the cells that touch its other seven corners, and from the star's points next
+//             to those one level on. However many cells meet at the vertex and however they lie, such a ring depends
+//             only on the three lines that leave the vertex along the cell's edges, so few operators serve all cells,
+//             tetrahedra's too, whose stars are hardly ever alike.
 //   SURFACE   2-D, over the boundary surface's ring of a face.
 //
 // Boundary subdivision matrices are defective (Jordan blocks), so they are never diagonalized: level n is reached by n
@@ -48,38 +54,65 @@ struct PlanarOperator {
   std::vector<double> limit;  // The limit at the irregular corner: one weight per point.
 };
 
-/// 3-D. Children by bits u + 2v + 4w; 64 rows if regular, 4 layers of a 2-D ring if a line cell, framed by `frame`.
-struct VertexOperator {
+/// 3-D: the points at a vertex, by number in its star.
+struct StarOperator {
+  std::uint32_t points = 0;
+  Stencils stencils;          // Row p: the point one level on that lies towards p.
+  std::vector<double> limit;  // The limit at the vertex: one weight per point.
+};
+
+/// 3-D: the ring of a vertex cell. Columns: its points shared with the star, its own, and the shared points of
+/// children[0] one level on. Children by bits u + 2v + 4w: the first has rows for its own points; the others have 64
+/// rows if regular, 4 layers of a 2-D ring if line cells, framed by `frame`.
+struct CornerOperator {
   struct Child : ChildRows {
     CellClass cell_class = CellClass::kRegular;
     Frame frame;
     std::uint32_t layer_points = 0;  // Line cells.
   };
-  std::uint32_t points = 0;
+  std::uint32_t shared = 0, own = 0;
   Stencils stencils;
   std::array<Child, 8> children;
-  std::vector<double> limit;
+  /// Shared points of children[0]: the shared point here that each lies towards.
+  std::vector<std::uint32_t> carried;
+};
+
+/// The operator of a vertex cell.
+struct VertexOperator {
+  std::uint32_t star = 0, corner = 0;
+  std::vector<std::uint32_t> shared;  // The corner operator's shared points: their numbers in the star.
 };
 
 class OperatorTable {
  public:
   /// The operator of a ring, made if it isn't known yet.
   std::uint32_t line(const LineRing& ring);
-  std::uint32_t vertex(const VertexRing& ring);
+  std::uint32_t star(const VertexStar& star);
+  /// `ring`: the walker's, of this cell in this frame. `star`: the operator of its star.
+  std::uint32_t vertex(std::uint32_t star, const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
   std::uint32_t surface(const SurfaceRing& ring);
 
   const std::vector<PlanarOperator>& lines() const { return lines_; }
+  const std::vector<StarOperator>& stars() const { return stars_; }
+  const std::vector<CornerOperator>& corners() const { return corners_; }
   const std::vector<VertexOperator>& vertices() const { return vertices_; }
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
   std::size_t memory_bytes() const { return bytes_; }
-  /// Largest number of control points of any ring (all layers of a line ring counted).
+  /// Largest number of control points of any ring (all layers of a line ring, a vertex cell's whole star counted).
   std::uint32_t max_ring_points() const;
+  /// Forgets the keys by which equal rings meet. REQUIRES: no more operators are asked for.
+  void forget_keys();
 
  private:
   using Key = std::vector<std::uint32_t>;
-  std::map<Key, std::uint32_t> line_index_, vertex_index_, surface_index_;
+  std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
+  CornerOperator make_corner(const VertexRing& ring, const VertexNeighbourhood& all);
+
+  std::map<Key, std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
   std::vector<PlanarOperator> lines_, surfaces_;
+  std::vector<StarOperator> stars_;
+  std::vector<CornerOperator> corners_;
   std::vector<VertexOperator> vertices_;
   std::size_t bytes_ = 0;
 };

@@ -222,6 +222,17 @@ SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVerti
   return sharp;
 }
 
+VertexId opposite_in_face(const CellComplex& parent, FaceId face, VertexId vertex) {
+  const auto ring = parent.face_vertices(face);
+  const auto at = static_cast<std::size_t>(std::find(ring.begin(), ring.end(), vertex) - ring.begin());
+  return ring[(at + 2) % 4];
+}
+
+VertexId opposite_in_cell(const CellComplex& parent, CellId cell, VertexId vertex) {
+  const auto corners = parent.cell_vertices(cell);
+  return corners[static_cast<std::size_t>(std::find(corners.begin(), corners.end(), vertex) - corners.begin()) ^ 7u];
+}
+
 Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Stencils stencils;
@@ -256,6 +267,34 @@ bool on_straight_extraordinary_edge(const CellComplex& complex, VertexId vertex)
   }
   return count == 2 && valence[0] == valence[1] && complex.vertex_cells(vertex).size() == 2 * valence[0] &&
          complex.vertex_edges(vertex).size() == valence[0] + 2;
+}
+
+Stencils refine_star(const CellComplex& star, VertexId vertex) {
+  enum class Joint : std::uint8_t { kVertex, kEdge, kFace, kCell };
+  std::vector<std::pair<Joint, std::uint32_t>> joints(star.vertex_count(), {Joint::kVertex, vertex});
+  for (const EdgeId e : star.vertex_edges(vertex)) joints[star.edge_other(e, vertex)] = {Joint::kEdge, e};
+  for (const FaceId f : star.vertex_faces(vertex)) joints[opposite_in_face(star, f, vertex)] = {Joint::kFace, f};
+  for (const CellId c : star.vertex_cells(vertex)) joints[opposite_in_cell(star, c, vertex)] = {Joint::kCell, c};
+  Stencils stencils;
+  Row row(star);
+  for (const auto& [joint, id] : joints) {
+    switch (joint) {
+      case Joint::kVertex: vertex_point(star, vertex, row); break;
+      case Joint::kEdge: edge_point(star, EdgeId{id}, row); break;
+      case Joint::kFace: face_point(star, FaceId{id}, row); break;
+      case Joint::kCell: row.add_cell(CellId{id}, 1); break;
+    }
+    row.flush(stencils);
+  }
+  return stencils;
+}
+
+VertexId seen_from(const CellComplex& parent, const Refinement& refined, VertexId child, VertexId vertex) {
+  const std::uint32_t origin = refined.origin[child];
+  if (child < refined.edge_points_begin) return VertexId{origin};
+  if (child < refined.face_points_begin) return parent.edge_other(EdgeId{origin}, vertex);
+  if (child < refined.cell_points_begin) return opposite_in_face(parent, FaceId{origin}, vertex);
+  return opposite_in_cell(parent, CellId{origin}, vertex);
 }
 
 Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel) {

@@ -52,6 +52,14 @@ struct Refinement {
 /// REQUIRES: the vertices of `cells` are complete. Throws Error{kCancelled} only.
 Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel = {});
 
+/// One step at one vertex. Row v: the child vertex of what joins v to it (the vertex itself, an edge, a face or a cell)
+/// from the parent's vertices. REQUIRES: hexahedra, all of which touch the vertex, and it is complete.
+Stencils refine_star(const CellComplex& star, VertexId vertex);
+
+/// The vertex of the parent that a child vertex lies towards, seen from `vertex`: itself, the other end of the edge, or
+/// the opposite corner of the face or cell in which the child vertex is. REQUIRES: hexahedra.
+VertexId seen_from(const CellComplex& parent, const Refinement& refined, VertexId child, VertexId vertex);
+
 /// True if the vertex lies on a straight EE (see above). REQUIRES: complete.
 bool on_straight_extraordinary_edge(const CellComplex& complex, VertexId vertex);
 

@@ -19,7 +19,18 @@ void append_sharp_features(std::vector<std::array<std::uint32_t, 2>>& edges, con
   key.insert(key.end(), vertices.begin(), vertices.end());
 }
 
-RingWalker::RingWalker(const CellComplex& complex) : complex_(complex), local_(complex.vertex_count(), kNone) {}
+RingWalker::RingWalker(const CellComplex& complex)
+    : complex_(complex),
+      local_(complex.vertex_count(), kNone),
+      core_(complex.vertex_count(), 0),
+      seen_(complex.cell_count(), 0) {}
+
+std::array<VertexId, 8> RingWalker::framed_vertices(const Framed& at) const {
+  const auto vertices = complex_.cell_vertices(at.cell);
+  std::array<VertexId, 8> framed;
+  for (unsigned j = 0; j < 8; ++j) framed[j] = vertices[at.frame.corner(j)];
+  return framed;
+}
 
 RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned side) const {
   const Frame& f = from.frame;
@@ -49,7 +60,14 @@ void RingWalker::number(VertexId vertex, std::vector<VertexId>& points) {
   points.push_back(vertex);
 }
 
-void RingWalker::forget(const std::vector<VertexId>& points) {
+std::array<std::uint32_t, 8> RingWalker::numbers_of(const Framed& at) const {
+  std::array<std::uint32_t, 8> numbers;
+  const auto vertices = framed_vertices(at);
+  for (std::size_t j = 0; j < 8; ++j) numbers[j] = local_[vertices[j]];
+  return numbers;
+}
+
+void RingWalker::forget(std::span<const VertexId> points) {
   for (const VertexId v : points) {
     if (v != kNone) local_[v] = kNone;
   }
@@ -87,16 +105,22 @@ RegularRing RingWalker::regular(CellId cell, const Frame& frame) const {
   return ring;
 }
 
-void RingWalker::queue_neighbours(const Framed& at, unsigned sides, std::span<const VertexId> core,
-                                  std::vector<Framed>& queue) const {
-  for (unsigned side = 0; side < sides; ++side) {
-    const Framed next = cross(at, side / 2, side & 1);
-    if (next.cell == kNone) continue;
-    const auto vertices = complex_.cell_vertices(next.cell);
-    const bool touches = std::any_of(core.begin(), core.end(), [&](VertexId v) { return contains(vertices, v); });
-    const bool seen = std::any_of(queue.begin(), queue.end(), [&](const Framed& f) { return f.cell == next.cell; });
-    if (touches && !seen) queue.push_back(next);
+std::vector<RingWalker::Framed> RingWalker::walk(const Framed& start, unsigned sides, std::span<const VertexId> core) {
+  ++walks_;
+  for (const VertexId v : core) core_[v] = walks_;
+  std::vector<Framed> cells{start};
+  seen_[start.cell] = walks_;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (unsigned side = 0; side < sides; ++side) {
+      const Framed next = cross(cells[i], side / 2, side & 1);
+      if (next.cell == kNone || seen_[next.cell] == walks_) continue;
+      const auto vertices = complex_.cell_vertices(next.cell);
+      if (std::ranges::none_of(vertices, [&](VertexId v) { return core_[v] == walks_; })) continue;
+      seen_[next.cell] = walks_;
+      cells.push_back(next);
+    }
   }
+  return cells;
 }
 
 LineRing RingWalker::line(CellId cell, const Frame& frame) {
@@ -104,12 +128,10 @@ LineRing RingWalker::line(CellId cell, const Frame& frame) {
   const Framed start{cell, frame};
   std::array<VertexId, 4> core;
   for (unsigned j = 0; j < 4; ++j) core[j] = vertex_at(start, j);
-  std::vector<Framed> queue{start};
   std::array<std::vector<VertexId>, 4> layers;  // Below, bottom, top, above.
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    const Framed at = queue[i];
+  for (const Framed& at : walk(start, 4, core)) {
     const Framed down = cross(at, 2, 0), up = cross(at, 2, 1);
-    if (i == 0) ring.phantoms = static_cast<PhantomMask>((down.cell == kNone) << 4 | (up.cell == kNone) << 5);
+    if (at.cell == cell) ring.phantoms = static_cast<PhantomMask>((down.cell == kNone) << 4 | (up.cell == kNone) << 5);
     std::array<std::uint32_t, 4> quad{};
     for (unsigned j = 0; j < 4; ++j) {
       const VertexId v = vertex_at(at, j);
@@ -122,7 +144,6 @@ LineRing RingWalker::line(CellId cell, const Frame& frame) {
       layers[3].push_back(up.cell == kNone ? VertexId{kNone} : vertex_at(up, j));
     }
     ring.quads.push_back(quad);
-    queue_neighbours(at, 4, core, queue);
   }
   forget(layers[1]);
   ring.count = static_cast<std::uint32_t>(layers[1].size());
@@ -137,35 +158,80 @@ LineRing RingWalker::line(CellId cell, const Frame& frame) {
   return ring;
 }
 
-VertexRing RingWalker::vertex(CellId cell, const Frame& frame) {
-  VertexRing ring;
-  std::vector<Framed> queue{{cell, frame}};
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    const Framed at = queue[i];
-    std::array<std::uint32_t, 8> numbers{};
-    for (unsigned j = 0; j < 8; ++j) {
-      number(vertex_at(at, j), ring.points);
-      numbers[j] = local_[vertex_at(at, j)];
-    }
-    ring.cells.push_back(numbers);
-    queue_neighbours(at, 6, complex_.cell_vertices(cell), queue);
+VertexStar RingWalker::star(CellId cell, const Frame& frame) {
+  VertexStar star;
+  const Framed start{cell, frame};
+  const std::array core{vertex_at(start, 0)};
+  for (const Framed& at : walk(start, 6, core)) {
+    for (const VertexId v : framed_vertices(at)) number(v, star.points);
+    star.cells.push_back(numbers_of(at));
   }
-  collect_sharp_features(ring);
-  forget(ring.points);
+  collect_sharp_features(core, star);
+  forget(star.points);
+  for (const auto& c : star.cells) star.key.insert(star.key.end(), c.begin(), c.end());
+  append_sharp_features(star.sharp_edges, star.sharp_vertices, star.key);
+  return star;
+}
+
+VertexRing RingWalker::vertex(CellId cell, const Frame& frame, std::span<const VertexId> star) {
+  VertexRing ring;
+  const Framed start{cell, frame};
+  const auto corners = framed_vertices(start);
+  const auto cells = walk(start, 6, std::span(corners).subspan(1));
+  // Numbers in the star stand in local_ until the shared points have numbers of the ring.
+  for (std::size_t i = 0; i < star.size(); ++i) local_[star[i]] = static_cast<std::uint32_t>(i);
+  std::vector<VertexId>& points = ring.points;
+  ++walks_;
+  for (const Framed& at : cells) {
+    for (const VertexId v : framed_vertices(at)) {
+      if (core_[v] == walks_ || local_[v] == kNone) continue;
+      core_[v] = walks_;
+      ring.shared.push_back(local_[v]);
+      points.push_back(v);
+    }
+  }
+  forget(star);
+  for (std::size_t i = 0; i < points.size(); ++i) local_[points[i]] = static_cast<std::uint32_t>(i);
+  for (const Framed& at : cells) {
+    for (const VertexId v : framed_vertices(at)) number(v, points);
+    ring.cells.push_back(numbers_of(at));
+  }
+  struct {
+    std::vector<std::array<std::uint32_t, 2>> sharp_edges;
+    std::vector<std::uint32_t> sharp_vertices;
+  } features;
+  collect_sharp_features(std::span(corners).subspan(1), features);
+  forget(points);
   for (const auto& c : ring.cells) ring.key.insert(ring.key.end(), c.begin(), c.end());
-  append_sharp_features(ring.sharp_edges, ring.sharp_vertices, ring.key);
+  append_sharp_features(features.sharp_edges, features.sharp_vertices, ring.key);
+  ring.key.push_back(static_cast<std::uint32_t>(ring.shared.size()));
   return ring;
 }
 
-void RingWalker::collect_sharp_features(VertexRing& ring) const {
-  for (std::uint32_t j = 0; j < 8; ++j) {
-    const VertexId v = ring.points[j];
-    if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(j);
+VertexNeighbourhood RingWalker::neighbourhood(CellId cell, const Frame& frame) {
+  VertexNeighbourhood all;
+  const Framed start{cell, frame};
+  const auto corners = framed_vertices(start);
+  for (const Framed& at : walk(start, 6, corners)) {
+    for (const VertexId v : framed_vertices(at)) number(v, all.points);
+    all.cells.push_back(numbers_of(at));
+  }
+  collect_sharp_features(corners, all);
+  forget(all.points);
+  return all;
+}
+
+template <typename Ring>
+void RingWalker::collect_sharp_features(std::span<const VertexId> core, Ring& ring) const {
+  for (const VertexId v : core) {
+    const std::uint32_t here = local_[v];
+    if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(here);
     for (const EdgeId e : complex_.vertex_edges(v)) {
       if (!complex_.edge_sharp(e)) continue;
       const std::uint32_t other = local_[complex_.edge_other(e, v)];
       if (other == kNone) throw Error(ErrorCode::kInternal, "the ring of a cell is incomplete");
-      if (other > j) ring.sharp_edges.push_back({j, other});
+      const std::array<std::uint32_t, 2> edge{std::min(here, other), std::max(here, other)};
+      if (!contains(ring.sharp_edges, edge)) ring.sharp_edges.push_back(edge);
     }
   }
 }

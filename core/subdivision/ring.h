@@ -39,13 +39,33 @@ struct LineRing {
   std::vector<std::uint32_t> key;
 };
 
-/// The ring of a vertex cell, framed so that the irregular vertex is (0,0,0).
+/// The star of an irregular vertex: the cells at it, each framed so that the vertex is its corner (0,0,0).
+struct VertexStar {
+  std::vector<VertexId> points;                           // points[0] is the vertex.
+  std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points.
+  std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the vertex.
+  std::vector<std::uint32_t> sharp_vertices;              // The vertex, if it is sharp.
+  std::vector<std::uint32_t> key;
+};
+
+/// The ring of a vertex cell, framed so that the irregular vertex is (0,0,0): the cells that touch its other seven
+/// corners. Some of their points belong to the vertex's star; those are numbered first.
 struct VertexRing {
+  std::vector<VertexId> points;
+  std::vector<std::uint32_t> shared;                // The first points: their numbers in the star.
+  std::vector<std::array<std::uint32_t, 8>> cells;  // Numbers of points; cells[0] is the cell itself.
+  std::vector<std::uint32_t> key;
+
+  /// The points that the star lacks.
+  std::span<const VertexId> own() const { return std::span(points).subspan(shared.size()); }
+};
+
+/// A vertex cell's star and ring together: all cells that touch it, framed alike.
+struct VertexNeighbourhood {
   std::vector<VertexId> points;
   std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points; cells[0] is the cell itself.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the cell's vertices.
   std::vector<std::uint32_t> sharp_vertices;              // Those of the cell's vertices that are sharp.
-  std::vector<std::uint32_t> key;
 };
 
 /// Index along one axis of a 4 x 4 (x 4) grid: of a corner bit in the cell `step` (-1, 0, 1) cells away from the
@@ -66,7 +86,11 @@ class RingWalker {
   RegularRing regular(CellId cell, const Frame& frame = {}) const;
   /// REQUIRES: a line cell with its line at u = v = 0 of the frame.
   LineRing line(CellId cell, const Frame& frame);
-  VertexRing vertex(CellId cell, const Frame& frame);
+  /// The star of the cell's vertex (0,0,0) of the frame, numbered from this cell on. REQUIRES: hexahedra at it.
+  VertexStar star(CellId cell, const Frame& frame);
+  /// `star`: the points of that star, in any order.
+  VertexRing vertex(CellId cell, const Frame& frame, std::span<const VertexId> star);
+  VertexNeighbourhood neighbourhood(CellId cell, const Frame& frame);
 
  private:
   struct Framed {
@@ -76,17 +100,22 @@ class RingWalker {
   VertexId vertex_at(const Framed& at, unsigned corner) const {
     return complex_.cell_vertices(at.cell)[at.frame.corner(corner)];
   }
+  std::array<VertexId, 8> framed_vertices(const Framed& at) const;
   /// The cell across the face where framed axis a is `side`; its cell is kNone on the boundary.
   Framed cross(const Framed& from, unsigned a, unsigned side) const;
-  /// Queues the cells across the first `sides` faces that touch the `core` vertices and aren't queued yet.
-  void queue_neighbours(const Framed& at, unsigned sides, std::span<const VertexId> core,
-                        std::vector<Framed>& queue) const;
-  void collect_sharp_features(VertexRing& ring) const;
+  /// The cells that touch the `core` vertices and are reached from the first across its first `sides` faces, and theirs
+  /// and so on.
+  std::vector<Framed> walk(const Framed& start, unsigned sides, std::span<const VertexId> core);
+  template <typename Ring>
+  void collect_sharp_features(std::span<const VertexId> core, Ring& ring) const;
   void number(VertexId vertex, std::vector<VertexId>& points);
-  void forget(const std::vector<VertexId>& points);
+  std::array<std::uint32_t, 8> numbers_of(const Framed& at) const;
+  void forget(std::span<const VertexId> points);
 
   const CellComplex& complex_;
-  std::vector<std::uint32_t> local_;  // Number of a vertex in the ring being walked, or kNone.
+  std::vector<std::uint32_t> local_;        // Number of a vertex in the ring being walked, or kNone.
+  std::vector<std::uint32_t> core_, seen_;  // The last walk whose core a vertex was in, and that met a cell.
+  std::uint32_t walks_ = 0;
 };
 
 }  // namespace ccslice

@@ -31,6 +31,12 @@ struct Stencils {
     offsets.push_back(static_cast<std::uint32_t>(indices.size()));
   }
 
+  void shrink_to_fit() {
+    offsets.shrink_to_fit();
+    indices.shrink_to_fit();
+    weights.shrink_to_fit();
+  }
+
   /// Points of `dimension` doubles each. REQUIRES: out holds count * dimension, disjoint from `points`.
   void apply(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t dimension,
              double* out) const noexcept {

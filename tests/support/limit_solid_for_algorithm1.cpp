@@ -10,19 +10,21 @@
 namespace ccslice::oracle {
 namespace {
 
-/// Where a cell's own corners stand in its ring (core/subdivision/ring.h).
-std::array<std::size_t, 8> corners_in_ring(const LimitCell& cell) {
-  std::array<std::size_t, 8> places{};
+/// A cell's own corners among its points (core/subdivision/ring.h); a vertex cell's are all in its star.
+std::array<std::uint32_t, 8> corner_points(const LimitSolid::Data& data, const LimitCell& cell) {
+  std::array<std::uint32_t, 8> points{};
   const std::size_t layer = cell.ring_count / 4;  // Of a line cell.
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const std::size_t u = corner & 1, v = corner >> 1 & 1, w = corner >> 2;
     switch (cell.cell_class) {
-      case CellClass::kRegular: places[corner] = (1 + u) + 4 * (1 + v) + 16 * (1 + w); break;
-      case CellClass::kLine: places[corner] = (1 + w) * layer + u + 2 * v; break;
-      case CellClass::kVertex: places[corner] = corner; break;
+      case CellClass::kRegular: points[corner] = data.ring(cell)[(1 + u) + 4 * (1 + v) + 16 * (1 + w)]; break;
+      case CellClass::kLine: points[corner] = data.ring(cell)[(1 + w) * layer + u + 2 * v]; break;
+      case CellClass::kVertex:
+        points[corner] = data.star(cell)[data.operators.vertices()[cell.op].shared[corner]];
+        break;
     }
   }
-  return places;
+  return points;
 }
 
 }  // namespace
@@ -31,12 +33,11 @@ CellBoxes cell_boxes(const LimitSolid& solid) {
   const LimitSolid::Data& data = solid.data();
   CellBoxes boxes;
   for (const LimitCell& cell : data.cells) {
-    const std::span<const std::uint32_t> ring = data.ring(cell);
     Box3 all, own;
-    for (const std::uint32_t point : ring) {
+    data.for_each_point(cell, [&](std::size_t, std::uint32_t point) {
       if (point != kNone) all.extend(data.position(point));
-    }
-    for (const std::size_t place : corners_in_ring(cell)) own.extend(data.position(ring[place]));
+    });
+    for (const std::uint32_t point : corner_points(data, cell)) own.extend(data.position(point));
     boxes.rings.push_back(all);
     boxes.corners.push_back(own);
   }

@@ -68,7 +68,7 @@ TEST_F(StencilsOfABracket, AreSharedByCellsOfANeighbourhoodWhateverTheirFrames) 
   std::size_t different_frames = 0;
   for (const auto& [key, cells] : neighbourhoods()) {
     const LimitStencils& first = stencils.at(*cells.front(), {}, BlockPlaces::kNodes);
-    EXPECT_EQ(first.points(), cells.front()->ring_count);
+    EXPECT_EQ(first.points(), solid_->data().point_count(*cells.front()));
     const std::vector<double> expected = numbers(first);
     const std::size_t bytes = stencils.memory_bytes();
     EXPECT_EQ(numbers(stencils.at(*cells.back(), {}, BlockPlaces::kNodes)), expected);

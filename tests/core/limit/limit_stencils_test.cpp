@@ -42,10 +42,10 @@ Vec3 unframed(const Frame& frame, const Vec3& framed) {
 
 std::vector<Lanes> ring_points(const LimitSolid::Data& data, const LimitCell& cell) {
   std::vector<Lanes> points;
-  for (const std::uint32_t id : data.ring(cell)) {
+  data.for_each_point(cell, [&](std::size_t, std::uint32_t id) {
     points.push_back(Lanes{});
     for (std::size_t d = 0; id != kNone && d < kLanes; ++d) points.back()[d] = data.point(id)[d];
-  }
+  });
   return points;
 }
 

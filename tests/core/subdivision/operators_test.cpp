@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
@@ -14,6 +15,11 @@
 
 namespace ccslice {
 namespace {
+
+std::uint32_t add_vertex(OperatorTable& table, RingWalker& walker, CellId cell, const Frame& frame) {
+  const VertexStar star = walker.star(cell, frame);
+  return table.vertex(table.star(star), walker.vertex(cell, frame, star.points), walker, cell, frame);
+}
 
 /// Operators of every limit-ready cell and boundary face of the catalogue after one and two refinements.
 OperatorTable operators_of_catalogue() {
@@ -33,7 +39,7 @@ OperatorTable operators_of_catalogue() {
         const auto along = static_cast<std::uint8_t>(found->anchor / 4);
         table.line(walker.line(c, frame_at(cell_tables::kHexEdges[found->anchor][0], along)));
       } else if (found->cell_class == CellClass::kVertex) {
-        table.vertex(walker.vertex(c, frame_at(found->anchor, 0)));
+        add_vertex(table, walker, c, frame_at(found->anchor, 0));
       }
     }
     for (const FaceId f : complex.faces()) {
@@ -55,13 +61,22 @@ class Operators : public testing::Test {
   static void for_each(Visit visit) {
     for (const auto& op : table().lines()) visit(op, "line");
     for (const auto& op : table().surfaces()) visit(op, "surface");
-    for (const auto& op : table().vertices()) visit(op, "vertex");
+    for (const auto& op : table().stars()) visit(op, "star");
+  }
+  static void keeps_constants(const Stencils& stencils, const char* kind) {
+    for (std::uint32_t r = 0; r < stencils.rows(); ++r) {
+      const std::uint32_t begin = stencils.offsets[r], end = stencils.offsets[r + 1];
+      if (begin == end) continue;  // A phantom point.
+      EXPECT_NEAR(std::accumulate(&stencils.weights[begin], &stencils.weights[end], 0.0), 1, 1e-13) << kind;
+    }
   }
 };
 
 TEST_F(Operators, ExistForManyTopologies) {
   EXPECT_GE(table().lines().size(), 8u);
   EXPECT_GE(table().surfaces().size(), 5u);
+  EXPECT_GE(table().stars().size(), 8u);
+  EXPECT_GE(table().corners().size(), 20u);
   EXPECT_GE(table().vertices().size(), 20u);
 }
 
@@ -75,12 +90,14 @@ TEST_F(Operators, HaveLimitRowsThatAreConvexAndFixed) {
     }
     EXPECT_NEAR(sum, 1, 1e-12) << kind;
     // limit = limit * A where the operator leads to itself.
-    const ChildRows& next = op.children[0];
+    std::uint32_t first = 0;
+    if constexpr (requires { op.children; }) {
+      first = op.children[0].first_row;
+      if (op.children[0].count != op.points) return;
+    }
     std::vector<double> image(op.points, 0.0);
-    if (next.count != op.points) return;
-    for (std::uint32_t r = 0; r < next.count; ++r) {
-      for (std::uint32_t e = op.stencils.offsets[next.first_row + r]; e < op.stencils.offsets[next.first_row + r + 1];
-           ++e) {
+    for (std::uint32_t r = 0; r < op.points; ++r) {
+      for (std::uint32_t e = op.stencils.offsets[first + r]; e < op.stencils.offsets[first + r + 1]; ++e) {
         image[op.stencils.indices[e]] += op.limit[r] * op.stencils.weights[e];
       }
     }
@@ -89,25 +106,35 @@ TEST_F(Operators, HaveLimitRowsThatAreConvexAndFixed) {
 }
 
 TEST_F(Operators, KeepConstants) {
-  for_each([](const auto& op, const char* kind) {
-    for (std::uint32_t r = 0; r < op.stencils.rows(); ++r) {
-      const std::uint32_t begin = op.stencils.offsets[r], end = op.stencils.offsets[r + 1];
-      if (begin == end) continue;  // A phantom point.
-      EXPECT_NEAR(std::accumulate(&op.stencils.weights[begin], &op.stencils.weights[end], 0.0), 1, 1e-13) << kind;
-    }
-  });
+  for_each([](const auto& op, const char* kind) { keeps_constants(op.stencils, kind); });
+  for (const CornerOperator& op : table().corners()) keeps_constants(op.stencils, "corner");
 }
+
+TEST_F(Operators, OfCornersCarryEachSharedPointOnce) {
+  for (const CornerOperator& op : table().corners()) {
+    const std::set<std::uint32_t> carried(op.carried.begin(), op.carried.end());
+    EXPECT_EQ(carried.size(), op.carried.size());
+    EXPECT_EQ(op.carried.at(0), 0u) << "the vertex stays the vertex";
+    EXPECT_LT(*carried.rbegin(), op.shared);
+    EXPECT_EQ(table().corners()[op.children[0].op].shared, op.carried.size());
+    EXPECT_EQ(table().corners()[op.children[0].op].own, op.children[0].count);
+  }
+}
+
+TEST_F(Operators, OfCornersServeDifferentStars) { EXPECT_LT(table().corners().size(), table().vertices().size()); }
 
 TEST_F(Operators, AreSharedByEqualRings) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
   RingWalker walker(complex);
   OperatorTable fresh;
-  const std::uint32_t first = fresh.vertex(walker.vertex(CellId{0}, frame_at(0, 0)));
+  const std::uint32_t first = add_vertex(fresh, walker, CellId{0}, frame_at(0, 0));
   const std::size_t count = fresh.vertices().size();
-  EXPECT_EQ(fresh.vertex(walker.vertex(CellId{3}, frame_at(1, 0))),
-            fresh.vertex(walker.vertex(CellId{3}, frame_at(1, 0))));
-  EXPECT_EQ(fresh.vertex(walker.vertex(CellId{0}, frame_at(0, 0))), first);
+  EXPECT_EQ(add_vertex(fresh, walker, CellId{3}, frame_at(1, 0)), add_vertex(fresh, walker, CellId{3}, frame_at(1, 0)));
+  EXPECT_EQ(add_vertex(fresh, walker, CellId{0}, frame_at(0, 0)), first);
   EXPECT_LE(fresh.vertices().size(), count + 2);
+  const std::size_t with_keys = fresh.memory_bytes();
+  fresh.forget_keys();
+  EXPECT_LT(fresh.memory_bytes(), with_keys);
 }
 
 }  // namespace

@@ -111,9 +111,14 @@ TEST(VertexRing, KeysOfABoxsCornersAgreeUpToRotation) {
   for (const auto& [cell, found] : cells_of(complex, CellClass::kVertex)) {
     std::vector<std::uint32_t> best;
     for (std::uint8_t axis = 0; axis < 3; ++axis) {
-      const VertexRing ring = walker.vertex(cell, frame_at(found.anchor, axis));
+      const Frame frame = frame_at(found.anchor, axis);
+      const VertexStar star = walker.star(cell, frame);
+      EXPECT_EQ(star.points.size(), 8u);
+      EXPECT_EQ(star.points[0], complex.cell_vertices(cell)[found.anchor]);
+      const VertexRing ring = walker.vertex(cell, frame, star.points);
       EXPECT_EQ(ring.points.size(), 27u);
-      EXPECT_EQ(ring.points[0], complex.cell_vertices(cell)[found.anchor]);
+      EXPECT_EQ(ring.shared.size(), 8u);
+      for (std::size_t n = 0; n < ring.shared.size(); ++n) EXPECT_EQ(ring.points[n], star.points[ring.shared[n]]);
       if (best.empty() || ring.key < best) best = ring.key;
     }
     keys.insert(best);
@@ -121,12 +126,27 @@ TEST(VertexRing, KeysOfABoxsCornersAgreeUpToRotation) {
   EXPECT_EQ(keys.size(), 1u);
 }
 
+TEST(VertexRing, LeavesOutCellsThatTouchTheVertexAlone) {
+  // Eight boxes round the middle of a box of four: one of them touches its opposite in the vertex alone.
+  const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
+  RingWalker walker(complex);
+  const CellId cell{1 + 4 + 16};
+  const VertexStar star = walker.star(cell, frame_at(7, 0));
+  EXPECT_EQ(star.points.size(), 27u);
+  EXPECT_EQ(star.cells.size(), 8u);
+  const VertexRing ring = walker.vertex(cell, frame_at(7, 0), star.points);
+  EXPECT_EQ(ring.cells.size(), 26u);
+  EXPECT_EQ(ring.own().size(), 64u - 27u);
+  EXPECT_EQ(ring.shared.size(), 26u) << "the far corner of the opposite box isn't needed";
+  EXPECT_EQ(walker.neighbourhood(cell, frame_at(7, 0)).cells.size(), 27u);
+}
+
 TEST(VertexRing, TellsSharpFromSmooth) {
   ControlMesh mesh = oracle::box_mesh(4, 4, 4);
   const auto key_of_corner = [](const ControlMesh& m) {
     const CellComplex complex = make_cell_complex(m);
     RingWalker walker(complex);
-    return walker.vertex(CellId{0}, frame_at(0, 0)).key;
+    return walker.star(CellId{0}, frame_at(0, 0)).key;
   };
   const auto smooth = key_of_corner(mesh);
   mesh.sharp_vertices = {0};
