@@ -39,7 +39,7 @@ enum class ErrorCode : int {
   kMeshArrayMismatch = 117,         // Array lengths that don't fit together.
   kMeshUnknownCellKind = 118,       // A number that is no cell kind.
   kMeshCoordinateOutOfRange = 119,  // A position farther from the origin than the limits allow.
-  kMeshTooComplex = 120,            // Preparing would need more memory than the limits allow.
+  kMeshTooComplex = 120,            // More entries than 32-bit numbers can count.
   // 2xx: the slicing request.
   kPitchInvalid = 200,            // Zero, negative or non-finite voxel pitch.
   kGridTooLarge = 201,            // More columns or rows than the limits allow.

@@ -25,8 +25,9 @@ namespace {
 constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
 
 // While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
-// and cells that share no faces up to 0.5 kB more for each.
-constexpr std::uint64_t kLimitCellBytes = 2560, kBoundaryFaceBytes = 512;
+// and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
+// to each cell that is left behind, and take up to 1.2 kB.
+constexpr std::uint64_t kLimitCellBytes = 2560, kTwiceRefinedCellBytes = 1408, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
 /// The star of a vertex: its operator, and where its points stand in LimitSolid::Data::rings.
@@ -49,7 +50,7 @@ struct Level {
 class Builder {
  public:
   Builder(const ControlMesh& mesh, const PrepareOptions& options, LimitSolid::Data& data)
-      : mesh_(mesh), options_(options), limits_(options.limits), cancel_(options.cancel), data_(data) {}
+      : mesh_(mesh), options_(options), cancel_(options.cancel), data_(data) {}
 
   void run(CellComplex complex) {
     needed_cells_ = mesh_.cell_count();
@@ -61,7 +62,10 @@ class Builder {
     for (std::vector<CellId> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
       if (levels_.size() > kMaxRefinements) throw Error(ErrorCode::kInternal, "refinement doesn't end");
       limit_cells += cells.size() - bad.size();
-      needed_cells_ = limit_cells + child_count(bad);
+      const std::size_t children = child_count(bad);
+      const bool twice = levels_.size() > 1;
+      needed_cells_ = limit_cells + (twice ? 0 : children);
+      needed_twice_refined_cells_ = twice ? children : 0;
       reserve();
       cells = add_refined_level(bad);
     }
@@ -95,7 +99,6 @@ class Builder {
 
   const ControlMesh& mesh_;
   const PrepareOptions& options_;
-  const MeshLimits& limits_;
   const CancellationToken& cancel_;
   LimitSolid::Data& data_;
   std::deque<Level> levels_;
@@ -103,7 +106,8 @@ class Builder {
   std::deque<SurfaceWalker> surface_walkers_;
   std::uint32_t next_vertex_root_ = 0;
   std::uint32_t next_edge_root_ = 0;
-  std::size_t needed_cells_ = 0;           // For what reserve() asks: limit cells, ...
+  std::size_t needed_cells_ = 0;  // For what reserve() asks: limit cells, ...
+  std::size_t needed_twice_refined_cells_ = 0;
   std::size_t needed_faces_ = 0;           // ... boundary faces ...
   std::size_t needed_operator_bytes_ = 0;  // ... and operators.
 };
@@ -111,8 +115,10 @@ class Builder {
 /// Refined cells with their share of the levels above.
 void Builder::reserve() const {
   if (!options_.reserve) return;
-  const std::uint64_t values = mesh_.channel_count() * 2 * (mesh_.vertex_count() + needed_cells_);  // While copied.
-  options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ + kBoundaryFaceBytes * needed_faces_ +
+  const std::uint64_t points = mesh_.vertex_count() + needed_cells_ + needed_twice_refined_cells_;
+  const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
+  options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ +
+                   kTwiceRefinedCellBytes * needed_twice_refined_cells_ + kBoundaryFaceBytes * needed_faces_ +
                    sizeof(double) * values + needed_operator_bytes_);
 }
 
@@ -372,13 +378,6 @@ void Builder::add_cell(std::size_t level, CellId cell, const Classification& fou
     add_vertex_ring(level, cell, found.anchor, record);
   }
   reserve_operators();
-  if (data_.operators.memory_bytes() > limits_.max_operator_bytes) {
-    throw Error(ErrorCode::kMeshTooComplex,
-                "cell_vertices: so many different one-rings (up to control cell " + std::to_string(control_cell) +
-                    ") that their operators need more than " + std::to_string(limits_.max_operator_bytes >> 20) +
-                    " MiB; use a more regular control mesh, or fewer tetrahedra",
-                "cell_vertices", {control_cell});
-  }
   data_.cells.push_back(record);
   add_boundary_faces(level, cell);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/limit/cell_chunks.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
@@ -14,7 +15,6 @@ namespace ccslice {
 
 namespace {
 
-constexpr std::uint32_t kCancelPeriod = 256;
 constexpr double kSmallestDeterminant = 1e-12;  // Determinant of the Jacobian with unit columns.
 
 /// Calls visit(point) for points whose hull holds the cell: the Bezier nets of the outermost patches, and what holds
@@ -44,25 +44,29 @@ CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuild
 
 }  // namespace
 
-void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data) {
-  PatchBuilder builder(data, kPositionDimension);
-  std::vector<Box3> all;
-  all.reserve(data.cells.size());
-  data.cell_maps.reserve(data.cells.size());
-  for (const LimitCell& cell : data.cells) {
-    if (all.size() % kCancelPeriod == 0) cancel.throw_if_cancelled();
-    CellMap& map = data.cell_maps.emplace_back(cell_map(data, cell, builder));
-    Box3 box;
-    visit_hull(cell, builder, [&](const Vec3& point) {
-      box.extend(point);
-      map.hull.extend(map(point));
-    });
-    all.push_back(box);
-    CellVolumes& volumes = cell.cell_class == CellClass::kRegular ? data.regular_volumes : data.irregular_volumes;
-    const double volume = data.volume_mm3(static_cast<std::uint32_t>(all.size() - 1));
+void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
+  const auto count = static_cast<std::uint32_t>(data.cells.size());
+  std::vector<Box3> boxes(count);
+  data.cell_maps.resize(count);
+  const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
+  for_each_chunk(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellChunk& chunk) {
+    options.cancel.throw_if_cancelled();
+    for (std::uint32_t c = chunk.begin; c < chunk.end; ++c) {
+      CellMap& map = data.cell_maps[c];
+      map = cell_map(data, data.cells[c], builder);
+      visit_hull(data.cells[c], builder, [&](const Vec3& point) {
+        boxes[c].extend(point);
+        map.hull.extend(map(point));
+      });
+    }
+  });
+  for (std::uint32_t c = 0; c < count; ++c) {
+    const bool is_regular = data.cells[c].cell_class == CellClass::kRegular;
+    CellVolumes& volumes = is_regular ? data.regular_volumes : data.irregular_volumes;
+    const double volume = data.volume_mm3(c);
     volumes = {std::min(volumes.least, volume), std::max(volumes.most, volume)};
   }
-  data.cell_boxes = BoxTree(all, cancel);
+  data.cell_boxes = BoxTree(boxes, options.cancel);
 }
 
 }  // namespace ccslice

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
+#include "core/limit/cell_chunks.h"
 #include "core/limit/fold_search.h"
 #include "core/limit/line_folds.h"
 #include "core/limit/patch.h"
@@ -18,20 +22,18 @@ namespace ccslice {
 namespace {
 
 constexpr std::size_t kMaxReportedFolds = 32;
-constexpr std::uint64_t kHalvingsPerCell = 32;       // Granted on average: some 50 us.
-constexpr std::uint64_t kHalvingsAtLeast = 1 << 14;  // For small meshes.
-constexpr int kSubCellFoldLevels = 1;                // Levels of the line sub-cells of a vertex cell.
+// Granted to a chunk of cells: some 50 us a cell on average, and room for one that takes more.
+constexpr std::uint64_t kHalvingsPerCell = 32, kHalvingsAtLeast = 1 << 14;
+constexpr int kSubCellFoldLevels = 1;  // Levels of the line sub-cells of a vertex cell.
 constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
 
 /// Looks at one cell after the other.
 class CellSearch {
  public:
   CellSearch(const LimitSolid::Data& data, const CancellationToken& cancel)
-      : cancel_(cancel),
-        builder_(data, kPositionDimension),
-        patches_(kHalvingsAtLeast + kHalvingsPerCell * data.cells.size()),
-        lines_(data),
-        vertices_(lines_) {}
+      : cancel_(cancel), builder_(data, kPositionDimension), lines_(data), vertices_(lines_) {}
+
+  void start_chunk(std::uint32_t cells) { patches_.grant(kHalvingsAtLeast + kHalvingsPerCell * cells); }
 
   FoldFinding examine(const LimitCell& cell) {
     worst_ = {};
@@ -84,7 +86,7 @@ class CellSearch {
 
   const CancellationToken& cancel_;
   PatchBuilder builder_;
-  FoldSearch patches_;
+  FoldSearch patches_{0};
   LineFolds lines_;
   VertexFolds vertices_;
   FoldFinding worst_;  // The cell's worst finding.
@@ -92,24 +94,34 @@ class CellSearch {
 
 }  // namespace
 
-void find_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
-  CellSearch search(data, cancel);
-  std::vector<Box3> boxes;
-  for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
-    const FoldFinding worst = search.examine(data.cells[c]);
-    if (worst.verdict == FoldVerdict::kUnfolded) continue;
-    boxes.push_back(data.cell_boxes.box(c));
-    data.fold_cells.push_back(c);
-    if (worst.verdict == FoldVerdict::kUndecided) {
-      ++data.summary.undecided_cells;
-      continue;
+void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
+  const auto count = static_cast<std::uint32_t>(data.cells.size());
+  std::vector<std::vector<std::pair<std::uint32_t, FoldFinding>>> found(chunk_count(count));
+  // A search refers to parts of itself, so it can't move.
+  const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
+  for_each_chunk(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellChunk& chunk) {
+    search->start_chunk(chunk.end - chunk.begin);
+    for (std::uint32_t c = chunk.begin; c < chunk.end; ++c) {
+      const FoldFinding worst = search->examine(data.cells[c]);
+      if (worst.verdict != FoldVerdict::kUnfolded) found[chunk.number].emplace_back(c, worst);
     }
-    ++data.summary.folding_cells;
-    if (data.summary.folds.size() < kMaxReportedFolds) {
-      data.summary.folds.push_back({c, data.cells[c].control_cell, worst.position, worst.determinant});
+  });
+  std::vector<Box3> boxes;
+  for (const auto& chunk : found) {
+    for (const auto& [c, worst] : chunk) {
+      boxes.push_back(data.cell_boxes.box(c));
+      data.fold_cells.push_back(c);
+      if (worst.verdict == FoldVerdict::kUndecided) {
+        ++data.summary.undecided_cells;
+        continue;
+      }
+      ++data.summary.folding_cells;
+      if (data.summary.folds.size() < kMaxReportedFolds) {
+        data.summary.folds.push_back({c, data.cells[c].control_cell, worst.position, worst.determinant});
+      }
     }
   }
-  data.fold_boxes = BoxTree(boxes, cancel);
+  data.fold_boxes = BoxTree(boxes, options.cancel);
 }
 
 }  // namespace ccslice

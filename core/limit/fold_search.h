@@ -49,6 +49,8 @@ class FoldSearch {
 
   /// `halvings`: for all patches together; no more are spent.
   explicit FoldSearch(std::uint64_t halvings) : halvings_left_(halvings) {}
+  /// Replaces what is left.
+  void grant(std::uint64_t halvings) { halvings_left_ = halvings; }
 
   /// Noexcept but for memory.
   FoldFinding examine(const BezierVolume& net);

@@ -35,8 +35,8 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();
-  build_cell_boxes(options.cancel, *data);
-  find_folds(options.cancel, *data);
+  build_cell_boxes(options, *data);
+  find_folds(options, *data);
   find_hulls_near_folds(options.cancel, *data);
   find_overlaps(mesh, options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);

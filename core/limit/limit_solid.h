@@ -69,9 +69,11 @@ struct SolidSummary {
 struct PrepareOptions {
   MeshLimits limits;
   CancellationToken cancel;
+  int threads = 1;  // At most. The solid is the same for any number.
   /// Told how much memory the preparation takes at most: by the number of control cells first, then by what they are
   /// refined into and by the operators of different neighbourhoods, each time before it is used, and never less than
-  /// before. What it throws ends the preparation. An estimate, some tenths above what was measured.
+  /// before. What it throws ends the preparation, and nothing else bounds it. An estimate, some tenths above what was
+  /// measured.
   std::function<void(std::uint64_t bytes)> reserve;
 };
 

@@ -19,7 +19,7 @@ namespace ccslice {
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps and volumes.
-void build_cell_boxes(const CancellationToken& cancel, LimitSolid::Data& data);
+void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Levels of patches looked at towards an irregular line or vertex.
 inline constexpr int kFoldLevels = 3;
@@ -32,8 +32,8 @@ inline constexpr int kFoldLevels = 3;
 /// the vertex, which decides for all levels that are deep enough; where sharp edges lead to the vertex, at one level
 /// after the other (vertex_folds.h). What can go unreported is a fold in the levels between that reaches neither:
 /// within an eighth of a cell of a line or vertex (a quarter along the lines of a vertex cell), yet off it. Bounded by
-/// a number of steps for each patch and for the whole solid.
-void find_folds(const CancellationToken& cancel, LimitSolid::Data& data);
+/// a number of steps for each patch and for each chunk of cells.
+void find_folds(const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Finds what the cells near fold_boxes consist of: fills hulls_near_folds. REQUIRES: cell_boxes, fold_boxes.
 void find_hulls_near_folds(const CancellationToken& cancel, LimitSolid::Data& data);

@@ -25,8 +25,6 @@ struct MeshLimits {
   double max_abs_coordinate_mm = 1e6;
   std::uint32_t max_edge_valence = 64;     // Cells round one edge.
   std::uint32_t max_vertex_valence = 256;  // Cells round one vertex.
-  std::size_t max_operator_bytes =
-      512u << 20;  // Subdivision operators of a prepared solid, one per topology of a ring.
 };
 
 /// What validation found that doesn't refuse the mesh.

@@ -19,7 +19,8 @@ void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget
     throw ServiceError(ServiceErrorCode::kMeshExceedsMemory,
                        "preparing the mesh takes about " + std::to_string(bytes >> 20) + " MiB, this server has " +
                            std::to_string(budget.capacity_bytes() >> 20) +
-                           " for it: use a server with more memory, or split the part");
+                           " for it (--preparation-budget-bytes): ask its operator for more, use another server, or "
+                           "split the part");
   }
   if (!share.resize(bytes)) {
     throw ServiceError(ServiceErrorCode::kServerBusy, "other meshes are being prepared: try again later");
@@ -28,7 +29,7 @@ void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget
 
 }  // namespace
 
-PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
+PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, int threads, MemoryBudget& budget,
                           const CancellationToken& cancel) {
   const auto start = std::chrono::steady_clock::now();
   MemoryBudget::Share share(budget);
@@ -37,7 +38,7 @@ PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, Memory
   reserve(share, kReadMemoryPerByte * bytes.size(), budget);
   ControlMesh mesh = read_control_mesh(bytes.blocks(), limits, cancel);
   bytes.release();
-  PrepareOptions options{.limits = limits, .cancel = cancel, .reserve = {}};
+  PrepareOptions options{.limits = limits, .cancel = cancel, .threads = threads, .reserve = {}};
   options.reserve = [&](std::uint64_t needed) { reserve(share, needed, budget); };
   prepared.solid = LimitSolid::prepare(std::move(mesh), options);
   prepared.memory_bytes = prepared.solid->summary().memory_bytes;

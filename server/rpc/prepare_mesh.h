@@ -14,9 +14,10 @@
 namespace ccslice::server {
 
 /// Prepares the bytes of an upload, and frees them as soon as they are read. Reserves memory in the budget of all
-/// preparations, estimated first from the bytes, then from the mesh and its refinement. MUST run on a worker thread.
+/// preparations, estimated first from the bytes, then from the mesh and its refinement. Computes on up to `threads`
+/// threads. MUST run on a worker thread.
 /// Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
-PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, MemoryBudget& budget,
+PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, int threads, MemoryBudget& budget,
                           const CancellationToken& cancel);
 
 }  // namespace ccslice::server

@@ -84,8 +84,11 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
     // The bytes go with the preparation: whoever joins another one drops his.
     set_ticket(state_.cache.get_or_prepare(
         mesh_id,
-        [upload = std::move(upload_), limits = state_.mesh_limits, &budget = state_.preparations](
-            const CancellationToken& cancel) { return prepare_mesh(upload->bytes(), limits, budget, cancel); },
+        [upload = std::move(upload_), &state = state_](const CancellationToken& cancel) {
+          // One thread stays free of preparations.
+          const int threads = std::max(1, static_cast<int>(state.executor.threads()) - 1);
+          return prepare_mesh(upload->bytes(), state.mesh_limits, threads, state.preparations, cancel);
+        },
         [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }));
   }
 

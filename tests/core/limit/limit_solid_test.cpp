@@ -166,15 +166,39 @@ TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
   }
 }
 
-TEST(LimitSolid, RefusesMoreOperatorsThanTheLimit) {
+std::vector<double> numbers_of(const LimitSolid& solid) {
+  std::vector<double> numbers;
+  const auto put = [&](const auto& values) { numbers.insert(numbers.end(), values.begin(), values.end()); };
+  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+    const CellMap& map = solid.index().cell_maps[c];
+    put(map.middle);
+    put(map.inverse_jacobian.reshaped());
+    put(map.hull.min());
+    put(map.hull.max());
+    put(solid.index().cell_boxes.box(c).min());
+    put(solid.index().cell_boxes.box(c).max());
+  }
+  put(solid.index().fold_cells);
+  for (const FoldPlace& fold : solid.summary().folds) {
+    put(fold.position);
+    numbers.push_back(fold.determinant);
+  }
+  numbers.push_back(static_cast<double>(solid.summary().undecided_cells));
+  return numbers;
+}
+
+// Large enough for several chunks of cells, with folds and boundary.
+TEST(LimitSolid, IsTheSameForAnyNumberOfThreads) {
+  ControlMesh mesh = oracle::box_mesh(9, 9, 9);
+  oracle::jitter(mesh, 9, 5);
+  mesh.allow_folds = true;
+  const auto one = LimitSolid::prepare(mesh);
+  EXPECT_GT(one->summary().folding_cells, 10u);
+  const std::vector<double> expected = numbers_of(*one);
   PrepareOptions options;
-  options.limits.max_operator_bytes = 1000;
-  try {
-    (void)LimitSolid::prepare(oracle::box_mesh(4, 4, 4), options);
-    FAIL() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kMeshTooComplex);
-    EXPECT_FALSE(error.ids().empty());
+  for (const int threads : {2, 8}) {
+    options.threads = threads;
+    EXPECT_EQ(numbers_of(*LimitSolid::prepare(mesh, options)), expected) << threads << " threads";
   }
 }
 
