@@ -34,31 +34,29 @@ std::uint32_t along(std::uint32_t begin, std::uint32_t end, std::uint32_t fracti
 
 }  // namespace
 
-std::span<const BoundaryFace> BoundarySurface::faces() const noexcept { return solid_->data().faces; }
+std::span<const BoundaryFace> BoundarySurface::faces() const noexcept { return data_->faces; }
 
 BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
-  const auto& data = solid_->data();
-  const SurfaceFaceRing& record = data.face_rings[face];
-  const auto ring = data.ring(record);
+  const SurfaceFaceRing& record = data_->face_rings[face];
+  const auto ring = data_->ring(record);
   BezierPatch net;
-  for (std::size_t i = 0; i < 16; ++i) net.b[i] = padded(ring[i] == kNone ? Vec3::Zero() : data.position(ring[i]));
+  for (std::size_t i = 0; i < 16; ++i) net.b[i] = padded(ring[i] == kNone ? Vec3::Zero() : data_->position(ring[i]));
   finish_patch(net, record.phantoms);
   return net;
 }
 
-const Box3& BoundarySurface::hull_box(std::uint32_t face) const noexcept { return solid_->data().face_hulls[face]; }
+const Box3& BoundarySurface::hull_box(std::uint32_t face) const noexcept { return data_->face_hulls[face]; }
 
 void BoundarySurface::irregular_corner(std::uint32_t face, IrregularCorner& corner) const {
-  const auto& data = solid_->data();
-  const SurfaceFaceRing& record = data.face_rings[face];
+  const SurfaceFaceRing& record = data_->face_rings[face];
   corner.op = record.op;
   corner.level = 0;
   corner.ring.clear();
-  for (const std::uint32_t p : data.ring(record)) corner.ring.push_back(padded(data.position(p)));
+  for (const std::uint32_t p : data_->ring(record)) corner.ring.push_back(padded(data_->position(p)));
 }
 
 void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches) const {
-  const PlanarOperator& op = solid_->data().operators.surfaces()[corner.op];
+  const PlanarOperator& op = data_->operators.surfaces()[corner.op];
   for (std::size_t c = 1; c < 4; ++c) {
     apply_rows(op.stencils, op.children[c], corner.ring, patches[c - 1].b.data());
     finish_patch(patches[c - 1], op.children[c].phantoms);
@@ -71,7 +69,7 @@ void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>&
 }
 
 Vec3 BoundarySurface::corner_position(const IrregularCorner& corner) const noexcept {
-  const auto& limit = solid_->data().operators.surfaces()[corner.op].limit;
+  const auto& limit = data_->operators.surfaces()[corner.op].limit;
   PaddedPoint position = PaddedPoint::Zero();
   for (std::size_t i = 0; i < limit.size(); ++i) position += limit[i] * corner.ring[i];
   return position.head<3>();

@@ -72,7 +72,9 @@ struct IrregularCorner {
 
 class BoundarySurface {
  public:
-  explicit BoundarySurface(const LimitSolid& solid) : solid_(&solid) {}
+  explicit BoundarySurface(const LimitSolid& solid) : data_(&solid.data()) {}
+  /// Of a solid in the making: as soon as its faces are there.
+  explicit BoundarySurface(const LimitSolid::Data& data) : data_(&data) {}
 
   std::span<const BoundaryFace> faces() const noexcept;
   /// REQUIRES: faces()[face].regular.
@@ -93,7 +95,7 @@ class BoundarySurface {
   CellParam cell_param(std::uint32_t face, double s, double t) const noexcept;
 
  private:
-  const LimitSolid* solid_;
+  const LimitSolid::Data* data_;
 };
 
 }  // namespace ccslice

@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "core/limit/deviation.h"
 #include "core/limit/prepare.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
@@ -23,7 +24,8 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
          bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
          bytes_of(data.face_hulls) + data.operators.memory_bytes() + data.cell_boxes.memory_bytes() +
          data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() +
-         data.overlap_boxes.memory_bytes() + bytes_of(data.parts);
+         data.overlap_boxes.memory_bytes() + bytes_of(data.parts) + bytes_of(data.boundary_vertices) +
+         bytes_of(data.vertex_limits);
 }
 
 }  // namespace
@@ -31,7 +33,9 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
+  data->summary.deviation.control_volume_mm3 = control_volume_mm3(mesh, checked.complex);
   build_cells(mesh, std::move(checked.complex), options, *data);
+  measure_boundary(options.cancel, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();
@@ -41,10 +45,7 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   find_overlaps(mesh, options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);
   data->summary.memory_bytes = memory_bytes(*data);
-  std::shared_ptr<LimitSolid> solid(new LimitSolid(std::move(data)));
-  // The box is a property of the finished solid, which nobody else has seen yet.
-  solid->data_->summary.bounding_box = solid->placed_bounding_box(Placement::Identity(), options.cancel);
-  return solid;
+  return std::shared_ptr<const LimitSolid>(new LimitSolid(std::move(data)));
 }
 
 LimitSolid::LimitSolid(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -60,14 +61,7 @@ std::uint8_t LimitSolid::boundary_sides(std::uint32_t cell) const noexcept { ret
 const CellIndex& LimitSolid::index() const noexcept { return *data_; }
 
 Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {
-  const BoundarySurface surface(*this);
-  const Mat3& linear = placement.linear();
-  std::vector<Vec3> directions;
-  for (const double sign : {1.0, -1.0}) {
-    for (int axis = 0; axis < 3; ++axis) directions.push_back(sign * linear.row(axis).transpose());
-  }
-  const std::vector<double> s = support(surface, directions, cancel);
-  return Box3(placement.translation() - Vec3(s[3], s[4], s[5]), placement.translation() + Vec3(s[0], s[1], s[2]));
+  return ccslice::bounding_box(BoundarySurface(*this), placement, cancel);
 }
 
 }  // namespace ccslice

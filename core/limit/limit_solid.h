@@ -43,6 +43,23 @@ struct FoldPlace {
   double determinant = 0;          // Determinant of the Jacobian there, mm^3 per unit parameter volume.
 };
 
+/// A boundary vertex of the control mesh and its own point of the limit surface. mm.
+struct VertexLimit {
+  std::uint32_t vertex = 0;
+  Vec3 position = Vec3::Zero();
+  Vec3 limit = Vec3::Zero();
+
+  double distance_mm() const { return (limit - position).norm(); }
+};
+
+/// How far the limit volume is from its control mesh (deviation.h has the definitions). mm, mm^3.
+struct Deviation {
+  double control_volume_mm3 = 0;
+  double limit_volume_mm3 = 0;
+  Box3 control_box;      // Of the boundary's control points.
+  VertexLimit farthest;  // The boundary vertex that is farthest from its limit point.
+};
+
 /// Counts and warnings of a prepared solid.
 struct SolidSummary {
   std::size_t control_vertices = 0;
@@ -58,6 +75,7 @@ struct SolidSummary {
   std::size_t sharp_edges = 0;
   std::size_t boundary_faces = 0;  // Boundary faces of the limit-ready cells.
   Box3 bounding_box;               // Box of the limit volume, mesh frame, mm.
+  Deviation deviation;             // Mesh frame.
   std::size_t memory_bytes = 0;
   std::vector<std::uint32_t> inverted_control_cells;  // Only with allow_folds.
   std::size_t folding_cells = 0;                      // Limit cells that fold somewhere.

@@ -18,6 +18,10 @@ namespace ccslice {
 /// and what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
+/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and deviation, all but the volume of the
+/// control mesh (deviation.h). REQUIRES: faces.
+void measure_boundary(const CancellationToken& cancel, LimitSolid::Data& data);
+
 /// Fills cell_boxes, cell_maps and volumes.
 void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data);
 

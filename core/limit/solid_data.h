@@ -47,7 +47,9 @@ struct LimitSolid::Data : CellIndex {
   OperatorTable operators;
   std::vector<BoundaryFace> faces;
   std::vector<SurfaceFaceRing> face_rings;
-  std::vector<Box3> face_hulls;  // Boxes of the rings' points.
+  std::vector<Box3> face_hulls;                  // Boxes of the rings' points.
+  std::vector<std::uint32_t> boundary_vertices;  // Of the control mesh, ascending. Their points come first in `points`.
+  std::vector<Vec3> vertex_limits;               // By boundary vertex: its limit point, mm.
   SolidSummary summary;
 
   std::span<const std::uint32_t> ring(const LimitCell& cell) const {

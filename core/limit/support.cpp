@@ -132,4 +132,14 @@ std::vector<double> support(const BoundarySurface& surface, std::span<const Vec3
   return values;
 }
 
+Box3 bounding_box(const BoundarySurface& surface, const Placement& placement, const CancellationToken& cancel) {
+  const Mat3& linear = placement.linear();
+  std::vector<Vec3> directions;
+  for (const double sign : {1.0, -1.0}) {
+    for (int axis = 0; axis < 3; ++axis) directions.push_back(sign * linear.row(axis).transpose());
+  }
+  const std::vector<double> s = support(surface, directions, cancel);
+  return Box3(placement.translation() - Vec3(s[3], s[4], s[5]), placement.translation() + Vec3(s[0], s[1], s[2]));
+}
+
 }  // namespace ccslice

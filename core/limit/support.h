@@ -20,4 +20,7 @@ namespace ccslice {
 std::vector<double> support(const BoundarySurface& surface, std::span<const Vec3> directions,
                             const CancellationToken& cancel = {});
 
+/// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Throws Error{kCancelled}.
+Box3 bounding_box(const BoundarySurface& surface, const Placement& placement, const CancellationToken& cancel = {});
+
 }  // namespace ccslice
