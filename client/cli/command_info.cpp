@@ -63,9 +63,9 @@ std::string file_as_json(const LoadedMesh& loaded) {
     json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
     json.member("max_value", facts.channel_ranges[i][1]).end_object();
   }
-  json.end_array().key("notes").begin_array();
-  for (const std::string& warning : loaded.warnings) json.value(warning);
-  return json.end_array().end_object().text();
+  json.end_array();
+  add_notes(loaded, json);
+  return json.end_object().text();
 }
 
 std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {

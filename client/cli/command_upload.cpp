@@ -30,6 +30,7 @@ void run_upload(Session& session, const MeshOptions& options) {
     JsonWriter json;
     json.begin_object().member("was_cached", outcome.was_cached).key("mesh");
     add_json(outcome.mesh, json);
+    add_notes(mesh, json);
     return print_line(json.end_object().text());
   }
   if (outcome.was_cached && !session.quiet()) print_note("the server held this mesh already");
@@ -51,15 +52,15 @@ void run_convert(Session& session, const ConvertOptions& options) {
   }
   refuse_to_overwrite(options.output, options.force);
   const LoadedMesh mesh = load_mesh(options.mesh);
-  if (!session.quiet()) {
-    for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
-  }
+  print_notes(session, mesh);
   const std::string content = as_json ? to_json(to_proto(mesh.mesh)) : mesh.bytes->bytes();
   write_file(options.output, content);
   if (session.options().json) {
     JsonWriter json;
     json.begin_object().member("file", options.output).member("mesh_id", mesh.bytes->id());
-    return print_line(json.member("size_bytes", content.size()).end_object().text());
+    json.member("size_bytes", content.size());
+    add_notes(mesh, json);
+    return print_line(json.end_object().text());
   }
   print_line(options.output + ": " + show_bytes(content.size()) + ", " + mesh.bytes->id());
 }
@@ -79,15 +80,16 @@ Command add_upload(CLI::App& parent, CommonOptions& common) {
 
 Command add_convert(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ConvertOptions>();
-  CLI::App* app =
-      parent.add_subcommand("convert", "Read, check, grade and sharpen a mesh file; write it as .ccmesh or .json");
+  CLI::App* app = parent.add_subcommand(
+      "convert", "Read, check, sharpen, size and grade a mesh file; write it as .ccmesh or .json");
   add_mesh_options(*app, options->mesh);
   app->add_option("-o,--output", options->output, "File to write: .ccmesh, or .json")->required();
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer(
       "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh\n"
-      "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json");
+      "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json\n"
+      "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o part.ccmesh");
   return {app, [options](Session& session) { run_convert(session, *options); }};
 }
 

@@ -60,6 +60,13 @@ std::string show_size(double x, double y, double z) {
   return show_number(x) + " x " + show_number(y) + " x " + show_number(z);
 }
 
+std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high) {
+  const double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
+  const double nothing = 1e-9 * std::max({x, y, z});  // As exact as boxes are.
+  const auto shown = [&](double place) { return show_number(std::abs(place) < nothing ? 0 : place); };
+  return show_size(x, y, z) + " mm, from (" + shown(low[0]) + ", " + shown(low[1]) + ", " + shown(low[2]) + ")";
+}
+
 Progress::Progress(std::string what, std::string unit, std::uint64_t total, bool quiet)
     : what_(std::move(what)),
       unit_(std::move(unit)),

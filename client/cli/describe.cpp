@@ -12,8 +12,7 @@ namespace {
 std::string describe_box(const v1::Box3& box) {
   const v1::Vector3& min = box.min_mm();
   const v1::Vector3& max = box.max_mm();
-  return show_size(max.x() - min.x(), max.y() - min.y(), max.z() - min.z()) + " mm, from (" + show_number(min.x()) +
-         ", " + show_number(min.y()) + ", " + show_number(min.z()) + ")";
+  return show_box({min.x(), min.y(), min.z()}, {max.x(), max.y(), max.z()});
 }
 
 std::string describe_fold(const v1::FoldPlace& fold) {

@@ -3,6 +3,7 @@
 
 #include "client/cli/mesh_source.h"
 
+#include <cmath>
 #include <utility>
 
 #include "client/cli/ccmesh.h"
@@ -30,16 +31,62 @@ MeshFile read_any(const std::string& bytes) {
   return {from_proto(parse_ccmesh(bytes)), {}};
 }
 
-/// Grades and sharpens the mesh, which must be valid before and is checked again afterwards.
-void change(const MeshOptions& options, const std::vector<Grade>& grades, LoadedMesh& loaded) {
+/// What the options say, read before the file is.
+struct Changes {
+  std::vector<Grade> grades;
+  Sizing sizing;
+};
+
+Changes parse_changes(const MeshOptions& options) {
+  Changes changes;
+  try {
+    for (const std::string& text : options.grades) changes.grades.push_back(parse_grade(text));
+  } catch (const Error& error) {
+    throw UsageError(error.what());
+  }
+  changes.sizing = parse_sizing(options.size);
+  return changes;
+}
+
+/// How deep a grade by distance really goes.
+std::string depth_note(const Grade& grade, double deepest_mm) {
+  const std::string name = "--grade " + grade.channel + "=distance ";
+  if (deepest_mm == 0) {
+    return name + "is " + show_number(grade.first) +
+           " all over: every control point lies on the boundary; refine the mesh";
+  }
+  const std::string deepest = show_number(deepest_mm) + " mm, where the deepest control point lies";
+  const double depth = grade.depth_mm.value_or(deepest_mm);
+  if (deepest_mm == depth) return name + "reaches " + show_number(grade.last) + " at a depth of " + deepest;
+  if (deepest_mm > depth) {
+    return name + "reaches " + show_number(grade.last) + " at a depth of " + show_number(depth) +
+           " mm and keeps it down to " + deepest;
+  }
+  return name + "ends at a depth of " + deepest + ", with " +
+         show_number(std::lerp(grade.first, grade.last, deepest_mm / depth)) + " instead of " + show_number(grade.last);
+}
+
+/// Sharpens, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come last,
+/// as their lengths are those of the result.
+void change(const MeshOptions& options, const Changes& changes, LoadedMesh& loaded) {
   ControlMesh checked = loaded.mesh;
   validate(checked);
-  for (const Grade& grade : grades) apply_grade(grade, loaded.mesh);
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
+  place(options.size, changes.sizing, loaded.mesh, loaded.warnings);
+  for (const Grade& grade : changes.grades) {
+    const double deepest_mm = apply_grade(grade, loaded.mesh);
+    if (grade.field == GradeField::kDistance) loaded.warnings.push_back(depth_note(grade, deepest_mm));
+  }
   check_channel_names(loaded.mesh);
 }
 
-LoadedMesh load(const MeshOptions& options, const std::vector<Grade>& grades) {
+/// The option that helps, if one does.
+const char* remedy_of(ErrorCode code) {
+  if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
+  return code == ErrorCode::kMeshCoordinateOutOfRange ? " (--units says what unit the file is in)" : "";
+}
+
+LoadedMesh load(const MeshOptions& options, const Changes& changes) {
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
   MeshFile file = read_any(bytes);
@@ -48,13 +95,15 @@ LoadedMesh load(const MeshOptions& options, const std::vector<Grade>& grades) {
   loaded.warnings = std::move(file.warnings);
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
-  const bool changed = !grades.empty() || options.sharp.any();
+  apply_units(changes.sizing, loaded.mesh);
+  const bool changed = !changes.grades.empty() || options.sharp.any() || changes.sizing.changes();
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
-  if (changed) change(options, grades, loaded);
+  if (changed) change(options, changes, loaded);
   ControlMesh checked = loaded.mesh;
   loaded.report = validate(checked);
+  warn_of_size(options.size, loaded.mesh, loaded.warnings);
   loaded.bytes = std::make_shared<const client::MeshBytes>(
       as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
   return loaded;
@@ -73,9 +122,10 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
-          "each vertex. May be repeated")
+          "each vertex. Lengths are mm of the result of --units and --size. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
+  add_size_options(command, options.size);
   add_sharp_options(command, options.sharp);
   command
       .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
@@ -83,34 +133,38 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
 }
 
 LoadedMesh load_mesh(const MeshOptions& options) {
-  std::vector<Grade> grades;
+  const Changes changes = parse_changes(options);
   try {
-    for (const std::string& text : options.grades) grades.push_back(parse_grade(text));
-  } catch (const Error& error) {
-    throw UsageError(error.what());
-  }
-  try {
-    return load(options, grades);
+    return load(options, changes);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kFileUnreadable) throw;
-    const char* remedy = error.code() == ErrorCode::kMeshInvertedCell ? " (--allow-folds)" : "";
-    throw Error(error.code(), options.mesh + ": " + error.what() + remedy, error.field(), error.ids());
+    throw Error(error.code(), options.mesh + ": " + error.what() + remedy_of(error.code()), error.field(), error.ids());
   }
+}
+
+void print_notes(const Session& session, const LoadedMesh& mesh) {
+  if (session.quiet()) return;
+  for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
+}
+
+void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
+  json.key("notes").begin_array();
+  for (const std::string& warning : mesh.warnings) json.value(warning);
+  json.end_array();
 }
 
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
-  if (!options.grades.empty() || options.sharp.any() || options.allow_folds) {
-    throw UsageError("--grade, --sharp-... and --allow-folds change a mesh file; " + options.mesh +
-                     " is on the server already");
+  if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds) {
+    throw UsageError(
+        "--units, --size, --center, --on-bed, --grade, --sharp-... and --allow-folds change a mesh file; " +
+        options.mesh + " is on the server already");
   }
   return true;
 }
 
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
-  if (!session.quiet()) {
-    for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
-  }
+  print_notes(session, mesh);
   client::Client& client = session.client();
   Progress progress("uploading", "bytes", mesh.bytes->bytes().size(), session.quiet());
   const auto report = [&](std::uint64_t sent, std::uint64_t total) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a command's mesh comes from: a file (MEDIT, legacy VTK, OpenVolumeMesh, .ccmesh, JSON), graded and sharpened on
-// the way, or the id of a mesh that the server holds.
+// Where a command's mesh comes from: a file (MEDIT, legacy VTK, OpenVolumeMesh, .ccmesh, JSON), sharpened, sized and
+// graded on the way, or the id of a mesh that the server holds.
 
 #pragma once
 
@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/json.h"
 #include "client/cli/session.h"
 #include "client/cli/sharpening.h"
+#include "client/cli/sizing.h"
 #include "client/mesh_bytes.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
@@ -22,6 +24,7 @@ namespace ccslice::cli {
 struct MeshOptions {
   std::string mesh;
   std::vector<std::string> grades = {};
+  SizeOptions size = {};
   SharpOptions sharp = {};
   bool allow_folds = false;
 };
@@ -35,8 +38,12 @@ struct LoadedMesh {
   std::shared_ptr<const client::MeshBytes> bytes;
 };
 
-/// Reads, checks, grades and sharpens a file. Throws Error (1xx, 4xx) with the file's name in front.
+/// Reads, checks, sharpens, sizes and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
 LoadedMesh load_mesh(const MeshOptions& options);
+
+/// Notes on what was read and changed: lines on standard error, unless the session is quiet, and a JSON member.
+void print_notes(const Session& session, const LoadedMesh& mesh);
+void add_notes(const LoadedMesh& mesh, JsonWriter& json);
 
 /// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be changed.
 bool names_mesh_id(const MeshOptions& options);

@@ -119,8 +119,7 @@ std::vector<double> measure_all(const Grade& grade, const ControlMesh& mesh) {
   return measures;
 }
 
-std::vector<float> values_by_measure(const Grade& grade, const ControlMesh& mesh) {
-  const std::vector<double> measures = measure_all(grade, mesh);
+std::vector<float> values_by_measure(const Grade& grade, const std::vector<double>& measures) {
   const auto [least, greatest] = std::minmax_element(measures.begin(), measures.end());
   const double start = grade.field == GradeField::kDistance ? 0 : *least;
   const double span = grade.depth_mm.value_or(*greatest - start);
@@ -178,14 +177,16 @@ Grade parse_grade(std::string_view text) {
   return grade;
 }
 
-void apply_grade(const Grade& grade, ControlMesh& mesh) {
+double apply_grade(const Grade& grade, ControlMesh& mesh) {
   if (std::find(mesh.channel_names.begin(), mesh.channel_names.end(), grade.channel) != mesh.channel_names.end()) {
     throw Error(ErrorCode::kMeshBadChannel, "the mesh has a channel '" + grade.channel + "' already", "channel_names");
   }
   const bool from_file = grade.field == GradeField::kFile;
-  const NamedChannel channel{
-      grade.channel, from_file ? values_from_file(grade.path, mesh.vertex_count()) : values_by_measure(grade, mesh)};
+  const std::vector<double> measures = from_file ? std::vector<double>() : measure_all(grade, mesh);
+  const NamedChannel channel{grade.channel, from_file ? values_from_file(grade.path, mesh.vertex_count())
+                                                      : values_by_measure(grade, measures)};
   append_channels({&channel, 1}, mesh);
+  return grade.field == GradeField::kDistance ? *std::max_element(measures.begin(), measures.end()) : 0;
 }
 
 }  // namespace ccslice

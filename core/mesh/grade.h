@@ -49,10 +49,11 @@ struct Grade {
 /// Throws Error{kParameterInvalid} (field "grade") saying what is wrong and how a grade is written.
 Grade parse_grade(std::string_view text);
 
-/// Adds the channel to `mesh`. Where all control points have the same coordinate or distance it takes `first`. Throws
+/// Adds the channel to `mesh`. Where all control points have the same coordinate or distance it takes `first`. Returns
+/// how deep the deepest control point lies, mm, for kDistance, and 0 for all others. Throws
 /// Error{kMeshBadChannel} if there is a channel of that name; of a file also {kFileUnreadable, kFileSyntax,
 /// kMeshNonFinite}, naming its path, the line and the token. REQUIRES: at least one vertex; for kDistance a mesh that
 /// validate() takes.
-void apply_grade(const Grade& grade, ControlMesh& mesh);
+double apply_grade(const Grade& grade, ControlMesh& mesh);
 
 }  // namespace ccslice

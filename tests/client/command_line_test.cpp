@@ -69,6 +69,38 @@ TEST_F(CommandLine, UploadsAndDescribes) {
   EXPECT_EQ(json_at(run_alone({"info", box_, "--json"}).out, "hexahedra").number_value(), 48);
 }
 
+TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
+  const std::vector<std::string> size = {"--size", "z=3", "--center", "--on-bed", "--sharp-angle", "40"};
+  std::vector<std::string> plan = {"plan", box_, "--pitch", "0.1", "--json"};
+  plan.insert(plan.end(), size.begin(), size.end());
+  const ProcessResult planned = run(plan);
+  ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
+  EXPECT_EQ(json_at(planned.out, "grid.layers").number_value(), 30);
+  const auto low = json_at(planned.out, "grid.part_box.min_mm").list_value();
+  const auto high = json_at(planned.out, "grid.part_box.max_mm").list_value();
+  for (int axis = 0; axis < 2; ++axis) {
+    EXPECT_NEAR(low.values(axis).number_value(), -high.values(axis).number_value(), 1e-9) << axis;
+  }
+  EXPECT_NEAR(low.values(2).number_value(), 0, 1e-9);
+  plan.erase(std::ranges::find(plan, "--json"));
+  EXPECT_THAT(run(plan).err, HasSubstr("--size z=3 scales by 0.375: the part takes 9 x 6 x 3 mm, from (-4.5, -3, 0)"));
+  for (const char* command : {"slice", "show", "picture", "export", "probe", "convert", "info", "upload"}) {
+    EXPECT_THAT(run_alone({command, "--help"}).out,
+                testing::AllOf(HasSubstr("--units"), HasSubstr("--size"), HasSubstr("--center"), HasSubstr("--on-bed")))
+        << command;
+  }
+  const ProcessResult large = run({"upload", box_, "--units", "m", "--json"});
+  ASSERT_EQ(large.exit_code, cli::kExitOk) << large.err;
+  EXPECT_NEAR(json_at(large.out, "mesh.bounding_box.max_mm").list_value().values(0).number_value(), 24'000, 1e-6);
+  EXPECT_EQ(json_at(large.out, "notes").list_value().values_size(), 0);
+  ASSERT_EQ(run_alone({"convert", box_, "--units", "m", "-o", path("large.ccmesh")}).exit_code, cli::kExitOk);
+  EXPECT_THAT(run({"upload", path("large.ccmesh")}).err,
+              HasSubstr("note: the longest side of the control mesh is 24000"));
+  EXPECT_THAT(
+      json_at(run({"upload", path("large.ccmesh"), "--json"}).out, "notes").list_value().values(0).string_value(),
+      HasSubstr("Is the file in another unit?"));
+}
+
 TEST_F(CommandLine, ProbesPoints) {
   const ProcessResult text = run({"probe", box_, "--at", "6,8,4", "--at=-1,0,0"});
   ASSERT_EQ(text.exit_code, cli::kExitOk) << text.err;
@@ -127,6 +159,10 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "jpeg"},
       {"plan", box_, "--pitch", "1", "--grade", "oops"},
       {"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--grade", "a=x"},
+      {"plan", box_, "--pitch", "1", "--units", "ft"},
+      {"upload", box_, "--size", "q=30"},
+      {"slice", box_, "-o", path("o"), "--pitch", "1", "--size=-3"},
+      {"info", "sha256:" + std::string(64, '0'), "--on-bed"},
       {"models", "teapot"},
       {"convert", box_, "-o", path("o.stl")},
       {"export", box_, "-o", path("o.obj")},

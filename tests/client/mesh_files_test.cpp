@@ -233,6 +233,7 @@ TEST(MeshFiles, TakeSeveralGrades) {
 TEST(MeshFiles, IdsOfUploadedMeshesTakeNoChanges) {
   const std::string id = "sha256:" + std::string(64, '0');
   EXPECT_TRUE(names_mesh_id({.mesh = id}));
+  EXPECT_THROW(names_mesh_id({.mesh = id, .size = {.units = "mm"}}), UsageError);
   EXPECT_THROW(names_mesh_id({.mesh = id, .sharp = {.angle_deg = 40}}), UsageError);
   EXPECT_THROW(names_mesh_id({.mesh = id, .sharp = {.file = "list.txt"}}), UsageError);
 }

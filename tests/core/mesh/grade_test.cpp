@@ -73,9 +73,16 @@ TEST(Grade, RunsFromTheBoundaryInwards) {
   EXPECT_EQ(by_place("a=distance:90..30:20"), (ByDepth{{0, {90.f}}, {10, {60.f}}, {20, {30.f}}, {30, {30.f}}}));
 }
 
+TEST(Grade, ByDistanceSaysHowDeepItGoes) {
+  ControlMesh mesh = oracle::box_mesh(6, 6, 6);
+  EXPECT_EQ(apply_grade(parse_grade("a=distance"), mesh), 30);
+  EXPECT_EQ(apply_grade(parse_grade("b=distance:90..30:20"), mesh), 30);
+  EXPECT_EQ(apply_grade(parse_grade("c=z"), mesh), 0);
+}
+
 TEST(Grade, HasNoDepthWhereAllControlPointsLieOnTheBoundary) {
   ControlMesh mesh = oracle::box_mesh(1, 3, 3);
-  apply_grade(parse_grade("a=distance:5..9"), mesh);
+  EXPECT_EQ(apply_grade(parse_grade("a=distance:5..9"), mesh), 0);
   EXPECT_THAT(mesh.channel_values, testing::Each(5.f));
 }
 

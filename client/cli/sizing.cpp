@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/sizing.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "client/cli/console.h"
+#include "client/cli/text_values.h"
+#include "core/limit/deviation.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double mm;
+};
+
+constexpr std::array kUnits = {Unit{"mm", 1}, Unit{"cm", 10}, Unit{"m", 1000}, Unit{"in", 25.4}, Unit{"um", 1e-3}};
+
+double parse_units(const std::string& text) {
+  const auto* unit = std::ranges::find(kUnits, text, &Unit::name);
+  if (unit == kUnits.end()) {
+    throw UsageError("--units takes mm, cm, m, in or um, the unit of the file's coordinates, not '" + text + "'");
+  }
+  return unit->mm;
+}
+
+constexpr double kLeastSideMm = 1e-3, kMostSideMm = 1e6;
+
+[[noreturn]] void refuse_size(const std::string& text) {
+  throw UsageError(
+      "--size takes the part's longest side in mm, as in 30, or its side along an axis, as in z=30, from 0.001 to "
+      "1,000,000; not '" +
+      text + "'");
+}
+
+void parse_size(const std::string& text, Sizing& sizing) {
+  const bool along_axis = text.size() > 1 && text[1] == '=';
+  if (along_axis && (text[0] < 'x' || text[0] > 'z')) refuse_size(text);
+  if (along_axis) sizing.axis = text[0] - 'x';
+  try {
+    sizing.side_mm = parse_number("--size", std::string_view(text).substr(along_axis ? 2 : 0));
+  } catch (const UsageError&) {
+    refuse_size(text);
+  }
+  if (*sizing.side_mm < kLeastSideMm || *sizing.side_mm > kMostSideMm) refuse_size(text);
+}
+
+}  // namespace
+
+void add_size_options(CLI::App& command, SizeOptions& options) {
+  command
+      .add_option("--units", options.units,
+                  "The unit of the file's coordinates: mm, cm, m, in or um (default: mm). Lengths of all other options "
+                  "are mm of the result")
+      ->group("Mesh");
+  command
+      .add_option("--size", options.size,
+                  "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
+                  "z=30. Measured on the limit volume, which is what gets printed, before --scale and --rotate")
+      ->group("Mesh");
+  command
+      .add_flag("--center", options.center,
+                "Move the middle of the part's box to x = 0, y = 0, before --rotate and --translate")
+      ->group("Mesh");
+  command
+      .add_flag("--on-bed", options.on_bed, "Move the part's lowest point to z = 0, before --rotate and --translate")
+      ->group("Mesh");
+}
+
+Sizing parse_sizing(const SizeOptions& options) {
+  Sizing sizing;
+  if (!options.units.empty()) sizing.mm_per_unit = parse_units(options.units);
+  if (!options.size.empty()) parse_size(options.size, sizing);
+  sizing.center = options.center;
+  sizing.on_bed = options.on_bed;
+  return sizing;
+}
+
+void apply_units(const Sizing& sizing, ControlMesh& mesh) {
+  if (sizing.mm_per_unit == 1) return;
+  for (Vec3& position : mesh.positions) position *= sizing.mm_per_unit;
+}
+
+void place(const SizeOptions& options, const Sizing& sizing, ControlMesh& mesh, std::vector<std::string>& notes) {
+  if (!sizing.places()) return;
+  const Box3 box = measure_limit(mesh).bounding_box;
+  double scale = 1;
+  if (sizing.side_mm) {
+    const double side = sizing.axis ? box.sizes()[*sizing.axis] : box.sizes().maxCoeff();
+    if (!(side > 0)) throw UsageError("--size " + options.size + ": the part has no extent there; name another axis");
+    scale = *sizing.side_mm / side;
+  }
+  Vec3 offset = Vec3::Zero();
+  if (sizing.center) offset.head<2>() = -scale * box.center().head<2>();
+  if (sizing.on_bed) offset.z() = -scale * box.min().z();
+  for (Vec3& position : mesh.positions) position = scale * position + offset;
+  const Vec3 low = scale * box.min() + offset, high = scale * box.max() + offset;
+  notes.push_back((sizing.side_mm ? "--size " + options.size + " scales by " + show_number(scale) + ": " : "") +
+                  "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
+}
+
+void warn_of_size(const SizeOptions& options, const ControlMesh& mesh, std::vector<std::string>& notes) {
+  if (!options.units.empty() || !options.size.empty() || mesh.positions.empty()) return;
+  constexpr double kSmallMm = 1, kLargeMm = 1000;
+  Box3 box;
+  for (const Vec3& position : mesh.positions) box.extend(position);
+  const double side = box.sizes().maxCoeff();
+  if (side >= kSmallMm && side <= kLargeMm) return;
+  const std::string otherwise = side < kSmallMm ? "--units m makes it " + show_number(1000 * side) +
+                                                      " mm, --units in " + show_number(25.4 * side) + " mm"
+                                                : "--units um makes it " + show_number(side / 1000) + " mm";
+  notes.push_back("the longest side of the control mesh is " + show_number(side) +
+                  " mm. Is the file in another unit? " + otherwise +
+                  "; --size sets the size; --units mm says that it is meant");
+}
+
+}  // namespace ccslice::cli

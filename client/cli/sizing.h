@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The options that give a mesh file its size and its place: the unit of its coordinates, how large the part is to be,
+// and where it is to lie. Sizes and places are those of the limit volume, which is what gets printed: it is smaller
+// than its control mesh wherever edges aren't sharp. So edges are sharpened before a mesh is sized.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice::cli {
+
+struct SizeOptions {
+  std::string units = {};  // "mm", "cm", "m", "in" or "um".
+  std::string size = {};   // "30" or "z=30", mm.
+  bool center = false;
+  bool on_bed = false;
+
+  bool any() const { return !units.empty() || !size.empty() || center || on_bed; }
+};
+
+void add_size_options(CLI::App& command, SizeOptions& options);
+
+/// What the options say.
+struct Sizing {
+  double mm_per_unit = 1;
+  std::optional<double> side_mm = std::nullopt;  // What the limit's box is to measure ...
+  std::optional<int> axis = std::nullopt;        // ... along this axis; along its longest side if there is none.
+  bool center = false, on_bed = false;
+
+  /// Whether a mesh is other than before.
+  bool changes() const { return mm_per_unit != 1 || places(); }
+  /// Whether it takes the limit's box.
+  bool places() const { return side_mm || center || on_bed; }
+};
+
+/// Throws UsageError.
+Sizing parse_sizing(const SizeOptions& options);
+
+/// Turns the file's coordinates into mm.
+void apply_units(const Sizing& sizing, ControlMesh& mesh);
+
+/// Scales the mesh about its origin, then moves it, and adds a sentence on where the part is to `notes`. REQUIRES: a
+/// mesh that validate() takes. Throws what preparing the mesh does.
+void place(const SizeOptions& options, const Sizing& sizing, ControlMesh& mesh, std::vector<std::string>& notes);
+
+/// Adds a warning to `notes` if the mesh is so small or so large that its unit may be another one, unless the options
+/// say that it is meant.
+void warn_of_size(const SizeOptions& options, const ControlMesh& mesh, std::vector<std::string>& notes);
+
+}  // namespace ccslice::cli
