@@ -10,8 +10,10 @@
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "client/cli/manifest.h"
+#include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/text_values.h"
+#include "core/limit/deviation.h"
 #include "core/mesh/cell_kind.h"
 
 namespace ccslice::cli {
@@ -27,6 +29,7 @@ struct FileFacts {
   std::array<std::size_t, kCellKinds.size()> cells_by_kind{};
   Box3 box;
   std::vector<std::array<float, 2>> channel_ranges;
+  LimitShape limit;
 };
 
 FileFacts facts_of(const ControlMesh& mesh) {
@@ -41,6 +44,7 @@ FileFacts facts_of(const ControlMesh& mesh) {
     }
     facts.channel_ranges.push_back(range);
   }
+  facts.limit = measure_limit(mesh);
   return facts;
 }
 
@@ -54,11 +58,13 @@ std::string file_as_json(const LoadedMesh& loaded) {
   }
   json.member("sharp_edges", loaded.mesh.sharp_edges.size())
       .member("inverted_cells", loaded.report.inverted_cells.size());
-  json.key("control_box").begin_object().key("min_mm").begin_array();
-  for (const double x : facts.box.min()) json.value(x);
-  json.end_array().key("max_mm").begin_array();
-  for (const double x : facts.box.max()) json.value(x);
-  json.end_array().end_object().key("channels").begin_array();
+  json.key("control_box");
+  add_json(to_proto(facts.box), json);
+  json.key("bounding_box");
+  add_json(to_proto(facts.limit.bounding_box), json);
+  json.key("deviation");
+  add_json(to_proto(facts.limit.deviation), json);
+  json.key("channels").begin_array();
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
     json.member("max_value", facts.channel_ranges[i][1]).end_object();
@@ -70,7 +76,6 @@ std::string file_as_json(const LoadedMesh& loaded) {
 
 std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
   const FileFacts facts = facts_of(loaded.mesh);
-  const Vec3 size = facts.box.sizes();
   std::string text = name + ": a valid control mesh\n  id         " + loaded.bytes->id();
   text += "\n  cells      ";
   for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
@@ -78,7 +83,7 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
   }
   text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
           show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
-  text += "\n  control    " + show_size(size.x(), size.y(), size.z()) + " mm";
+  text += "\n  size       " + describe(to_proto(facts.limit.bounding_box)) + describe(to_proto(facts.limit.deviation));
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     text += "\n  channel    " + loaded.mesh.channel_names[i] + ": " + show_number(facts.channel_ranges[i][0]) + " to " +
             show_number(facts.channel_ranges[i][1]);

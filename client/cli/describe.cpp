@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <cmath>
 #include <string>
 
 #include "client/cli/console.h"
@@ -9,19 +10,40 @@
 namespace ccslice::cli {
 namespace {
 
-std::string describe_box(const v1::Box3& box) {
+std::string describe_place(const v1::Vector3& place) {
+  return "(" + show_number(place.x()) + ", " + show_number(place.y()) + ", " + show_number(place.z()) + ")";
+}
+
+std::string describe_fold(const v1::FoldPlace& fold) {
+  return "\n  folds      control cell " + std::to_string(fold.control_cell()) + " at " +
+         describe_place(fold.position_mm()) + " mm";
+}
+
+}  // namespace
+
+std::string describe(const v1::Box3& box) {
   const v1::Vector3& min = box.min_mm();
   const v1::Vector3& max = box.max_mm();
   return show_box({min.x(), min.y(), min.z()}, {max.x(), max.y(), max.z()});
 }
 
-std::string describe_fold(const v1::FoldPlace& fold) {
-  return "\n  folds      control cell " + std::to_string(fold.control_cell()) + " at (" +
-         show_number(fold.position_mm().x()) + ", " + show_number(fold.position_mm().y()) + ", " +
-         show_number(fold.position_mm().z()) + ") mm";
+std::string describe(const v1::LimitDeviation& deviation) {
+  const double control = deviation.control_volume_mm3(), limit = deviation.limit_volume_mm3();
+  std::string text = "\n  mesh size  " + describe(deviation.control_box());
+  const double percent = std::round(1e4 * (limit / control - 1)) / 100;
+  const std::string change = percent == 0 ? "the same" : (percent > 0 ? "+" : "") + show_number(percent) + " %";
+  text +=
+      "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), control mesh " + show_number(control) + " mm^3";
+  text += "\n  moved      ";
+  const v1::Vector3& low = deviation.control_box().min_mm();
+  const v1::Vector3& high = deviation.control_box().max_mm();
+  const double rounding = 1e-12 * (std::abs(low.x()) + std::abs(low.y()) + std::abs(low.z()) + std::abs(high.x()) +
+                                   std::abs(high.y()) + std::abs(high.z()));
+  if (deviation.farthest_distance_mm() <= rounding) return text + "no boundary vertex";
+  return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +
+         std::to_string(deviation.farthest_vertex()) + " from " + describe_place(deviation.farthest_vertex_mm()) +
+         " to its limit point " + describe_place(deviation.farthest_limit_mm());
 }
-
-}  // namespace
 
 std::string describe(const v1::MeshSummary& mesh) {
   std::string text = mesh.mesh_id();
@@ -33,7 +55,8 @@ std::string describe(const v1::MeshSummary& mesh) {
   text += "\n  limit      " + show_count(mesh.limit_cells()) + " cells: " + show_count(mesh.regular_cells()) +
           " regular, " + show_count(mesh.line_cells()) + " along a line, " + show_count(mesh.vertex_cells()) +
           " at a vertex";
-  text += "\n  size       " + describe_box(mesh.bounding_box());
+  text += "\n  size       " + describe(mesh.bounding_box());
+  if (mesh.has_deviation()) text += describe(mesh.deviation());
   for (const v1::Channel& channel : mesh.channels()) {
     text += "\n  channel    " + channel.name() + ": " + show_number(channel.min_value()) + " to " +
             show_number(channel.max_value());
@@ -90,7 +113,8 @@ std::string describe(const v1::PlanSlicesResponse& plan) {
             show_count(grid.extent().columns()) + " x " + show_count(grid.extent().rows()) + " x " +
             show_count(grid.extent().layers());
   }
-  text += "\n  part       " + describe_box(grid.part_box());
+  text += "\n  part       " + describe(grid.part_box());
+  if (plan.has_deviation()) text += describe(plan.deviation());
   if (plan.raw_bytes() > 0) {
     text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +
             " a layer\n  download   about " + show_bytes(plan.estimated_bytes());

@@ -38,6 +38,7 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY: return "larger_than_tray";
     case v1::PLAN_WARNING_KIND_AXES_MIXED_UP: return "axes_mixed_up";
     case v1::PLAN_WARNING_KIND_PRINTER_PITCH: return "printer_pitch";
+    case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
     default: return "other";
   }
 }
@@ -193,6 +194,17 @@ void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
   json.member("flip_x", layout.flip_x()).member("flip_y", layout.flip_y()).end_object();
 }
 
+void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
+  json.begin_object().member("control_volume_mm3", deviation.control_volume_mm3());
+  json.member("limit_volume_mm3", deviation.limit_volume_mm3()).key("control_box");
+  add_json(deviation.control_box(), json);
+  json.member("farthest_vertex", deviation.farthest_vertex()).key("farthest_vertex_mm");
+  add_vector(deviation.farthest_vertex_mm(), json);
+  json.key("farthest_limit_mm");
+  add_vector(deviation.farthest_limit_mm(), json);
+  json.member("farthest_distance_mm", deviation.farthest_distance_mm()).end_object();
+}
+
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
   json.begin_object().member("mesh_id", mesh.mesh_id()).member("size_bytes", mesh.size_bytes());
   json.member("memory_bytes", mesh.memory_bytes()).member("control_vertices", mesh.control_vertices());
@@ -203,6 +215,10 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
   json.member("irregular_boundary_edges", mesh.irregular_boundary_edges()).member("sharp_edges", mesh.sharp_edges());
   json.member("boundary_faces", mesh.boundary_faces()).key("bounding_box");
   add_json(mesh.bounding_box(), json);
+  if (mesh.has_deviation()) {
+    json.key("deviation");
+    add_json(mesh.deviation(), json);
+  }
   json.key("channels").begin_array();
   for (const v1::Channel& channel : mesh.channels()) {
     json.begin_object().member("name", channel.name()).member("min_value", channel.min_value());
@@ -247,6 +263,10 @@ void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {
   add_vector(plan.size_mm(), json);
   json.member("layer_count", plan.layer_count()).member("raw_bytes_per_layer", plan.raw_bytes_per_layer());
   json.member("raw_bytes", plan.raw_bytes()).member("estimated_bytes", plan.estimated_bytes());
+  if (plan.has_deviation()) {
+    json.key("deviation");
+    add_json(plan.deviation(), json);
+  }
   json.member("engine_version", plan.engine_version()).key("warnings").begin_array();
   for (const v1::PlanWarning& warning : plan.warnings()) add_warning(warning, json);
   json.end_array().end_object();

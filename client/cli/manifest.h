@@ -22,6 +22,7 @@ void add_json(const v1::Grid& grid, JsonWriter& json);
 void add_json(const v1::VoxelRegion& region, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);
+void add_json(const v1::LimitDeviation& deviation, JsonWriter& json);
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
@@ -31,7 +32,10 @@ double seconds_of(const google::protobuf::Duration& duration);
 /// The name of an encoding, as client/plane_encodings.h has it.
 std::string encoding_name(v1::PlaneEncoding value);
 
-/// Lines for people, without the last line end.
+/// "24 x 16 x 8 mm, from (0, 0, 0)".
+std::string describe(const v1::Box3& box);
+/// Lines for people, without the last line end. Those of a deviation begin with one.
+std::string describe(const v1::LimitDeviation& deviation);
 std::string describe(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);
 std::string describe(const v1::PlanSlicesResponse& plan);

@@ -38,6 +38,14 @@ CellKind kind_from_proto(int cell, int kind) {
               "cell_kinds[" + std::to_string(cell) + "]", {cell});
 }
 
+v1::Vector3 vector_to_proto(const Vec3& vector) {
+  v1::Vector3 message;
+  message.set_x(vector.x());
+  message.set_y(vector.y());
+  message.set_z(vector.z());
+  return message;
+}
+
 void require_multiple(int size, int of, const char* field) {
   if (size % of == 0) return;
   throw Error(ErrorCode::kMeshArrayMismatch,
@@ -62,6 +70,25 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   }
   message.mutable_sharp_vertices()->Assign(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
   message.set_allow_folds(mesh.allow_folds);
+  return message;
+}
+
+v1::Box3 to_proto(const Box3& box) {
+  v1::Box3 message;
+  *message.mutable_min_mm() = vector_to_proto(box.min());
+  *message.mutable_max_mm() = vector_to_proto(box.max());
+  return message;
+}
+
+v1::LimitDeviation to_proto(const Deviation& deviation) {
+  v1::LimitDeviation message;
+  message.set_control_volume_mm3(deviation.control_volume_mm3);
+  message.set_limit_volume_mm3(deviation.limit_volume_mm3);
+  *message.mutable_control_box() = to_proto(deviation.control_box);
+  message.set_farthest_vertex(deviation.farthest.vertex);
+  *message.mutable_farthest_vertex_mm() = vector_to_proto(deviation.farthest.position);
+  *message.mutable_farthest_limit_mm() = vector_to_proto(deviation.farthest.limit);
+  message.set_farthest_distance_mm(deviation.farthest.distance_mm());
   return message;
 }
 

@@ -2,16 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Control meshes between the contract's message, which files and uploads hold, and the core's type, which readers,
-// grades and checks use.
+// grades and checks use; and what is measured of them, as the contract has it.
 
 #pragma once
 
 #include "ccslice/v1/mesh.pb.h"
+#include "core/limit/deviation.h"
 #include "core/mesh/control_mesh.h"
 
 namespace ccslice::cli {
 
 v1::ControlMesh to_proto(const ControlMesh& mesh);
+v1::Box3 to_proto(const Box3& box);
+v1::LimitDeviation to_proto(const Deviation& deviation);
 
 /// Throws Error{kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind} if the arrays don't make a mesh.
 ControlMesh from_proto(const v1::ControlMesh& message);

@@ -299,6 +299,18 @@ v1::FoldPlace to_message(const FoldPlace& value) {
   return message;
 }
 
+v1::LimitDeviation to_message(const Deviation& value) {
+  v1::LimitDeviation message;
+  message.set_control_volume_mm3(value.control_volume_mm3);
+  message.set_limit_volume_mm3(value.limit_volume_mm3);
+  *message.mutable_control_box() = to_message(value.control_box);
+  message.set_farthest_vertex(value.farthest.vertex);
+  *message.mutable_farthest_vertex_mm() = to_message(value.farthest.position);
+  *message.mutable_farthest_limit_mm() = to_message(value.farthest.limit);
+  message.set_farthest_distance_mm(value.farthest.distance_mm());
+  return message;
+}
+
 v1::LayerStatistics to_message(const LayerStats& value) {
   v1::LayerStatistics message;
   message.set_voxels_coherent(value.voxels_coherent);

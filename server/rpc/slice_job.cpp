@@ -8,7 +8,9 @@
 #include <string>
 
 #include "core/base/engine_version.h"
+#include "core/base/number_text.h"
 #include "core/job/validate_job.h"
+#include "core/limit/deviation.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "proto/job_fields.h"
@@ -78,6 +80,34 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
     add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED,
                 "the placement mirrors the part; flip an axis back if that isn't meant");
   }
+}
+
+/// "12.3 % less volume", than the control mesh. A folded mesh may have none to compare with.
+std::string volume_text(const Deviation& deviation) {
+  if (!(deviation.control_volume_mm3 > 0)) return "another volume";
+  const double change = deviation.limit_volume_mm3 / deviation.control_volume_mm3 - 1;
+  return number_text(100 * std::abs(change), 3) + " % " + (change < 0 ? "less" : "more") + " volume";
+}
+
+/// `deviation`: the placed part's.
+void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
+                       v1::PlanSlicesResponse& plan) {
+  constexpr double kMostVolume = 0.005, kMostVoxels = 0.5;
+  constexpr int kDigits = 4;
+  const Vec3 voxels_per_mm = Vec3(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm).cwiseInverse();
+  const VertexLimit farthest = farthest_vertex(solid, voxels_per_mm.asDiagonal() * job.placement.linear());
+  const Vec3 from = job.placement * farthest.position, step = Vec3(job.placement * farthest.limit) - from;
+  const double voxels = step.cwiseProduct(voxels_per_mm).norm();
+  const double change_mm3 = std::abs(deviation.limit_volume_mm3 - deviation.control_volume_mm3);
+  if (change_mm3 <= kMostVolume * std::abs(deviation.control_volume_mm3) && voxels <= kMostVoxels) return;
+  v1::PlanWarning& warning = add_warning(
+      plan, v1::PLAN_WARNING_KIND_DEVIATION,
+      "what is printed is the limit, with " + volume_text(deviation) + " than the control mesh; boundary vertex " +
+          std::to_string(farthest.vertex) + " is " + number_text(step.norm(), kDigits) + " mm, " +
+          number_text(voxels, kDigits) +
+          " voxels, from its limit point. If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of "
+          "ccslice), or use a finer mesh or control points fitted to the part");
+  *warning.add_places_mm() = to_message(from);
 }
 
 void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
@@ -151,7 +181,10 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
     estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
   }
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
+  const Deviation deviation = placed_deviation(solid, job.placement);
+  *plan.mutable_deviation() = to_message(deviation);
   warn_of_solid(job, solid.summary(), plan);
+  warn_of_deviation(job, solid, deviation, plan);
   warn_of_grid(job, plan);
   if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));

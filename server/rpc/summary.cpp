@@ -47,6 +47,7 @@ v1::MeshSummary summarize(const ListedMesh& listed) {
   summary.set_memory_bytes(mesh.prepared().memory_bytes);
   write_counts(solid, summary);
   *summary.mutable_bounding_box() = to_message(solid.bounding_box);
+  *summary.mutable_deviation() = to_message(solid.deviation);
   for (const ChannelRange& channel : solid.channels) *summary.add_channels() = to_message(channel);
   write_warnings(solid, summary);
   summary.set_engine_version(std::string(kEngineVersion));

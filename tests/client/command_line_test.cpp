@@ -101,6 +101,32 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
       HasSubstr("Is the file in another unit?"));
 }
 
+TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
+  ASSERT_EQ(run_alone({"models", "coyote", "-o", path("coyote.ccmesh")}).exit_code, cli::kExitOk);
+  const std::string file = run_alone({"info", path("coyote.ccmesh"), "--json"}).out;
+  const std::string uploaded = run({"upload", path("coyote.ccmesh"), "--json"}).out;
+  const std::string plan = run({"plan", path("coyote.ccmesh"), "--pitch", "0.5", "--scale", "2", "--json"}).out;
+  for (const char* name : {"control_volume_mm3", "limit_volume_mm3", "farthest_vertex", "farthest_distance_mm"}) {
+    const std::string at = std::string("deviation.") + name;
+    EXPECT_EQ(json_at(file, at).number_value(), json_at(uploaded, "mesh." + at).number_value()) << name;
+  }
+  const double limit = json_at(file, "deviation.limit_volume_mm3").number_value();
+  EXPECT_NEAR(limit, 22631, 1) << "of the voxels in docs/samples.md";
+  EXPECT_NEAR(json_at(plan, "deviation.limit_volume_mm3").number_value(), 8 * limit, 1e-6 * limit);
+  EXPECT_EQ(json_at(plan, "warnings").list_value().values(0).struct_value().fields().at("kind").string_value(),
+            "deviation");
+  EXPECT_LT(json_at(file, "bounding_box.max_mm").list_value().values(0).number_value(),
+            json_at(file, "deviation.control_box.max_mm").list_value().values(0).number_value());
+  for (const ProcessResult& text : {run_alone({"info", path("coyote.ccmesh")}), run({"upload", path("coyote.ccmesh")}),
+                                    run({"plan", path("coyote.ccmesh"), "--pitch", "0.5"})}) {
+    EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
+                                         HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
+  }
+  EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
+              testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
+                             HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
+}
+
 TEST_F(CommandLine, ProbesPoints) {
   const ProcessResult text = run({"probe", box_, "--at", "6,8,4", "--at=-1,0,0"});
   ASSERT_EQ(text.exit_code, cli::kExitOk) << text.err;

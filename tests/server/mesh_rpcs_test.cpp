@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <thread>
 
 #include "server/service/limits.h"
@@ -61,6 +62,20 @@ TEST_F(MeshRpcs, GetAnswersWhatTheUploadAnswered) {
   ASSERT_TRUE(get(uploaded.mesh().mesh_id(), response).ok());
   response.mutable_mesh()->mutable_last_use_time()->CopyFrom(uploaded.mesh().last_use_time());
   EXPECT_EQ(response.mesh().SerializeAsString(), uploaded.mesh().SerializeAsString());
+}
+
+TEST_F(MeshRpcs, SummariesTellHowFarTheLimitIsFromTheControlMesh) {
+  v1::UploadMeshResponse sharp, smooth;
+  ASSERT_TRUE(server_.upload(make_box(2, 10), &sharp).ok());
+  EXPECT_NEAR(sharp.mesh().deviation().control_volume_mm3(), 1000, 1e-9);
+  EXPECT_NEAR(sharp.mesh().deviation().limit_volume_mm3(), 1000, 1e-9);
+  EXPECT_NEAR(sharp.mesh().deviation().farthest_distance_mm(), 0, 1e-12);
+  ASSERT_TRUE(server_.upload(make_block(2, 10), &smooth).ok());
+  const v1::LimitDeviation& deviation = smooth.mesh().deviation();
+  EXPECT_NEAR(deviation.control_volume_mm3(), 1000, 1e-9);
+  EXPECT_LT(deviation.limit_volume_mm3(), 950);
+  EXPECT_NEAR(deviation.farthest_distance_mm(), 5 * std::sqrt(3) / 4, 1e-9);
+  EXPECT_EQ(deviation.control_box().max_mm().z(), 10);
 }
 
 TEST_F(MeshRpcs, GetOfAMissingMeshSaysWhichOneToUpload) {

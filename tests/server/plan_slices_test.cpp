@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -134,6 +135,67 @@ TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_FOLDS));
   EXPECT_GT(response_.warnings(0).places_mm_size(), 0);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_INVERTED_CELLS));
+}
+
+TEST_F(PlanSlices, TellsHowFarThePlacedPartIsFromItsControlMesh) {
+  ASSERT_TRUE(plan().ok());
+  EXPECT_NEAR(response_.deviation().control_volume_mm3(), 1000, 1e-9);
+  EXPECT_NEAR(response_.deviation().limit_volume_mm3(), 1000, 1e-9);
+  EXPECT_NEAR(response_.deviation().farthest_distance_mm(), 0, 1e-12);
+  request_.set_mesh_id(server_.upload_good(make_block(2, 10)));
+  for (const double number : {2, 0, 0, 100, 0, -2, 0, 0, 0, 0, 2, 0}) request_.mutable_placement()->add_matrix(number);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const v1::LimitDeviation& deviation = response_.deviation();
+  EXPECT_NEAR(deviation.control_volume_mm3(), 8000, 1e-9);
+  EXPECT_GT(deviation.limit_volume_mm3(), 0.5 * 8000);
+  EXPECT_LT(deviation.limit_volume_mm3(), 0.95 * 8000);
+  EXPECT_EQ(deviation.control_box().min_mm().x(), 100);
+  EXPECT_EQ(deviation.control_box().max_mm().x(), 120);
+  EXPECT_EQ(deviation.control_box().min_mm().y(), -20);
+  EXPECT_NEAR(deviation.farthest_distance_mm(), 2 * 5 * std::sqrt(3) / 4, 1e-9) << "a corner of cells of 10 mm";
+  const v1::Vector3 &from = deviation.farthest_vertex_mm(), &to = deviation.farthest_limit_mm();
+  EXPECT_NEAR(std::hypot(to.x() - from.x(), to.y() - from.y(), to.z() - from.z()), deviation.farthest_distance_mm(),
+              1e-12);
+  EXPECT_TRUE(std::abs(from.x() - 110) == 10 && std::abs(from.y() + 10) == 10 && std::abs(from.z() - 10) == 10)
+      << from.DebugString();
+}
+
+// Smooth cubes of cells of 0.5 mm: their volume is within 0.5 %, and their corners move by 0.217 mm.
+TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
+  request_.set_mesh_id(server_.upload_good(make_block(20, 10)));
+  const auto set_pitch = [&](double x, double y, double z) {
+    request_.mutable_grid()->mutable_pitch()->set_x_mm(x);
+    request_.mutable_grid()->mutable_pitch()->set_y_mm(y);
+    request_.mutable_grid()->mutable_pitch()->set_z_mm(z);
+  };
+  set_pitch(0.44, 0.44, 0.44);
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  EXPECT_LT(std::abs(response_.deviation().limit_volume_mm3() - 1000), 5);
+  EXPECT_GT(std::abs(response_.deviation().limit_volume_mm3() - 1000), 1);
+  set_pitch(0.42, 0.42, 0.42);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  set_pitch(0.44, 0.44, 0.2);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "layers count as well";
+  set_pitch(0.44, 0.44, 0.44);
+  for (const double number : {1., 0., 0., 0., 0., 1.5, 0., 0., 0., 0., 1., 0.})
+    request_.mutable_placement()->add_matrix(number);
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "so does the placement";
+}
+
+TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
+  request_.set_mesh_id(server_.upload_good(make_block(2, 10)));
+  for (const auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
+    (request_.mutable_grid()->mutable_pitch()->*set)(9);
+  }
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  ASSERT_EQ(response_.warnings_size(), 1);
+  EXPECT_THAT(response_.warnings(0).message(),
+              testing::AllOf(HasSubstr("% less volume than the control mesh"), HasSubstr("2.165 mm, 0.2406 voxels"),
+                             HasSubstr("keep edges sharp (sharp_edges, or --sharp-angle of ccslice)"),
+                             HasSubstr("finer mesh or control points fitted to the part")));
+  ASSERT_EQ(response_.warnings(0).places_mm_size(), 1);
+  EXPECT_EQ(response_.warnings(0).places_mm(0).SerializeAsString(),
+            response_.deviation().farthest_vertex_mm().SerializeAsString());
 }
 
 TEST_F(PlanSlices, RefusesWrongPitches) {
