@@ -35,14 +35,12 @@ std::string describe(const v1::LimitDeviation& deviation) {
   text +=
       "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), control mesh " + show_number(control) + " mm^3";
   text += "\n  moved      ";
-  const v1::Vector3& low = deviation.control_box().min_mm();
-  const v1::Vector3& high = deviation.control_box().max_mm();
-  const double rounding = 1e-12 * (std::abs(low.x()) + std::abs(low.y()) + std::abs(low.z()) + std::abs(high.x()) +
-                                   std::abs(high.y()) + std::abs(high.z()));
+  const v1::Vector3& place = deviation.farthest_vertex_mm();
+  const double rounding = 1e-12 * (1 + std::abs(place.x()) + std::abs(place.y()) + std::abs(place.z()));
   if (deviation.farthest_distance_mm() <= rounding) return text + "no boundary vertex";
   return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +
-         std::to_string(deviation.farthest_vertex()) + " from " + describe_place(deviation.farthest_vertex_mm()) +
-         " to its limit point " + describe_place(deviation.farthest_limit_mm());
+         std::to_string(deviation.farthest_vertex()) + " from " + describe_place(place) + " to its limit point " +
+         describe_place(deviation.farthest_limit_mm());
 }
 
 std::string describe(const v1::MeshSummary& mesh) {

@@ -11,7 +11,9 @@
 // from the irregular vertex's limit point over the two outer sides of what remains. A cone shares its other sides with
 // those beside it, so the surface stays closed, and only the sliver between the cone and the limit is missing. On all
 // tiny meshes and samples that is less than 2e-6 of the volume, and nothing where all faces are regular. A place that
-// the solid covers twice counts twice, one that is turned inside out counts as negative.
+// the solid covers twice counts twice, one that is turned inside out counts as negative. Inverted control cells on the
+// boundary may face inwards there, beside others that face outwards: no volume is well-defined then, and the figures
+// are rough.
 //
 // VERTICES. Each control point of the boundary has a point of the limit surface of its own, where subdivision takes it
 // in the end. On a sharp vertex they are the same.

@@ -175,8 +175,8 @@ TEST(Deviation, IsNothingForABoxWhoseEdgesAreAllSharp) {
   EXPECT_TRUE(deviation.control_box.max().isApprox(Vec3(1030, -1980, 3010)));
 }
 
-// A corner of a cube of side a: the limit is (k^2 P + 4 sum of edges + sum of faces) / (k (k + 5)), for k = 3 that is
-// a sum of 5/12 a along each axis away from the corner.
+// At a corner of a cube of side a the limit is (k^2 P + 4 sum of edge neighbours + sum of face neighbours) / (k (k +
+// 5)) with k = 3: a step of (4 + 2) / 24 a along each axis.
 TEST(Deviation, OfACubeIsAtItsCorners) {
   const Deviation deviation = deviation_of(oracle::box_mesh(1, 1, 1));
   EXPECT_NEAR(deviation.control_volume_mm3, 1000, 1e-10);
