@@ -114,6 +114,7 @@ readonly client=(
   libprotobuf32
   libssl3
   libstdc++6
+  libtbb12
   libzstd1
 )
 

@@ -121,8 +121,9 @@ v1::ControlMesh parse_ccmesh(const std::string& bytes) {
   if (!mesh.ParseFromString(bytes) || mesh.cell_kinds().empty()) {
     throw Error(
         ErrorCode::kFileUnsupported,
-        "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line '# vtk "
-        "DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM ASCII'), nor a "
+        "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
+        "legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM "
+        "ASCII'), nor a "
         "ccslice.v1.ControlMesh, be it serialized (.ccmesh) or JSON; for other formats try 'meshio convert FILE "
         "part.vtk' first");
   }

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/mesh/read_gmsh.h"
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_ovm.h"
 #include "core/mesh/read_vtk.h"
@@ -23,6 +24,7 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
   TextScanner scanner(bytes);
   const std::string_view word = scanner.peek();
+  if (word == "$MeshFormat") return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
   const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");
   return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
@@ -49,14 +51,16 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
 
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits) {
   switch (mesh_file_kind(bytes)) {
+    case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
     case MeshFileKind::kUnknown: break;
   }
   throw Error(ErrorCode::kFileUnsupported,
-              "neither a MEDIT mesh (first word 'MeshVersionFormatted'), nor a legacy VTK file (first line "
-              "'# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM ASCII')");
+              "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), "
+              "nor a legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line "
+              "'OVM ASCII')");
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

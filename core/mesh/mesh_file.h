@@ -22,7 +22,7 @@ struct MeshFile {
   std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
 };
 
-enum class MeshFileKind { kMedit, kVtk, kOvm, kUnknown };
+enum class MeshFileKind { kGmsh, kMedit, kVtk, kOvm, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 

@@ -7,6 +7,10 @@ A house: a hexahedron (a voxel in VTK's files), a wedge for its roof and a tetra
 (scalars), mix (vectors) and, in VTK's files, count (a field of two integers) and arrays that are left out. The tests
 read the files and need neither package.
 
+gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand, with a point that no cell uses, a face,
+two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
+were put behind the mesh.
+
 By hand: house.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Gmsh .msh files of versions 2 and 4.1, ASCII and binary, as Gmsh's reference manual has them ("MSH file format").
+//
+// Nodes have tags, in any order and with gaps; those that no volume cell uses are left out. Cells of second order keep
+// their corners. Points, lines, faces and physical groups are left out, fields at nodes ($NodeData) become channels.
+
+#pragma once
+
+#include <string_view>
+
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice {
+
+/// Throws Error (kFileSyntax, kFileUnsupported, kMeshTooLarge, kMeshNonFinite, kMeshUnsupportedCell,
+/// kMeshIndexOutOfRange, kMeshEmpty), which names the line, or the byte in a binary file.
+MeshFile read_gmsh(std::string_view bytes, const MeshLimits& limits = {});
+
+}  // namespace ccslice

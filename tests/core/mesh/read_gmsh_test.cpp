@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_gmsh.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/mesh/validate.h"
+#include "tests/core/mesh/expect_error.h"
+
+namespace ccslice {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// The house of the other fixtures, its nodes' tags with gaps, as Gmsh 4.8.4 saved it.
+class GmshHouse : public testing::TestWithParam<const char*> {};
+
+TEST_P(GmshHouse, IsReadAsGmshSavedIt) {
+  const MeshFile file = read_gmsh(read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/" + std::string(GetParam()), 1 << 20));
+  ControlMesh mesh = file.mesh;
+  ASSERT_EQ(mesh.vertex_count(), 11u);
+  EXPECT_EQ(mesh.positions[6], Vec3(12, 12, 12));
+  EXPECT_EQ(mesh.positions[10], Vec3(22, 6, 14));
+  EXPECT_THAT(mesh.cell_kinds, ElementsAre(CellKind::kTet, CellKind::kHex, CellKind::kWedge));
+  EXPECT_THAT(mesh.cell_vertices, ElementsAre(5, 6, 9, 10, 0, 1, 2, 3, 4, 5, 6, 7, 4, 7, 8, 5, 6, 9));
+  EXPECT_THAT(mesh.channel_names, ElementsAre("hardness", "mix.0", "mix.1", "mix.2"));
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const auto id = static_cast<float>(v);
+    const float* row = &mesh.channel_values[4 * v];
+    EXPECT_THAT(std::vector(row, row + 4), ElementsAre(20 + 0.5f * id, 0.125f * id, 1 - 0.125f * id, 0.25f));
+  }
+  EXPECT_THAT(file.warnings,
+              ElementsAre("2 points, lines and faces left out", "1 nodes that no volume cell uses left out",
+                          "physical groups left out: floor, the house"));
+  EXPECT_NO_THROW(validate(mesh));
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, GmshHouse,
+                         testing::Values("gmsh_ascii_2_2.msh", "gmsh_binary_2_2.msh", "gmsh_ascii_4_1.msh",
+                                         "gmsh_binary_4_1.msh"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), '.', '_');
+                           return name;
+                         });
+
+constexpr const char* kTet = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Comments
+anything $EndNodes
+$EndComments
+$Nodes
+4
+4 0 0 1
+10 0 0 0
+7 1 0 0
+1000000000007 0 1 0
+$EndNodes
+$Elements
+1
+1 4 3 0 1 -2 10 7 1000000000007 4
+$EndElements
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(ReadGmsh, TakesTagsInAnyOrderAndPassesOverUnknownSections) {
+  const MeshFile file = read_gmsh(kTet);
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(1, 2, 3, 0));
+  EXPECT_EQ(file.mesh.positions[0], Vec3(0, 0, 1));
+  EXPECT_TRUE(file.warnings.empty());
+}
+
+TEST(ReadGmsh, TakesCellsOfSecondOrderByTheirCorners) {
+  std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n";
+  for (int n = 1; n <= 10; ++n)
+    text += std::to_string(n) + " " + std::to_string(n * n % 7) + " " + std::to_string(n % 3) + " 0\n";
+  text += "$EndNodes\n$Elements\n1\n1 11 2 0 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n";
+  const MeshFile file = read_gmsh(text);
+  EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(CellKind::kTet));
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 cells of second order"), HasSubstr("6 nodes")));
+}
+
+TEST(ReadGmsh, LeavesOutFieldsThatLackAValueOrComeAgain) {
+  const std::string field =
+      "$NodeData\n1\n\"hardness\"\n1\n0.0\n3\n0\n1\n4\n4 1\n7 2\n10 3\n1000000000007 4\n$EndNodeData\n";
+  const MeshFile twice = read_gmsh(std::string(kTet) + field + field);
+  EXPECT_THAT(twice.mesh.channel_values, ElementsAre(1, 3, 2, 4));
+  EXPECT_THAT(twice.warnings, ElementsAre(HasSubstr("comes again")));
+  const MeshFile lacking = read_gmsh(kTet + replaced(replaced(field, "\n4\n4 1\n", "\n3\n4 1\n"), "10 3\n", ""));
+  EXPECT_EQ(lacking.mesh.channel_count(), 0u);
+  EXPECT_THAT(lacking.warnings, ElementsAre("field 'hardness' left out: 1 vertices have no value in it"));
+  const std::string elements = "$ElementData\n1\n\"stress\"\n1\n0\n3\n0\n1\n1\n1 5\n$EndElementData\n";
+  EXPECT_THAT(read_gmsh(kTet + elements).warnings, ElementsAre(HasSubstr("$ElementData")));
+}
+
+TEST(ReadGmsh, NamesLineAndRemedy) {
+  const auto expect = [](const std::string& text, ErrorCode code, const std::string& part) {
+    SCOPED_TRACE(part);
+    expect_error([&] { (void)read_gmsh(text); }, code, part);
+  };
+  const std::string tet = kTet;
+  expect(replaced(tet, "2.2 0 8", "4 0 8"), ErrorCode::kFileUnsupported, "gmsh -format msh41");
+  expect(replaced(tet, "2.2 0 8", "1.0 0 8"), ErrorCode::kFileUnsupported, "line 2: MSH version 1.0");
+  expect(replaced(tet, "2.2 0 8", "2.2 0 4"), ErrorCode::kFileUnsupported, "numbers of 4 bytes");
+  expect(replaced(tet, "$EndMeshFormat", "$End"), ErrorCode::kFileSyntax, "line 3: expected '$EndMeshFormat'");
+  expect(replaced(tet, "7 1 0 0", "7 1 x 0"), ErrorCode::kFileSyntax, "line 11: expected a coordinate, found 'x'");
+  expect(replaced(tet, "7 1 0 0", "7 1 nan 0"), ErrorCode::kMeshNonFinite, "line 11");
+  expect(replaced(tet, "7 1 0 0", "10 1 0 0"), ErrorCode::kFileSyntax, "node 10 comes twice");
+  expect(replaced(tet, "-2 10 7", "-2 11 7"), ErrorCode::kMeshIndexOutOfRange, "node 11");
+  expect(replaced(tet, "1 4 3 0 1 -2", "1 7 2 0 1 10"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(replaced(tet, "1 4 3 0", "1 99 3 0"), ErrorCode::kMeshUnsupportedCell, "line 16: element type 99");
+  expect(replaced(tet, "1 4 3 0 1 -2 10 7 1000000000007 4", "1 2 2 0 1 10 7 4"), ErrorCode::kMeshEmpty, "gmsh -3");
+  expect(replaced(tet, "$Nodes", "$Knots"), ErrorCode::kFileSyntax,
+         "expected '$EndKnots', found 'the end of the file'");
+  expect(replaced(tet, "\n4\n4 0 0 1", "\n99999999\n4 0 0 1"), ErrorCode::kMeshTooLarge, "line 8");
+  expect("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n", ErrorCode::kMeshEmpty, "$Nodes");
+  expect(tet + "stray", ErrorCode::kFileSyntax, "expected a section");
+  expect(tet + "$Nodes\n0\n$EndNodes\n", ErrorCode::kFileSyntax, "only one $Nodes section");
+}
+
+/// The first bytes of a binary file.
+std::string binary_header(bool swapped) {
+  std::string one("\1\0\0\0", 4);
+  if (swapped) std::reverse(one.begin(), one.end());
+  return "$MeshFormat\n2.2 1 8\n" + one + "\n$EndMeshFormat\n";
+}
+
+template <typename Number>
+std::string bytes_of(Number number, bool swapped) {
+  const auto raw = std::bit_cast<std::array<char, sizeof(Number)>>(number);
+  std::string bytes(raw.begin(), raw.end());
+  if (swapped) std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+std::string binary_tet(bool swapped) {
+  std::string text = binary_header(swapped) + "$Nodes\n4\n";
+  for (std::int32_t n = 0; n < 4; ++n) {
+    text += bytes_of(n + 1, swapped);
+    for (int axis = 0; axis < 3; ++axis) text += bytes_of(n == axis + 1 ? 1.5 : 0.0, swapped);
+  }
+  text += "\n$EndNodes\n$Elements\n1\n";
+  for (const std::int32_t number : {4, 1, 2, 1, 0, 1, 1, 2, 3, 4}) text += bytes_of(number, swapped);
+  return text + "\n$EndElements\n";
+}
+
+TEST(ReadGmsh, TakesBothByteOrders) {
+  for (const bool swapped : {false, true}) {
+    const MeshFile file = read_gmsh(binary_tet(swapped));
+    EXPECT_THAT(file.mesh.positions, ElementsAre(Vec3(0, 0, 0), Vec3(1.5, 0, 0), Vec3(0, 1.5, 0), Vec3(0, 0, 1.5)));
+    EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3));
+  }
+}
+
+TEST(ReadGmsh, NamesTheByteInABinaryFile) {
+  const std::string whole = binary_tet(false);
+  expect_error([&] { (void)read_gmsh(whole.substr(0, 90)); }, ErrorCode::kFileSyntax, "byte ");
+  expect_error([&] { (void)read_gmsh(replaced(whole, std::string("\1\0\0\0", 4), "abcd")); }, ErrorCode::kFileSyntax,
+               "the number 1");
+  expect_error([&] { (void)read_gmsh(replaced(whole, "$Elements\n1\n", "$Elements\n2\n")); },
+               ErrorCode::kMeshUnsupportedCell, "byte ");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_error([&] { (void)read_gmsh(replaced(whole, bytes_of(1.5, false), bytes_of(nan, false))); },
+               ErrorCode::kMeshNonFinite, "finite");
+}
+
+}  // namespace
+}  // namespace ccslice
