@@ -22,14 +22,16 @@ struct MeshFile {
   std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
 };
 
-enum class MeshFileKind { kGmsh, kMedit, kVtk, kOvm, kUnknown };
+/// kExodus: netCDF or HDF5, which aren't read.
+enum class MeshFileKind { kGmsh, kMedit, kVtk, kOvm, kExodus, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 
 /// The bytes of a file. Throws Error{kFileUnreadable}, or {kMeshTooLarge} if there are more than `max_bytes`.
 std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes);
 
-/// Reads whichever kind `bytes` are of. Throws Error (1xx, 4xx).
+/// Reads whichever kind `bytes` are of. Vertices that no cell uses and channels whose names are too long are left out,
+/// with a warning. Throws Error (1xx, 4xx).
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {});
 
 /// Throws Error{kMeshIndexOutOfRange} naming up to five cells that use vertices the mesh doesn't have.

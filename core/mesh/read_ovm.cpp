@@ -54,11 +54,12 @@ class OvmReader {
     const std::string_view magic = scanner_.next("'OVM'");
     const bool binary = equals_ignoring_case(magic.substr(0, 4), "OVMB");
     if (!binary && !equals_ignoring_case(magic, "OVM")) scanner_.fail("'OVM'", magic);
-    const std::string_view coding = binary ? std::string_view("BINARY") : scanner_.next("'ASCII'");
-    if (equals_ignoring_case(coding, "BINARY")) {
-      scanner_.fail_with(ErrorCode::kFileUnsupported, "binary OpenVolumeMesh files are not read; save it as ASCII");
+    // As OpenVolumeMesh's own reader: whatever else follows on the line, or nothing, stands for ASCII.
+    TextScanner line(scanner_.rest_of_line());
+    if (binary || equals_ignoring_case(line.peek(), "BINARY")) {
+      scanner_.fail_with(ErrorCode::kFileUnsupported,
+                         "binary OpenVolumeMesh files (.ovmb) are not read; save it as ASCII (.ovm)");
     }
-    if (!equals_ignoring_case(coding, "ASCII")) scanner_.fail("'ASCII'", coding);
   }
 
   /// The keyword and the count of a section.
