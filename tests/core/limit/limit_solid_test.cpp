@@ -187,7 +187,7 @@ std::vector<double> numbers_of(const LimitSolid& solid) {
   return numbers;
 }
 
-// Large enough for several chunks of cells, with folds and boundary.
+// Large enough for several ranges of cells, with folds and boundary.
 TEST(LimitSolid, IsTheSameForAnyNumberOfThreads) {
   ControlMesh mesh = oracle::box_mesh(9, 9, 9);
   oracle::jitter(mesh, 9, 5);
