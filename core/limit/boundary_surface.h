@@ -73,7 +73,7 @@ struct IrregularCorner {
 class BoundarySurface {
  public:
   explicit BoundarySurface(const LimitSolid& solid) : data_(&solid.data()) {}
-  /// Of a solid in the making: as soon as its faces are there.
+  /// For a solid in the making. REQUIRES: its faces are there.
   explicit BoundarySurface(const LimitSolid::Data& data) : data_(&data) {}
 
   std::span<const BoundaryFace> faces() const noexcept;

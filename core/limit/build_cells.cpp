@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
-#include <array>
 #include <deque>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/limit/prepare.h"
 #include "core/mesh/cell_complex.h"
+#include "core/subdivision/canonical_rings.h"
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
 #include "core/subdivision/ring.h"
@@ -92,7 +91,6 @@ class Builder {
   void add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell);
   void add_boundary_faces(std::size_t level, CellId cell);
   const Star& star_of(std::size_t level, VertexId vertex);
-  VertexStar walk_star(std::size_t level, VertexId vertex);
   void add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record);
   std::uint32_t add_ring(const Level& level, std::span<const VertexId> points);
   void summarize();
@@ -106,10 +104,10 @@ class Builder {
   std::deque<SurfaceWalker> surface_walkers_;
   std::uint32_t next_vertex_root_ = 0;
   std::uint32_t next_edge_root_ = 0;
-  std::size_t needed_cells_ = 0;  // For what reserve() asks: limit cells, ...
-  std::size_t needed_twice_refined_cells_ = 0;
-  std::size_t needed_faces_ = 0;           // ... boundary faces ...
-  std::size_t needed_operator_bytes_ = 0;  // ... and operators.
+  std::size_t needed_cells_ = 0;  // For what reserve() asks: limit cells after one refinement at most, ...
+  std::size_t needed_twice_refined_cells_ = 0;  // ... limit cells after two or more, ...
+  std::size_t needed_faces_ = 0;                // ... boundary faces ...
+  std::size_t needed_operator_bytes_ = 0;       // ... and operators.
 };
 
 /// Refined cells with their share of the levels above.
@@ -265,70 +263,12 @@ std::uint32_t Builder::add_ring(const Level& level, std::span<const VertexId> po
   return begin;
 }
 
-/// The walk over frames whose ring has the smallest key, so that equal topologies meet in one operator.
-template <typename Walk>
-auto smallest_ring(std::span<const Frame> frames, Walk walk) {
-  auto best = std::pair(walk(frames[0]), frames[0]);
-  for (const Frame& frame : frames.subspan(1)) {
-    auto ring = walk(frame);
-    if (ring.key < best.first.key) best = std::pair(std::move(ring), frame);
-  }
-  return best;
-}
-
-struct FramedCell {
-  CellId cell;
-  Frame frame;
-};
-
-/// Of these cells' frames at a vertex those whose axes run along lines with the fewest cells: one, or several where
-/// they are alike. Equal neighbourhoods give equal ones.
-std::vector<FramedCell> leading_frames(const CellComplex& complex, std::span<const CellId> cells, VertexId vertex) {
-  std::array<std::size_t, 3> fewest;
-  fewest.fill(std::numeric_limits<std::size_t>::max());
-  std::vector<FramedCell> leading;
-  for (const CellId cell : cells) {
-    const auto vertices = complex.cell_vertices(cell);
-    const auto corner = static_cast<std::uint8_t>(std::ranges::find(vertices, vertex) - vertices.begin());
-    std::array<std::size_t, 3> by_axis;
-    for (std::size_t a = 0; a < 3; ++a) {
-      by_axis[a] = complex.edge_cells(complex.find_edge(vertex, vertices[corner ^ 1u << a])).size();
-    }
-    for (std::uint8_t along = 0; along < 3; ++along) {
-      const Frame frame = frame_at(corner, along);
-      const std::array framed{by_axis[frame.axis[0]], by_axis[frame.axis[1]], by_axis[frame.axis[2]]};
-      if (framed > fewest) continue;
-      if (framed < fewest) leading.clear();
-      fewest = framed;
-      leading.push_back({cell, frame});
-    }
-  }
-  return leading;
-}
-
-/// From the cell and frame that give the smallest key, so that equal stars meet in one operator. Where many cells meet,
-/// only some are tried: then equal stars may have several operators.
-VertexStar Builder::walk_star(std::size_t level, VertexId vertex) {
-  constexpr std::size_t kMostCellsWalked = 4096;
-  const CellComplex& complex = levels_[level].complex;
-  const auto cells = complex.vertex_cells(vertex);
-  VertexStar best;
-  std::size_t walked = 0;
-  for (const auto& [cell, frame] : leading_frames(complex, cells, vertex)) {
-    walked += cells.size();
-    if (!best.points.empty() && walked > kMostCellsWalked) break;
-    VertexStar star = walkers_[level].star(cell, frame);
-    if (best.points.empty() || star.key < best.key) best = std::move(star);
-  }
-  return best;
-}
-
 const Star& Builder::star_of(std::size_t level, VertexId vertex) {
   Level& at = levels_[level];
   at.stars.resize(at.complex.vertex_count());
   Star& star = at.stars[vertex];
   if (star.op == kNone) {
-    const VertexStar walked = walk_star(level, vertex);
+    const VertexStar walked = canonical_star(walkers_[level], vertex);
     star = {data_.operators.star(walked), add_ring(at, walked.points)};
   }
   return star;
@@ -344,9 +284,7 @@ void Builder::add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corne
     points.emplace_back(data_.rings[star.ring_begin + n] - at.point_base);
   }
   RingWalker& walker = walkers_[level];
-  std::vector<Frame> frames;
-  for (const FramedCell& lead : leading_frames(at.complex, std::array{cell}, vertex)) frames.push_back(lead.frame);
-  const auto [ring, frame] = smallest_ring(frames, [&](const Frame& f) { return walker.vertex(cell, f, points); });
+  const auto [ring, frame] = canonical_vertex_ring(walker, cell, vertex, points);
   record.frame = frame;
   record.op = data_.operators.vertex(star.op, ring, walker, cell, frame);
   record.ring_count = static_cast<std::uint32_t>(ring.own().size());
@@ -365,10 +303,7 @@ void Builder::add_cell(std::size_t level, CellId cell, const Classification& fou
     record.ring_count = 64;
     record.ring_begin = add_ring(levels_[level], ring.points);
   } else if (found.cell_class == CellClass::kLine) {
-    const auto& ends = cell_tables::kHexEdges[found.anchor];
-    const auto along = static_cast<std::uint8_t>(found.anchor / 4);
-    const auto [ring, frame] = smallest_ring(std::array{frame_at(ends[0], along), frame_at(ends[1], along)},
-                                             [&](const Frame& f) { return walker.line(cell, f); });
+    const auto [ring, frame] = canonical_line_ring(walker, cell, found.anchor);
     record.frame = frame;
     record.phantoms = ring.phantoms;
     record.op = data_.operators.line(ring);

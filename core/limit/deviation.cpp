@@ -103,7 +103,7 @@ double irregular_flux(const BoundarySurface& surface, std::uint32_t face, int le
     surface.split(corner, patches);
     for (const BezierPatch& patch : patches) sum += flux(patch, floor);
   }
-  // Its outer sides: s = 0 of the patch beside it, upwards, and t = 0 of the one above it, backwards.
+  // What remains has two outer sides: s = 0 of the patch beside it, upwards, and t = 0 of that above, backwards.
   return sum + cone_flux(&patches[0].b[0], 4, apex, floor) - cone_flux(&patches[1].b[0], 1, apex, floor);
 }
 

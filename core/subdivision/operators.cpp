@@ -108,9 +108,7 @@ CellComplex thicken(const SurfaceRing& ring) {
                      ring.sharp_edges, ring.sharp_vertices);
 }
 
-/// A star or a neighbourhood as a complex.
-template <typename Cells>
-CellComplex complex_of(const Cells& ring) {
+CellComplex complex_of(const NumberedCells& ring) {
   std::vector<VertexId> corners;
   corners.reserve(8 * ring.cells.size());
   for (const auto& cell : ring.cells) {
@@ -125,7 +123,7 @@ CellComplex complex_of(const Cells& ring) {
 class CornerRows {
  public:
   /// `next`: the ring of children[0].
-  CornerRows(const VertexRing& ring, const VertexNeighbourhood& all, const Refinement& refined, const VertexRing& next)
+  CornerRows(const VertexRing& ring, const NumberedCells& all, const Refinement& refined, const VertexRing& next)
       : refined_(refined),
         next_(next),
         column_of_(all.points.size(), kNone),
@@ -227,7 +225,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   }
   lines_[self] = std::move(op);
   lines_[self].limit = limit_row(lines_, self);
-  bytes_ += bytes_of(lines_[self], ring.key);
+  bytes_ += bytes_of(lines_[self], known->first);
   return self;
 }
 
@@ -259,7 +257,7 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   }
   surfaces_[self] = std::move(op);
   surfaces_[self].limit = limit_row(surfaces_, self);
-  bytes_ += bytes_of(surfaces_[self], ring.key);
+  bytes_ += bytes_of(surfaces_[self], known->first);
   return self;
 }
 
@@ -272,7 +270,7 @@ std::uint32_t OperatorTable::star(const VertexStar& star) {
   op.stencils = refine_star(complex, VertexId{0});
   op.stencils.shrink_to_fit();
   op.limit = limit_of_step(op.stencils, 0, op.points);
-  bytes_ += bytes_of(op, star.key);
+  bytes_ += bytes_of(op, known->first);
   stars_.push_back(std::move(op));
   return known->second;
 }
@@ -294,15 +292,15 @@ std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, 
   const std::uint32_t self = known->second;
   if (!fresh) return self;
   corners_.emplace_back();
-  const VertexNeighbourhood all = walker.neighbourhood(cell, frame);
+  const NumberedCells all = walker.neighbourhood(cell, frame);
   CornerOperator op = make_corner(ring, all);
   op.stencils.shrink_to_fit();
-  bytes_ += bytes_of(op, ring.key);
+  bytes_ += bytes_of(op, known->first);
   corners_[self] = std::move(op);
   return self;
 }
 
-CornerOperator OperatorTable::make_corner(const VertexRing& ring, const VertexNeighbourhood& all) {
+CornerOperator OperatorTable::make_corner(const VertexRing& ring, const NumberedCells& all) {
   const CellComplex complex = complex_of(all);
   const Refinement refined = refine(complex, std::array{CellId{0}});
   Classifier classifier(refined.complex);
@@ -319,7 +317,8 @@ CornerOperator OperatorTable::make_corner(const VertexRing& ring, const VertexNe
     const CellId cell{inner + c};
     const auto found = classifier.classify(cell);
     if (!found) broken("a child of a vertex cell isn't limit-ready");
-    if ((found->cell_class == CellClass::kVertex) != (c == 0)) broken("a vertex cell's irregular vertex moved");
+    const bool moved = (found->cell_class == CellClass::kVertex) != (c == 0) || (c == 0 && found->anchor != 0);
+    if (moved) broken("a vertex cell's irregular vertex moved");
     CornerOperator::Child& child = op.children[c];
     child.cell_class = found->cell_class;
     child.first_row = op.stencils.rows();
@@ -348,7 +347,6 @@ CornerOperator OperatorTable::make_corner(const VertexRing& ring, const VertexNe
 std::uint32_t OperatorTable::max_ring_points() const {
   std::uint32_t most = 64;
   for (const auto& op : lines_) most = std::max(most, 4 * op.points);
-  for (const auto& op : vertices_) most = std::max(most, stars_[op.star].points + corners_[op.corner].own);
   for (const auto& op : corners_) {
     for (const auto& child : op.children) most = std::max(most, child.count);
   }

@@ -99,7 +99,8 @@ class OperatorTable {
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
   std::size_t memory_bytes() const { return bytes_; }
-  /// Largest number of control points of any ring (all layers of a line ring, a vertex cell's whole star counted).
+  /// Largest number of control points of any regular or line ring (all layers counted), of a vertex cell's own, or of a
+  /// ring on the surface.
   std::uint32_t max_ring_points() const;
   /// Forgets the keys by which equal rings meet. REQUIRES: no more operators are asked for.
   void forget_keys();
@@ -107,7 +108,7 @@ class OperatorTable {
  private:
   using Key = std::vector<std::uint32_t>;
   std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
-  CornerOperator make_corner(const VertexRing& ring, const VertexNeighbourhood& all);
+  CornerOperator make_corner(const VertexRing& ring, const NumberedCells& all);
 
   std::map<Key, std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
   std::vector<PlanarOperator> lines_, surfaces_;

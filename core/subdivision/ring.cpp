@@ -158,19 +158,28 @@ LineRing RingWalker::line(CellId cell, const Frame& frame) {
   return ring;
 }
 
-VertexStar RingWalker::star(CellId cell, const Frame& frame) {
-  VertexStar star;
-  const Framed start{cell, frame};
-  const std::array core{vertex_at(start, 0)};
+NumberedCells RingWalker::cells_at(const Framed& start, std::span<const VertexId> core) {
+  NumberedCells all;
   for (const Framed& at : walk(start, 6, core)) {
-    for (const VertexId v : framed_vertices(at)) number(v, star.points);
-    star.cells.push_back(numbers_of(at));
+    for (const VertexId v : framed_vertices(at)) number(v, all.points);
+    all.cells.push_back(numbers_of(at));
   }
-  collect_sharp_features(core, star);
-  forget(star.points);
+  collect_sharp_features(core, all.sharp_edges, all.sharp_vertices);
+  forget(all.points);
+  return all;
+}
+
+VertexStar RingWalker::star(CellId cell, const Frame& frame) {
+  const Framed start{cell, frame};
+  VertexStar star{cells_at(start, std::array{vertex_at(start, 0)}), {}};
   for (const auto& c : star.cells) star.key.insert(star.key.end(), c.begin(), c.end());
   append_sharp_features(star.sharp_edges, star.sharp_vertices, star.key);
   return star;
+}
+
+NumberedCells RingWalker::neighbourhood(CellId cell, const Frame& frame) {
+  const Framed start{cell, frame};
+  return cells_at(start, framed_vertices(start));
 }
 
 VertexRing RingWalker::vertex(CellId cell, const Frame& frame, std::span<const VertexId> star) {
@@ -196,42 +205,28 @@ VertexRing RingWalker::vertex(CellId cell, const Frame& frame, std::span<const V
     for (const VertexId v : framed_vertices(at)) number(v, points);
     ring.cells.push_back(numbers_of(at));
   }
-  struct {
-    std::vector<std::array<std::uint32_t, 2>> sharp_edges;
-    std::vector<std::uint32_t> sharp_vertices;
-  } features;
-  collect_sharp_features(std::span(corners).subspan(1), features);
+  std::vector<std::array<std::uint32_t, 2>> sharp_edges;
+  std::vector<std::uint32_t> sharp_vertices;
+  collect_sharp_features(std::span(corners).subspan(1), sharp_edges, sharp_vertices);
   forget(points);
   for (const auto& c : ring.cells) ring.key.insert(ring.key.end(), c.begin(), c.end());
-  append_sharp_features(features.sharp_edges, features.sharp_vertices, ring.key);
+  append_sharp_features(sharp_edges, sharp_vertices, ring.key);
   ring.key.push_back(static_cast<std::uint32_t>(ring.shared.size()));
   return ring;
 }
 
-VertexNeighbourhood RingWalker::neighbourhood(CellId cell, const Frame& frame) {
-  VertexNeighbourhood all;
-  const Framed start{cell, frame};
-  const auto corners = framed_vertices(start);
-  for (const Framed& at : walk(start, 6, corners)) {
-    for (const VertexId v : framed_vertices(at)) number(v, all.points);
-    all.cells.push_back(numbers_of(at));
-  }
-  collect_sharp_features(corners, all);
-  forget(all.points);
-  return all;
-}
-
-template <typename Ring>
-void RingWalker::collect_sharp_features(std::span<const VertexId> core, Ring& ring) const {
+void RingWalker::collect_sharp_features(std::span<const VertexId> core,
+                                        std::vector<std::array<std::uint32_t, 2>>& edges,
+                                        std::vector<std::uint32_t>& vertices) const {
   for (const VertexId v : core) {
     const std::uint32_t here = local_[v];
-    if (complex_.vertex_sharp(v)) ring.sharp_vertices.push_back(here);
+    if (complex_.vertex_sharp(v)) vertices.push_back(here);
     for (const EdgeId e : complex_.vertex_edges(v)) {
       if (!complex_.edge_sharp(e)) continue;
       const std::uint32_t other = local_[complex_.edge_other(e, v)];
       if (other == kNone) throw Error(ErrorCode::kInternal, "the ring of a cell is incomplete");
       const std::array<std::uint32_t, 2> edge{std::min(here, other), std::max(here, other)};
-      if (!contains(ring.sharp_edges, edge)) ring.sharp_edges.push_back(edge);
+      if (!contains(edges, edge)) edges.push_back(edge);
     }
   }
 }

@@ -39,12 +39,17 @@ struct LineRing {
   std::vector<std::uint32_t> key;
 };
 
-/// The star of an irregular vertex: the cells at it, each framed so that the vertex is its corner (0,0,0).
-struct VertexStar {
-  std::vector<VertexId> points;                           // points[0] is the vertex.
-  std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points.
-  std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the vertex.
-  std::vector<std::uint32_t> sharp_vertices;              // The vertex, if it is sharp.
+/// All cells that touch some corners of a cell, framed alike, with the sharp edges and vertices at those corners.
+struct NumberedCells {
+  std::vector<VertexId> points;
+  std::vector<std::array<std::uint32_t, 8>> cells;  // Numbers of points; cells[0] is the cell itself.
+  std::vector<std::array<std::uint32_t, 2>> sharp_edges;
+  std::vector<std::uint32_t> sharp_vertices;
+};
+
+/// The star of an irregular vertex: the cells at it, each framed so that the vertex is its corner (0,0,0). points[0] is
+/// the vertex.
+struct VertexStar : NumberedCells {
   std::vector<std::uint32_t> key;
 };
 
@@ -58,14 +63,6 @@ struct VertexRing {
 
   /// The points that the star lacks.
   std::span<const VertexId> own() const { return std::span(points).subspan(shared.size()); }
-};
-
-/// A vertex cell's star and ring together: all cells that touch it, framed alike.
-struct VertexNeighbourhood {
-  std::vector<VertexId> points;
-  std::vector<std::array<std::uint32_t, 8>> cells;        // Numbers of points; cells[0] is the cell itself.
-  std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // At the cell's vertices.
-  std::vector<std::uint32_t> sharp_vertices;              // Those of the cell's vertices that are sharp.
 };
 
 /// Index along one axis of a 4 x 4 (x 4) grid: of a corner bit in the cell `step` (-1, 0, 1) cells away from the
@@ -90,7 +87,9 @@ class RingWalker {
   VertexStar star(CellId cell, const Frame& frame);
   /// `star`: the points of that star, in any order.
   VertexRing vertex(CellId cell, const Frame& frame, std::span<const VertexId> star);
-  VertexNeighbourhood neighbourhood(CellId cell, const Frame& frame);
+  /// A vertex cell's star and ring together.
+  NumberedCells neighbourhood(CellId cell, const Frame& frame);
+  const CellComplex& complex() const { return complex_; }
 
  private:
   struct Framed {
@@ -103,11 +102,13 @@ class RingWalker {
   std::array<VertexId, 8> framed_vertices(const Framed& at) const;
   /// The cell across the face where framed axis a is `side`; its cell is kNone on the boundary.
   Framed cross(const Framed& from, unsigned a, unsigned side) const;
-  /// The cells that touch the `core` vertices and are reached from the first across its first `sides` faces, and theirs
-  /// and so on.
+  /// The cells that touch the `core` vertices and that a breadth-first walk reaches from the first one, always across
+  /// the first `sides` faces of a cell.
   std::vector<Framed> walk(const Framed& start, unsigned sides, std::span<const VertexId> core);
-  template <typename Ring>
-  void collect_sharp_features(std::span<const VertexId> core, Ring& ring) const;
+  NumberedCells cells_at(const Framed& start, std::span<const VertexId> core);
+  /// At the `core` vertices. REQUIRES: the ring's points have their numbers.
+  void collect_sharp_features(std::span<const VertexId> core, std::vector<std::array<std::uint32_t, 2>>& edges,
+                              std::vector<std::uint32_t>& vertices) const;
   void number(VertexId vertex, std::vector<VertexId>& points);
   std::array<std::uint32_t, 8> numbers_of(const Framed& at) const;
   void forget(std::span<const VertexId> points);

@@ -36,7 +36,7 @@ class Polygons {
     for (const std::uint32_t v : mesh.sharp_vertices) corners_[v] = true;
   }
 
-  /// Of the pyramids from the origin over triangles round the middle of each face.
+  /// Sums the pyramids from the origin over triangles round the middle of each face.
   double volume() const {
     double sum = 0;
     for (const Face& face : faces_) {
