@@ -32,6 +32,14 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes);
 /// Reads whichever kind `bytes` are of. Throws Error (1xx, 4xx).
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {});
 
+/// What a file is that isn't any of them: of a known format that isn't read, with the remedy, or "neither a Gmsh file
+/// (...), nor ...", which callers may go on with.
+struct UnreadFile {
+  std::string text;
+  bool known = false;
+};
+UnreadFile describe_unread(std::string_view bytes);
+
 /// Throws Error{kMeshIndexOutOfRange} naming up to five cells that use vertices the mesh doesn't have.
 void check_cell_vertices(const ControlMesh& mesh);
 

@@ -66,6 +66,7 @@ std::string_view TextScanner::next(std::string_view expected) {
   const std::string_view token = peek();
   if (token.empty()) fail(expected, token);
   at_ += token.size();
+  token_ = token;
   return token;
 }
 
@@ -91,6 +92,7 @@ void TextScanner::end_line() {
 std::string_view TextScanner::bytes(std::uint64_t size, std::string_view expected) {
   token_line_ = line_;
   token_at_ = at_;
+  token_ = {};
   if (size > text_.size() - at_) {
     fail_with(ErrorCode::kFileSyntax, "expected " + std::string(expected) + ", found the end of the file");
   }
@@ -105,7 +107,7 @@ void TextScanner::skip_paragraph() {
   }
 }
 
-double TextScanner::real(std::string_view expected) {
+double TextScanner::any_real(std::string_view expected) {
   const std::string_view token = next(expected);
   const bool has_plus = token.front() == '+' && !token.starts_with("+-");
   const std::string_view digits = has_plus ? token.substr(1) : token;
@@ -113,8 +115,13 @@ double TextScanner::real(std::string_view expected) {
   const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (end != digits.data() + digits.size() || status == std::errc::invalid_argument) fail(expected, token);
   if (status == std::errc::result_out_of_range) value = is_tiny(digits) ? 0 : HUGE_VAL;
+  return value;
+}
+
+double TextScanner::real(std::string_view expected) {
+  const double value = any_real(expected);
   if (!std::isfinite(value)) {
-    fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token) + "' is not a finite number");
+    fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token_) + "' is not a finite number");
   }
   return value;
 }

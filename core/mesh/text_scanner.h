@@ -29,6 +29,8 @@ class TextScanner {
 
   /// Line (from 1) of the token read last.
   std::size_t line() const noexcept { return token_line_; }
+  /// The token taken last; empty after a block of bytes.
+  std::string_view token() const noexcept { return token_; }
   /// True when only white space and comments are left.
   bool at_end();
   /// The next token without taking it; empty at the end.
@@ -46,6 +48,8 @@ class TextScanner {
   /// Takes the rest of the current line, then lines up to the next empty one (or the end of the file).
   void skip_paragraph();
 
+  /// A real, which may be nan or inf. Throws kFileSyntax.
+  double any_real(std::string_view expected);
   /// A finite real. Throws kFileSyntax, or kMeshNonFinite for nan and inf.
   double real(std::string_view expected);
   /// A finite real that fits a float: kMeshNonFinite otherwise.
@@ -77,6 +81,7 @@ class TextScanner {
   std::size_t line_ = 1;
   std::size_t token_line_ = 1;
   std::size_t token_at_ = 0;
+  std::string_view token_;
   bool names_bytes_ = false;
 };
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <iterator>
 #include <string>
 
@@ -96,22 +95,8 @@ double VtkScanner::next_value(std::string_view expected) {
   }
 }
 
-double VtkScanner::real(std::string_view expected) {
-  if (!binary_) return text_.real(expected);
-  const double value = next_value(expected);
-  if (!std::isfinite(value)) {
-    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not a finite number");
-  }
-  return value;
-}
-
-float VtkScanner::real_float(std::string_view expected) {
-  if (!binary_) return text_.real_float(expected);
-  const auto value = static_cast<float>(next_value(expected));
-  if (!std::isfinite(value)) {
-    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not finite, or too large for a float");
-  }
-  return value;
+double VtkScanner::any_real(std::string_view expected) {
+  return binary_ ? next_value(expected) : text_.any_real(expected);
 }
 
 std::uint64_t VtkScanner::count(std::string_view expected) {

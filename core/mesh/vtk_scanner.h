@@ -29,8 +29,7 @@ class VtkScanner {
   /// "long" has 8 bytes. Throws kFileUnsupported for types of binary arrays that aren't known.
   void open_array(std::string_view type);
   /// Values of the array in their order; as TextScanner's in what they throw.
-  double real(std::string_view expected);
-  float real_float(std::string_view expected);
+  double any_real(std::string_view expected);
   std::uint64_t count(std::string_view expected);
   /// Passes over a whole array of `values` numbers.
   void skip(std::uint64_t values, std::string_view expected);

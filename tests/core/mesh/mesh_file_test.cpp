@@ -27,10 +27,27 @@ TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("# vtk DataFile Version 2.0\n"), MeshFileKind::kVtk);
   EXPECT_EQ(mesh_file_kind("\n# comment\nMeshVersionFormatted 1"), MeshFileKind::kMedit);
   EXPECT_EQ(mesh_file_kind("OVM ASCII\n"), MeshFileKind::kOvm);
+  EXPECT_EQ(mesh_file_kind("OVM\nVertices 1\n"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);
   expect_error([] { read_mesh("solid cube"); }, ErrorCode::kFileUnsupported, "MEDIT");
+}
+
+TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
+  const auto expect = [](const std::string& bytes, const std::string& part) {
+    expect_error([&] { read_mesh(bytes); }, ErrorCode::kFileUnsupported, part);
+    EXPECT_TRUE(describe_unread(bytes).known) << part;
+  };
+  for (const std::string magic : {"\x89HDF\r\n\x1a\n", "CDF\x01", "CDF\x02", "CDF\x05"}) {
+    expect(magic + "...", "apt install meshio-tools");
+  }
+  for (const std::string& text : {std::string("<\0?\0", 4), std::string("\0<\0?", 4), std::string("\xff\xfe<")}) {
+    expect(text, "UTF-16");
+  }
+  expect("\x1f\x8b\x08", "unpack it");
+  expect("$NOD\n8\n", "gmsh -format msh41");
+  EXPECT_FALSE(describe_unread("solid cube").known);
 }
 
 TEST(MeshFile, UnreadableFilesAreNamed) {

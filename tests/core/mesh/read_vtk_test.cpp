@@ -194,9 +194,12 @@ TEST(ReadVtk, NamesTheByteInBinaryFiles) {
   expect_error([&] { read_vtk(kBinaryHead + "POINTS 4 short 7\n"); }, ErrorCode::kFileSyntax, "the end of the line");
   expect_error(
       [&] {
-        read_vtk(kBinaryHead + "POINTS 1 float\n" + big_endian<std::int32_t>({0, 0, 0x7fc00000}));
+        read_vtk(kBinaryHead + "POINTS 4 float\n" +
+                 big_endian<std::int32_t>({0, 0, 0x7fc00000, 0, 0, 0, 0, 0, 0, 0, 0, 0}) + kBinaryTet);
       },
-      ErrorCode::kMeshNonFinite, "not a finite number");
+      ErrorCode::kMeshNonFinite,
+      byte(kBinaryHead + "POINTS 4 float\n" + std::string(8, ' ')) +
+          "a coordinate of vertex 0 (from 0), is not a finite number");
   const std::string whole = before + kBinaryTet;
   expect_error(
       [&] {
