@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_gmsh.h"
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_ovm.h"
@@ -19,6 +20,15 @@
 
 namespace ccslice {
 
+namespace {
+
+bool is_abaqus_keyword_or_comment(std::string_view word) {
+  if (word.size() < 2 || word[0] != '*') return false;
+  return word[1] == '*' || (word[1] >= 'a' && word[1] <= 'z') || (word[1] >= 'A' && word[1] <= 'Z');
+}
+
+}  // namespace
+
 MeshFileKind mesh_file_kind(std::string_view bytes) {
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
@@ -26,6 +36,7 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
   const std::string_view word = scanner.peek();
   if (word == "$MeshFormat") return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
+  if (is_abaqus_keyword_or_comment(word)) return MeshFileKind::kAbaqus;
   const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");
   return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
 }
@@ -49,12 +60,13 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
-MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits) {
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
   switch (mesh_file_kind(bytes)) {
     case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
+    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
     case MeshFileKind::kUnknown: break;
   }
   throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
@@ -80,7 +92,9 @@ UnreadFile describe_unread(std::string_view bytes) {
   }
   return {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
-      "legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first word 'OVM')"};
+      "legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first word 'OVM'), nor "
+      "an "
+      "Abaqus input file (a keyword with a star first, such as '*NODE')"};
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

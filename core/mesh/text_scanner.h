@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,6 +85,10 @@ class TextScanner {
   std::string_view token_;
   bool names_bytes_ = false;
 };
+
+/// The number that a token is: a real, which may be nan or inf, or an integer in [0, 2^53].
+std::optional<double> parse_real(std::string_view token);
+std::optional<std::uint64_t> parse_count(std::string_view token);
 
 /// ASCII only, for keywords.
 bool equals_ignoring_case(std::string_view a, std::string_view b);

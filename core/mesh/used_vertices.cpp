@@ -11,28 +11,37 @@
 
 namespace ccslice {
 
-double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
-  if (!std::isfinite(value)) add(vertex, what, "is not a finite number", scanner);
+double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
+                                std::string_view token) {
+  if (!std::isfinite(value)) numbers_.push_back({vertex, mark, token, what, "is not a finite number"});
   return value;
+}
+
+double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
+  return coordinate(value, vertex, what, scanner.mark(), scanner.token());
 }
 
 float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
   const auto narrow = static_cast<float>(value);
-  if (!std::isfinite(narrow)) add(vertex, what, "is not finite, or too large for a float", scanner);
+  if (!std::isfinite(narrow)) {
+    numbers_.push_back({vertex, scanner.mark(), scanner.token(), what, "is not finite, or too large for a float"});
+  }
   return narrow;
 }
 
-void UnfitNumbers::add(std::size_t vertex, std::string_view what, std::string_view why, const TextScanner& scanner) {
-  numbers_.push_back({vertex, scanner.mark(), scanner.token(), what, why});
+std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vector<bool>& used) const {
+  const auto found = std::ranges::find_if(
+      numbers_, [&](const Number& number) { return number.vertex < used.size() && used[number.vertex]; });
+  if (found == numbers_.end()) return std::nullopt;
+  std::string text = found->token.empty() ? "" : quoted(printable(found->token)) + ", ";
+  text.append(found->what).append(" of vertex ").append(std::to_string(found->vertex));
+  text.append(" (from 0), ").append(found->why);
+  return Complaint{found->mark, text};
 }
 
 void UnfitNumbers::throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const {
-  for (const Number& number : numbers_) {
-    if (number.vertex >= used.size() || !used[number.vertex]) continue;
-    const std::string name = number.token.empty() ? std::string(number.what)
-                                                  : quoted(printable(number.token)) + ", " + std::string(number.what);
-    scanner.fail_at(number.mark, ErrorCode::kMeshNonFinite,
-                    name + " of vertex " + std::to_string(number.vertex) + " (from 0), " + std::string(number.why));
+  if (const auto complaint = first_used(used)) {
+    scanner.fail_at(complaint->mark, ErrorCode::kMeshNonFinite, complaint->message);
   }
 }
 

@@ -8,6 +8,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,7 +25,17 @@ class UnfitNumbers {
   double coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
   /// A channel's value of `vertex`, likewise.
   float value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
-  /// Throws Error{kMeshNonFinite} at the place of the first one, in the order of the calls, at a vertex that is used.
+  /// The same for files that no TextScanner reads.
+  double coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
+                    std::string_view token);
+
+  struct Complaint {
+    std::uint64_t mark;
+    std::string message;
+  };
+  /// What to say of the first one, in the order of the calls, at a vertex that is used, if there is one.
+  std::optional<Complaint> first_used(const std::vector<bool>& used) const;
+  /// Throws Error{kMeshNonFinite} at its place.
   void throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const;
 
  private:
@@ -32,8 +44,6 @@ class UnfitNumbers {
     std::uint64_t mark;
     std::string_view token, what, why;
   };
-  void add(std::size_t vertex, std::string_view what, std::string_view why, const TextScanner& scanner);
-
   std::vector<Number> numbers_;
 };
 

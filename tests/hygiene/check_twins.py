@@ -52,6 +52,7 @@ COVERED = {
     "colour_gamut": ("mixture_test", "its mixes are the table's"),
     "check_arrays": ("validate_test", "the first step of validating"),
     "offenders": ("validate_test", "what its errors name is compared there"),
+    "abaqus_lines": ("read_abaqus_test", "keywords, continuations and includes"),
     "gmsh_scanner": ("read_gmsh_test", "text and binary files are compared there"),
     "vtk_cells": ("read_vtk_test", "a section of the file"),
     "vtk_point_data": ("read_vtk_test", "a section of the file"),

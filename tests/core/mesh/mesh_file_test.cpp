@@ -28,6 +28,9 @@ TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("\n# comment\nMeshVersionFormatted 1"), MeshFileKind::kMedit);
   EXPECT_EQ(mesh_file_kind("OVM ASCII\n"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("OVM\nVertices 1\n"), MeshFileKind::kOvm);
+  EXPECT_EQ(mesh_file_kind("*Heading\n"), MeshFileKind::kAbaqus);
+  EXPECT_EQ(mesh_file_kind("\n** a comment\n"), MeshFileKind::kAbaqus);
+  EXPECT_EQ(mesh_file_kind("* a list\n"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);

@@ -92,20 +92,19 @@ TEST_P(MeshFixtures, AreReadWhole) {
   EXPECT_EQ(sorted_cells(file.mesh), sorted_cells(expected));
 }
 
-INSTANTIATE_TEST_SUITE_P(Tools, MeshFixtures,
-                         testing::Values(Fixture{"vtk_ascii_4_2.vtk", Channels::kAll},
-                                         Fixture{"vtk_ascii_5_1.vtk", Channels::kAll},
-                                         Fixture{"vtk_binary_4_2.vtk", Channels::kAll},
-                                         Fixture{"vtk_binary_5_1.vtk", Channels::kAll},
-                                         Fixture{"meshio_ascii_5_1.vtk", Channels::kHardnessAndMix},
-                                         Fixture{"meshio_binary_5_1.vtk", Channels::kHardnessAndMix},
-                                         Fixture{"meshio_from_abaqus.vtk", Channels::kNone},
-                                         Fixture{"meshio.mesh", Channels::kNone}, Fixture{"house.ovm", Channels::kAll}),
-                         [](const auto& info) {
-                           std::string name = info.param.name;
-                           std::replace(name.begin(), name.end(), '.', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Tools, MeshFixtures,
+    testing::Values(Fixture{"vtk_ascii_4_2.vtk", Channels::kAll}, Fixture{"vtk_ascii_5_1.vtk", Channels::kAll},
+                    Fixture{"vtk_binary_4_2.vtk", Channels::kAll}, Fixture{"vtk_binary_5_1.vtk", Channels::kAll},
+                    Fixture{"meshio_ascii_5_1.vtk", Channels::kHardnessAndMix},
+                    Fixture{"meshio_binary_5_1.vtk", Channels::kHardnessAndMix},
+                    Fixture{"meshio_from_abaqus.vtk", Channels::kNone}, Fixture{"meshio.mesh", Channels::kNone},
+                    Fixture{"house.inp", Channels::kNone}, Fixture{"house.ovm", Channels::kAll}),
+    [](const auto& info) {
+      std::string name = info.param.name;
+      std::replace(name.begin(), name.end(), '.', '_');
+      return name;
+    });
 
 TEST(MeshFixtures, SayWhatIsLeftOut) {
   constexpr std::uint64_t kMaxBytes = 1 << 20;

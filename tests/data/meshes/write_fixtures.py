@@ -11,7 +11,7 @@ gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand,
 two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
 were put behind the mesh.
 
-By hand: house.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
+By hand: house.inp, assembly.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """
 
