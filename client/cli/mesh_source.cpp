@@ -114,8 +114,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes) {
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("MESH", options.mesh,
-                  "A Gmsh .msh, Abaqus .inp, MEDIT .mesh, legacy VTK, OpenVolumeMesh .ovm, .ccmesh or its .json file, "
-                  "or the id of an uploaded mesh (sha256:...)")
+                  "A Gmsh .msh, Abaqus .inp, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or its .json "
+                  "file, or the id of an uploaded mesh (sha256:...)")
       ->required(required);
   command
       .add_option(

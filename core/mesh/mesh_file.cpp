@@ -16,6 +16,7 @@
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_ovm.h"
 #include "core/mesh/read_vtk.h"
+#include "core/mesh/read_vtu.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
@@ -32,8 +33,11 @@ bool is_abaqus_keyword_or_comment(std::string_view word) {
 MeshFileKind mesh_file_kind(std::string_view bytes) {
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
+  constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
+  if (bytes.starts_with(kUtf8Mark)) bytes.remove_prefix(kUtf8Mark.size());
   TextScanner scanner(bytes);
   const std::string_view word = scanner.peek();
+  if (word.size() > 1 && word[0] == '<' && word[1] != '\0') return MeshFileKind::kVtu;
   if (word == "$MeshFormat") return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
   if (is_abaqus_keyword_or_comment(word)) return MeshFileKind::kAbaqus;
@@ -65,6 +69,7 @@ MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::
     case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
+    case MeshFileKind::kVtu: return read_vtu(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
     case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
     case MeshFileKind::kUnknown: break;
@@ -92,7 +97,8 @@ UnreadFile describe_unread(std::string_view bytes) {
   }
   return {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
-      "legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first word 'OVM'), nor "
+      "legacy VTK file (first line '# vtk DataFile Version ...'), nor one of VTK's XML files (.vtu), nor an "
+      "OpenVolumeMesh file (first word 'OVM'), nor "
       "an "
       "Abaqus input file (a keyword with a star first, such as '*NODE')"};
 }

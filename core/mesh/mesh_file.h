@@ -22,7 +22,7 @@ struct MeshFile {
   std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
 };
 
-enum class MeshFileKind { kGmsh, kMedit, kVtk, kOvm, kAbaqus, kUnknown };
+enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 

@@ -57,6 +57,7 @@ COVERED = {
     "vtk_cells": ("read_vtk_test", "a section of the file"),
     "vtk_point_data": ("read_vtk_test", "a section of the file"),
     "vtk_scanner": ("read_vtk_test", "text and binary files are compared there"),
+    "vtu_document": ("read_vtu_test", "the elements and arrays of its files"),
     "deflate_block": ("deflate_test", "every stream is inflated there"),
     "image_file": ("image_file_oiio_test", "declares what that file implements"),
     "image_file_unavailable": ("encode_test", "refuses, in builds without OpenImageIO"),

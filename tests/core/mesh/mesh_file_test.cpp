@@ -30,6 +30,9 @@ TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("OVM\nVertices 1\n"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("*Heading\n"), MeshFileKind::kAbaqus);
   EXPECT_EQ(mesh_file_kind("\n** a comment\n"), MeshFileKind::kAbaqus);
+  EXPECT_EQ(mesh_file_kind("<?xml version=\"1.0\"?>"), MeshFileKind::kVtu);
+  EXPECT_EQ(mesh_file_kind("\xef\xbb\xbf<VTKFile>"), MeshFileKind::kVtu);
+  EXPECT_EQ(mesh_file_kind(std::string_view("<\0?\0", 4)), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("* a list\n"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
