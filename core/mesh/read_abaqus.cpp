@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -17,27 +16,13 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/abaqus_lines.h"
+#include "core/mesh/abaqus_types.h"
 #include "core/mesh/node_numbers.h"
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/used_vertices.h"
 
 namespace ccslice {
 namespace {
-
-/// An element with the topology of a solid: by its number of nodes.
-struct SolidType {
-  std::size_t nodes, most_nodes;  // Some have nodes in the middle of faces, as many as the user likes.
-  std::optional<CellKind> kind;   // None: a pyramid.
-  bool second_order = false;
-};
-
-constexpr SolidType kSolidTypes[] = {
-    {4, 4, CellKind::kTet},           {5, 5, std::nullopt},           {6, 6, CellKind::kWedge},
-    {8, 8, CellKind::kHex},           {10, 10, CellKind::kTet, true}, {13, 13, std::nullopt, true},
-    {15, 18, CellKind::kWedge, true}, {20, 20, CellKind::kHex, true}, {21, 27, CellKind::kHex, true}};
-
-/// Families of solids; a number of nodes follows, then letters for variants.
-constexpr std::string_view kSolidFamilies[] = {"C3D", "DC3D", "DCC3D", "AC3D", "EC3D", "SC"};
 
 /// What Abaqus makes nodes and elements of, or moves them by, when it runs.
 constexpr std::string_view kGenerators[] = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"};
@@ -47,18 +32,6 @@ constexpr std::string_view kSilent[] = {"HEADING", "PREPRINT", "ENDPART", "ENDIN
 
 bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
-}
-
-/// The number of nodes in the name of a solid's type; nothing for other types.
-std::optional<std::size_t> nodes_of(std::string_view type) {
-  for (const std::string_view family : kSolidFamilies) {
-    if (!type.starts_with(family)) continue;
-    std::size_t nodes = 0;
-    const char* digits = type.data() + family.size();
-    if (std::from_chars(digits, type.data() + type.size(), nodes).ptr == digits) continue;
-    return nodes;
-  }
-  return std::nullopt;
 }
 
 struct Part {
@@ -110,7 +83,7 @@ class AbaqusReader {
   std::size_t current_ = 0;
   bool in_instance_ = false;  // One without a mesh of its own so far.
   Data data_ = Data::kSkipped;
-  SolidType type_{};
+  AbaqusSolidType type_{};
   std::string type_name_;
   std::vector<std::uint64_t> cell_;  // An element's number and its nodes, as far as they have come.
   std::uint64_t second_order_ = 0, cells_ = 0, nodes_ = 0;
@@ -177,15 +150,16 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
   if (type_name_.empty()) lines_.fail("the type of the elements (TYPE=...)", "none");
   if (const std::string_view input = keyword.value_of("INPUT"); !input.empty()) lines_.include(input);
   sets_.insert(printable(keyword.value_of("ELSET")));
-  const std::optional<std::size_t> nodes = nodes_of(type_name_);
+  const std::optional<std::size_t> nodes = abaqus_solid_nodes(type_name_);
   if (!nodes) {
     other_types_.insert(printable(type_name_));
     return;
   }
-  const auto* found = std::ranges::find_if(
-      kSolidTypes, [&](const SolidType& type) { return *nodes >= type.nodes && *nodes <= type.most_nodes; });
-  if (found == std::end(kSolidTypes) || !found->kind) {
-    const bool pyramid = found != std::end(kSolidTypes);
+  const auto* found = std::ranges::find_if(kAbaqusSolidTypes, [&](const AbaqusSolidType& type) {
+    return *nodes >= type.nodes && *nodes <= type.most_nodes;
+  });
+  if (found == std::end(kAbaqusSolidTypes) || !found->kind) {
+    const bool pyramid = found != std::end(kAbaqusSolidTypes);
     lines_.fail_at(
         lines_.mark(), ErrorCode::kMeshUnsupportedCell,
         "elements of type " + printable(type_name_) +

@@ -15,6 +15,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/channels.h"
+#include "core/mesh/gmsh_elements.h"
 #include "core/mesh/gmsh_scanner.h"
 #include "core/mesh/node_numbers.h"
 #include "core/mesh/used_vertices.h"
@@ -24,57 +25,11 @@ namespace {
 
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 
-enum class Role : std::uint8_t { kFlat, kCell, kPyramid, kHighOrder };
-
-/// An element type: how many nodes it has, and what it is to us.
-struct ElementType {
-  std::uint16_t number;
-  std::uint8_t nodes;
-  Role role;
-  CellKind kind = CellKind::kHex;
-  bool second_order = false;
-};
-
-constexpr ElementType kElementTypes[] = {
-    {1, 2, Role::kFlat},
-    {2, 3, Role::kFlat},
-    {3, 4, Role::kFlat},
-    {4, 4, Role::kCell, CellKind::kTet},
-    {5, 8, Role::kCell, CellKind::kHex},
-    {6, 6, Role::kCell, CellKind::kWedge},
-    {7, 5, Role::kPyramid},
-    {8, 3, Role::kFlat},
-    {9, 6, Role::kFlat},
-    {10, 9, Role::kFlat},
-    {11, 10, Role::kCell, CellKind::kTet, true},
-    {12, 27, Role::kCell, CellKind::kHex, true},
-    {13, 18, Role::kCell, CellKind::kWedge, true},
-    {14, 14, Role::kPyramid},
-    {15, 1, Role::kFlat},
-    {16, 8, Role::kFlat},
-    {17, 20, Role::kCell, CellKind::kHex, true},
-    {18, 15, Role::kCell, CellKind::kWedge, true},
-    {19, 13, Role::kPyramid},
-    {20, 9, Role::kFlat},
-    {21, 10, Role::kFlat},
-    {22, 12, Role::kFlat},
-    {23, 15, Role::kFlat},
-    {24, 15, Role::kFlat},
-    {25, 21, Role::kFlat},
-    {26, 4, Role::kFlat},
-    {27, 5, Role::kFlat},
-    {28, 6, Role::kFlat},
-    {29, 20, Role::kHighOrder},
-    {30, 35, Role::kHighOrder},
-    {31, 56, Role::kHighOrder},
-    {92, 64, Role::kHighOrder},
-    {93, 125, Role::kHighOrder},
-};
-
 /// A field at nodes; values that no channel can have count rows where the others count vertices.
 struct Field {
   std::vector<NamedChannel> channels;
   std::vector<std::uint64_t> tags;  // Of the node of each row of values.
+  std::string step;                 // As it is written.
   UnfitNumbers unfit;
 };
 
@@ -114,10 +69,11 @@ class GmshReader {
   void add_node(std::uint64_t tag);
   void read_elements_2();
   void read_elements_4();
-  const ElementType& element_type();
-  void read_element(const ElementType& type, bool tags_are_sizes);
+  const GmshElementType& element_type();
+  void read_element(const GmshElementType& type, bool tags_are_sizes);
   void read_physical_names();
   void read_node_data();
+  void read_rows(std::uint64_t count, Field& field);
   std::vector<std::string> read_strings();
   void refuse_unsupported();
   void connect();
@@ -254,10 +210,10 @@ void GmshReader::add_node(std::uint64_t tag) {
   file_.mesh.positions.push_back(position);
 }
 
-const ElementType& GmshReader::element_type() {
+const GmshElementType& GmshReader::element_type() {
   const std::uint64_t number = scanner_.integer("an element type");
-  const auto found = std::ranges::find(kElementTypes, number, &ElementType::number);
-  if (found == std::end(kElementTypes)) {
+  const auto found = std::ranges::find(kGmshElementTypes, number, &GmshElementType::number);
+  if (found == std::end(kGmshElementTypes)) {
     scanner_.text().fail_with(ErrorCode::kMeshUnsupportedCell,
                               "element type " + std::to_string(number) +
                                   " is not known; hexahedra, tetrahedra and prisms of first and second order are read");
@@ -265,19 +221,21 @@ const ElementType& GmshReader::element_type() {
   return *found;
 }
 
-void GmshReader::read_element(const ElementType& type, bool tags_are_sizes) {
-  Refused* refused = type.role == Role::kPyramid ? &pyramids_ : type.role == Role::kHighOrder ? &high_order_ : nullptr;
+void GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) {
+  Refused* refused = type.role == GmshRole::kPyramid     ? &pyramids_
+                     : type.role == GmshRole::kHighOrder ? &high_order_
+                                                         : nullptr;
   if (refused != nullptr && refused->count++ == 0) {
     refused->mark = scanner_.text().mark();
     refused->type = type.number;
   }
-  const auto corners = type.role == Role::kCell ? static_cast<std::size_t>(corner_count(type.kind)) : 0;
+  const auto corners = type.role == GmshRole::kCell ? static_cast<std::size_t>(corner_count(type.kind)) : 0;
   for (std::size_t n = 0; n < type.nodes; ++n) {
     const std::uint64_t tag = tags_are_sizes ? scanner_.size("a node's tag") : scanner_.integer("a node's number");
     if (n < corners) corners_.push_back(tag);
   }
-  flat_ += type.role == Role::kFlat;
-  if (type.role != Role::kCell) return;
+  flat_ += type.role == GmshRole::kFlat;
+  if (type.role != GmshRole::kCell) return;
   second_order_ += type.second_order;
   kinds_.push_back(type.kind);
   cell_marks_.push_back(scanner_.text().mark());
@@ -293,7 +251,7 @@ void GmshReader::read_elements_2() {
   if (scanner_.binary()) scanner_.text().end_line();
   for (std::uint64_t i = 0; i < count;) {
     if (!scanner_.binary()) scanner_.text().skip(1, "an element's number");
-    const ElementType& type = element_type();
+    const GmshElementType& type = element_type();
     const std::uint64_t group = scanner_.binary() ? scanner_.integer("the number of elements that follow") : 1;
     const std::uint64_t tags = scanner_.integer("the number of tags");
     if (group == 0 || group > count - i) {
@@ -315,7 +273,7 @@ void GmshReader::read_elements_4() {
   for (std::uint64_t block = 0; block < blocks; ++block) {
     scanner_.skip_integer("an entity's dimension");
     scanner_.skip_integer("an entity's tag");
-    const ElementType& type = element_type();
+    const GmshElementType& type = element_type();
     const std::uint64_t count = scanner_.size("the number of elements in the block");
     for (std::uint64_t i = 0; i < count; ++i) {
       (void)scanner_.size("an element's tag");
@@ -353,35 +311,45 @@ std::vector<std::string> GmshReader::read_strings() {
   return strings;
 }
 
-/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes.
+/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes,
+/// partition (0 or none: the whole mesh).
 void GmshReader::read_node_data() {
   const std::vector<std::string> names = read_strings();
-  const std::vector<std::string> times = read_strings();
-  const std::uint64_t integer_tags = scanner_.text().count_up_to("the number of integer tags", 64);
-  if (integer_tags < 3) scanner_.text().fail("at least 3 integer tags", std::to_string(integer_tags));
-  scanner_.text().skip(1, "a time step");
-  const std::uint64_t components = scanner_.text().count_up_to("the number of components", 9);
-  const std::uint64_t count = scanner_.text().count_up_to("the number of values", limits_.max_vertices);
-  scanner_.text().skip(integer_tags - 3, "an integer tag");
-  if (scanner_.binary()) scanner_.text().end_line();
-  Field field;
+  (void)read_strings();
+  constexpr std::uint64_t kMostTags = 64, kMostComponents = 9;
+  TextScanner& text = scanner_.text();
+  const std::uint64_t integer_tags = text.count_up_to("the number of integer tags", kMostTags);
+  if (integer_tags < 3) text.fail("at least 3 integer tags", std::to_string(integer_tags));
+  const std::string step(text.next("a time step"));
+  const std::uint64_t components = text.count_up_to("the number of components", kMostComponents);
+  const std::uint64_t count = text.count_up_to("the number of values", limits_.max_vertices);
+  const std::uint64_t partition = integer_tags > 3 ? text.count("a partition") : 0;
+  text.skip(integer_tags - std::min<std::uint64_t>(integer_tags, 4), "an integer tag");
+  if (scanner_.binary()) text.end_line();
   const std::string name = names.empty() || names[0].empty() ? "field" : names[0];
-  field.channels = open_channels(name, components);
-  const bool again = std::ranges::any_of(fields_, [&](const Field& known) {
-    return !known.channels.empty() && !field.channels.empty() && known.channels[0].name == field.channels[0].name;
+  Field field{open_channels(name, components), {}, step, {}};
+  const auto known = std::ranges::find_if(fields_, [&](const Field& other) {
+    return !other.channels.empty() && !field.channels.empty() && other.channels[0].name == field.channels[0].name;
   });
+  if (known == fields_.end()) {
+    read_rows(count, field);
+    fields_.push_back(std::move(field));
+  } else if (partition > 0 && known->step == step && known->channels.size() == components) {
+    read_rows(count, *known);
+  } else {
+    read_rows(count, field);
+    file_.warnings.push_back("field '" + printable(name) + "' comes again for another time: left out");
+  }
+}
+
+void GmshReader::read_rows(std::uint64_t count, Field& field) {
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t tag = scanner_.integer("a node's number");
-    if (!again) field.tags.push_back(tag);
-    for (std::uint64_t c = 0; c < components; ++c) {
+    for (NamedChannel& channel : field.channels) {
       const double value = scanner_.any_real("a value");
-      if (!again) field.channels[c].values.push_back(field.unfit.value(value, i, "a value", scanner_.text()));
+      channel.values.push_back(field.unfit.value(value, field.tags.size(), "a value", scanner_.text()));
     }
-  }
-  if (again) {
-    file_.warnings.push_back("field '" + printable(name) + "' comes again for another time: left out");
-  } else {
-    fields_.push_back(std::move(field));
+    field.tags.push_back(tag);
   }
 }
 

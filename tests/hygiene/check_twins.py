@@ -53,6 +53,8 @@ COVERED = {
     "check_arrays": ("validate_test", "the first step of validating"),
     "offenders": ("validate_test", "what its errors name is compared there"),
     "abaqus_lines": ("read_abaqus_test", "keywords, continuations and includes"),
+    "abaqus_types": ("read_abaqus_test", "a table; each row is read there"),
+    "gmsh_elements": ("read_gmsh_test", "a table; each cell of it is read there"),
     "gmsh_scanner": ("read_gmsh_test", "text and binary files are compared there"),
     "vtk_cells": ("read_vtk_test", "a section of the file"),
     "vtk_point_data": ("read_vtk_test", "a section of the file"),

@@ -87,6 +87,76 @@ TEST(ReadGmsh, TakesTagsInAnyOrderAndPassesOverUnknownSections) {
   EXPECT_TRUE(file.warnings.empty());
 }
 
+struct Type {
+  int number, nodes;
+  CellKind kind;
+};
+
+class GmshTypes : public testing::TestWithParam<Type> {};
+
+TEST_P(GmshTypes, KeepTheirCornersInBothVersions) {
+  const auto& [number, nodes, kind] = GetParam();
+  const std::string count = std::to_string(nodes), type = std::to_string(number);
+  std::string rows, tags, positions, ids;
+  for (int n = 1; n <= nodes; ++n) {
+    const std::string position = std::to_string(n) + " " + std::to_string(n * n % 7) + " 0\n";
+    rows += std::to_string(n) + " " + position;
+    tags += std::to_string(n) + "\n";
+    positions += position;
+    ids += " " + std::to_string(n);
+  }
+  const std::string old_nodes = "$Nodes\n" + count + "\n" + rows + "$EndNodes\n";
+  // In two partitions, which have tags of their own.
+  const std::string old_cells = "$Elements\n1\n1 " + type + " 5 0 1 2 1 -2" + ids + "\n$EndElements\n";
+  const std::string nodes_4 =
+      "$Nodes\n1 " + count + " 1 " + count + "\n3 1 0 " + count + "\n" + tags + positions + "$EndNodes\n";
+  const std::string cells_4 = "$Elements\n1 1 1 1\n3 1 " + type + " 1\n1" + ids + "\n$EndElements\n";
+  for (const std::string& text : {"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + old_nodes + old_cells,
+                                  "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PartitionedEntities\n2\n0\n0 0 0 0\n"
+                                  "$EndPartitionedEntities\n" +
+                                      nodes_4 + cells_4}) {
+    const MeshFile file = read_gmsh(text);
+    EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(kind));
+    ASSERT_EQ(file.mesh.vertex_count(), static_cast<std::size_t>(corner_count(kind)));
+    for (std::uint32_t corner = 0; corner < file.mesh.cell_vertices.size(); ++corner) {
+      EXPECT_EQ(file.mesh.cell_vertices[corner], corner);
+      EXPECT_EQ(file.mesh.positions[corner].x(), corner + 1.0);
+    }
+    EXPECT_EQ(file.warnings.size(), nodes > corner_count(kind) ? 2u : 0u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ReadGmsh, GmshTypes,
+                         testing::Values(Type{4, 4, CellKind::kTet}, Type{5, 8, CellKind::kHex},
+                                         Type{6, 6, CellKind::kWedge}, Type{11, 10, CellKind::kTet},
+                                         Type{12, 27, CellKind::kHex}, Type{13, 18, CellKind::kWedge},
+                                         Type{17, 20, CellKind::kHex}, Type{18, 15, CellKind::kWedge}),
+                         [](const auto& info) { return "Type" + std::to_string(info.param.number); });
+
+TEST(ReadGmsh, RefusesPyramidsAndHighOrdersByTheirTypes) {
+  for (const auto& [number, nodes] : {std::pair{7, 5}, {14, 14}, {19, 13}, {29, 20}, {92, 64}}) {
+    std::string cells = "$Elements\n1\n1 " + std::to_string(number) + " 0";
+    for (int n = 0; n < nodes; ++n) cells += " 10";
+    const std::string text =
+        std::string(kTet).substr(0, std::string(kTet).find("$Elements")) + cells + "\n$EndElements\n";
+    expect_error([&] { (void)read_gmsh(text); }, ErrorCode::kMeshUnsupportedCell,
+                 "is of element type " + std::to_string(number) + "); " +
+                     (number < 20 ? "a pyramid never refines" : "cells of third order"));
+  }
+}
+
+TEST(ReadGmsh, TakesFieldsInPartitions) {
+  const auto field = [](int partition, const std::string& rows) {
+    return "$NodeData\n1\n\"heat\"\n1\n0.0\n4\n3\n1\n2\n" + std::to_string(partition) + "\n" + rows + "$EndNodeData\n";
+  };
+  const std::string first = field(1, "4 1\n7 2\n"), second = field(2, "10 3\n1000000000007 4\n");
+  const MeshFile file = read_gmsh(kTet + first + second);
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 2, 4));
+  EXPECT_TRUE(file.warnings.empty());
+  EXPECT_THAT(read_gmsh(kTet + first + replaced(second, "4\n3\n", "4\n8\n")).warnings,
+              ElementsAre(HasSubstr("comes again for another time"), HasSubstr("2 vertices have no value")));
+}
+
 TEST(ReadGmsh, TakesCellsOfSecondOrderByTheirCorners) {
   std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n";
   for (int n = 1; n <= 10; ++n)
