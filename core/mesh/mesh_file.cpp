@@ -85,13 +85,21 @@ UnreadFile describe_unread(std::string_view bytes) {
       "this is an Exodus file, or another one in netCDF's or HDF5's container, which is not read; convert it with "
       "meshio (apt install meshio-tools python3-netcdf4): 'meshio convert part.e part.vtk'";
   constexpr std::string_view kUtf16 = "the text is in UTF-16, which is not read; save it as UTF-8";
+  constexpr std::string_view kMeditBinary =
+      "this is MEDIT's binary format (.meshb), which is not read; save it as .mesh";
   constexpr std::string_view kGzip = "the file is compressed with gzip; unpack it first";
-  constexpr Magic kMagics[] = {
-      {"\x89HDF\r\n", kExodus}, {"CDF\x01", kExodus},
-      {"CDF\x02", kExodus},     {"CDF\x05", kExodus},
-      {"\xff\xfe", kUtf16},     {"\xfe\xff", kUtf16},
-      {{"<\0", 2}, kUtf16},     {{"\0<", 2}, kUtf16},
-      {"\x1f\x8b", kGzip},      {"$NOD", "Gmsh files of version 1 are not read; save it with `gmsh -format msh41`"}};
+  constexpr Magic kMagics[] = {{"\x89HDF\r\n", kExodus},
+                               {"CDF\x01", kExodus},
+                               {"CDF\x02", kExodus},
+                               {"CDF\x05", kExodus},
+                               {"\xff\xfe", kUtf16},
+                               {"\xfe\xff", kUtf16},
+                               {{"<\0", 2}, kUtf16},
+                               {{"\0<", 2}, kUtf16},
+                               {"\x1f\x8b", kGzip},
+                               {{"\1\0\0\0", 4}, kMeditBinary},
+                               {{"\0\0\0\1", 4}, kMeditBinary},
+                               {"$NOD", "Gmsh files of version 1 are not read; save it with `gmsh -format msh41`"}};
   for (const Magic& magic : kMagics) {
     if (bytes.starts_with(magic.bytes)) return {std::string(magic.text), true};
   }

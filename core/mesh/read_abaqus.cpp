@@ -127,7 +127,7 @@ void AbaqusReader::read_keyword() {
   if (is_one_of(kSets, keyword.name)) {
     for (const char* parameter : {"NSET", "ELSET", "NAME"}) sets_.insert(printable(keyword.value_of(parameter)));
   } else if (!is_one_of(kSilent, keyword.name)) {
-    other_keywords_.insert("*" + printable(keyword.name));
+    other_keywords_.insert(std::string(1, '*').append(printable(keyword.name)));
   }
 }
 

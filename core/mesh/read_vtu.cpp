@@ -113,7 +113,8 @@ pugi::xml_node VtuReader::require(pugi::xml_node parent, const char* element, co
       name == nullptr ? parent.child(element) : parent.find_child_by_attribute(element, "Name", name);
   if (!found) {
     document_.fail(parent, ErrorCode::kFileSyntax,
-                   std::string("expected ") + element + (name == nullptr ? "" : " " + quoted(name)) + " in " +
+                   std::string("expected ") + element +
+                       (name == nullptr ? std::string() : std::string(1, ' ').append(quoted(name))) + " in " +
                        parent.name() + ", found none; write the file anew");
   }
   return found;

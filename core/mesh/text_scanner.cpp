@@ -43,7 +43,7 @@ std::optional<std::uint64_t> parse_count(std::string_view token) {
   return value;
 }
 
-std::string quoted(std::string_view word) { return "'" + std::string(word) + "'"; }
+std::string quoted(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
 
 std::string printable(std::string_view token) {
   constexpr std::size_t kLongest = 40;

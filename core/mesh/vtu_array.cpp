@@ -63,7 +63,7 @@ class EncodedBytes {
       while (!text_.empty() && is_blank(text_.front())) text_.remove_prefix(1);
       if (text_.empty()) fail_early();
       value = digit(text_.front());
-      if (value == 255) fail(place_, "'" + printable(text_.substr(0, 1)) + "' is no digit of base64");
+      if (value == 255) fail(place_, quoted(printable(text_.substr(0, 1))) + " is no digit of base64");
       text_.remove_prefix(1);
     }
     const std::size_t padding = (digits[2] == 64) + (digits[3] == 64);

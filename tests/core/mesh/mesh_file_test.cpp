@@ -52,6 +52,8 @@ TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
     expect(text, "UTF-16");
   }
   expect("\x1f\x8b\x08", "unpack it");
+  expect(std::string("\1\0\0\0\2\0\0\0", 8), "save it as .mesh");
+  expect(std::string("\0\0\0\1\0\0\0\2", 8), "save it as .mesh");
   expect("$NOD\n8\n", "gmsh -format msh41");
   EXPECT_FALSE(describe_unread("solid cube").known);
 }
