@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/limit/cell_chunks.h"
+#include "core/limit/cell_ranges.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
@@ -49,9 +49,9 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   std::vector<Box3> boxes(count);
   data.cell_maps.resize(count);
   const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
-  for_each_chunk(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellChunk& chunk) {
+  for_each_range(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellRange& range) {
     options.cancel.throw_if_cancelled();
-    for (std::uint32_t c = chunk.begin; c < chunk.end; ++c) {
+    for (std::uint32_t c = range.begin; c < range.end; ++c) {
       CellMap& map = data.cell_maps[c];
       map = cell_map(data, data.cells[c], builder);
       visit_hull(data.cells[c], builder, [&](const Vec3& point) {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/limit/cell_chunks.h"
+#include "core/limit/cell_ranges.h"
 #include "core/limit/fold_search.h"
 #include "core/limit/line_folds.h"
 #include "core/limit/patch.h"
@@ -22,7 +22,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::size_t kMaxReportedFolds = 32;
-// Granted to a chunk of cells: some 50 us a cell on average, and room for one that takes more.
+// Granted to a range of cells: some 50 us a cell on average, and room for one that takes more.
 constexpr std::uint64_t kHalvingsPerCell = 32, kHalvingsAtLeast = 1 << 14;
 constexpr int kSubCellFoldLevels = 1;  // Levels of the line sub-cells of a vertex cell.
 constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
@@ -33,7 +33,7 @@ class CellSearch {
   CellSearch(const LimitSolid::Data& data, const CancellationToken& cancel)
       : cancel_(cancel), builder_(data, kPositionDimension), lines_(data), vertices_(lines_) {}
 
-  void start_chunk(std::uint32_t cells) { patches_.grant(kHalvingsAtLeast + kHalvingsPerCell * cells); }
+  void start_range(std::uint32_t cells) { patches_.grant(kHalvingsAtLeast + kHalvingsPerCell * cells); }
 
   FoldFinding examine(const LimitCell& cell) {
     worst_ = {};
@@ -96,19 +96,19 @@ class CellSearch {
 
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
-  std::vector<std::vector<std::pair<std::uint32_t, FoldFinding>>> found(chunk_count(count));
+  std::vector<std::vector<std::pair<std::uint32_t, FoldFinding>>> found(range_count(count));
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
-  for_each_chunk(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellChunk& chunk) {
-    search->start_chunk(chunk.end - chunk.begin);
-    for (std::uint32_t c = chunk.begin; c < chunk.end; ++c) {
+  for_each_range(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellRange& range) {
+    search->start_range(range.end - range.begin);
+    for (std::uint32_t c = range.begin; c < range.end; ++c) {
       const FoldFinding worst = search->examine(data.cells[c]);
-      if (worst.verdict != FoldVerdict::kUnfolded) found[chunk.number].emplace_back(c, worst);
+      if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
     }
   });
   std::vector<Box3> boxes;
-  for (const auto& chunk : found) {
-    for (const auto& [c, worst] : chunk) {
+  for (const auto& range : found) {
+    for (const auto& [c, worst] : range) {
       boxes.push_back(data.cell_boxes.box(c));
       data.fold_cells.push_back(c);
       if (worst.verdict == FoldVerdict::kUndecided) {

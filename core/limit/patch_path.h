@@ -98,7 +98,7 @@ class PatchBuilder {
   void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
 
  private:
-  /// The points that an irregular or regular cell's limit depends on.
+  /// The points that the cell's limit depends on; zeros in phantom layers.
   void gather(const LimitCell& cell, double* out) const noexcept;
   /// The sub-cell of a vertex cell: fills `a_` with its grid or layers. Goes on from the level met last.
   const CornerOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;

@@ -14,8 +14,8 @@ namespace ccslice {
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
-/// the counts of the summary. Throws Error{kMeshTooLarge} if operators or rings outgrow the limits, Error{kCancelled},
-/// and what options.reserve does.
+/// the counts of the summary. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and
+/// what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and deviation, all but the volume of the
@@ -36,7 +36,7 @@ inline constexpr int kFoldLevels = 3;
 /// the vertex, which decides for all levels that are deep enough; where sharp edges lead to the vertex, at one level
 /// after the other (vertex_folds.h). What can go unreported is a fold in the levels between that reaches neither:
 /// within an eighth of a cell of a line or vertex (a quarter along the lines of a vertex cell), yet off it. Bounded by
-/// a number of steps for each patch and for each chunk of cells.
+/// a number of steps for each patch and for each range of cells.
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Finds what the cells near fold_boxes consist of: fills hulls_near_folds. REQUIRES: cell_boxes, fold_boxes.

@@ -106,9 +106,8 @@ UnreadFile describe_unread(std::string_view bytes) {
   return {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
       "legacy VTK file (first line '# vtk DataFile Version ...'), nor one of VTK's XML files (.vtu), nor an "
-      "OpenVolumeMesh file (first word 'OVM'), nor "
-      "an "
-      "Abaqus input file (a keyword with a star first, such as '*NODE')"};
+      "OpenVolumeMesh file (first word 'OVM'), nor an Abaqus input file (a keyword with a star first, such as "
+      "'*NODE')"};
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

@@ -56,14 +56,9 @@ class OvmReader {
     const std::string_view magic = scanner_.next("'OVM'");
     if (equals_ignoring_case(magic.substr(0, 4), "OVMB")) refuse_binary("OpenVolumeMesh's binary format (.ovmb)");
     if (!equals_ignoring_case(magic, "OVM")) scanner_.fail("'OVM'", magic);
-    const std::string_view coding = scanner_.peek();
-    if (equals_ignoring_case(coding, "BINARY")) refuse_binary("a binary OpenVolumeMesh file");
-    // OpenVolumeMesh's own reader takes a header without a coding for ASCII.
-    if (equals_ignoring_case(coding, "ASCII")) {
-      scanner_.skip(1, "'ASCII'");
-    } else if (!equals_ignoring_case(coding, "Vertices")) {
-      scanner_.fail("'ASCII' or 'Vertices'", coding);
-    }
+    // As OpenVolumeMesh's own reader: whatever else follows on the line, or nothing, stands for ASCII.
+    TextScanner line(scanner_.rest_of_line());
+    if (equals_ignoring_case(line.peek(), "BINARY")) refuse_binary("a binary OpenVolumeMesh file");
   }
 
   [[noreturn]] void refuse_binary(const std::string& what) const {

@@ -37,7 +37,7 @@ COVERED = {
     # Parts of a unit whose test looks at each of them.
     "build_cells": ("limit_solid_test", "the first step of preparing"),
     "find_folds": ("limit_solid_test", "folds are looked for there and in line_folds_test"),
-    "cell_chunks": ("limit_solid_test", "solids are the same for any number of threads"),
+    "cell_ranges": ("limit_solid_test", "solids are the same for any number of threads"),
     "prepare": ("limit_solid_test", "declares the steps of preparing"),
     "patch_path": ("limit_evaluator_test", "each evaluation finds its patch by it; line_folds_test walks it"),
     "vertex_folds": ("line_folds_test", "cells at the ends of sharp edges are sampled there"),

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <numbers>
 #include <random>
@@ -187,7 +188,7 @@ std::vector<double> numbers_of(const LimitSolid& solid) {
   return numbers;
 }
 
-// Large enough for several chunks of cells, with folds and boundary.
+// Large enough for several ranges of cells, with folds and boundary.
 TEST(LimitSolid, IsTheSameForAnyNumberOfThreads) {
   ControlMesh mesh = oracle::box_mesh(9, 9, 9);
   oracle::jitter(mesh, 9, 5);
@@ -258,6 +259,36 @@ TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
   const SolidSummary& summary = solid->summary();
   EXPECT_EQ(summary.regular_cells, 8000u);
   EXPECT_LT(summary.memory_bytes, 8000u * 768);
+}
+
+/// Each cell of a box as six tetrahedra round its diagonal.
+ControlMesh kuhn_box(int cells) {
+  const ControlMesh box = oracle::box_mesh(cells, cells, cells);
+  // The corners of a hexahedron between 0 and 6 on the six ways along its edges.
+  constexpr std::array<std::array<std::size_t, 2>, 6> kWays = {{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
+  ControlMesh mesh;
+  mesh.positions = box.positions;
+  for (std::size_t cell = 0; cell < box.cell_count(); ++cell) {
+    const std::uint32_t* corner = &box.cell_vertices[8 * cell];
+    for (const auto& [a, b] : kWays) {
+      mesh.cell_kinds.push_back(CellKind::kTet);
+      mesh.cell_vertices.insert(mesh.cell_vertices.end(), {corner[0], corner[a], corner[b], corner[6]});
+    }
+  }
+  return mesh;
+}
+
+// However many cells meet at their vertices, tetrahedra share the operators of few rings.
+TEST(LimitSolid, KeepsATetrahedronUnderThirtyKilobytes) {
+  const ControlMesh mesh = kuhn_box(6);
+  std::uint64_t asked = 0;
+  PrepareOptions options;
+  options.reserve = [&](std::uint64_t bytes) { asked = bytes; };
+  const auto solid = LimitSolid::prepare(mesh, options);
+  EXPECT_EQ(solid->summary().limit_cells, 32 * mesh.cell_count());
+  EXPECT_LT(solid->summary().memory_bytes, 30'000 * mesh.cell_count());
+  EXPECT_LT(asked, 70'000 * mesh.cell_count());
+  EXPECT_LT(solid->data().operators.corners().size(), 300u);
 }
 
 TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {

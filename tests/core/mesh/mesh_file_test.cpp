@@ -35,9 +35,33 @@ TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind(std::string_view("<\0?\0", 4)), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("* a list\n"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
+  EXPECT_EQ(mesh_file_kind("$MeshFormat\n4.1 0 8\n"), MeshFileKind::kGmsh);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);
   expect_error([] { read_mesh("solid cube"); }, ErrorCode::kFileUnsupported, "MEDIT");
+}
+
+constexpr const char* kTetAmongOthers =
+    "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 float\n9 9 9 0 0 0 1 0 0 8 8 8 0 1 0 "
+    "0 0 1\nCELLS 1 5\n4 1 2 4 5\nCELL_TYPES 1\n10\nPOINT_DATA 6\nSCALARS kept float\nLOOKUP_TABLE default\n"
+    "9 1 2 9 3 4\n";
+
+TEST(MeshFile, LeavesOutVerticesThatNoCellUses) {
+  MeshFile file = read_mesh(kTetAmongOthers);
+  EXPECT_THAT(file.mesh.positions, testing::ElementsAre(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)));
+  EXPECT_THAT(file.mesh.cell_vertices, testing::ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(file.mesh.channel_values, testing::ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(file.warnings, testing::ElementsAre(testing::HasSubstr("2 vertices that no cell uses left out")));
+  EXPECT_NO_THROW(validate(file.mesh));
+}
+
+TEST(MeshFile, LeavesOutChannelsWhoseNamesAreTooLong) {
+  const std::string name(300, 'x');
+  const MeshFile file =
+      read_mesh(std::string(kTetAmongOthers) + "SCALARS " + name + " float\nLOOKUP_TABLE default\n0 0 0 0 0 0\n");
+  EXPECT_THAT(file.mesh.channel_names, testing::ElementsAre("kept"));
+  EXPECT_THAT(file.mesh.channel_values, testing::ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(file.warnings, testing::Contains(testing::HasSubstr("a name of 300 bytes")));
 }
 
 TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {

@@ -215,6 +215,8 @@ TEST(ReadOvm, LeavesOutPropertiesWhoseNamesNoChannelMayHave) {
 }
 
 TEST(ReadOvm, RefusesBinaryFilesAndEmptyOnes) {
+  EXPECT_NO_THROW(read_ovm(changed("OVM ASCII", "OVM")));
+  EXPECT_NO_THROW(read_ovm(changed("OVM ASCII", "ovm anything")));
   expect_error([] { read_ovm("OVM BINARY\n"); }, ErrorCode::kFileUnsupported, "save it as ASCII");
   expect_error([] { read_mesh(std::string("OVMB\n\r\n\xff\0\0", 10)); }, ErrorCode::kFileUnsupported,
                "OpenVolumeMesh's binary format (.ovmb)");

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Work on all cells, one range after the other or several at a time. Ranges are the same for any number of threads, so
+// what depends on a range alone is, too.
+//
+// Private to core/limit.
+
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace ccslice {
+
+/// Cells [begin, end), the number-th range.
+struct CellRange {
+  std::uint32_t number = 0, begin = 0, end = 0;
+};
+
+inline constexpr std::uint32_t kCellsPerRange = 256;
+
+constexpr std::uint32_t range_count(std::uint32_t cells) { return (cells + kCellsPerRange - 1) / kCellsPerRange; }
+
+/// Calls work(worker, range) for all ranges. Each thread makes a worker of its own. Throws what they throw.
+template <typename MakeWorker, typename Work>
+void for_each_range(std::uint32_t cells, int threads, MakeWorker make_worker, Work work) {
+  const auto range = [&](std::uint32_t number) {
+    const std::uint32_t begin = number * kCellsPerRange;
+    return CellRange{number, begin, std::min(begin + kCellsPerRange, cells)};
+  };
+  const std::uint32_t count = range_count(cells);
+  if (threads <= 1 || count <= 1) {
+    auto worker = make_worker();
+    for (std::uint32_t number = 0; number < count; ++number) work(worker, range(number));
+    return;
+  }
+  tbb::enumerable_thread_specific<decltype(make_worker())> workers(make_worker);
+  tbb::task_arena arena(threads);
+  arena.execute([&] {
+    tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t number) { work(workers.local(), range(number)); });
+  });
+}
+
+}  // namespace ccslice
