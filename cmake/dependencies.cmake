@@ -9,6 +9,8 @@ find_package(Threads REQUIRED)
 # core
 find_package(Eigen3 REQUIRED CONFIG)
 find_package(TBB REQUIRED CONFIG)
+find_package(ZLIB REQUIRED)
+find_package(pugixml REQUIRED CONFIG)
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 
@@ -26,10 +28,6 @@ endif()
 
 if(CCSLICE_BUILD_SERVER)
   find_package(spdlog REQUIRED CONFIG)
-endif()
-
-if(CCSLICE_BUILD_CLIENT OR CCSLICE_BUILD_TESTS)
-  find_package(ZLIB REQUIRED)
 endif()
 
 if(CCSLICE_BUILD_TESTS)

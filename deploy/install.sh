@@ -27,6 +27,7 @@ readonly build=(
   libminizip-dev
   libopenimageio-dev
   libprotobuf-dev
+  libpugixml-dev
   libspdlog-dev
   libssl-dev
   libtbb-dev
@@ -112,10 +113,12 @@ readonly client=(
   libgrpc29
   libminizip1
   libprotobuf32
+  libpugixml1v5
   libssl3
   libstdc++6
   libtbb12
   libzstd1
+  zlib1g
 )
 
 readonly groups="build test bench peers containers fuzz server server-slim client"

@@ -11,6 +11,7 @@
 #include "client/cli/json.h"
 #include "client/cli/json_scanner.h"
 #include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {
@@ -118,14 +119,13 @@ v1::ControlMesh parse_ccmesh(const std::string& bytes) {
   v1::ControlMesh mesh;
   if (bytes.empty()) throw Error(ErrorCode::kFileUnsupported, "the file is empty");
   if (is_json(bytes)) return parse_json(bytes);
+  if (const UnreadFile unread = describe_unread(bytes); unread.known) {
+    throw Error(ErrorCode::kFileUnsupported, unread.text);
+  }
   if (!mesh.ParseFromString(bytes) || mesh.cell_kinds().empty()) {
-    throw Error(
-        ErrorCode::kFileUnsupported,
-        "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
-        "legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line 'OVM "
-        "ASCII'), nor a "
-        "ccslice.v1.ControlMesh, be it serialized (.ccmesh) or JSON; for other formats try 'meshio convert FILE "
-        "part.vtk' first");
+    throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text +
+                                                 ", nor a ccslice.v1.ControlMesh, be it serialized (.ccmesh) or JSON; "
+                                                 "for other formats try 'meshio convert FILE part.vtk' first");
   }
   return mesh;
 }

@@ -26,8 +26,8 @@ void check_channel_names(const ControlMesh& mesh) {
   }
 }
 
-MeshFile read_any(const std::string& bytes) {
-  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes);
+MeshFile read_any(const std::string& bytes, const std::string& path) {
+  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes, {}, path);
   return {from_proto(parse_ccmesh(bytes)), {}};
 }
 
@@ -89,7 +89,7 @@ const char* remedy_of(ErrorCode code) {
 LoadedMesh load(const MeshOptions& options, const Changes& changes) {
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
-  MeshFile file = read_any(bytes);
+  MeshFile file = read_any(bytes, options.mesh);
   LoadedMesh loaded;
   loaded.mesh = std::move(file.mesh);
   loaded.warnings = std::move(file.warnings);
@@ -114,9 +114,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes) {
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("MESH", options.mesh,
-                  "A Gmsh .msh, MEDIT .mesh, legacy VTK, OpenVolumeMesh .ovm, .ccmesh or its .json file, or the id of "
-                  "an uploaded "
-                  "mesh (sha256:...)")
+                  "A Gmsh .msh, Abaqus .inp, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or its .json "
+                  "file, or the id of an uploaded mesh (sha256:...)")
       ->required(required);
   command
       .add_option(

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a command's mesh comes from: a file (Gmsh, MEDIT, legacy VTK, OpenVolumeMesh, .ccmesh, JSON), sharpened, sized
-// and graded on the way, or the id of a mesh that the server holds.
+// Where a command's mesh comes from: a file (Gmsh, Abaqus, MEDIT, VTK, OpenVolumeMesh, .ccmesh, JSON),
+// sharpened, sized and graded on the way, or the id of a mesh that the server holds.
 
 #pragma once
 

@@ -3,8 +3,10 @@
 
 #include "core/mesh/channels.h"
 
+#include <set>
 #include <utility>
 
+#include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice {
@@ -15,6 +17,23 @@ std::vector<NamedChannel> open_channels(const std::string& name, std::size_t com
     channels[i].name = components == 1 ? name : name + "." + std::to_string(i);
   }
   return channels;
+}
+
+void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file) {
+  std::set<std::string> taken(file.mesh.channel_names.begin(), file.mesh.channel_names.end());
+  std::erase_if(channels, [&](const NamedChannel& channel) {
+    const std::size_t size = channel.name.size();
+    std::string why;
+    if (size == 0) why = "has no name";
+    if (size > limits.max_channel_name_bytes) {
+      why = "has a name of " + std::to_string(size) + " bytes, at most " +
+            std::to_string(limits.max_channel_name_bytes) + " are allowed";
+    }
+    if (why.empty() && !taken.insert(channel.name).second) why = "comes again";
+    if (!why.empty()) file.warnings.push_back("array '" + echoed(channel.name) + "' left out: it " + why);
+    return !why.empty();
+  });
+  append_channels(channels, file.mesh);
 }
 
 void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice {
 
@@ -22,6 +23,10 @@ struct NamedChannel {
 
 /// Empty channels for an array of so many components: "name", or "name.0", "name.1", ... where there are several.
 std::vector<NamedChannel> open_channels(const std::string& name, std::size_t components);
+
+/// Adds a file's channels to its mesh. Those with names that no mesh may have (empty, too long, or taken) are left out
+/// with a note. Throws Error{kFileSyntax} as append_channels().
+void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file);
 
 /// Adds them behind the channels that the mesh has. Throws Error{kFileSyntax} if one hasn't a value for each vertex.
 void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh);

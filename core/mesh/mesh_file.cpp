@@ -11,26 +11,36 @@
 #include <system_error>
 
 #include "core/base/error.h"
-#include "core/mesh/channels.h"
+#include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_gmsh.h"
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_ovm.h"
 #include "core/mesh/read_vtk.h"
+#include "core/mesh/read_vtu.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
 
+namespace {
+
+bool is_abaqus_keyword_or_comment(std::string_view word) {
+  if (word.size() < 2 || word[0] != '*') return false;
+  return word[1] == '*' || (word[1] >= 'a' && word[1] <= 'z') || (word[1] >= 'A' && word[1] <= 'Z');
+}
+
+}  // namespace
+
 MeshFileKind mesh_file_kind(std::string_view bytes) {
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
-  constexpr std::string_view kExodusMagics[] = {"\x89HDF\r\n", "CDF\x01", "CDF\x02", "CDF\x05"};
-  if (std::ranges::any_of(kExodusMagics, [&](std::string_view magic) { return bytes.starts_with(magic); })) {
-    return MeshFileKind::kExodus;
-  }
+  constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
+  if (bytes.starts_with(kUtf8Mark)) bytes.remove_prefix(kUtf8Mark.size());
   TextScanner scanner(bytes);
   const std::string_view word = scanner.peek();
+  if (word.size() > 1 && word[0] == '<' && word[1] != '\0') return MeshFileKind::kVtu;
   if (word == "$MeshFormat") return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
+  if (is_abaqus_keyword_or_comment(word)) return MeshFileKind::kAbaqus;
   const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");
   return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
 }
@@ -54,79 +64,50 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
   return bytes;
 }
 
-namespace {
-
-MeshFile read_whole(std::string_view bytes, const MeshLimits& limits) {
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
   switch (mesh_file_kind(bytes)) {
     case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
+    case MeshFileKind::kVtu: return read_vtu(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
-    case MeshFileKind::kExodus:
-      throw Error(ErrorCode::kFileUnsupported,
-                  "a netCDF or HDF5 file, as Exodus is: convert it first, with 'meshio convert FILE part.vtk' (Debian: "
-                  "meshio-tools)");
+    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
     case MeshFileKind::kUnknown: break;
   }
-  throw Error(ErrorCode::kFileUnsupported,
-              "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), "
-              "nor a legacy VTK file (first line '# vtk DataFile Version ...'), nor an OpenVolumeMesh file (first line "
-              "'OVM ASCII')");
+  throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
 }
 
-void leave_out_unused_vertices(MeshFile& file) {
-  ControlMesh& mesh = file.mesh;
-  constexpr std::uint32_t kUnused = 0xffffffffu;
-  std::vector<std::uint32_t> kept(mesh.vertex_count(), kUnused);
-  for (const std::uint32_t v : mesh.cell_vertices) {
-    if (v < kept.size()) kept[v] = 0;
+UnreadFile describe_unread(std::string_view bytes) {
+  struct Magic {
+    std::string_view bytes, text;
+  };
+  constexpr std::string_view kExodus =
+      "this is an Exodus file, or another one in netCDF's or HDF5's container, which is not read; convert it with "
+      "meshio (apt install meshio-tools python3-netcdf4): 'meshio convert part.e part.vtk'";
+  constexpr std::string_view kUtf16 = "the text is in UTF-16, which is not read; save it as UTF-8";
+  constexpr std::string_view kMeditBinary =
+      "this is MEDIT's binary format (.meshb), which is not read; save it as .mesh";
+  constexpr std::string_view kGzip = "the file is compressed with gzip; unpack it first";
+  constexpr Magic kMagics[] = {{"\x89HDF\r\n", kExodus},
+                               {"CDF\x01", kExodus},
+                               {"CDF\x02", kExodus},
+                               {"CDF\x05", kExodus},
+                               {"\xff\xfe", kUtf16},
+                               {"\xfe\xff", kUtf16},
+                               {{"<\0", 2}, kUtf16},
+                               {{"\0<", 2}, kUtf16},
+                               {"\x1f\x8b", kGzip},
+                               {{"\1\0\0\0", 4}, kMeditBinary},
+                               {{"\0\0\0\1", 4}, kMeditBinary},
+                               {"$NOD", "Gmsh files of version 1 are not read; save it with `gmsh -format msh41`"}};
+  for (const Magic& magic : kMagics) {
+    if (bytes.starts_with(magic.bytes)) return {std::string(magic.text), true};
   }
-  const auto unused = std::ranges::count(kept, kUnused);
-  if (unused == 0) return;
-  const std::size_t channels = mesh.channel_count();
-  std::uint32_t next = 0;
-  for (std::size_t v = 0; v < kept.size(); ++v) {
-    if (kept[v] == kUnused) continue;
-    mesh.positions[next] = mesh.positions[v];
-    std::copy_n(mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(v * channels), channels,
-                mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(next * channels));
-    kept[v] = next++;
-  }
-  mesh.positions.resize(next);
-  mesh.channel_values.resize(next * channels);
-  for (std::uint32_t& v : mesh.cell_vertices) v = v < kept.size() ? kept[v] : v;
-  file.warnings.push_back(std::to_string(unused) +
-                          " vertices that no cell uses left out; vertex ids, and lists by vertex, count the others");
-}
-
-void leave_out_overlong_names(MeshFile& file, const MeshLimits& limits) {
-  ControlMesh& mesh = file.mesh;
-  const auto fits = [&](const std::string& name) { return name.size() <= limits.max_channel_name_bytes; };
-  if (std::ranges::all_of(mesh.channel_names, fits)) return;
-  std::vector<NamedChannel> fitting;
-  for (std::size_t c = 0; c < mesh.channel_count(); ++c) {
-    if (!fits(mesh.channel_names[c])) {
-      file.warnings.push_back("channel '" + printable(mesh.channel_names[c]) + "' left out: its name has more than " +
-                              std::to_string(limits.max_channel_name_bytes) + " bytes");
-      continue;
-    }
-    NamedChannel& channel = fitting.emplace_back(NamedChannel{mesh.channel_names[c], {}});
-    for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-      channel.values.push_back(mesh.channel_values[v * mesh.channel_count() + c]);
-    }
-  }
-  mesh.channel_names.clear();
-  mesh.channel_values.clear();
-  append_channels(fitting, mesh);
-}
-
-}  // namespace
-
-MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits) {
-  MeshFile file = read_whole(bytes, limits);
-  if (file.mesh.cell_count() > 0) leave_out_unused_vertices(file);
-  leave_out_overlong_names(file, limits);
-  return file;
+  return {
+      "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
+      "legacy VTK file (first line '# vtk DataFile Version ...'), nor one of VTK's XML files (.vtu), nor an "
+      "OpenVolumeMesh file (first word 'OVM'), nor an Abaqus input file (a keyword with a star first, such as "
+      "'*NODE')"};
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

@@ -22,17 +22,24 @@ struct MeshFile {
   std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
 };
 
-/// kExodus: netCDF or HDF5, which aren't read.
-enum class MeshFileKind { kGmsh, kMedit, kVtk, kOvm, kExodus, kUnknown };
+enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 
 /// The bytes of a file. Throws Error{kFileUnreadable}, or {kMeshTooLarge} if there are more than `max_bytes`.
 std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes);
 
-/// Reads whichever kind `bytes` are of. Vertices that no cell uses and channels whose names are too long are left out,
-/// with a warning. Throws Error (1xx, 4xx).
-MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {});
+/// Reads whichever kind `bytes` are of. `path` is where they come from; files that include others need it. Throws Error
+/// (1xx, 4xx).
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {}, const std::string& path = {});
+
+/// What a file is that isn't any of them: of a known format that isn't read, with the remedy, or "neither a Gmsh file
+/// (...), nor ...", which callers may go on with.
+struct UnreadFile {
+  std::string text;
+  bool known = false;
+};
+UnreadFile describe_unread(std::string_view bytes);
 
 /// Throws Error{kMeshIndexOutOfRange} naming up to five cells that use vertices the mesh doesn't have.
 void check_cell_vertices(const ControlMesh& mesh);

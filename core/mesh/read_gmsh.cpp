@@ -5,137 +5,32 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/channels.h"
-#include "core/mesh/text_scanner.h"
+#include "core/mesh/gmsh_elements.h"
+#include "core/mesh/gmsh_scanner.h"
+#include "core/mesh/node_numbers.h"
+#include "core/mesh/used_vertices.h"
 
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 
-enum class Role : std::uint8_t { kFlat, kCell, kPyramid, kHighOrder };
-
-/// An element type: how many nodes it has, and what it is to us.
-struct ElementType {
-  std::uint16_t number;
-  std::uint8_t nodes;
-  Role role;
-  CellKind kind = CellKind::kHex;
-  bool second_order = false;
-};
-
-constexpr ElementType kElementTypes[] = {
-    {1, 2, Role::kFlat},
-    {2, 3, Role::kFlat},
-    {3, 4, Role::kFlat},
-    {4, 4, Role::kCell, CellKind::kTet},
-    {5, 8, Role::kCell, CellKind::kHex},
-    {6, 6, Role::kCell, CellKind::kWedge},
-    {7, 5, Role::kPyramid},
-    {8, 3, Role::kFlat},
-    {9, 6, Role::kFlat},
-    {10, 9, Role::kFlat},
-    {11, 10, Role::kCell, CellKind::kTet, true},
-    {12, 27, Role::kCell, CellKind::kHex, true},
-    {13, 18, Role::kCell, CellKind::kWedge, true},
-    {14, 14, Role::kPyramid},
-    {15, 1, Role::kFlat},
-    {16, 8, Role::kFlat},
-    {17, 20, Role::kCell, CellKind::kHex, true},
-    {18, 15, Role::kCell, CellKind::kWedge, true},
-    {19, 13, Role::kPyramid},
-    {20, 9, Role::kFlat},
-    {21, 10, Role::kFlat},
-    {22, 12, Role::kFlat},
-    {23, 15, Role::kFlat},
-    {24, 15, Role::kFlat},
-    {25, 21, Role::kFlat},
-    {26, 4, Role::kFlat},
-    {27, 5, Role::kFlat},
-    {28, 6, Role::kFlat},
-    {29, 20, Role::kHighOrder},
-    {30, 35, Role::kHighOrder},
-    {31, 56, Role::kHighOrder},
-    {92, 64, Role::kHighOrder},
-    {93, 125, Role::kHighOrder},
-};
-
-/// The numbers of a file, ASCII or binary alike.
-class GmshScanner {
- public:
-  explicit GmshScanner(std::string_view bytes) : text_(bytes, TextScanner::Comments::kNone) {}
-
-  TextScanner& text() { return text_; }
-  bool binary() const { return binary_; }
-
-  /// Behind the line of the format: a binary file's number one, which tells its byte order.
-  void set_binary() {
-    binary_ = true;
-    text_.name_byte_offsets();
-    text_.end_line();
-    const std::uint32_t one = raw<std::uint32_t>("the number 1");
-    swap_ = one == 0x01000000;
-    if (one != 1 && !swap_) text_.fail("the number 1 in four bytes", std::to_string(one));
-  }
-
-  /// In a binary file the numbers of a section follow the line of its name.
-  void open_section() {
-    if (binary_) text_.end_line();
-  }
-  void close_section(const std::string& name) {
-    const std::string_view end = text_.next(quoted("$End" + name));
-    if (end != "$End" + name) text_.fail(quoted("$End" + name), end);
-  }
-
-  /// An integer of four bytes, or of eight (a size), in a binary file.
-  std::uint64_t integer(std::string_view expected) {
-    return binary_ ? raw<std::uint32_t>(expected) : text_.count(expected);
-  }
-  std::uint64_t size(std::string_view expected) {
-    return binary_ ? raw<std::uint64_t>(expected) : text_.count(expected);
-  }
-  double real(std::string_view expected) {
-    if (!binary_) return text_.real(expected);
-    const double value = std::bit_cast<double>(raw<std::uint64_t>(expected));
-    if (!std::isfinite(value)) {
-      text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " isn't a finite number");
-    }
-    return value;
-  }
-  void skip_integer(std::string_view expected) {
-    binary_ ? (void)raw<std::uint32_t>(expected) : text_.skip(1, expected);
-  }
-
- private:
-  template <typename Word>
-  Word raw(std::string_view expected) {
-    const std::string_view bytes = text_.bytes(sizeof(Word), expected);
-    Word word = 0;
-    for (std::size_t i = 0; i < sizeof(Word); ++i) {
-      const std::size_t at = swap_ ? sizeof(Word) - 1 - i : i;
-      word |= static_cast<Word>(static_cast<Word>(static_cast<unsigned char>(bytes[at])) << (8 * i));
-    }
-    return word;
-  }
-
-  TextScanner text_;
-  bool binary_ = false, swap_ = false;
-};
-
-/// Values of one component of a field, by the place of the node in the file.
+/// A field at nodes; values that no channel can have count rows where the others count vertices.
 struct Field {
   std::vector<NamedChannel> channels;
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> rows;  // Tags of nodes with the rows of their values.
+  std::vector<std::uint64_t> tags;  // Of the node of each row of values.
+  std::string step;                 // As it is written.
+  UnfitNumbers unfit;
 };
 
 class GmshReader {
@@ -146,22 +41,20 @@ class GmshReader {
     read_format();
     while (!scanner_.text().at_end()) read_section();
     refuse_unsupported();
-    if (nodes_.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no $Nodes");
+    if (nodes_.size() == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no $Nodes");
     if (kinds_.empty()) {
       throw Error(ErrorCode::kMeshEmpty,
                   "the file has no hexahedra, tetrahedra or prisms; a solid needs volume cells (gmsh -3)");
     }
     connect();
-    for (const Field& field : fields_) add_field(field);
+    const std::vector<bool> used = used_vertices(file_.mesh);
+    for (const Field& field : fields_) add_field(field, used);
+    leave_out_unused_vertices(unfit_, scanner_.text(), file_);
     warn();
     return std::move(file_);
   }
 
  private:
-  struct Node {
-    std::uint64_t tag;
-    std::uint32_t place;  // In the order of the file.
-  };
   struct Refused {
     std::uint64_t count = 0, mark = 0;
     std::uint16_t type = 0;
@@ -173,32 +66,32 @@ class GmshReader {
   void read_nodes();
   void read_nodes_2();
   void read_nodes_4();
-  void add_node(std::uint64_t tag, const Vec3& position);
+  void add_node(std::uint64_t tag);
   void read_elements_2();
   void read_elements_4();
-  const ElementType& element_type();
-  void read_element(const ElementType& type, bool tags_are_sizes);
+  const GmshElementType& element_type();
+  void read_element(const GmshElementType& type, bool tags_are_sizes);
   void read_physical_names();
   void read_node_data();
+  void read_rows(std::uint64_t count, Field& field);
   std::vector<std::string> read_strings();
   void refuse_unsupported();
-  std::optional<std::uint32_t> place_of(std::uint64_t tag) const;
   void connect();
-  void add_field(const Field& field);
+  void add_field(const Field& field, const std::vector<bool>& used);
   void warn();
 
   GmshScanner scanner_;
   const MeshLimits& limits_;
   bool version_4_ = false;
-  std::vector<Node> nodes_;
-  std::vector<Vec3> positions_;  // By place.
+  NodeNumbers nodes_;
+  UnfitNumbers unfit_;
   std::vector<CellKind> kinds_;
-  std::vector<std::uint64_t> corners_;  // Tags.
+  std::vector<std::uint64_t> corners_, cell_marks_;  // Tags of nodes; a place in the file for each cell.
   std::vector<Field> fields_;
-  std::vector<std::uint32_t> vertex_of_;  // By place; kUnused if no cell uses it.
   std::uint64_t flat_ = 0, second_order_ = 0;
   Refused pyramids_, high_order_;
-  std::vector<std::string> physical_names_;
+  std::vector<std::string> physical_names_;  // The first few.
+  std::uint64_t physical_names_total_ = 0;
   MeshFile file_;
 };
 
@@ -260,14 +153,13 @@ void GmshReader::skip_section(const std::string& name) {
 }
 
 void GmshReader::read_nodes() {
-  if (!nodes_.empty()) scanner_.text().fail("only one $Nodes section", "$Nodes");
+  if (nodes_.size() > 0) scanner_.text().fail("only one $Nodes section", "$Nodes");
   scanner_.open_section();
   version_4_ ? read_nodes_4() : read_nodes_2();
   scanner_.close_section("Nodes");
-  std::ranges::sort(nodes_, {}, &Node::tag);
-  const auto twin = std::ranges::adjacent_find(nodes_, {}, &Node::tag);
-  if (twin != nodes_.end()) {
-    scanner_.text().fail_with(ErrorCode::kFileSyntax, "node " + std::to_string(twin->tag) + " comes twice");
+  if (const auto twin = nodes_.sort()) {
+    scanner_.text().fail_at(twin->mark, ErrorCode::kFileSyntax,
+                            "node " + std::to_string(twin->number) + " comes twice; number the nodes anew");
   }
 }
 
@@ -276,9 +168,7 @@ void GmshReader::read_nodes_2() {
   const std::uint64_t count = scanner_.text().count_up_to("the number of nodes", limits_.max_vertices);
   if (scanner_.binary()) scanner_.text().end_line();
   for (std::uint64_t i = 0; i < count; ++i) {
-    const std::uint64_t tag = scanner_.integer("a node's number");
-    const double x = scanner_.real("a coordinate"), y = scanner_.real("a coordinate");
-    add_node(tag, {x, y, scanner_.real("a coordinate")});
+    add_node(scanner_.integer("a node's number"));
   }
 }
 
@@ -300,24 +190,30 @@ void GmshReader::read_nodes_4() {
     tags.clear();
     for (std::uint64_t i = 0; i < count; ++i) tags.push_back(scanner_.size("a node's tag"));
     for (const std::uint64_t tag : tags) {
-      const double x = scanner_.real("a coordinate"), y = scanner_.real("a coordinate");
-      add_node(tag, {x, y, scanner_.real("a coordinate")});
+      add_node(tag);
       for (std::uint64_t d = 0; parametric && d < std::min<std::uint64_t>(dimension, 3); ++d) {
-        (void)scanner_.real("a parameter");
+        (void)scanner_.any_real("a parameter");
       }
     }
   }
 }
 
-void GmshReader::add_node(std::uint64_t tag, const Vec3& position) {
-  nodes_.push_back({tag, static_cast<std::uint32_t>(positions_.size())});
-  positions_.push_back(position);
+/// Its coordinates follow.
+void GmshReader::add_node(std::uint64_t tag) {
+  constexpr std::string_view kWhat = "a coordinate";
+  const std::uint64_t mark = scanner_.text().mark();
+  Vec3 position;
+  for (double& coordinate : position) {
+    coordinate = unfit_.coordinate(scanner_.any_real(kWhat), nodes_.size(), kWhat, scanner_.text());
+  }
+  nodes_.add(tag, mark);
+  file_.mesh.positions.push_back(position);
 }
 
-const ElementType& GmshReader::element_type() {
+const GmshElementType& GmshReader::element_type() {
   const std::uint64_t number = scanner_.integer("an element type");
-  const auto found = std::ranges::find(kElementTypes, number, &ElementType::number);
-  if (found == std::end(kElementTypes)) {
+  const auto found = std::ranges::find(kGmshElementTypes, number, &GmshElementType::number);
+  if (found == std::end(kGmshElementTypes)) {
     scanner_.text().fail_with(ErrorCode::kMeshUnsupportedCell,
                               "element type " + std::to_string(number) +
                                   " is not known; hexahedra, tetrahedra and prisms of first and second order are read");
@@ -325,21 +221,24 @@ const ElementType& GmshReader::element_type() {
   return *found;
 }
 
-void GmshReader::read_element(const ElementType& type, bool tags_are_sizes) {
-  Refused* refused = type.role == Role::kPyramid ? &pyramids_ : type.role == Role::kHighOrder ? &high_order_ : nullptr;
+void GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) {
+  Refused* refused = type.role == GmshRole::kPyramid     ? &pyramids_
+                     : type.role == GmshRole::kHighOrder ? &high_order_
+                                                         : nullptr;
   if (refused != nullptr && refused->count++ == 0) {
     refused->mark = scanner_.text().mark();
     refused->type = type.number;
   }
-  const auto corners = type.role == Role::kCell ? static_cast<std::size_t>(corner_count(type.kind)) : 0;
+  const auto corners = type.role == GmshRole::kCell ? static_cast<std::size_t>(corner_count(type.kind)) : 0;
   for (std::size_t n = 0; n < type.nodes; ++n) {
     const std::uint64_t tag = tags_are_sizes ? scanner_.size("a node's tag") : scanner_.integer("a node's number");
     if (n < corners) corners_.push_back(tag);
   }
-  flat_ += type.role == Role::kFlat;
-  if (type.role != Role::kCell) return;
+  flat_ += type.role == GmshRole::kFlat;
+  if (type.role != GmshRole::kCell) return;
   second_order_ += type.second_order;
   kinds_.push_back(type.kind);
+  cell_marks_.push_back(scanner_.text().mark());
   if (kinds_.size() > limits_.max_cells) {
     scanner_.text().fail_with(ErrorCode::kMeshTooLarge,
                               "more than " + std::to_string(limits_.max_cells) + " volume cells");
@@ -352,7 +251,7 @@ void GmshReader::read_elements_2() {
   if (scanner_.binary()) scanner_.text().end_line();
   for (std::uint64_t i = 0; i < count;) {
     if (!scanner_.binary()) scanner_.text().skip(1, "an element's number");
-    const ElementType& type = element_type();
+    const GmshElementType& type = element_type();
     const std::uint64_t group = scanner_.binary() ? scanner_.integer("the number of elements that follow") : 1;
     const std::uint64_t tags = scanner_.integer("the number of tags");
     if (group == 0 || group > count - i) {
@@ -374,7 +273,7 @@ void GmshReader::read_elements_4() {
   for (std::uint64_t block = 0; block < blocks; ++block) {
     scanner_.skip_integer("an entity's dimension");
     scanner_.skip_integer("an entity's tag");
-    const ElementType& type = element_type();
+    const GmshElementType& type = element_type();
     const std::uint64_t count = scanner_.size("the number of elements in the block");
     for (std::uint64_t i = 0; i < count; ++i) {
       (void)scanner_.size("an element's tag");
@@ -391,7 +290,9 @@ void GmshReader::read_physical_names() {
     std::string_view name = scanner_.text().rest_of_line();
     const std::size_t open = name.find('"'), close = name.rfind('"');
     if (open == close) scanner_.text().fail("a name in quotes", printable(name));
-    if (physical_names_.size() < 8) physical_names_.emplace_back(name.substr(open + 1, close - open - 1));
+    ++physical_names_total_;
+    if (physical_names_.size() < kMaxEchoItems)
+      physical_names_.push_back(printable(name.substr(open + 1, close - open - 1)));
   }
 }
 
@@ -410,38 +311,45 @@ std::vector<std::string> GmshReader::read_strings() {
   return strings;
 }
 
-/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes.
+/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes,
+/// partition (0 or none: the whole mesh).
 void GmshReader::read_node_data() {
   const std::vector<std::string> names = read_strings();
-  const std::vector<std::string> times = read_strings();
-  const std::uint64_t integer_tags = scanner_.text().count_up_to("the number of integer tags", 64);
-  if (integer_tags < 3) scanner_.text().fail("at least 3 integer tags", std::to_string(integer_tags));
-  scanner_.text().skip(1, "a time step");
-  const std::uint64_t components = scanner_.text().count_up_to("the number of components", 9);
-  const std::uint64_t count = scanner_.text().count_up_to("the number of values", limits_.max_vertices);
-  scanner_.text().skip(integer_tags - 3, "an integer tag");
-  if (scanner_.binary()) scanner_.text().end_line();
-  Field field;
+  (void)read_strings();
+  constexpr std::uint64_t kMostTags = 64, kMostComponents = 9;
+  TextScanner& text = scanner_.text();
+  const std::uint64_t integer_tags = text.count_up_to("the number of integer tags", kMostTags);
+  if (integer_tags < 3) text.fail("at least 3 integer tags", std::to_string(integer_tags));
+  const std::string step(text.next("a time step"));
+  const std::uint64_t components = text.count_up_to("the number of components", kMostComponents);
+  const std::uint64_t count = text.count_up_to("the number of values", limits_.max_vertices);
+  const std::uint64_t partition = integer_tags > 3 ? text.count("a partition") : 0;
+  text.skip(integer_tags - std::min<std::uint64_t>(integer_tags, 4), "an integer tag");
+  if (scanner_.binary()) text.end_line();
   const std::string name = names.empty() || names[0].empty() ? "field" : names[0];
-  field.channels = open_channels(name, components);
-  const bool again = std::ranges::any_of(fields_, [&](const Field& known) {
-    return !known.channels.empty() && !field.channels.empty() && known.channels[0].name == field.channels[0].name;
+  Field field{open_channels(name, components), {}, step, {}};
+  const auto known = std::ranges::find_if(fields_, [&](const Field& other) {
+    return !other.channels.empty() && !field.channels.empty() && other.channels[0].name == field.channels[0].name;
   });
+  if (known == fields_.end()) {
+    read_rows(count, field);
+    fields_.push_back(std::move(field));
+  } else if (partition > 0 && known->step == step && known->channels.size() == components) {
+    read_rows(count, *known);
+  } else {
+    read_rows(count, field);
+    file_.warnings.push_back("field '" + printable(name) + "' comes again for another time: left out");
+  }
+}
+
+void GmshReader::read_rows(std::uint64_t count, Field& field) {
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::uint64_t tag = scanner_.integer("a node's number");
-    if (!again) field.rows.emplace_back(tag, static_cast<std::uint32_t>(i));
-    for (std::uint64_t c = 0; c < components; ++c) {
-      const auto value = static_cast<float>(scanner_.real("a value"));
-      if (!std::isfinite(value)) {
-        scanner_.text().fail_with(ErrorCode::kMeshNonFinite, "a value is too large for a channel");
-      }
-      if (!again) field.channels[c].values.push_back(value);
+    for (NamedChannel& channel : field.channels) {
+      const double value = scanner_.any_real("a value");
+      channel.values.push_back(field.unfit.value(value, field.tags.size(), "a value", scanner_.text()));
     }
-  }
-  if (again) {
-    file_.warnings.push_back("field '" + printable(name) + "' comes again for another time: left out");
-  } else {
-    fields_.push_back(std::move(field));
+    field.tags.push_back(tag);
   }
 }
 
@@ -456,57 +364,47 @@ void GmshReader::refuse_unsupported() {
   refuse(high_order_, "cell", "cells of third order or higher aren't read: save the mesh with `gmsh -order 1`");
 }
 
-std::optional<std::uint32_t> GmshReader::place_of(std::uint64_t tag) const {
-  const auto found = std::ranges::lower_bound(nodes_, tag, {}, &Node::tag);
-  if (found == nodes_.end() || found->tag != tag) return std::nullopt;
-  return found->place;
-}
-
-/// Numbers the nodes that cells use, in the order of the file.
 void GmshReader::connect() {
-  vertex_of_.assign(positions_.size(), kUnused);
-  std::vector<std::uint32_t> places;
-  places.reserve(corners_.size());
-  for (const std::uint64_t tag : corners_) {
-    const std::optional<std::uint32_t> place = place_of(tag);
-    if (!place) {
-      throw Error(ErrorCode::kMeshIndexOutOfRange,
-                  "a cell uses node " + std::to_string(tag) + ", which the file doesn't have");
-    }
-    places.push_back(*place);
-    vertex_of_[*place] = 0;
-  }
   ControlMesh& mesh = file_.mesh;
-  for (std::size_t place = 0; place < positions_.size(); ++place) {
-    if (vertex_of_[place] == kUnused) continue;
-    vertex_of_[place] = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.push_back(positions_[place]);
+  std::size_t corner = 0;
+  for (std::size_t cell = 0; cell < kinds_.size(); ++cell) {
+    for (int i = 0; i < corner_count(kinds_[cell]); ++i) {
+      const std::uint64_t tag = corners_[corner++];
+      const std::optional<std::uint32_t> vertex = nodes_.index_of(tag);
+      if (!vertex) {
+        scanner_.text().fail_at(cell_marks_[cell], ErrorCode::kMeshIndexOutOfRange,
+                                "a cell uses node " + std::to_string(tag) + ", which the file doesn't have");
+      }
+      mesh.cell_vertices.push_back(*vertex);
+    }
   }
   mesh.cell_kinds = std::move(kinds_);
-  mesh.cell_vertices.reserve(places.size());
-  for (const std::uint32_t place : places) mesh.cell_vertices.push_back(vertex_of_[place]);
 }
 
-/// Left out where a vertex has no value.
-void GmshReader::add_field(const Field& field) {
-  std::vector<std::uint32_t> row_of(file_.mesh.vertex_count(), kUnused);
-  for (const auto& [tag, row] : field.rows) {
-    const std::optional<std::uint32_t> place = place_of(tag);
-    if (place && vertex_of_[*place] != kUnused) row_of[vertex_of_[*place]] = row;
+/// Left out where a vertex has no value. Vertices that no cell uses need none.
+void GmshReader::add_field(const Field& field, const std::vector<bool>& used) {
+  std::vector<std::uint32_t> row_of(used.size(), kNoRow);
+  std::vector<bool> used_rows(field.tags.size(), false);
+  for (std::size_t row = 0; row < field.tags.size(); ++row) {
+    const std::optional<std::uint32_t> vertex = nodes_.index_of(field.tags[row]);
+    if (!vertex) continue;
+    row_of[*vertex] = static_cast<std::uint32_t>(row);
+    used_rows[row] = used[*vertex];
   }
+  std::size_t lacking = 0;
+  for (std::size_t vertex = 0; vertex < used.size(); ++vertex) lacking += used[vertex] && row_of[vertex] == kNoRow;
+  if (lacking > 0) {
+    file_.warnings.push_back("field '" + printable(field.channels.empty() ? "" : field.channels[0].name) +
+                             "' left out: " + std::to_string(lacking) + " vertices have no value in it");
+    return;
+  }
+  field.unfit.throw_if_used(used_rows, scanner_.text());
   std::vector<NamedChannel> channels;
-  const auto lacking = std::ranges::count(row_of, kUnused);
   for (const NamedChannel& channel : field.channels) {
-    if (channel.name.size() > limits_.max_channel_name_bytes || lacking > 0) {
-      file_.warnings.push_back("field '" + printable(channel.name) + "' left out: " +
-                               (lacking > 0 ? std::to_string(lacking) + " vertices have no value in it"
-                                            : std::string("its name is too long")));
-      continue;
-    }
     NamedChannel& made = channels.emplace_back(NamedChannel{channel.name, {}});
-    for (const std::uint32_t row : row_of) made.values.push_back(channel.values[row]);
+    for (const std::uint32_t row : row_of) made.values.push_back(row == kNoRow ? 0.0f : channel.values[row]);
   }
-  append_channels(channels, file_.mesh);
+  append_file_channels(std::move(channels), limits_, file_);
 }
 
 void GmshReader::warn() {
@@ -515,11 +413,8 @@ void GmshReader::warn() {
   };
   note(flat_, "points, lines and faces left out");
   note(second_order_, "cells of second order taken by their corners: curved edges become straight");
-  note(positions_.size() - file_.mesh.vertex_count(), "nodes that no volume cell uses left out");
   if (physical_names_.empty()) return;
-  std::string names;
-  for (const std::string& name : physical_names_) names += (names.empty() ? "" : ", ") + printable(name);
-  file_.warnings.push_back("physical groups left out: " + names);
+  file_.warnings.push_back("physical groups left out: " + echoed_list(physical_names_, physical_names_total_));
 }
 
 }  // namespace

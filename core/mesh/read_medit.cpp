@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/text_scanner.h"
+#include "core/mesh/used_vertices.h"
 
 namespace ccslice {
 namespace {
@@ -46,6 +47,7 @@ class MeditReader {
       throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; a solid needs volume cells");
     }
     check_cell_vertices(file_.mesh);
+    leave_out_unused_vertices(unfit_, scanner_, file_);
     return std::move(file_);
   }
 
@@ -93,12 +95,15 @@ class MeditReader {
     if (!file_.mesh.positions.empty()) scanner_.fail("only one Vertices section", "Vertices");
     const std::uint64_t count = scanner_.count_up_to("the number of vertices", limits_.max_vertices);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = scanner_.real("a coordinate");
-      const double y = scanner_.real("a coordinate");
-      const double z = scanner_.real("a coordinate");
+      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
       scanner_.skip(1, "a vertex reference");
       file_.mesh.positions.emplace_back(x, y, z);
     }
+  }
+
+  double read_coordinate(std::uint64_t vertex) {
+    constexpr std::string_view kWhat = "a coordinate";
+    return unfit_.coordinate(scanner_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_cells(CellKind kind) {
@@ -152,6 +157,7 @@ class MeditReader {
 
   TextScanner scanner_;
   const MeshLimits& limits_;
+  UnfitNumbers unfit_;
   MeshFile file_;
 };
 

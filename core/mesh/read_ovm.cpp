@@ -15,6 +15,7 @@
 #include "core/mesh/channels.h"
 #include "core/mesh/polyhedra.h"
 #include "core/mesh/text_scanner.h"
+#include "core/mesh/used_vertices.h"
 
 namespace ccslice {
 namespace {
@@ -45,21 +46,23 @@ class OvmReader {
     read_faces();
     read_polyhedra();
     while (!scanner_.at_end()) read_property();
-    append_channels(channels_, file_.mesh);
+    append_file_channels(std::move(channels_), limits_, file_);
+    leave_out_unused_vertices(unfit_, scanner_, file_);
     return std::move(file_);
   }
 
  private:
   void read_header() {
     const std::string_view magic = scanner_.next("'OVM'");
-    const bool binary = equals_ignoring_case(magic.substr(0, 4), "OVMB");
-    if (!binary && !equals_ignoring_case(magic, "OVM")) scanner_.fail("'OVM'", magic);
+    if (equals_ignoring_case(magic.substr(0, 4), "OVMB")) refuse_binary("OpenVolumeMesh's binary format (.ovmb)");
+    if (!equals_ignoring_case(magic, "OVM")) scanner_.fail("'OVM'", magic);
     // As OpenVolumeMesh's own reader: whatever else follows on the line, or nothing, stands for ASCII.
     TextScanner line(scanner_.rest_of_line());
-    if (binary || equals_ignoring_case(line.peek(), "BINARY")) {
-      scanner_.fail_with(ErrorCode::kFileUnsupported,
-                         "binary OpenVolumeMesh files (.ovmb) are not read; save it as ASCII (.ovm)");
-    }
+    if (equals_ignoring_case(line.peek(), "BINARY")) refuse_binary("a binary OpenVolumeMesh file");
+  }
+
+  [[noreturn]] void refuse_binary(const std::string& what) const {
+    scanner_.fail_with(ErrorCode::kFileUnsupported, "this is " + what + ", which is not read; save it as ASCII (.ovm)");
   }
 
   /// The keyword and the count of a section.
@@ -81,12 +84,15 @@ class OvmReader {
   void read_vertices() {
     const std::uint64_t count = open_section("Vertices", limits_.max_vertices);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = scanner_.real("a coordinate");
-      const double y = scanner_.real("a coordinate");
-      const double z = scanner_.real("a coordinate");
+      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
       file_.mesh.positions.emplace_back(x, y, z);
     }
     if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no vertices");
+  }
+
+  double read_coordinate(std::uint64_t vertex) {
+    constexpr std::string_view kWhat = "a coordinate";
+    return unfit_.coordinate(scanner_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_edges() {
@@ -180,7 +186,9 @@ class OvmReader {
                                                        std::to_string(limits_.max_channels) + " channels");
     }
     for (std::size_t vertex = 0; vertex < file_.mesh.vertex_count(); ++vertex) {
-      for (NamedChannel& channel : channels) channel.values.push_back(scanner_.real_float("a value"));
+      for (NamedChannel& channel : channels) {
+        channel.values.push_back(unfit_.value(scanner_.any_real("a value"), vertex, "a value", scanner_));
+      }
     }
     std::move(channels.begin(), channels.end(), std::back_inserter(channels_));
   }
@@ -193,6 +201,7 @@ class OvmReader {
   std::vector<std::uint32_t> ring_vertices_;  // All faces' vertices, one face after the other.
   std::vector<std::size_t> ring_begin_ = {0};
   std::vector<NamedChannel> channels_;
+  UnfitNumbers unfit_;
   MeshFile file_;
 };
 

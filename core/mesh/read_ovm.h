@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// OpenVolumeMesh .ovm, ASCII: Vertices, Edges, Faces and Polyhedra, each a keyword, a count and as many entries. Ids
-// count from 0. An edge is two vertices, a face its half-edges (2 e runs along edge e, 2 e + 1 against it), a cell its
-// half-faces (2 f is face f, 2 f + 1 the same one seen from the other side) [openvolumemesh.org, Text-based File
-// Format].
+// OpenVolumeMesh .ovm, ASCII (the header may leave that word out): Vertices, Edges, Faces and Polyhedra, each a
+// keyword, a count and as many entries. Ids count from 0. An edge is two vertices, a face its half-edges (2 e runs
+// along edge e, 2 e + 1 against it), a cell its half-faces (2 f is face f, 2 f + 1 the same one seen from the other
+// side) [openvolumemesh.org, Text-based File Format].
 //
 // Properties follow: a line `VProp float "name"`, then a line for each vertex. Those of vertices of the types int,
 // uint, short, ushort, long, ulong, bool, float and double become material channels; so do vectors of them (vec2f ...

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/channels.h"
+#include "core/mesh/used_vertices.h"
 #include "core/mesh/vtk_cells.h"
 #include "core/mesh/vtk_point_data.h"
 #include "core/mesh/vtk_scanner.h"
@@ -26,7 +27,8 @@ class VtkReader {
     while (!scanner_.at_end()) read_section();
     if (cells_.types.empty()) types_place_ = scanner_.mark();
     finish_cells();
-    append_channels(channels_, file_.mesh);
+    append_file_channels(std::move(channels_), limits_, file_);
+    leave_out_unused_vertices(unfit_, scanner_, file_);
     return std::move(file_);
   }
 
@@ -79,11 +81,14 @@ class VtkReader {
     const std::uint64_t count = scanner_.count_up_to("the number of points", limits_.max_vertices);
     values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = values_.real("a coordinate");
-      const double y = values_.real("a coordinate");
-      const double z = values_.real("a coordinate");
+      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
       file_.mesh.positions.emplace_back(x, y, z);
     }
+  }
+
+  double read_coordinate(std::uint64_t vertex) {
+    constexpr std::string_view kWhat = "a coordinate";
+    return unfit_.coordinate(values_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_cells() {
@@ -169,7 +174,7 @@ class VtkReader {
       scanner_.fail_with(ErrorCode::kFileSyntax,
                          "POINT_DATA of " + std::to_string(count) + " points; the file has " + std::to_string(points));
     }
-    VtkAttributes found = read_vtk_attributes(values_, count, of_points ? limits_.max_channels : 0);
+    VtkAttributes found = read_vtk_attributes(values_, count, of_points ? limits_.max_channels : 0, unfit_);
     for (const std::string& name : found.left_out) {
       file_.warnings.push_back((of_points ? "point data '" : "cell data '") + name + "' left out");
     }
@@ -205,6 +210,7 @@ class VtkReader {
   VtkCells cells_;
   std::uint64_t types_place_ = 0;  // Where their number stands; the end, if there are none.
   std::vector<NamedChannel> channels_;
+  UnfitNumbers unfit_;
   MeshFile file_;
 };
 

@@ -3,8 +3,8 @@
 //
 // Legacy VTK files, ASCII and binary, DATASET UNSTRUCTURED_GRID, versions 1.0 to 5.1 (from 5.0 on cells come as OFFSETS
 // and CONNECTIVITY). Cell types read: hexahedron 12, voxel 11 (its corners reordered), tetrahedron 10, wedge 13.
-// Points, lines and faces (types 0 to 9) are left out and reported; pyramids (14) and all other cells are refused by
-// name and cell id.
+// Those of second order (24 to 26, 29, 31 to 33) are taken by their corners. Points, lines and faces are left out and
+// reported; pyramids and all other cells are refused by name and cell id.
 //
 // POINT_DATA: SCALARS, VECTORS and FIELD arrays become material channels, one for each component ("name", or "name.0",
 // "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids, strings and CELL_DATA

@@ -25,7 +25,25 @@ bool equals_ignoring_case(std::string_view a, std::string_view b) {
          std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) { return lower(x) == lower(y); });
 }
 
-std::string quoted(std::string_view word) { return "'" + std::string(word) + "'"; }
+std::optional<double> parse_real(std::string_view token) {
+  const bool has_plus = token.starts_with('+') && !token.starts_with("+-");
+  const std::string_view digits = has_plus ? token.substr(1) : token;
+  double value = 0;
+  const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (end != digits.data() + digits.size() || status == std::errc::invalid_argument) return std::nullopt;
+  if (status == std::errc::result_out_of_range) value = is_tiny(digits) ? 0 : HUGE_VAL;
+  return value;
+}
+
+std::optional<std::uint64_t> parse_count(std::string_view token) {
+  std::uint64_t value = 0;
+  const auto [end, status] = std::from_chars(token.data(), token.data() + token.size(), value);
+  const bool whole = status == std::errc() && end == token.data() + token.size();
+  if (!whole || value > (std::uint64_t{1} << 53)) return std::nullopt;
+  return value;
+}
+
+std::string quoted(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
 
 std::string printable(std::string_view token) {
   constexpr std::size_t kLongest = 40;
@@ -66,6 +84,7 @@ std::string_view TextScanner::next(std::string_view expected) {
   const std::string_view token = peek();
   if (token.empty()) fail(expected, token);
   at_ += token.size();
+  token_ = token;
   return token;
 }
 
@@ -91,6 +110,7 @@ void TextScanner::end_line() {
 std::string_view TextScanner::bytes(std::uint64_t size, std::string_view expected) {
   token_line_ = line_;
   token_at_ = at_;
+  token_ = {};
   if (size > text_.size() - at_) {
     fail_with(ErrorCode::kFileSyntax, "expected " + std::string(expected) + ", found the end of the file");
   }
@@ -105,16 +125,17 @@ void TextScanner::skip_paragraph() {
   }
 }
 
-double TextScanner::real(std::string_view expected) {
+double TextScanner::any_real(std::string_view expected) {
   const std::string_view token = next(expected);
-  const bool has_plus = token.front() == '+' && !token.starts_with("+-");
-  const std::string_view digits = has_plus ? token.substr(1) : token;
-  double value = 0;
-  const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (end != digits.data() + digits.size() || status == std::errc::invalid_argument) fail(expected, token);
-  if (status == std::errc::result_out_of_range) value = is_tiny(digits) ? 0 : HUGE_VAL;
+  const std::optional<double> value = parse_real(token);
+  if (!value) fail(expected, token);
+  return *value;
+}
+
+double TextScanner::real(std::string_view expected) {
+  const double value = any_real(expected);
   if (!std::isfinite(value)) {
-    fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token) + "' is not a finite number");
+    fail_with(ErrorCode::kMeshNonFinite, "'" + printable(token_) + "' is not a finite number");
   }
   return value;
 }
@@ -127,12 +148,9 @@ float TextScanner::real_float(std::string_view expected) {
 
 std::uint64_t TextScanner::count(std::string_view expected) {
   const std::string_view token = next(expected);
-  std::uint64_t value = 0;
-  const auto [end, status] = std::from_chars(token.data(), token.data() + token.size(), value);
-  if (status != std::errc() || end != token.data() + token.size() || value > (std::uint64_t{1} << 53)) {
-    fail(expected, token);
-  }
-  return value;
+  const std::optional<std::uint64_t> value = parse_count(token);
+  if (!value) fail(expected, token);
+  return *value;
 }
 
 std::uint64_t TextScanner::count_up_to(std::string_view expected, std::uint64_t max) {

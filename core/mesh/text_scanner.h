@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,8 @@ class TextScanner {
 
   /// Line (from 1) of the token read last.
   std::size_t line() const noexcept { return token_line_; }
+  /// The token taken last; empty after a block of bytes.
+  std::string_view token() const noexcept { return token_; }
   /// True when only white space and comments are left.
   bool at_end();
   /// The next token without taking it; empty at the end.
@@ -41,11 +44,21 @@ class TextScanner {
   void end_line();
   /// Takes the next `size` bytes as they are.
   std::string_view bytes(std::uint64_t size, std::string_view expected);
-  /// From now on failures name byte offsets.
-  void name_byte_offsets() noexcept { names_bytes_ = true; }
+  /// From now on failures name byte offsets; that of the text's beginning is `first`.
+  void name_byte_offsets(std::uint64_t first = 0) noexcept {
+    names_bytes_ = true;
+    first_byte_ = first;
+  }
+  /// From now on failures name this byte: for text that stands in the file in another form.
+  void name_one_byte(std::uint64_t byte) noexcept {
+    name_byte_offsets(byte);
+    one_byte_ = true;
+  }
   /// Takes the rest of the current line, then lines up to the next empty one (or the end of the file).
   void skip_paragraph();
 
+  /// A real, which may be nan or inf. Throws kFileSyntax.
+  double any_real(std::string_view expected);
   /// A finite real. Throws kFileSyntax, or kMeshNonFinite for nan and inf.
   double real(std::string_view expected);
   /// A finite real that fits a float: kMeshNonFinite otherwise.
@@ -63,7 +76,10 @@ class TextScanner {
   [[noreturn]] void fail_with(ErrorCode code, const std::string& message, const std::string& field = {},
                               const std::vector<std::int64_t>& ids = {}) const;
   /// Where the token read last is, for failures that show later.
-  std::uint64_t mark() const noexcept { return names_bytes_ ? token_at_ : token_line_; }
+  std::uint64_t mark() const noexcept {
+    if (!names_bytes_) return token_line_;
+    return one_byte_ ? first_byte_ : first_byte_ + token_at_;
+  }
   /// As fail_with(), at a mark.
   [[noreturn]] void fail_at(std::uint64_t mark, ErrorCode code, const std::string& message,
                             const std::string& field = {}, const std::vector<std::int64_t>& ids = {}) const;
@@ -77,8 +93,14 @@ class TextScanner {
   std::size_t line_ = 1;
   std::size_t token_line_ = 1;
   std::size_t token_at_ = 0;
-  bool names_bytes_ = false;
+  std::string_view token_;
+  bool names_bytes_ = false, one_byte_ = false;
+  std::uint64_t first_byte_ = 0;
 };
+
+/// The number that a token is: a real, which may be nan or inf, or an integer in [0, 2^53].
+std::optional<double> parse_real(std::string_view token);
+std::optional<std::uint64_t> parse_count(std::string_view token);
 
 /// ASCII only, for keywords.
 bool equals_ignoring_case(std::string_view a, std::string_view b);

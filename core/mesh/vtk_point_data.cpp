@@ -39,8 +39,8 @@ std::string decoded(std::string_view name) {
 
 class AttributeReader {
  public:
-  AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels)
-      : values_(values), scanner_(values.text()), count_(count), max_channels_(max_channels) {}
+  AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels, UnfitNumbers& unfit)
+      : values_(values), scanner_(values.text()), count_(count), max_channels_(max_channels), unfit_(unfit) {}
 
   VtkAttributes read() {
     while (!scanner_.at_end() && read_attribute()) {
@@ -203,7 +203,9 @@ class AttributeReader {
     }
     std::vector<NamedChannel> channels = open_channels(name, components);
     for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) {
-      for (NamedChannel& channel : channels) channel.values.push_back(values_.real_float("a value"));
+      for (NamedChannel& channel : channels) {
+        channel.values.push_back(unfit_.value(values_.any_real("a value"), tuple, "a value", scanner_));
+      }
     }
     std::move(channels.begin(), channels.end(), std::back_inserter(found_.channels));
   }
@@ -212,15 +214,20 @@ class AttributeReader {
   TextScanner& scanner_;
   const std::uint64_t count_;
   const std::size_t max_channels_;
+  UnfitNumbers& unfit_;
   VtkAttributes found_;
 };
 
 }  // namespace
 
-VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels) {
-  return AttributeReader(scanner, count, max_channels).read();
+VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
+                                  UnfitNumbers& unfit) {
+  return AttributeReader(scanner, count, max_channels, unfit).read();
 }
 
-void skip_field(VtkScanner& scanner) { AttributeReader(scanner, 0, 0).read_field(); }
+void skip_field(VtkScanner& scanner) {
+  UnfitNumbers none;
+  AttributeReader(scanner, 0, 0, none).read_field();
+}
 
 }  // namespace ccslice

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/mesh/channels.h"
+#include "core/mesh/used_vertices.h"
 #include "core/mesh/vtk_scanner.h"
 
 namespace ccslice {
@@ -21,8 +22,9 @@ struct VtkAttributes {
 };
 
 /// Reads attributes of `count` tuples each, up to the next section of the file. With `max_channels` 0 all are left out.
-/// Throws Error{kFileSyntax, kMeshNonFinite, kMeshTooLarge}.
-VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels);
+/// Values that no channel can have go to `unfit`. Throws Error{kFileSyntax, kMeshTooLarge}.
+VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
+                                  UnfitNumbers& unfit);
 
 /// Passes over a FIELD whose keyword has been taken.
 void skip_field(VtkScanner& scanner);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <iterator>
 #include <string>
 
@@ -17,6 +16,12 @@ namespace {
 std::uint64_t big_endian(std::string_view bytes) {
   std::uint64_t value = 0;
   for (const char byte : bytes) value = value << 8 | static_cast<std::uint8_t>(byte);
+  return value;
+}
+
+std::uint64_t little_endian(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = bytes.size(); i > 0; --i) value = value << 8 | static_cast<std::uint8_t>(bytes[i - 1]);
   return value;
 }
 
@@ -52,6 +57,25 @@ constexpr VtkScanner::Type VtkScanner::kTypes[] = {
     {"bit", Kind::kBit, 1},
 };
 
+constexpr VtkScanner::Type VtkScanner::kBlockTypes[] = {
+    {"Int8", Kind::kSigned, 1},     {"UInt8", Kind::kUnsigned, 1},  {"Int16", Kind::kSigned, 2},
+    {"UInt16", Kind::kUnsigned, 2}, {"Int32", Kind::kSigned, 4},    {"UInt32", Kind::kUnsigned, 4},
+    {"Int64", Kind::kSigned, 8},    {"UInt64", Kind::kUnsigned, 8}, {"Float32", Kind::kFloat, 4},
+    {"Float64", Kind::kFloat, 8},
+};
+
+std::size_t VtkScanner::block_value_bytes(std::string_view type) {
+  const Type* known = std::ranges::find(kBlockTypes, type, &Type::name);
+  return known == std::end(kBlockTypes) ? 0 : known->size_bytes;
+}
+
+void VtkScanner::open_block(std::string_view type, bool big_endian) {
+  binary_ = true;
+  big_endian_ = big_endian;
+  const Type* known = std::ranges::find(kBlockTypes, type, &Type::name);
+  if (known != std::end(kBlockTypes)) type_ = *known;
+}
+
 void VtkScanner::set_binary() noexcept {
   binary_ = true;
   text_.name_byte_offsets();
@@ -82,7 +106,8 @@ std::uint64_t VtkScanner::next_packed_bit(std::string_view expected) {
 
 std::uint64_t VtkScanner::next_bits(std::string_view expected) {
   if (type_.kind == Kind::kBit) return next_packed_bit(expected);
-  return big_endian(text_.bytes(type_.size_bytes, expected));
+  const std::string_view bytes = text_.bytes(type_.size_bytes, expected);
+  return big_endian_ ? big_endian(bytes) : little_endian(bytes);
 }
 
 double VtkScanner::next_value(std::string_view expected) {
@@ -96,22 +121,8 @@ double VtkScanner::next_value(std::string_view expected) {
   }
 }
 
-double VtkScanner::real(std::string_view expected) {
-  if (!binary_) return text_.real(expected);
-  const double value = next_value(expected);
-  if (!std::isfinite(value)) {
-    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not a finite number");
-  }
-  return value;
-}
-
-float VtkScanner::real_float(std::string_view expected) {
-  if (!binary_) return text_.real_float(expected);
-  const auto value = static_cast<float>(next_value(expected));
-  if (!std::isfinite(value)) {
-    text_.fail_with(ErrorCode::kMeshNonFinite, std::string(expected) + " is not finite, or too large for a float");
-  }
-  return value;
+double VtkScanner::any_real(std::string_view expected) {
+  return binary_ ? next_value(expected) : text_.any_real(expected);
 }
 
 std::uint64_t VtkScanner::count(std::string_view expected) {

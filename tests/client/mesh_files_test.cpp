@@ -176,6 +176,25 @@ TEST_P(MutatedCcmeshes, GiveAMeshOrAnError) {
 INSTANTIATE_TEST_SUITE_P(Readers, MutatedCcmeshes, testing::Values("house.ccmesh", "house.json"),
                          [](const auto& info) { return std::string(info.param).substr(6); });
 
+TEST(MeshFiles, AreReadWithTheFilesThatTheyInclude) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(fixture("house.inp"), folder.path() / "included.inp");
+  const std::string path = (folder.path() / "main.inp").string();
+  write_file(path, "*INCLUDE, INPUT=included.inp\n");
+  EXPECT_EQ(load_mesh({.mesh = path}).bytes->id(), load_mesh({.mesh = fixture("house.inp")}).bytes->id());
+  write_file(path, "*INCLUDE, INPUT=main.inp\n");
+  EXPECT_EQ(error_of({.mesh = path}), path + ": line 1: 'main.inp' includes itself: take one of the includes out");
+}
+
+TEST(MeshFiles, OfFormatsThatAreNotReadHaveARemedy) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "part.exo").string();
+  write_file(path, "\x89HDF\r\n\x1a\n");
+  EXPECT_THAT(error_of({.mesh = path}), HasSubstr("apt install meshio-tools"));
+  write_file(path, "solid cube");
+  EXPECT_THAT(error_of({.mesh = path}), testing::AllOf(HasSubstr("neither a Gmsh file"), HasSubstr("meshio convert")));
+}
+
 TEST(MeshFiles, AreSharpenedByAngle) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "box.ccmesh").string();

@@ -3,7 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks who includes whom. The packages share one include directory, so nothing else keeps the layers apart.
 
-core      std, Eigen, TBB, zstd, libdeflate, OpenImageIO (in one source file). Silent: no logging, printing or exiting.
+core      std, Eigen, TBB, zstd, libdeflate, zlib and pugixml (in core/mesh), OpenImageIO (in one source
+          file). Silent: no logging, printing or exiting.
 server    core, proto, gRPC, spdlog. Never client.
 client    proto, gRPC. Never core or server; the command line (client/cli) may use core/mesh, core/base and
           core/limit/deviation.h.

@@ -61,10 +61,13 @@ TEST_P(MutatedFiles, GiveAMeshOrAnError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles,
-                         testing::Values("meshio.mesh", "house.ovm", "gmsh_ascii_2_2.msh", "gmsh_binary_2_2.msh",
-                                         "gmsh_ascii_4_1.msh", "gmsh_binary_4_1.msh", "vtk_ascii_4_2.vtk",
-                                         "vtk_ascii_5_1.vtk", "vtk_binary_4_2.vtk", "vtk_binary_5_1.vtk",
-                                         "meshio_binary_5_1.vtk"),
+                         testing::Values("meshio.mesh", "house.ovm", "house.inp", "assembly.inp", "gmsh_ascii_2_2.msh",
+                                         "gmsh_binary_2_2.msh", "gmsh_ascii_4_1.msh", "gmsh_binary_4_1.msh",
+                                         "vtk_ascii_4_2.vtk", "vtk_ascii_5_1.vtk", "vtk_binary_4_2.vtk",
+                                         "vtk_binary_5_1.vtk", "meshio_binary_5_1.vtk", "vtk_ascii.vtu",
+                                         "vtk_binary.vtu", "vtk_binary_zlib.vtu", "vtk_binary_big_endian.vtu",
+                                         "vtk_appended_raw.vtu", "vtk_appended_raw_zlib.vtu", "vtk_appended_base64.vtu",
+                                         "vtk_appended_base64_zlib.vtu", "meshio_binary_zlib.vtu"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), '.', '_');

@@ -41,7 +41,7 @@ TEST_P(GmshHouse, IsReadAsGmshSavedIt) {
     EXPECT_THAT(std::vector(row, row + 4), ElementsAre(20 + 0.5f * id, 0.125f * id, 1 - 0.125f * id, 0.25f));
   }
   EXPECT_THAT(file.warnings,
-              ElementsAre("2 points, lines and faces left out", "1 nodes that no volume cell uses left out",
+              ElementsAre(HasSubstr("1 vertex that no cell uses left out"), "2 points, lines and faces left out",
                           "physical groups left out: floor, the house"));
   EXPECT_NO_THROW(validate(mesh));
 }
@@ -87,6 +87,76 @@ TEST(ReadGmsh, TakesTagsInAnyOrderAndPassesOverUnknownSections) {
   EXPECT_TRUE(file.warnings.empty());
 }
 
+struct Type {
+  int number, nodes;
+  CellKind kind;
+};
+
+class GmshTypes : public testing::TestWithParam<Type> {};
+
+TEST_P(GmshTypes, KeepTheirCornersInBothVersions) {
+  const auto& [number, nodes, kind] = GetParam();
+  const std::string count = std::to_string(nodes), type = std::to_string(number);
+  std::string rows, tags, positions, ids;
+  for (int n = 1; n <= nodes; ++n) {
+    const std::string position = std::to_string(n) + " " + std::to_string(n * n % 7) + " 0\n";
+    rows += std::to_string(n) + " " + position;
+    tags += std::to_string(n) + "\n";
+    positions += position;
+    ids += " " + std::to_string(n);
+  }
+  const std::string old_nodes = "$Nodes\n" + count + "\n" + rows + "$EndNodes\n";
+  // In two partitions, which have tags of their own.
+  const std::string old_cells = "$Elements\n1\n1 " + type + " 5 0 1 2 1 -2" + ids + "\n$EndElements\n";
+  const std::string nodes_4 =
+      "$Nodes\n1 " + count + " 1 " + count + "\n3 1 0 " + count + "\n" + tags + positions + "$EndNodes\n";
+  const std::string cells_4 = "$Elements\n1 1 1 1\n3 1 " + type + " 1\n1" + ids + "\n$EndElements\n";
+  for (const std::string& text : {"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + old_nodes + old_cells,
+                                  "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PartitionedEntities\n2\n0\n0 0 0 0\n"
+                                  "$EndPartitionedEntities\n" +
+                                      nodes_4 + cells_4}) {
+    const MeshFile file = read_gmsh(text);
+    EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(kind));
+    ASSERT_EQ(file.mesh.vertex_count(), static_cast<std::size_t>(corner_count(kind)));
+    for (std::uint32_t corner = 0; corner < file.mesh.cell_vertices.size(); ++corner) {
+      EXPECT_EQ(file.mesh.cell_vertices[corner], corner);
+      EXPECT_EQ(file.mesh.positions[corner].x(), corner + 1.0);
+    }
+    EXPECT_EQ(file.warnings.size(), nodes > corner_count(kind) ? 2u : 0u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ReadGmsh, GmshTypes,
+                         testing::Values(Type{4, 4, CellKind::kTet}, Type{5, 8, CellKind::kHex},
+                                         Type{6, 6, CellKind::kWedge}, Type{11, 10, CellKind::kTet},
+                                         Type{12, 27, CellKind::kHex}, Type{13, 18, CellKind::kWedge},
+                                         Type{17, 20, CellKind::kHex}, Type{18, 15, CellKind::kWedge}),
+                         [](const auto& info) { return "Type" + std::to_string(info.param.number); });
+
+TEST(ReadGmsh, RefusesPyramidsAndHighOrdersByTheirTypes) {
+  for (const auto& [number, nodes] : {std::pair{7, 5}, {14, 14}, {19, 13}, {29, 20}, {92, 64}}) {
+    std::string cells = "$Elements\n1\n1 " + std::to_string(number) + " 0";
+    for (int n = 0; n < nodes; ++n) cells += " 10";
+    const std::string text =
+        std::string(kTet).substr(0, std::string(kTet).find("$Elements")) + cells + "\n$EndElements\n";
+    expect_error([&] { (void)read_gmsh(text); }, ErrorCode::kMeshUnsupportedCell,
+                 "is of element type " + std::to_string(number) + "); " +
+                     (number < 20 ? "a pyramid never refines" : "cells of third order"));
+  }
+}
+
+TEST(ReadGmsh, TakesFieldsInPartitions) {
+  const auto field = [](int partition, const std::string& rows) {
+    return "$NodeData\n1\n\"heat\"\n1\n0.0\n4\n3\n1\n2\n" + std::to_string(partition) + "\n" + rows + "$EndNodeData\n";
+  };
+  const std::string first = field(1, "4 1\n7 2\n"), second = field(2, "10 3\n1000000000007 4\n");
+  const MeshFile file = read_gmsh(kTet + first + second);
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 2, 4));
+  EXPECT_TRUE(file.warnings.empty());
+  EXPECT_THAT(read_gmsh(kTet + first + replaced(second, "4\n3\n", "4\n8\n")).warnings,
+              ElementsAre(HasSubstr("comes again for another time"), HasSubstr("2 vertices have no value")));
+}
+
 TEST(ReadGmsh, TakesCellsOfSecondOrderByTheirCorners) {
   std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n";
   for (int n = 1; n <= 10; ++n)
@@ -95,7 +165,7 @@ TEST(ReadGmsh, TakesCellsOfSecondOrderByTheirCorners) {
   const MeshFile file = read_gmsh(text);
   EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(CellKind::kTet));
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 cells of second order"), HasSubstr("6 nodes")));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("6 vertices"), HasSubstr("1 cells of second order")));
 }
 
 TEST(ReadGmsh, LeavesOutFieldsThatLackAValueOrComeAgain) {
@@ -111,6 +181,27 @@ TEST(ReadGmsh, LeavesOutFieldsThatLackAValueOrComeAgain) {
   EXPECT_THAT(read_gmsh(kTet + elements).warnings, ElementsAre(HasSubstr("$ElementData")));
 }
 
+TEST(ReadGmsh, TakesAnyNumbersWhereNoCellIs) {
+  const std::string field =
+      "$NodeData\n1\n\"hardness\"\n1\n0.0\n3\n0\n1\n5\n3 nan\n4 1\n7 2\n10 3\n1000000000007 4\n$EndNodeData\n";
+  const std::string text = replaced(kTet, "\n4\n4 0 0 1\n", "\n5\n3 nan 0 inf\n4 0 0 1\n");
+  const MeshFile file = read_gmsh(text + field);
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 2, 4));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
+  expect_error([&] { (void)read_gmsh(text + replaced(field, "10 3", "10 1e99")); }, ErrorCode::kMeshNonFinite,
+               "line 31: '1e99', a value of vertex 3");
+}
+
+TEST(ReadGmsh, LeavesOutFieldsWithLongNames) {
+  const std::string name(300, 'x');
+  const std::string field =
+      "$NodeData\n1\n\"" + name + "\"\n1\n0.0\n3\n0\n1\n4\n4 1\n7 2\n10 3\n1000000000007 4\n$EndNodeData\n";
+  const MeshFile file = read_gmsh(kTet + field);
+  EXPECT_EQ(file.mesh.channel_count(), 0u);
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("a name of 300 bytes, at most 256 are allowed")));
+}
+
 TEST(ReadGmsh, NamesLineAndRemedy) {
   const auto expect = [](const std::string& text, ErrorCode code, const std::string& part) {
     SCOPED_TRACE(part);
@@ -123,8 +214,8 @@ TEST(ReadGmsh, NamesLineAndRemedy) {
   expect(replaced(tet, "$EndMeshFormat", "$End"), ErrorCode::kFileSyntax, "line 3: expected '$EndMeshFormat'");
   expect(replaced(tet, "7 1 0 0", "7 1 x 0"), ErrorCode::kFileSyntax, "line 11: expected a coordinate, found 'x'");
   expect(replaced(tet, "7 1 0 0", "7 1 nan 0"), ErrorCode::kMeshNonFinite, "line 11");
-  expect(replaced(tet, "7 1 0 0", "10 1 0 0"), ErrorCode::kFileSyntax, "node 10 comes twice");
-  expect(replaced(tet, "-2 10 7", "-2 11 7"), ErrorCode::kMeshIndexOutOfRange, "node 11");
+  expect(replaced(tet, "7 1 0 0", "10 1 0 0"), ErrorCode::kFileSyntax, "line 11: node 10 comes twice");
+  expect(replaced(tet, "-2 10 7", "-2 11 7"), ErrorCode::kMeshIndexOutOfRange, "line 16: a cell uses node 11");
   expect(replaced(tet, "1 4 3 0 1 -2", "1 7 2 0 1 10"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
   expect(replaced(tet, "1 4 3 0", "1 99 3 0"), ErrorCode::kMeshUnsupportedCell, "line 16: element type 99");
   expect(replaced(tet, "1 4 3 0 1 -2 10 7 1000000000007 4", "1 2 2 0 1 10 7 4"), ErrorCode::kMeshEmpty, "gmsh -3");

@@ -80,9 +80,20 @@ TEST(ReadMedit, RefusesWhatIsNoSolid) {
 
 TEST(ReadMedit, RefusesNumbersThatAreNotFinite) {
   for (const char* bad : {"nan", "inf", "-inf", "1e999", "-1e999"}) {
-    expect_error([&] { read_medit(std::string("MeshVersionFormatted 1\nVertices 1\n0 ") + bad + " 0 0\n"); },
-                 ErrorCode::kMeshNonFinite, "line 3");
+    const std::string text = std::string("MeshVersionFormatted 1\nVertices 4\n0 ") + bad +
+                             " 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra 1\n1 2 3 4 0\n";
+    expect_error([&] { read_medit(text); }, ErrorCode::kMeshNonFinite,
+                 "line 3: '" + std::string(bad) + "', a coordinate of vertex 0 (from 0), is not a finite number");
   }
+}
+
+TEST(ReadMedit, LeavesOutVerticesThatNoCellUses) {
+  const MeshFile file = read_medit(
+      "MeshVersionFormatted 1\nVertices 6\nnan 0 0 0\n0 0 0 0\n1 0 0 0\n1e999 5 5 0\n0 1 0 0\n0 0 1 0\n"
+      "Tetrahedra 1\n2 3 5 6 0\n");
+  EXPECT_THAT(file.mesh.positions, ElementsAre(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)));
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(file.warnings, ElementsAre(testing::HasSubstr("2 vertices that no cell uses left out")));
 }
 
 TEST(ReadMedit, RefusesIdsThatDoNotExist) {

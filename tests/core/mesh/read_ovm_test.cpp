@@ -190,12 +190,36 @@ TEST(ReadOvm, RefusesCellsByTheirNumber) {
   expect_error([&] { read_ovm(pyramid); }, ErrorCode::kMeshUnsupportedCell, "a pyramid");
 }
 
+TEST(ReadOvm, TakesAHeaderWithoutACoding) {
+  const MeshFile file = read_ovm(changed("OVM ASCII", "OVM"));
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3));
+  expect_error([] { read_ovm(changed("OVM ASCII", "OVM UTF8")); }, ErrorCode::kFileSyntax,
+               "line 1: expected 'ASCII' or 'Vertices', found 'UTF8'");
+}
+
+TEST(ReadOvm, LeavesOutVerticesThatNoCellUses) {
+  const MeshFile file = read_ovm(changed("4\n0 0 0\n", "5\n0 0 0\n").replace(kTet.find("Edges"), 0, "nan 7 7\n") +
+                                 "VProp float \"heat\"\n1\n2\n3\n4\nnan\n");
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
+}
+
+TEST(ReadOvm, LeavesOutPropertiesWhoseNamesNoChannelMayHave) {
+  const std::string values = "\n1\n2\n3\n4\n";
+  const MeshFile file = read_ovm(kTet + "VProp float \"" + std::string(257, 'x') + "\"" + values + "VProp int \"\"" +
+                                 values + "VProp int \"a\"" + values + "VProp int \"a\"" + values);
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("a name of 257 bytes"), HasSubstr("it has no name"),
+                                         "array 'a' left out: it comes again"));
+}
+
 TEST(ReadOvm, RefusesBinaryFilesAndEmptyOnes) {
   EXPECT_NO_THROW(read_ovm(changed("OVM ASCII", "OVM")));
   EXPECT_NO_THROW(read_ovm(changed("OVM ASCII", "ovm anything")));
   expect_error([] { read_ovm("OVM BINARY\n"); }, ErrorCode::kFileUnsupported, "save it as ASCII");
   expect_error([] { read_mesh(std::string("OVMB\n\r\n\xff\0\0", 10)); }, ErrorCode::kFileUnsupported,
-               "save it as ASCII");
+               "OpenVolumeMesh's binary format (.ovmb)");
   expect_error([] { read_ovm("OVM ASCII\nVertices\n0\n"); }, ErrorCode::kMeshEmpty, "no vertices");
 }
 

@@ -78,6 +78,20 @@ TEST(ReadVtk, HasNoComments) {
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
+TEST(ReadVtk, TakesCellsOfSecondOrderByTheirCorners) {
+  const MeshFile file = read_vtk(kHead + "POINTS 11 float\n" + "nan 0 0 0 0 0 1 0 0 0 1 0 0 0 1 " +
+                                 "1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\nCELLS 2 15\n10 1 2 3 4 5 6 7 8 9 10\n3 1 2 3\n" +
+                                 "CELL_TYPES 2\n24 21\nPOINT_DATA 11\nSCALARS a double\n"
+                                 "LOOKUP_TABLE default\nnan 1 2 3 4 5 6 7 8 9 1e99\nFIELD f 1\n" +
+                                 std::string(257, 'x') + " 1 11 int\n0 0 0 0 0 0 0 0 0 0 0\n");
+  EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(CellKind::kTet));
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3));
+  EXPECT_EQ(file.mesh.positions[3], Vec3(0, 0, 1));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 cells of second order"), HasSubstr("1 points, lines or faces"),
+                                         HasSubstr("a name of 257 bytes"), HasSubstr("7 vertices that no cell uses")));
+}
+
 TEST(ReadVtk, LeavesOutFlatCellsAndSaysSo) {
   const MeshFile file =
       read_vtk(kHead + kPoints + "CELLS 3 16\n4 0 1 2 3\n8 0 1 2 3 4 5 6 7\n1 0\nCELL_TYPES 3\n9 12 1\n");
@@ -194,9 +208,12 @@ TEST(ReadVtk, NamesTheByteInBinaryFiles) {
   expect_error([&] { read_vtk(kBinaryHead + "POINTS 4 short 7\n"); }, ErrorCode::kFileSyntax, "the end of the line");
   expect_error(
       [&] {
-        read_vtk(kBinaryHead + "POINTS 1 float\n" + big_endian<std::int32_t>({0, 0, 0x7fc00000}));
+        read_vtk(kBinaryHead + "POINTS 4 float\n" +
+                 big_endian<std::int32_t>({0, 0, 0x7fc00000, 0, 0, 0, 0, 0, 0, 0, 0, 0}) + kBinaryTet);
       },
-      ErrorCode::kMeshNonFinite, "not a finite number");
+      ErrorCode::kMeshNonFinite,
+      byte(kBinaryHead + "POINTS 4 float\n" + std::string(8, ' ')) +
+          "a coordinate of vertex 0 (from 0), is not a finite number");
   const std::string whole = before + kBinaryTet;
   expect_error(
       [&] {

@@ -11,7 +11,7 @@ gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand,
 two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
 were put behind the mesh.
 
-By hand: house.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
+By hand: house.inp, assembly.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """
 
@@ -82,6 +82,36 @@ def write_vtk(name, binary, version):
     writer.Write()
 
 
+def write_vtu(name, mode, appended_base64=False, compressed=False, header64=False, big_endian=False):
+    writer = vtk.vtkXMLUnstructuredGridWriter()
+    grid = vtk_grid()
+    grid.GetPointData().RemoveArray("bits")
+    writer.SetInputData(grid)
+    writer.SetFileName(name)
+    {"ascii": writer.SetDataModeToAscii, "binary": writer.SetDataModeToBinary,
+     "appended": writer.SetDataModeToAppended}[mode]()
+    writer.SetEncodeAppendedData(appended_base64)
+    writer.SetCompressorTypeToZLib() if compressed else writer.SetCompressorTypeToNone()
+    writer.SetHeaderTypeToUInt64() if header64 else writer.SetHeaderTypeToUInt32()
+    writer.SetByteOrderToBigEndian() if big_endian else writer.SetByteOrderToLittleEndian()
+    writer.SetBlockSize(64)  # Several blocks for an array.
+    writer.Write()
+
+
+def write_vtus():
+    write_vtu("vtk_ascii.vtu", "ascii")
+    write_vtu("vtk_binary.vtu", "binary")
+    write_vtu("vtk_binary_zlib.vtu", "binary", compressed=True)
+    write_vtu("vtk_binary_big_endian.vtu", "binary", header64=True, big_endian=True)
+    write_vtu("vtk_appended_raw.vtu", "appended")
+    write_vtu("vtk_appended_raw_zlib.vtu", "appended", compressed=True, header64=True)
+    write_vtu("vtk_appended_base64.vtu", "appended", appended_base64=True)
+    write_vtu("vtk_appended_base64_zlib.vtu", "appended", appended_base64=True, compressed=True, big_endian=True)
+    meshio.write("meshio_binary_zlib.vtu", meshio_mesh(True), compression="zlib")
+    meshio.write("meshio_binary.vtu", meshio_mesh(True), compression=None)
+    meshio.write("meshio_ascii.vtu", meshio_mesh(True), binary=False)
+
+
 def meshio_mesh(graded):
     cells = [("hexahedron", numpy.array([HEX])), ("wedge", numpy.array([WEDGE])), ("tetra", numpy.array([TET]))]
     data = {"hardness": numpy.array(HARDNESS), "mix": numpy.array(MIX)} if graded else {}
@@ -97,6 +127,7 @@ def main():
     meshio.write("meshio_binary_5_1.vtk", meshio_mesh(True), binary=True)
     meshio.write("meshio_ascii_5_1.vtk", meshio_mesh(True), binary=False)
     meshio.write("meshio.mesh", meshio_mesh(False))
+    write_vtus()
     meshio.read("house.inp").write("meshio_from_abaqus.vtk")
 
 

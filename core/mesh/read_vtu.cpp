@@ -1,0 +1,309 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_vtu.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/channels.h"
+#include "core/mesh/used_vertices.h"
+#include "core/mesh/vtk_cells.h"
+#include "core/mesh/vtu_document.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::string_view kGhosts = "vtkGhostType";
+constexpr std::uint64_t kMostCellPoints = 27;  // No cell that is read has more.
+
+/// A position's bits, the same for both zeros.
+using PositionKey = std::array<std::uint64_t, 3>;
+PositionKey key_of(const Vec3& position) {
+  PositionKey key{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    key[axis] = std::bit_cast<std::uint64_t>(position[static_cast<Eigen::Index>(axis)] + 0.0);
+  }
+  return key;
+}
+
+class VtuReader {
+ public:
+  VtuReader(std::string_view bytes, const MeshLimits& limits) : document_(bytes), limits_(limits) {}
+
+  MeshFile read();
+
+ private:
+  /// A point of the piece: which vertex it is, and whether it came with it.
+  struct Point {
+    std::uint32_t vertex;
+    bool is_new;
+  };
+
+  void read_piece(pugi::xml_node piece);
+  void read_points(pugi::xml_node piece, std::uint64_t count);
+  void read_cells(pugi::xml_node piece, std::uint64_t count);
+  VtkCells read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const;
+  std::uint32_t read_point_id(VtuNumbers& points) const;
+  void leave_out_ghosts(pugi::xml_node piece, VtkCells& cells);
+  void read_point_data(pugi::xml_node piece);
+  void read_channels(pugi::xml_node array, const std::string& name);
+  void leave_out_cell_data(pugi::xml_node piece);
+  void drop_partial_channels();
+  pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
+  void require_end(VtuNumbers& numbers) const;
+  void warn();
+
+  VtuDocument document_;
+  const MeshLimits& limits_;
+  MeshFile file_;
+  UnfitNumbers unfit_;
+  std::uint64_t pieces_ = 0, pieces_in_file_ = 0, points_ = 0, cells_ = 0, merged_ = 0, ghosts_ = 0;
+  std::vector<Point> piece_points_;
+  std::map<PositionKey, std::uint32_t> vertices_;  // Of earlier pieces, if there are several.
+  std::vector<NamedChannel> channels_;
+  std::vector<std::string> left_out_;  // A sentence each, once.
+};
+
+MeshFile VtuReader::read() {
+  const auto has_points = [](pugi::xml_node piece) {
+    return std::string_view(piece.attribute("NumberOfPoints").value()) != "0";
+  };
+  for (const pugi::xml_node piece : document_.grid().children("Piece")) pieces_in_file_ += has_points(piece);
+  for (const pugi::xml_node piece : document_.grid().children("Piece")) {
+    if (has_points(piece)) read_piece(piece);
+  }
+  if (pieces_ == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no Piece with points; a solid needs volume cells");
+  if (file_.mesh.cell_kinds.empty()) {
+    throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
+  }
+  append_file_channels(std::move(channels_), limits_, file_);
+  leave_out_unused_vertices(unfit_, document_.place(), file_);
+  warn();
+  return std::move(file_);
+}
+
+void VtuReader::read_piece(pugi::xml_node piece) {
+  const std::uint64_t points = document_.count(piece, "NumberOfPoints", limits_.max_vertices - points_);
+  const std::uint64_t cells = document_.count(piece, "NumberOfCells", limits_.max_cells - cells_);
+  points_ += points;
+  cells_ += cells;
+  read_points(piece, points);
+  read_cells(piece, cells);
+  read_point_data(piece);
+  leave_out_cell_data(piece);
+  ++pieces_;
+  drop_partial_channels();
+  if (pieces_in_file_ == 1) return;
+  for (const Point& point : piece_points_) {
+    if (point.is_new) vertices_.emplace(key_of(file_.mesh.positions[point.vertex]), point.vertex);
+  }
+}
+
+/// The child of that name, or the DataArray that is called so.
+pugi::xml_node VtuReader::require(pugi::xml_node parent, const char* element, const char* name) const {
+  const pugi::xml_node found =
+      name == nullptr ? parent.child(element) : parent.find_child_by_attribute(element, "Name", name);
+  if (!found) {
+    document_.fail(parent, ErrorCode::kFileSyntax,
+                   std::string("expected ") + element +
+                       (name == nullptr ? std::string() : std::string(1, ' ').append(quoted(name))) + " in " +
+                       parent.name() + ", found none; write the file anew");
+  }
+  return found;
+}
+
+/// Binary arrays have been compared with what they claim.
+void VtuReader::require_end(VtuNumbers& numbers) const {
+  if (!numbers.values().binary() && !numbers.text().at_end()) {
+    numbers.text().fail("the end of the array", numbers.text().peek());
+  }
+}
+
+void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
+  const pugi::xml_node array = require(require(piece, "Points"), "DataArray");
+  if (document_.count(array, "NumberOfComponents", 3, 1) != 3) {
+    document_.fail(array, ErrorCode::kFileSyntax, "points need 3 components (NumberOfComponents)");
+  }
+  VtuNumbers numbers = document_.open(array, 3 * count);
+  piece_points_.clear();
+  std::vector<Vec3>& positions = file_.mesh.positions;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    constexpr std::string_view kWhat = "a coordinate";
+    Vec3 position;
+    for (double& coordinate : position) {
+      coordinate = unfit_.coordinate(numbers.values().any_real(kWhat), positions.size(), kWhat, numbers.text());
+    }
+    const auto known = position.allFinite() ? vertices_.find(key_of(position)) : vertices_.end();
+    const bool is_new = known == vertices_.end();
+    piece_points_.push_back({is_new ? static_cast<std::uint32_t>(positions.size()) : known->second, is_new});
+    if (is_new) positions.push_back(position);
+    merged_ += !is_new;
+  }
+  require_end(numbers);
+}
+
+void VtuReader::read_cells(pugi::xml_node piece, std::uint64_t count) {
+  if (count == 0) return;
+  VtkCells cells = read_cell_arrays(require(piece, "Cells"), count);
+  leave_out_ghosts(piece, cells);
+  for (std::uint32_t& point : cells.connectivity) point = piece_points_[point].vertex;
+  append_cells(cells, document_.place(), file_.mesh, file_.warnings);
+}
+
+VtkCells VtuReader::read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const {
+  VtkCells read;
+  read.offsets.push_back(0);
+  VtuNumbers offsets = document_.open(require(cells, "DataArray", "offsets"), count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t end = offsets.values().count("an offset");
+    if (end < read.offsets.back() || end > kMostCellPoints * limits_.max_cells) {
+      offsets.text().fail("offsets that never fall", std::to_string(end));
+    }
+    read.offsets.push_back(end);
+  }
+  require_end(offsets);
+  VtuNumbers types = document_.open(require(cells, "DataArray", "types"), count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t type = types.values().count("a cell type");
+    constexpr std::uint64_t kLargestType = 255;
+    if (type > kLargestType) types.text().fail("a VTK cell type", std::to_string(type));
+    read.types.push_back(static_cast<std::uint16_t>(type));
+    read.type_places.push_back(types.text().mark());
+  }
+  require_end(types);
+  VtuNumbers points = document_.open(require(cells, "DataArray", "connectivity"), read.offsets.back());
+  for (std::uint64_t cell = 0; cell < count; ++cell) {
+    while (read.connectivity.size() < read.offsets[cell + 1]) read.connectivity.push_back(read_point_id(points));
+    read.places.push_back(points.text().mark());
+  }
+  require_end(points);
+  return read;
+}
+
+std::uint32_t VtuReader::read_point_id(VtuNumbers& points) const {
+  const std::uint64_t id = points.values().count("a point id");
+  if (id >= piece_points_.size()) {
+    points.text().fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + "; the piece has " +
+                                                                 std::to_string(piece_points_.size()) +
+                                                                 " points, counted from 0");
+  }
+  return static_cast<std::uint32_t>(id);
+}
+
+/// Bit 0 marks a cell that another piece has too.
+void VtuReader::leave_out_ghosts(pugi::xml_node piece, VtkCells& cells) {
+  const pugi::xml_node array =
+      piece.child("CellData").find_child_by_attribute("DataArray", "Name", std::string(kGhosts).c_str());
+  if (!array) return;
+  VtuNumbers numbers = document_.open(array, cells.types.size());
+  VtkCells kept;
+  kept.offsets.push_back(0);
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
+    if (numbers.values().count("a ghost type") % 2 != 0) {
+      ++ghosts_;
+      continue;
+    }
+    const auto begin = cells.connectivity.begin();
+    kept.connectivity.insert(kept.connectivity.end(), begin + static_cast<std::ptrdiff_t>(cells.offsets[cell]),
+                             begin + static_cast<std::ptrdiff_t>(cells.offsets[cell + 1]));
+    kept.offsets.push_back(kept.connectivity.size());
+    kept.types.push_back(cells.types[cell]);
+    kept.places.push_back(cells.places[cell]);
+    kept.type_places.push_back(cells.type_places[cell]);
+  }
+  require_end(numbers);
+  cells = std::move(kept);
+}
+
+void VtuReader::read_point_data(pugi::xml_node piece) {
+  const pugi::xml_node data = piece.child("PointData");
+  constexpr const char* kNoChannels[] = {"Normals", "Tensors", "TCoords", "GlobalIds", "PedigreeIds"};
+  std::set<std::string> no_channels = {std::string(kGhosts)};
+  for (const char* attribute : kNoChannels) no_channels.insert(data.attribute(attribute).value());
+  for (const pugi::xml_node array : data.children()) {
+    if (array.type() != pugi::node_element) continue;
+    const std::string name = array.attribute("Name").value();
+    const bool numbers = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0;
+    if (!numbers || no_channels.contains(name)) {
+      left_out_.push_back("point data '" + printable(name) + "' left out");
+    } else {
+      read_channels(array, name);
+    }
+  }
+}
+
+void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
+  const std::uint64_t components = document_.count(array, "NumberOfComponents", limits_.max_channels, 1);
+  std::vector<NamedChannel*> channels;
+  const std::vector<NamedChannel> opened = open_channels(name, components);
+  if (pieces_ == 0 && channels_.size() + components > limits_.max_channels) {
+    document_.fail(
+        array, ErrorCode::kMeshTooLarge,
+        "point data '" + printable(name) + "' makes more than " + std::to_string(limits_.max_channels) + " channels");
+  }
+  const std::size_t known = channels_.size();
+  if (pieces_ == 0) channels_.insert(channels_.end(), opened.begin(), opened.end());
+  for (const NamedChannel& channel : opened) {
+    const auto begin = channels_.begin() + static_cast<std::ptrdiff_t>(pieces_ == 0 ? known : 0);
+    const auto found =
+        std::find_if(begin, channels_.end(), [&](const NamedChannel& other) { return other.name == channel.name; });
+    if (found == channels_.end() || found->values.size() == file_.mesh.vertex_count()) {
+      left_out_.push_back("point data '" + printable(name) + "' left out: not every piece has it once");
+      return;
+    }
+    channels.push_back(&*found);
+  }
+  VtuNumbers numbers = document_.open(array, components * piece_points_.size());
+  for (const Point& point : piece_points_) {
+    for (NamedChannel* channel : channels) {
+      const double value = numbers.values().any_real("a value");
+      if (point.is_new) channel->values.push_back(unfit_.value(value, point.vertex, "a value", numbers.text()));
+    }
+  }
+  require_end(numbers);
+}
+
+void VtuReader::leave_out_cell_data(pugi::xml_node piece) {
+  for (const pugi::xml_node array : piece.child("CellData").children()) {
+    const std::string_view name = array.attribute("Name").value();
+    if (array.type() != pugi::node_element || name == kGhosts) continue;
+    left_out_.push_back("cell data '" + printable(name) + "' left out");
+  }
+}
+
+/// Channels that this piece hasn't.
+void VtuReader::drop_partial_channels() {
+  std::erase_if(channels_, [&](const NamedChannel& channel) {
+    if (channel.values.size() == file_.mesh.vertex_count()) return false;
+    left_out_.push_back("point data '" + printable(channel.name) + "' left out: not every piece has it once");
+    return true;
+  });
+}
+
+void VtuReader::warn() {
+  if (pieces_ > 1) {
+    file_.warnings.push_back(std::to_string(pieces_) + " pieces merged: " + std::to_string(merged_) +
+                             " points at places of an earlier piece's points are the same vertices");
+  }
+  if (ghosts_ > 0) {
+    file_.warnings.push_back(std::to_string(ghosts_) + " ghost cells left out: other pieces have them");
+  }
+  std::set<std::string> said;
+  for (const std::string& sentence : left_out_) {
+    if (said.insert(sentence).second) file_.warnings.push_back(sentence);
+  }
+}
+
+}  // namespace
+
+MeshFile read_vtu(std::string_view bytes, const MeshLimits& limits) { return VtuReader(bytes, limits).read(); }
+
+}  // namespace ccslice

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/used_vertices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+
+double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
+                                std::string_view token) {
+  if (!std::isfinite(value)) numbers_.push_back({vertex, mark, token, what, "is not a finite number"});
+  return value;
+}
+
+double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
+  return coordinate(value, vertex, what, scanner.mark(), scanner.token());
+}
+
+float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
+  const auto narrow = static_cast<float>(value);
+  if (!std::isfinite(narrow)) {
+    numbers_.push_back({vertex, scanner.mark(), scanner.token(), what, "is not finite, or too large for a float"});
+  }
+  return narrow;
+}
+
+std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vector<bool>& used) const {
+  const auto found = std::ranges::find_if(
+      numbers_, [&](const Number& number) { return number.vertex < used.size() && used[number.vertex]; });
+  if (found == numbers_.end()) return std::nullopt;
+  std::string text = found->token.empty() ? "" : quoted(printable(found->token)) + ", ";
+  text.append(found->what).append(" of vertex ").append(std::to_string(found->vertex));
+  text.append(" (from 0), ").append(found->why);
+  return Complaint{found->mark, text};
+}
+
+void UnfitNumbers::throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const {
+  if (const auto complaint = first_used(used)) {
+    scanner.fail_at(complaint->mark, ErrorCode::kMeshNonFinite, complaint->message);
+  }
+}
+
+std::vector<bool> used_vertices(const ControlMesh& mesh) {
+  std::vector<bool> used(mesh.vertex_count(), false);
+  for (const std::uint32_t vertex : mesh.cell_vertices) used[vertex] = true;
+  return used;
+}
+
+void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file) {
+  ControlMesh& mesh = file.mesh;
+  const std::vector<bool> used = used_vertices(mesh);
+  unfit.throw_if_used(used, scanner);
+  const auto left_out = std::count(used.begin(), used.end(), false);
+  if (left_out == 0) return;
+  const std::size_t channels = mesh.channel_count();
+  std::vector<std::uint32_t> new_id(used.size(), 0);
+  std::size_t kept = 0;
+  for (std::size_t vertex = 0; vertex < used.size(); ++vertex) {
+    if (!used[vertex]) continue;
+    new_id[vertex] = static_cast<std::uint32_t>(kept);
+    mesh.positions[kept] = mesh.positions[vertex];
+    std::copy_n(mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * channels), channels,
+                mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(kept * channels));
+    ++kept;
+  }
+  mesh.positions.resize(kept);
+  mesh.channel_values.resize(kept * channels);
+  for (std::uint32_t& vertex : mesh.cell_vertices) vertex = new_id[vertex];
+  file.warnings.push_back(std::to_string(left_out) +
+                          (left_out == 1 ? " vertex that no cell uses" : " vertices that no cell uses") +
+                          " left out; vertex ids in lists and later messages count the others");
+}
+
+}  // namespace ccslice

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Files have vertices that no cell uses: centres of arcs, reference points, nodes of second order, points that a filter
+// left behind. A solid has none, so readers leave them out. Whatever numbers such a vertex has do no harm.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/text_scanner.h"
+
+namespace ccslice {
+
+/// Numbers that a vertex can't have, with their places in the file: NaN, infinite, too large for a float.
+class UnfitNumbers {
+ public:
+  /// A coordinate of `vertex` that `scanner` has just read, passed through. `what` says what it is.
+  double coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
+  /// A channel's value of `vertex`, likewise.
+  float value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
+  /// The same for files that no TextScanner reads.
+  double coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
+                    std::string_view token);
+
+  struct Complaint {
+    std::uint64_t mark;
+    std::string message;
+  };
+  /// What to say of the first one, in the order of the calls, at a vertex that is used, if there is one.
+  std::optional<Complaint> first_used(const std::vector<bool>& used) const;
+  /// Throws Error{kMeshNonFinite} at its place.
+  void throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const;
+
+ private:
+  struct Number {
+    std::size_t vertex;
+    std::uint64_t mark;
+    std::string_view token, what, why;
+  };
+  std::vector<Number> numbers_;
+};
+
+/// Which vertices the cells use. REQUIRES: the cells' vertices exist.
+std::vector<bool> used_vertices(const ControlMesh& mesh);
+
+/// Leaves out the vertices that no cell uses, with a note of how many. Throws Error{kMeshNonFinite} if one of the
+/// others has an unfit number. REQUIRES: the cells' vertices exist, and nothing is sharp.
+void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file);
+
+}  // namespace ccslice

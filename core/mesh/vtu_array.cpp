@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/vtu_array.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace ccslice {
+namespace {
+
+[[noreturn]] void fail(const TextScanner& place, const std::string& message) {
+  place.fail_with(ErrorCode::kFileSyntax, message + "; write the file anew");
+}
+
+/// The value of a digit in base64; 64 for '=', 255 for all others.
+std::uint8_t digit(char c) {
+  if (c >= 'A' && c <= 'Z') return static_cast<std::uint8_t>(c - 'A');
+  if (c >= 'a' && c <= 'z') return static_cast<std::uint8_t>(c - 'a' + 26);
+  if (c >= '0' && c <= '9') return static_cast<std::uint8_t>(c - '0' + 52);
+  if (c == '+') return 62;
+  if (c == '/') return 63;
+  return c == '=' ? 64 : 255;
+}
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/// Bytes one after the other, from themselves or from base64.
+class EncodedBytes {
+ public:
+  EncodedBytes(std::string_view text, bool base64, const TextScanner& place)
+      : text_(text), base64_(base64), place_(place) {}
+
+  /// The next `size` bytes, valid until the next call.
+  std::string_view take(std::uint64_t size) {
+    if (size > (base64_ ? left_over_.size() + text_.size() / 4 * 3 : text_.size())) fail_early();
+    if (!base64_) {
+      const std::string_view bytes = text_.substr(0, size);
+      text_.remove_prefix(size);
+      return bytes;
+    }
+    taken_ = std::move(left_over_);
+    while (taken_.size() < size) take_four();
+    left_over_ = taken_.substr(size);
+    taken_.resize(size);
+    return taken_;
+  }
+
+ private:
+  [[noreturn]] void fail_early() const { fail(place_, "the array's data end early"); }
+
+  /// Four digits are three bytes; padding in their place ends a text, and another may follow.
+  void take_four() {
+    std::array<std::uint8_t, 4> digits{};
+    for (std::uint8_t& value : digits) {
+      while (!text_.empty() && is_blank(text_.front())) text_.remove_prefix(1);
+      if (text_.empty()) fail_early();
+      value = digit(text_.front());
+      if (value == 255) fail(place_, quoted(printable(text_.substr(0, 1))) + " is no digit of base64");
+      text_.remove_prefix(1);
+    }
+    const std::size_t padding = (digits[2] == 64) + (digits[3] == 64);
+    if (digits[0] == 64 || digits[1] == 64 || (digits[2] == 64 && digits[3] != 64)) {
+      fail(place_, "'=' stands in the middle of base64");
+    }
+    const std::uint32_t bits = static_cast<std::uint32_t>(digits[0]) << 18 |
+                               static_cast<std::uint32_t>(digits[1]) << 12 |
+                               static_cast<std::uint32_t>(digits[2] & 63) << 6 | (digits[3] & 63u);
+    for (std::size_t i = 0; i + padding < 3; ++i) taken_ += static_cast<char>(bits >> (16 - 8 * i) & 0xff);
+  }
+
+  std::string_view text_;
+  const bool base64_;
+  const TextScanner& place_;
+  std::string taken_, left_over_;
+};
+
+std::uint64_t take_word(EncodedBytes& bytes, const VtuCoding& coding) {
+  const std::string_view word = bytes.take(coding.header_word_bytes);
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < word.size(); ++i) {
+    value = value << 8 | static_cast<std::uint8_t>(word[coding.big_endian ? i : word.size() - 1 - i]);
+  }
+  return value;
+}
+
+/// Appends what the block inflates to, which has to be `size` bytes.
+void inflate_block(std::string_view block, std::uint64_t size, const TextScanner& place, std::string& bytes) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) throw Error(ErrorCode::kInternal, "zlib doesn't start");
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(block.data()));
+  std::array<char, 1 << 15> buffer;
+  std::uint64_t produced = 0;
+  int status = Z_OK;
+  while (status == Z_OK) {
+    constexpr std::size_t kMostAtOnce = 1u << 30;
+    const std::size_t consumed = static_cast<std::size_t>(reinterpret_cast<const char*>(stream.next_in) - block.data());
+    stream.avail_in = static_cast<uInt>(std::min(block.size() - consumed, kMostAtOnce));
+    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream.avail_out = static_cast<uInt>(buffer.size());
+    status = inflate(&stream, Z_NO_FLUSH);
+    const std::size_t count = buffer.size() - stream.avail_out;
+    produced += count;
+    if (produced > size) break;
+    bytes.append(buffer.data(), count);
+  }
+  if (status != Z_STREAM_END || produced != size) {
+    fail(place,
+         "a block of the array doesn't inflate to the " + std::to_string(size) + " bytes that its header claims");
+  }
+}
+
+void fail_unless_equal(std::uint64_t claimed, std::uint64_t expected, const TextScanner& place) {
+  if (claimed == expected) return;
+  fail(place, "the array's header claims " + std::to_string(claimed) + " bytes, but its values take " +
+                  std::to_string(expected));
+}
+
+std::string inflate_all(EncodedBytes& encoded, const VtuCoding& coding, std::uint64_t expected_bytes,
+                        const TextScanner& place) {
+  const std::uint64_t blocks = take_word(encoded, coding);
+  if (blocks == 0) {
+    fail_unless_equal(0, expected_bytes, place);
+    return {};
+  }
+  const std::uint64_t block_bytes = take_word(encoded, coding), last_bytes = take_word(encoded, coding);
+  const std::uint64_t whole = last_bytes == 0 ? blocks : blocks - 1;
+  const bool fits = last_bytes <= expected_bytes && (whole == 0 || block_bytes <= expected_bytes / whole);
+  if (!fits)
+    fail(place, "the array's header claims more bytes than the " + std::to_string(expected_bytes) + " of its values");
+  fail_unless_equal(whole * block_bytes + last_bytes, expected_bytes, place);
+  std::vector<std::uint64_t> compressed;
+  for (std::uint64_t i = 0; i < blocks; ++i) compressed.push_back(take_word(encoded, coding));
+  std::string bytes;
+  for (std::uint64_t i = 0; i < blocks; ++i) {
+    inflate_block(encoded.take(compressed[i]), i < whole ? block_bytes : last_bytes, place, bytes);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::string decode_vtu_array(std::string_view text, bool base64, const VtuCoding& coding, std::uint64_t expected_bytes,
+                             const TextScanner& place) {
+  EncodedBytes encoded(text, base64, place);
+  if (coding.zlib) return inflate_all(encoded, coding, expected_bytes, place);
+  fail_unless_equal(take_word(encoded, coding), expected_bytes, place);
+  return std::string(encoded.take(expected_bytes));
+}
+
+}  // namespace ccslice

@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_abaqus.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/mesh/validate.h"
+#include "tests/core/mesh/expect_error.h"
+
+namespace ccslice {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const std::string kNodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+const std::string kTet = kNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+
+TEST(ReadAbaqus, PlacesInstancesOfParts) {
+  const std::string path = CCSLICE_TEST_DATA_DIR "/meshes/assembly.inp";
+  MeshFile file = read_abaqus(read_file_bytes(path, 1 << 20));
+  EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(CellKind::kHex, CellKind::kHex, CellKind::kTet));
+  ASSERT_EQ(file.mesh.vertex_count(), 20u);
+  EXPECT_EQ(file.mesh.positions[6], Vec3(2, 1, 3));
+  // (2, 1, 3), moved to (12, 1, 3), then turned about the axis through (10, 0, 0).
+  EXPECT_TRUE(file.mesh.positions[14].isApprox(Vec3(9, 2, 3), 1e-12)) << file.mesh.positions[14].transpose();
+  EXPECT_EQ(file.mesh.positions[17], Vec3(4, 0, 20));
+  EXPECT_NO_THROW(validate(file.mesh));
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("9 vertices that no cell uses left out"), HasSubstr("3 instances placed"),
+                          HasSubstr("1 cells of second order"), "elements of types left out: S3",
+                          "sets of nodes and elements left out: all, corner, solid",
+                          "keywords left out: *ELASTIC, *MATERIAL, *SOLIDSECTION"));
+}
+
+TEST(ReadAbaqus, TakesPartsAsTheyAreWithoutAnAssembly) {
+  const MeshFile file = read_abaqus("*PART, NAME=a\n" + kTet + "*END PART\n*PART, NAME=b\n" + kTet + "*END PART\n");
+  EXPECT_EQ(file.mesh.cell_count(), 2u);
+  const MeshFile one = read_abaqus("*PART, NAME=a\n" + kTet + "*END PART\n*PART, NAME=b\n" + kTet +
+                                   "*END PART\n*ASSEMBLY, NAME=x\n*INSTANCE, NAME=i, PART=b\n*END INSTANCE\n");
+  EXPECT_EQ(one.mesh.cell_count(), 1u);
+  EXPECT_THAT(one.warnings, ElementsAre("part 'a' left out: it has no instance"));
+}
+
+TEST(ReadAbaqus, PlacesMeshesOfInstances) {
+  const MeshFile file =
+      read_abaqus("*PART, NAME=a\n*END PART\n*ASSEMBLY, NAME=x\n*INSTANCE, NAME=i, PART=a\n1, 2, 3\n" + kTet +
+                  "*END INSTANCE\n*END ASSEMBLY\n");
+  EXPECT_THAT(file.mesh.positions, ElementsAre(Vec3(1, 2, 3), Vec3(2, 2, 3), Vec3(1, 3, 3), Vec3(1, 2, 4)));
+}
+
+struct Type {
+  const char* name;
+  int nodes;
+  CellKind kind;
+};
+
+class AbaqusTypes : public testing::TestWithParam<Type> {};
+
+TEST_P(AbaqusTypes, KeepTheirCorners) {
+  const auto& [name, nodes, kind] = GetParam();
+  std::string text = "*NODE\n", element = "7";
+  for (int n = 1; n <= nodes; ++n) {
+    text += std::to_string(n) + ", " + std::to_string(n) + ", " + std::to_string(n * n % 7) + ", 0\n";
+    element += (n == 15 ? ",\n" : ", ") + std::to_string(n);
+  }
+  const MeshFile file = read_abaqus(text + "*ELEMENT, TYPE=" + name + "\n" + element + "\n");
+  EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(kind));
+  ASSERT_EQ(file.mesh.vertex_count(), static_cast<std::size_t>(corner_count(kind)));
+  for (std::uint32_t corner = 0; corner < file.mesh.cell_vertices.size(); ++corner) {
+    EXPECT_EQ(file.mesh.cell_vertices[corner], corner);
+    EXPECT_EQ(file.mesh.positions[corner].x(), corner + 1.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(ReadAbaqus, AbaqusTypes,
+                         testing::Values(Type{"C3D4", 4, CellKind::kTet}, Type{"c3d4h", 4, CellKind::kTet},
+                                         Type{"C3D6", 6, CellKind::kWedge}, Type{"C3D8", 8, CellKind::kHex},
+                                         Type{"C3D8R", 8, CellKind::kHex}, Type{"C3D8I", 8, CellKind::kHex},
+                                         Type{"DC3D8", 8, CellKind::kHex}, Type{"SC8R", 8, CellKind::kHex},
+                                         Type{"SC6R", 6, CellKind::kWedge}, Type{"C3D10", 10, CellKind::kTet},
+                                         Type{"C3D10M", 10, CellKind::kTet}, Type{"C3D15", 15, CellKind::kWedge},
+                                         Type{"C3D15V", 18, CellKind::kWedge}, Type{"C3D20", 20, CellKind::kHex},
+                                         Type{"C3D20R", 20, CellKind::kHex}, Type{"C3D27", 27, CellKind::kHex},
+                                         Type{"C3D27R", 21, CellKind::kHex}),
+                         [](const auto& info) { return info.param.name + std::to_string(info.param.nodes); });
+
+TEST(ReadAbaqus, TakesAnyNumbersWhereNoCellIs) {
+  const MeshFile file = read_abaqus(kTet + "*NODE\n5, nan, inf\n6, 1\n");
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("2 vertices that no cell uses left out")));
+}
+
+/// A folder of files that is gone afterwards.
+class IncludedFiles : public testing::Test {
+ protected:
+  IncludedFiles() { fs::create_directories(folder_ / "deeper"); }
+  ~IncludedFiles() override { fs::remove_all(folder_); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  static MeshFile read(const std::string& path) { return read_abaqus(read_file_bytes(path, 1 << 20), {}, path); }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / "ccslice_included_files";
+};
+
+TEST_F(IncludedFiles, StandWhereTheyAreNamed) {
+  write("deeper/nodes.txt", "** comment\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n");
+  write("deeper/cells.inp", "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n");
+  write("deeper/all.inp", "*NODE, INPUT=nodes.txt\n*INCLUDE, INPUT=\"cells.inp\"\n");
+  const std::string path =
+      write("main.inp",
+            "*HEADING\n*INCLUDE,\nINPUT=deeper/all.inp\n*ELEMENT, TYPE=C3D4\n2, 1, 3, 2, 5\n*NODE\n5, 0, 0, -1\n");
+  const MeshFile file = read(path);
+  EXPECT_EQ(file.mesh.cell_count(), 2u);
+  EXPECT_EQ(file.mesh.vertex_count(), 5u);
+  EXPECT_EQ(read_mesh(read_file_bytes(path, 1 << 20), {}, path).mesh.cell_count(), 2u);
+}
+
+TEST_F(IncludedFiles, AreNamedWithTheirLines) {
+  write("nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, zero, 0\n");
+  expect_error([&] { read(write("main.inp", "*INCLUDE, INPUT=nodes.inp\n")); }, ErrorCode::kFileSyntax,
+               "nodes.inp: line 3: expected a coordinate, found 'zero'");
+  expect_error([&] { read(write("main.inp", "\n*INCLUDE, INPUT=none.inp\n")); }, ErrorCode::kFileUnreadable,
+               "line 2: there is no file 'none.inp' in the folder of");
+  expect_error([&] { read(write("main.inp", "*INCLUDE, INPUT=deeper\n")); }, ErrorCode::kFileUnreadable, "no file");
+  expect_error([&] { read(write("main.inp", "*INCLUDE\n")); }, ErrorCode::kFileSyntax, "INPUT=...");
+}
+
+TEST_F(IncludedFiles, NeverIncludeThemselves) {
+  write("a.inp", "*INCLUDE, INPUT=deeper/b.inp\n");
+  write("deeper/b.inp", "*INCLUDE, INPUT=../a.inp\n");
+  expect_error([&] { read((folder_ / "a.inp").string()); }, ErrorCode::kFileSyntax,
+               "b.inp: line 1: '../a.inp' includes itself");
+  expect_error([&] { read(write("c.inp", "*NODE, INPUT=c.inp\n")); }, ErrorCode::kFileSyntax, "includes itself");
+  // Files that include the next one twice: a thousand includes from ten of them.
+  for (int i = 0; i < 12; ++i) {
+    const std::string next = "*INCLUDE, INPUT=" + std::to_string(i + 1) + ".inp\n";
+    write(std::to_string(i) + ".inp", i < 11 ? next + next : std::string("** end\n"));
+  }
+  expect_error([&] { read((folder_ / "0.inp").string()); }, ErrorCode::kMeshTooLarge, "more than 1000 includes");
+}
+
+TEST(ReadAbaqus, RefusesIncludesWithoutAPath) {
+  expect_error([] { read_abaqus("*NODE, INPUT=nodes.txt\n"); }, ErrorCode::kFileUnsupported,
+               "line 1: the file includes 'nodes.txt', which can't be told from its bytes alone: put its lines here");
+}
+
+TEST(ReadAbaqus, NamesLineAndRemedy) {
+  const auto expect = [](const std::string& text, ErrorCode code, const std::string& part) {
+    SCOPED_TRACE(part);
+    expect_error([&] { (void)read_abaqus(text); }, code, part);
+  };
+  const std::string element = "*ELEMENT, TYPE=C3D4\n";
+  expect("*NODE\n1, x\n", ErrorCode::kFileSyntax, "line 2: expected a coordinate, found 'x'");
+  expect("*NODE\none, 0\n", ErrorCode::kFileSyntax, "line 2: expected a node's number, found 'one'");
+  expect("*NODE, SYSTEM=C\n", ErrorCode::kFileUnsupported, "write rectangular ones");
+  expect("*NGEN\n1, 5\n", ErrorCode::kFileUnsupported, "line 1: *NGEN makes or moves");
+  expect(kNodes + "1, 0, 0, 0\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "line 6: node 1 comes twice");
+  expect(kNodes + "*ELEMENT\n1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "TYPE=...");
+  expect(kNodes + "*ELEMENT, TYPE=C3D5\n", ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(kNodes + "*ELEMENT, TYPE=C3D7\n", ErrorCode::kMeshUnsupportedCell, "type C3D7 are not known");
+  expect(kNodes + element + "1, 1, 2, 3\n*STEP\n", ErrorCode::kFileSyntax,
+         "element 1 of type C3D4 has 3 nodes instead");
+  expect(kNodes + element + "1, 1, 2, 3", ErrorCode::kFileSyntax, "line 7: element 1 of type C3D4 has 3 nodes");
+  expect(kNodes + element + "1, 1, 2, 3, 4, 5\n", ErrorCode::kFileSyntax, "has more than 4 nodes");
+  expect(kNodes + element + "1, 1, 2, 3, 9\n", ErrorCode::kMeshIndexOutOfRange, "line 7: an element uses node 9");
+  expect("*NODE\n1, 0, nan, 0\n2, 1\n3, 0, 1\n4, 0, 0, 1\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshNonFinite,
+         "line 2: 'nan', a coordinate of vertex 0");
+  expect(element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshEmpty, "*NODE");
+  expect(kNodes + "*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", ErrorCode::kMeshEmpty, "no solid elements");
+  expect("*PART\n", ErrorCode::kFileSyntax, "NAME=...");
+  expect("*PART, NAME=a\n*END PART\n*PART, NAME=A\n", ErrorCode::kFileSyntax, "line 3: a second part 'A'");
+  expect("*INSTANCE, NAME=i, PART=a\n", ErrorCode::kFileSyntax, "put *PART before it");
+  expect("*INSTANCE, INSTANCE=i\n", ErrorCode::kFileUnsupported, "from another analysis");
+  const std::string instance = "*PART, NAME=a\n*END PART\n*INSTANCE, NAME=i, PART=a\n";
+  expect(instance + "0, 0, nan\n", ErrorCode::kMeshNonFinite, "line 4: 'nan'");
+  expect(instance + "0, 0, 0\n1, 1, 1, 1, 1, 1, 90\n", ErrorCode::kFileSyntax, "line 5: expected two different points");
+  expect(instance + "0\n0\n0\n", ErrorCode::kFileSyntax, "line 6: expected a keyword");
+}
+
+TEST(ReadAbaqus, BoundsNodesAndCellsOfAllInstances) {
+  MeshLimits limits;
+  limits.max_vertices = 10;
+  std::string text = "*PART, NAME=a\n" + kTet + "*END PART\n*ASSEMBLY, NAME=x\n";
+  for (int i = 0; i < 3; ++i) text += "*INSTANCE, NAME=i, PART=a\n*END INSTANCE\n";
+  expect_error([&] { read_abaqus(text, limits); }, ErrorCode::kMeshTooLarge, "more than 10 nodes");
+  limits.max_vertices = 3;
+  expect_error([&] { read_abaqus(kTet, limits); }, ErrorCode::kMeshTooLarge, "line 5: more than 3 nodes");
+}
+
+}  // namespace
+}  // namespace ccslice

@@ -1,0 +1,220 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/read_vtu.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/mesh/validate.h"
+#include "tests/core/mesh/expect_error.h"
+
+namespace ccslice {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string array(const std::string& name, const std::string& type, const std::string& values, int components = 1) {
+  return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
+         "\" format=\"ascii\">\n" + values + "\n</DataArray>\n";
+}
+
+std::string piece(int points, const std::string& positions, int cells, const std::string& connectivity,
+                  const std::string& offsets, const std::string& types, const std::string& data = "") {
+  return "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfCells=\"" + std::to_string(cells) + "\">" +
+         data + "<Points>" + array("Points", "Float64", positions, 3) + "</Points><Cells>" +
+         array("connectivity", "Int64", connectivity) + array("offsets", "Int64", offsets) +
+         array("types", "UInt8", types) + "</Cells></Piece>";
+}
+
+std::string whole(const std::string& pieces, const std::string& attributes = "byte_order=\"LittleEndian\"") {
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" " + attributes +
+         ">\n<UnstructuredGrid>\n" + pieces + "\n</UnstructuredGrid>\n</VTKFile>\n";
+}
+
+std::string point_data(const std::string& arrays, const std::string& attributes = "") {
+  return "<PointData " + attributes + ">" + arrays + "</PointData>";
+}
+
+const std::string kTetPoints = "0 0 0  1 0 0  0 1 0  0 0 1";
+std::string tet(const std::string& data = "") { return piece(4, kTetPoints, 1, "0 1 2 3", "4", "10", data); }
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(ReadVtu, ReadsText) {
+  const std::string heat =
+      array("heat &amp; &lt;flow&gt;", "Float32", "1 2 3 4") + array("v", "Int8", "1 -1 2 -2 3 -3 4 -4", 2);
+  const MeshFile file = read_vtu(whole(tet(point_data(heat))));
+  EXPECT_THAT(file.mesh.positions, ElementsAre(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)));
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("heat & <flow>", "v.0", "v.1"));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 1, -1, 2, 2, -2, 3, 3, -3, 4, 4, -4));
+  EXPECT_TRUE(file.warnings.empty());
+  EXPECT_EQ(read_mesh("\xef\xbb\xbf" + whole(tet())).mesh.cell_count(), 1u);
+}
+
+TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
+  const std::string data = array("up", "Float32", "0 0 0 0 0 0 0 0 0 0 0 0", 3) +
+                           "<Array type=\"String\" Name=\"names\" format=\"ascii\">97 0</Array>" +
+                           array(std::string(257, 'x'), "Int32", "1 2 3 4") + array("a", "Int32", "1 2 3 4");
+  const MeshFile file = read_vtu(whole(replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>",
+                                                "<CellData>" + array("id", "Int32", "7") + "</CellData><Points>")));
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out",
+                                         "point data 'names' left out", "cell data 'id' left out"));
+}
+
+TEST(ReadVtu, TakesCellsOfSecondOrderByTheirCorners) {
+  struct Curved {
+    int type, points;
+    CellKind kind;
+  };
+  for (const auto& [type, points, kind] :
+       {Curved{24, 10, CellKind::kTet}, Curved{25, 20, CellKind::kHex}, Curved{26, 15, CellKind::kWedge},
+        Curved{29, 27, CellKind::kHex}, Curved{32, 18, CellKind::kWedge}, Curved{33, 24, CellKind::kHex}}) {
+    std::string positions, ids;
+    for (int i = 0; i < points; ++i) {
+      positions += std::to_string(i) + " 0 0 ";
+      ids += std::to_string(i) + " ";
+    }
+    const MeshFile file =
+        read_vtu(whole(piece(points, positions, 1, ids, std::to_string(points), std::to_string(type))));
+    EXPECT_THAT(file.mesh.cell_kinds, ElementsAre(kind));
+    EXPECT_EQ(file.mesh.vertex_count(), static_cast<std::size_t>(corner_count(kind))) << type;
+    EXPECT_EQ(file.mesh.positions.back().x(), corner_count(kind) - 1);
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("cells of second order"), HasSubstr("no cell uses")));
+  }
+}
+
+// Two tetrahedra that share a face, in two pieces; the second one repeats its points, in another order, and has the
+// first one's cell as a ghost.
+std::string two_pieces(const std::string& first, const std::string& second) {
+  const std::string ghosts = "<CellData>" + array("vtkGhostType", "UInt8", "0 1") + "</CellData>";
+  return whole(piece(4, kTetPoints, 1, "0 1 2 3", "4", "10", first) +
+               "<Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"></Piece>" +
+               piece(5, "1 1 1  0 0 1  0 -0.0 0  1 0 0  0 1 0", 2, "3 4 1 0 2 3 4 1", "4 8", "10 10", ghosts + second));
+}
+
+TEST(ReadVtu, MergesPieces) {
+  MeshFile file = read_vtu(two_pieces(point_data(array("a", "Int32", "1 2 3 4") + array("b", "Int32", "1 1 1 1")),
+                                      point_data(array("c", "Int32", "1 1 1 1 1") + array("a", "Int32", "5 9 9 9 9"))));
+  EXPECT_EQ(file.mesh.vertex_count(), 5u);
+  EXPECT_EQ(file.mesh.cell_count(), 2u);
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3, 1, 2, 3, 4));
+  EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_NO_THROW(validate(file.mesh));
+  EXPECT_THAT(file.warnings,
+              ElementsAre("2 pieces merged: 4 points at places of an earlier piece's points are the same vertices",
+                          "1 ghost cells left out: other pieces have them",
+                          "point data 'c' left out: not every piece has it once",
+                          "point data 'b' left out: not every piece has it once"));
+}
+
+TEST(ReadVtu, TakesAnyNumbersWhereNoCellIs) {
+  const std::string data = point_data(array("a", "Float64", "1 2 3 4 1e99"));
+  const std::string text = whole(piece(5, kTetPoints + " nan inf 0", 1, "0 1 2 3", "4", "10", data));
+  const MeshFile file = read_vtu(text);
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
+  const std::string used = replaced(text, "0 1 2 3\n", "4 1 2 3\n");
+  expect_error([&] { read_vtu(used); }, ErrorCode::kMeshNonFinite,
+               "byte " + std::to_string(used.find("nan")) + ": 'nan', a coordinate of vertex 4");
+}
+
+void expect(const std::string& text, ErrorCode code, const std::string& part) {
+  SCOPED_TRACE(part);
+  expect_error([&] { (void)read_vtu(text); }, code, part);
+}
+
+TEST(ReadVtu, NamesByteAndToken) {
+  const std::string text = whole(tet());
+  const auto expect_at = [&](const std::string& from, const std::string& to, const std::string& token,
+                             const std::string& part) {
+    const std::string changed = replaced(text, from, to);
+    expect(changed, ErrorCode::kFileSyntax, "byte " + std::to_string(changed.find(token)) + ": " + part);
+  };
+  expect_at("1 0 0", "1 zero 0", "zero", "expected a coordinate, found 'zero'");
+  expect_at("0 1 2 3\n", "0 1 2 three\n", "three", "expected a point id, found 'three'");
+  expect_at("0 1 2 3\n", "0 1 2 3 99\n", "99", "expected the end of the array, found '99'");
+  expect_at("\n10\n", "\n1x\n", "1x", "expected a cell type, found '1x'");
+  expect_at("\n10\n", "\n300\n", "300", "expected a VTK cell type, found '300'");
+  expect_at("\n4\n", "\n-4\n", "-4", "expected an offset, found '-4'");
+  expect(replaced(text, "\n4\n", "\n99999999999\n"), ErrorCode::kFileSyntax, "expected offsets that never fall");
+  expect(replaced(text, "\n4\n", "\n5\n"), ErrorCode::kFileSyntax, "expected a point id, found the end");
+  expect(replaced(text, "\n4\n", "\n3\n"), ErrorCode::kFileSyntax, "expected the end of the array, found '3'");
+  expect(replaced(text, "0 1 2 3\n", "0 1 2 4\n"), ErrorCode::kMeshIndexOutOfRange, "point id 4; the piece has 4");
+  expect(replaced(text, "\n10\n", "\n14\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(replaced(text, "\n10\n", "\n27\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(replaced(text, "\n10\n", "\n42\n"), ErrorCode::kMeshUnsupportedCell, "type 42");
+  expect(replaced(text, "\n10\n", "\n12\n"), ErrorCode::kFileSyntax, "which has 8 corners, but lists 4");
+  expect(replaced(text, "\n10\n", "\n24\n"), ErrorCode::kFileSyntax, "which has 10 points, but lists 4");
+  expect(replaced(text, "\n10\n", "\n5\n"), ErrorCode::kMeshEmpty, "volume cells");
+  expect(replaced(text, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), ErrorCode::kFileSyntax,
+         "points need 3 components");
+  expect(replaced(text, "NumberOfCells=\"1\"", "NumberOfCells=\"one\""), ErrorCode::kFileSyntax,
+         "expected a whole number as NumberOfCells, found 'one'");
+  expect(replaced(text, "NumberOfPoints=\"4\"", "NumberOfPoints=\"99999999\""), ErrorCode::kMeshTooLarge,
+         "NumberOfPoints is 99999999, at most");
+  expect(replaced(text, "\"types\"", "\"kinds\""), ErrorCode::kFileSyntax, "expected DataArray 'types' in Cells");
+  expect(whole("<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"/>"), ErrorCode::kFileSyntax, "expected Points");
+  expect(whole(""), ErrorCode::kMeshEmpty, "no Piece");
+  std::string many;
+  for (int i = 0; i < 22; ++i) many += array("v" + std::to_string(i), "Int8", "1 2 3 1 2 3 1 2 3 1 2 3", 3);
+  expect(whole(tet(point_data(many))), ErrorCode::kMeshTooLarge, "point data 'v21' makes more than 64 channels");
+}
+
+TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
+  const std::string text = whole(tet());
+  const auto refuse = [&](const std::string& from, const std::string& to, const std::string& part) {
+    expect(replaced(text, from, to), ErrorCode::kFileUnsupported, part);
+  };
+  refuse("type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"", "merge its pieces into one .vtu");
+  refuse("type=\"UnstructuredGrid\"", "type=\"PolyData\"", "save the mesh as UnstructuredGrid");
+  refuse("<?xml version=\"1.0\"?>", "<?xml version=\"1.0\" encoding=\"UTF-16\"?>", "save it as UTF-8");
+  refuse("byte_order", "compressor=\"vtkLZ4DataCompressor\" byte_order", "save it with zlib or without compression");
+  refuse("Float64", "Float80", "is of type 'Float80'");
+  refuse("\"ascii\"", "\"hex\"", "has format 'hex'");
+  expect("<svg></svg>", ErrorCode::kFileUnsupported, "no file of VTK's");
+  expect(replaced(text, "LittleEndian", "MiddleEndian"), ErrorCode::kFileSyntax, "byte_order");
+  expect(replaced(text, "byte_order", "header_type=\"UInt16\" byte_order"), ErrorCode::kFileSyntax, "header_type");
+  expect(text.substr(0, text.size() / 2), ErrorCode::kFileSyntax, "isn't whole XML");
+  expect("<VTKFile type=\"UnstructuredGrid\"></VTKFile>", ErrorCode::kFileSyntax, "no UnstructuredGrid");
+  std::string wide;
+  for (const char c : text) wide += {c, '\0'};
+  expect_error([&] { read_mesh(wide); }, ErrorCode::kFileUnsupported, "save it as UTF-8");
+  // Entities of its own are no part of what is read, so they can't grow.
+  expect(replaced(replaced(text, "<VTKFile", "<!DOCTYPE VTKFile [<!ENTITY a \"1 0 0\">]><VTKFile"), "1 0 0  0 1",
+                  "&a; 0 1"),
+         ErrorCode::kFileSyntax, "found '&a;'");
+}
+
+TEST(ReadVtu, RefusesWrongOffsetsOfAppendedData) {
+  const std::string path = CCSLICE_TEST_DATA_DIR "/meshes/vtk_appended_raw.vtu";
+  const std::string file = read_file_bytes(path, 1 << 20);
+  const auto at = file.find("offset=\"", file.find("<Points>"));
+  const auto with_offset = [&](const std::string& offset) {
+    std::string changed = file;
+    return changed.replace(at + 8, changed.find('"', at + 8) - at - 8, offset);
+  };
+  expect(with_offset("99999999"), ErrorCode::kFileSyntax, "has offset 99999999, but the appended data have");
+  expect(with_offset("1"), ErrorCode::kFileSyntax, "the array's header claims");
+  expect(with_offset("x"), ErrorCode::kFileSyntax, "expected a whole number as offset");
+  expect(replaced(file, "encoding=\"raw\"", "encoding=\"zip\""), ErrorCode::kFileUnsupported,
+         "raw and base64 are read");
+  expect(file.substr(0, file.find("<AppendedData")) + "</VTKFile>", ErrorCode::kFileSyntax, "have 0 bytes");
+  expect(file.substr(0, file.find("<AppendedData") + 20), ErrorCode::kFileSyntax, "no '_' begins");
+  for (std::size_t length = file.find("<AppendedData"); length + 120 < file.size(); length += 7) {
+    EXPECT_THROW(read_vtu(file.substr(0, length)), Error) << length;
+  }
+}
+
+}  // namespace
+}  // namespace ccslice
