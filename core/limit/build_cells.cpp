@@ -14,6 +14,7 @@
 #include "core/subdivision/canonical_rings.h"
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
+#include "core/subdivision/refine_rules.h"
 #include "core/subdivision/ring.h"
 #include "core/subdivision/surface_ring.h"
 

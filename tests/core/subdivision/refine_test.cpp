@@ -61,19 +61,6 @@ TEST(Refine, HalvesAFullySharpBox) {
   }
 }
 
-TEST(Refine, KeepsDataConstantAlongAStraightExtraordinaryEdge) {
-  for (const int valence : {3, 5, 6, 7}) {
-    const ControlMesh mesh = oracle::fan_mesh(valence, 1, 3);
-    const CellComplex complex = make_cell_complex(mesh);
-    const Refinement refined = refine(complex, all_cells(complex));
-    // Heights away from the two caps are equidistant again, and places across the edge repeat from layer to layer.
-    for (const VertexId v : complex.vertices()) {
-      if (!on_straight_extraordinary_edge(complex, v)) continue;
-      EXPECT_LT((apply_row(refined, v, mesh.positions) - mesh.positions[v]).norm(), 1e-12) << "valence " << valence;
-    }
-  }
-}
-
 TEST(Refine, CutsOutWhatTheChildrenNeedAndNoMore) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(5, 5, 5));
   const CellId middle{62};
