@@ -32,8 +32,8 @@ std::string describe(const v1::LimitDeviation& deviation) {
   std::string text = "\n  mesh size  " + describe(deviation.control_box());
   const double percent = std::round(1e4 * (limit / control - 1)) / 100;
   const std::string change = percent == 0 ? "the same" : (percent > 0 ? "+" : "") + show_number(percent) + " %";
-  text +=
-      "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), control mesh " + show_number(control) + " mm^3";
+  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), " +
+          (deviation.interpolating() ? "mesh that it interpolates " : "control mesh ") + show_number(control) + " mm^3";
   text += "\n  moved      ";
   const v1::Vector3& place = deviation.farthest_vertex_mm();
   const double rounding = 1e-12 * (1 + std::abs(place.x()) + std::abs(place.y()) + std::abs(place.z()));

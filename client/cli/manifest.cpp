@@ -202,7 +202,8 @@ void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
   add_vector(deviation.farthest_vertex_mm(), json);
   json.key("farthest_limit_mm");
   add_vector(deviation.farthest_limit_mm(), json);
-  json.member("farthest_distance_mm", deviation.farthest_distance_mm()).end_object();
+  json.member("farthest_distance_mm", deviation.farthest_distance_mm());
+  json.member("interpolating", deviation.interpolating()).end_object();
 }
 
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {

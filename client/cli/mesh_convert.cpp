@@ -70,6 +70,7 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   }
   message.mutable_sharp_vertices()->Assign(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
   message.set_allow_folds(mesh.allow_folds);
+  message.set_interpolating(mesh.interpolating);
   return message;
 }
 
@@ -89,6 +90,7 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   *message.mutable_farthest_vertex_mm() = vector_to_proto(deviation.farthest.position);
   *message.mutable_farthest_limit_mm() = vector_to_proto(deviation.farthest.limit);
   message.set_farthest_distance_mm(deviation.farthest.distance_mm());
+  message.set_interpolating(deviation.interpolating);
   return message;
 }
 
@@ -110,6 +112,7 @@ ControlMesh from_proto(const v1::ControlMesh& message) {
   }
   mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
   mesh.allow_folds = message.allow_folds();
+  mesh.interpolating = message.interpolating();
   return mesh;
 }
 

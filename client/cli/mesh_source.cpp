@@ -4,6 +4,7 @@
 #include "client/cli/mesh_source.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "client/cli/ccmesh.h"
@@ -35,6 +36,7 @@ MeshFile read_any(const std::string& bytes, const std::string& path) {
 struct Changes {
   std::vector<Grade> grades;
   Sizing sizing;
+  std::optional<FittedVertices> fit;
 };
 
 Changes parse_changes(const MeshOptions& options) {
@@ -45,6 +47,7 @@ Changes parse_changes(const MeshOptions& options) {
     throw UsageError(error.what());
   }
   changes.sizing = parse_sizing(options.size);
+  changes.fit = parse_fit(options.interpolate);
   return changes;
 }
 
@@ -66,23 +69,45 @@ std::string depth_note(const Grade& grade, double deepest_mm) {
          show_number(std::lerp(grade.first, grade.last, deepest_mm / depth)) + " instead of " + show_number(grade.last);
 }
 
-/// Sharpens, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come last,
-/// as their lengths are those of the result.
+void refuse_second_fit(const MeshOptions& options, const Changes& changes) {
+  if (!changes.fit && !options.sharp.any()) return;
+  throw UsageError("the control points of " + options.mesh +
+                   " are fitted already: give --interpolate and --sharp-... with the mesh that they were fitted to");
+}
+
+/// The fitted mesh beside the one that is meant, if control points are fitted, or were before and are to be graded.
+std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh) {
+  if (changes.fit) return FittedMesh(mesh, *changes.fit);
+  if (mesh.interpolating && !changes.grades.empty()) return FittedMesh(mesh);
+  return std::nullopt;
+}
+
+/// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
+/// last, as their lengths are those of the result.
 void change(const MeshOptions& options, const Changes& changes, LoadedMesh& loaded) {
+  if (loaded.mesh.interpolating) refuse_second_fit(options, changes);
   ControlMesh checked = loaded.mesh;
   validate(checked);
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
-  place(options.size, changes.sizing, loaded.mesh, loaded.warnings);
+  std::optional<FittedMesh> pair = fit(changes, loaded.mesh);
+  ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
+  if (changes.sizing.places()) {
+    const Similarity similarity =
+        find_place(options.size, changes.sizing, pair ? pair->fitted() : loaded.mesh, loaded.warnings);
+    pair ? pair->place(similarity) : similarity.apply(loaded.mesh);
+  }
   for (const Grade& grade : changes.grades) {
-    const double deepest_mm = apply_grade(grade, loaded.mesh);
+    const double deepest_mm = apply_grade(grade, meant);
     if (grade.field == GradeField::kDistance) loaded.warnings.push_back(depth_note(grade, deepest_mm));
   }
+  if (pair) loaded.mesh = pair->finish(loaded.warnings);
   check_channel_names(loaded.mesh);
 }
 
 /// The option that helps, if one does.
 const char* remedy_of(ErrorCode code) {
   if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
+  if (code == ErrorCode::kMeshNotInterpolable) return " (--interpolate=boundary)";
   return code == ErrorCode::kMeshCoordinateOutOfRange ? " (--units says what unit the file is in)" : "";
 }
 
@@ -96,7 +121,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes) {
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
   apply_units(changes.sizing, loaded.mesh);
-  const bool changed = !changes.grades.empty() || options.sharp.any() || changes.sizing.changes();
+  const bool changed =
+      !changes.grades.empty() || options.sharp.any() || changes.sizing.changes() || changes.fit.has_value();
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
@@ -127,6 +153,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->group("Mesh");
   add_size_options(command, options.size);
   add_sharp_options(command, options.sharp);
+  add_fit_option(command, options.interpolate);
   command
       .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
       ->group("Mesh");
@@ -155,9 +182,11 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
 
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
-  if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds) {
+  if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds ||
+      !options.interpolate.empty()) {
     throw UsageError(
-        "--units, --size, --center, --on-bed, --grade, --sharp-... and --allow-folds change a mesh file; " +
+        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate and --allow-folds change a mesh "
+        "file; " +
         options.mesh + " is on the server already");
   }
   return true;

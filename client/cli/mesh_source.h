@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Where a command's mesh comes from: a file (Gmsh, Abaqus, MEDIT, VTK, OpenVolumeMesh, .ccmesh, JSON),
-// sharpened, sized and graded on the way, or the id of a mesh that the server holds.
+// sharpened, fitted, sized and graded on the way, or the id of a mesh that the server holds.
 
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/fitting.h"
 #include "client/cli/json.h"
 #include "client/cli/session.h"
 #include "client/cli/sharpening.h"
@@ -27,6 +28,7 @@ struct MeshOptions {
   SizeOptions size = {};
   SharpOptions sharp = {};
   bool allow_folds = false;
+  std::string interpolate = {};  // "", "all" or "boundary".
 };
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);
@@ -38,7 +40,7 @@ struct LoadedMesh {
   std::shared_ptr<const client::MeshBytes> bytes;
 };
 
-/// Reads, checks, sharpens, sizes and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
+/// Reads, checks, sharpens, fits, sizes and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
 LoadedMesh load_mesh(const MeshOptions& options);
 
 /// Notes on what was read and changed: lines on standard error, unless the session is quiet, and a JSON member.

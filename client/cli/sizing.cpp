@@ -86,8 +86,12 @@ void apply_units(const Sizing& sizing, ControlMesh& mesh) {
   for (Vec3& position : mesh.positions) position *= sizing.mm_per_unit;
 }
 
-void place(const SizeOptions& options, const Sizing& sizing, ControlMesh& mesh, std::vector<std::string>& notes) {
-  if (!sizing.places()) return;
+void Similarity::apply(ControlMesh& mesh) const {
+  for (Vec3& position : mesh.positions) position = (*this)(position);
+}
+
+Similarity find_place(const SizeOptions& options, const Sizing& sizing, const ControlMesh& mesh,
+                      std::vector<std::string>& notes) {
   const Box3 box = measure_limit(mesh).bounding_box;
   double scale = 1;
   if (sizing.side_mm) {
@@ -98,10 +102,10 @@ void place(const SizeOptions& options, const Sizing& sizing, ControlMesh& mesh, 
   Vec3 offset = Vec3::Zero();
   if (sizing.center) offset.head<2>() = -scale * box.center().head<2>();
   if (sizing.on_bed) offset.z() = -scale * box.min().z();
-  for (Vec3& position : mesh.positions) position = scale * position + offset;
   const Vec3 low = scale * box.min() + offset, high = scale * box.max() + offset;
   notes.push_back((sizing.side_mm ? "--size " + options.size + " scales by " + show_number(scale) + ": " : "") +
                   "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
+  return {scale, offset};
 }
 
 void warn_of_size(const SizeOptions& options, const ControlMesh& mesh, std::vector<std::string>& notes) {

@@ -46,9 +46,19 @@ Sizing parse_sizing(const SizeOptions& options);
 /// Turns the file's coordinates into mm.
 void apply_units(const Sizing& sizing, ControlMesh& mesh);
 
-/// Scales the mesh about its origin, then moves it, and adds a sentence on where the part is to `notes`. REQUIRES: a
+/// Scaled about the origin, then moved.
+struct Similarity {
+  double scale = 1;
+  Vec3 offset = Vec3::Zero();
+
+  Vec3 operator()(const Vec3& position) const { return scale * position + offset; }
+  void apply(ControlMesh& mesh) const;
+};
+
+/// What takes the mesh's limit to its size and its place. Adds a sentence on where the part is to `notes`. REQUIRES: a
 /// mesh that validate() takes. Throws what preparing the mesh does.
-void place(const SizeOptions& options, const Sizing& sizing, ControlMesh& mesh, std::vector<std::string>& notes);
+Similarity find_place(const SizeOptions& options, const Sizing& sizing, const ControlMesh& mesh,
+                      std::vector<std::string>& notes);
 
 /// Adds a warning to `notes` if the mesh is so small or so large that its unit may be another one, unless the options
 /// say that it is meant.

@@ -29,6 +29,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMeshUnknownCellKind: return "MESH_UNKNOWN_CELL_KIND";
     case ErrorCode::kMeshCoordinateOutOfRange: return "MESH_COORDINATE_OUT_OF_RANGE";
     case ErrorCode::kMeshTooComplex: return "MESH_TOO_COMPLEX";
+    case ErrorCode::kMeshNotInterpolable: return "MESH_NOT_INTERPOLABLE";
     case ErrorCode::kPitchInvalid: return "PITCH_INVALID";
     case ErrorCode::kGridTooLarge: return "GRID_TOO_LARGE";
     case ErrorCode::kPlacementSingular: return "PLACEMENT_SINGULAR";

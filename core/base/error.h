@@ -40,6 +40,7 @@ enum class ErrorCode : int {
   kMeshUnknownCellKind = 118,       // A number that is no cell kind.
   kMeshCoordinateOutOfRange = 119,  // A position farther from the origin than the limits allow.
   kMeshTooComplex = 120,            // More entries than 32-bit numbers can count.
+  kMeshNotInterpolable = 121,       // No control points take the limit through all vertices, or only with folds.
   // 2xx: the slicing request.
   kPitchInvalid = 200,            // Zero, negative or non-finite voxel pitch.
   kGridTooLarge = 201,            // More columns or rows than the limits allow.

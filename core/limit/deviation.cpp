@@ -13,6 +13,7 @@
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
 #include "core/mesh/validate.h"
+#include "core/subdivision/limit_masks.h"
 
 namespace ccslice {
 
@@ -133,7 +134,7 @@ VertexLimit farthest_vertex(const LimitSolid::Data& data, const Mat3& map) {
   double most = -1;
   for (std::size_t i = 0; i < data.boundary_vertices.size(); ++i) {
     const std::uint32_t vertex = data.boundary_vertices[i];
-    const Vec3 position = data.position(vertex);
+    const Vec3 position = data.meant_position(i);
     const double distance = (map * (data.vertex_limits[i] - position)).squaredNorm();
     if (distance <= most) continue;
     most = distance;
@@ -144,20 +145,20 @@ VertexLimit farthest_vertex(const LimitSolid::Data& data, const Mat3& map) {
 
 Box3 control_box(const LimitSolid::Data& data, const Placement& placement) {
   Box3 box;
-  for (const std::uint32_t vertex : data.boundary_vertices) box.extend(placement * data.position(vertex));
+  for (std::size_t i = 0; i < data.boundary_vertices.size(); ++i) box.extend(placement * data.meant_position(i));
   return box;
 }
 
 }  // namespace
 
-double control_volume_mm3(const ControlMesh& mesh, const CellComplex& complex) {
-  const Vec3 centre = mesh.positions.front();
+double control_volume_mm3(const CellComplex& complex, std::span<const Vec3> positions) {
+  const Vec3 centre = positions.front();
   double sum = 0;
   for (const FaceId face : complex.faces()) {
     if (!complex.face_on_boundary(face)) continue;
     const auto vertices = complex.face_vertices(face);
     std::array<Vec3, 4> ring;
-    for (std::size_t i = 0; i < vertices.size(); ++i) ring[i] = mesh.positions[vertices[i]] - centre;
+    for (std::size_t i = 0; i < vertices.size(); ++i) ring[i] = positions[vertices[i]] - centre;
     sum += six_cones(std::span(ring).first(vertices.size()));
   }
   return sum / 6;
@@ -211,6 +212,15 @@ void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data)
 
 }  // namespace
 
+void measure_control_mesh(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel,
+                          LimitSolid::Data& data) {
+  Deviation& deviation = data.summary.deviation;
+  deviation.interpolating = mesh.interpolating;
+  deviation.control_volume_mm3 = mesh.interpolating
+                                     ? control_volume_mm3(complex, limit_masks(complex, cancel).apply(mesh.positions))
+                                     : control_volume_mm3(complex, mesh.positions);
+}
+
 void measure_boundary(const CancellationToken& cancel, LimitSolid::Data& data) {
   find_vertex_limits(cancel, data);
   const BoundarySurface surface(data);
@@ -230,13 +240,14 @@ Deviation placed_deviation(const LimitSolid& solid, const Placement& placement) 
   return {scale * own.control_volume_mm3,
           scale * own.limit_volume_mm3,
           control_box(solid.data(), placement),
-          {farthest.vertex, placement * farthest.position, placement * farthest.limit}};
+          {farthest.vertex, placement * farthest.position, placement * farthest.limit},
+          own.interpolating};
 }
 
 LimitShape measure_limit(ControlMesh mesh, const PrepareOptions& options) {
   LimitSolid::Data data;
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  data.summary.deviation.control_volume_mm3 = control_volume_mm3(mesh, checked.complex);
+  measure_control_mesh(mesh, checked.complex, options.cancel, data);
   build_cells(mesh, std::move(checked.complex), options, data);
   measure_boundary(options.cancel, data);
   return {data.summary.bounding_box, data.summary.deviation};

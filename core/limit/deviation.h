@@ -17,8 +17,13 @@
 //
 // VERTICES. Each control point of the boundary has a point of the limit surface of its own, where subdivision takes it
 // in the end. On a sharp vertex they are the same.
+//
+// INTERPOLATING meshes (ControlMesh::interpolating) mean the mesh of these limit points, and that is what the limit is
+// compared with: its volume, its box; no vertex is away from its limit point.
 
 #pragma once
+
+#include <span>
 
 #include "core/base/cancellation.h"
 #include "core/limit/boundary_surface.h"
@@ -30,8 +35,8 @@ namespace ccslice {
 /// Levels of patches that are integrated towards an irregular vertex.
 inline constexpr int kVolumeLevels = 6;
 
-/// Volume within the boundary faces of a control mesh, mm^3. `complex`: the mesh's.
-double control_volume_mm3(const ControlMesh& mesh, const CellComplex& complex);
+/// Volume within the boundary faces of a mesh with these cells and vertices, mm^3.
+double control_volume_mm3(const CellComplex& complex, std::span<const Vec3> positions);
 
 /// Volume within the limit surface, mm^3. Irregular faces are integrated down to `levels` levels, at least 1. Takes
 /// about half a microsecond for a regular face and ten for an irregular one: 2 to 8 % of what preparing the samples

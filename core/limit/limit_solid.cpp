@@ -5,7 +5,6 @@
 
 #include <utility>
 
-#include "core/limit/deviation.h"
 #include "core/limit/prepare.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
@@ -33,7 +32,7 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  data->summary.deviation.control_volume_mm3 = control_volume_mm3(mesh, checked.complex);
+  measure_control_mesh(mesh, checked.complex, options.cancel, *data);
   build_cells(mesh, std::move(checked.complex), options, *data);
   measure_boundary(options.cancel, *data);
   data->points.shrink_to_fit();

@@ -52,12 +52,14 @@ struct VertexLimit {
   double distance_mm() const { return (limit - position).norm(); }
 };
 
-/// How far the limit volume is from its control mesh (deviation.h has the definitions). mm, mm^3.
+/// How far the limit volume is from its control mesh, or from the mesh that it interpolates (deviation.h has the
+/// definitions). mm, mm^3.
 struct Deviation {
   double control_volume_mm3 = 0;
   double limit_volume_mm3 = 0;
-  Box3 control_box;      // Of the boundary's control points.
-  VertexLimit farthest;  // The boundary vertex that is farthest from its limit point.
+  Box3 control_box;            // Of the boundary's control points.
+  VertexLimit farthest;        // The boundary vertex that is farthest from its limit point.
+  bool interpolating = false;  // ControlMesh::interpolating: for control points read the vertices' limit points.
 };
 
 /// Counts and warnings of a prepared solid.

@@ -12,14 +12,19 @@
 
 namespace ccslice {
 
+/// Fills the summary's deviation as far as it is the mesh's own: interpolating, control_volume_mm3. `complex`: the
+/// mesh's.
+void measure_control_mesh(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel,
+                          LimitSolid::Data& data);
+
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
 /// the counts of the summary. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and
 /// what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and deviation, all but the volume of the
-/// control mesh (deviation.h). REQUIRES: faces.
+/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and the rest of its deviation
+/// (deviation.h). REQUIRES: faces, measure_control_mesh().
 void measure_boundary(const CancellationToken& cancel, LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps and volumes.

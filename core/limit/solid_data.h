@@ -77,6 +77,10 @@ struct LimitSolid::Data : CellIndex {
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
+  /// Where the n-th boundary vertex is meant to be: at its limit point, in an interpolating mesh.
+  Vec3 meant_position(std::size_t n) const {
+    return summary.deviation.interpolating ? vertex_limits[n] : position(boundary_vertices[n]);
+  }
 };
 
 }  // namespace ccslice

@@ -27,6 +27,8 @@ struct ControlMesh {
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // Boundary edges by their two vertices, in any order.
   std::vector<std::uint32_t> sharp_vertices;              // Boundary vertices that stay where they are (corners).
   bool allow_folds = false;                               // Inverted cells become a warning instead of an error.
+  /// The control points were fitted: the mesh that is meant is that of the vertices' limit points, with these cells.
+  bool interpolating = false;
 
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t cell_count() const { return cell_kinds.size(); }

@@ -185,6 +185,7 @@ Orientation orient(ControlMesh& mesh, const CellComplex& complex, const Cancella
   std::vector<std::uint32_t> corners = mesh.cell_vertices;
   std::size_t begin = 0;
   for (const CellId c : complex.cells()) {
+    if (mesh.interpolating) break;
     poll();
     const auto n = complex.cell_vertices(c).size();
     std::size_t negative = 0, positive = 0;

@@ -3,6 +3,9 @@
 //
 // Whether a control mesh is a solid that can be subdivided: every face in one or two cells, every vertex surrounded by
 // a ball or a half-ball of cells, none of them inside out. What is wrong is named with its ids.
+//
+// Cells of an interpolating mesh may be inside out without the limit being so anywhere. Only their order of corners is
+// checked, against their neighbours'; where the limit folds, preparing it tells.
 
 #pragma once
 

@@ -292,6 +292,26 @@ class MaskBuilder {
 
 }  // namespace
 
+Stencils boundary_face_masks(const CellComplex& complex, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel, 64);
+  RuleRow row(complex);
+  Stencils masks;
+  for (const FaceId f : complex.faces()) {
+    poll();
+    if (!complex.face_on_boundary(f)) continue;
+    // A smooth vertex, one refinement on, of as many edges as the face has sides.
+    const auto ring = complex.face_vertices(f);
+    const auto k = static_cast<double>(ring.size()), sum = k * (k + 5);
+    row.add_face_point(f, k * k / sum);
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      row.add_edge_point(complex.find_edge(ring[i], ring[(i + 1) % ring.size()]), 4 / sum);
+      row.add_vertex_point(ring[i], 1 / sum);
+    }
+    row.flush(masks);
+  }
+  return masks;
+}
+
 Stencils limit_masks(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel, 64);
   MaskBuilder builder(complex);

@@ -30,4 +30,8 @@ namespace ccslice {
 /// vertex, some tens where irregular lines meet. REQUIRES: no cut-out. Throws Error{kCancelled}.
 Stencils limit_masks(const CellComplex& complex, const CancellationToken& cancel = {});
 
+/// Row n: the limit of the middle of the n-th face of the boundary, by number, where its point of the next refinement
+/// goes. REQUIRES: no cut-out. Throws Error{kCancelled}.
+Stencils boundary_face_masks(const CellComplex& complex, const CancellationToken& cancel = {});
+
 }  // namespace ccslice

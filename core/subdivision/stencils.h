@@ -37,6 +37,13 @@ struct Stencils {
     weights.shrink_to_fit();
   }
 
+  /// All rows of positions.
+  std::vector<Eigen::Vector3d> apply(const std::vector<Eigen::Vector3d>& points) const {
+    std::vector<Eigen::Vector3d> out(rows());
+    if (!out.empty()) apply(0, rows(), points.front().data(), 3, out.front().data());
+    return out;
+  }
+
   /// Points of `dimension` doubles each. REQUIRES: out holds count * dimension, disjoint from `points`.
   void apply(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t dimension,
              double* out) const noexcept {

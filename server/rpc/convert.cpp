@@ -308,6 +308,7 @@ v1::LimitDeviation to_message(const Deviation& value) {
   *message.mutable_farthest_vertex_mm() = to_message(value.farthest.position);
   *message.mutable_farthest_limit_mm() = to_message(value.farthest.limit);
   message.set_farthest_distance_mm(value.farthest.distance_mm());
+  message.set_interpolating(value.interpolating);
   return message;
 }
 

@@ -120,7 +120,8 @@ class MeshReader {
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_end(read_varint()); });
       case Message::kSharpVerticesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_vertex(read_varint()); });
-      case Message::kAllowFoldsFieldNumber: return read_allow_folds(tag);
+      case Message::kAllowFoldsFieldNumber: return read_flag(tag, mesh_.allow_folds);
+      case Message::kInterpolatingFieldNumber: return read_flag(tag, mesh_.interpolating);
       default: unknown_field(tag);
     }
   }
@@ -217,11 +218,11 @@ class MeshReader {
     mesh_.channel_names.push_back(std::move(name));
   }
 
-  void read_allow_folds(std::uint32_t tag) {
+  void read_flag(std::uint32_t tag, bool& flag) {
     std::uint64_t value = 0;
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_VARINT) unknown_field(tag);
     if (!in_.ReadVarint64(&value)) not_a_mesh();
-    mesh_.allow_folds = value != 0;
+    flag = value != 0;
   }
 
   static void require_room(std::size_t have, std::size_t limit, const std::string& field, const char* what) {

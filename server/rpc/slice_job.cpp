@@ -82,7 +82,7 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
   }
 }
 
-/// "12.3 % less volume", than the control mesh. A folded mesh may have none to compare with.
+/// "12.3 % less volume", than the mesh. A folded mesh may have none to compare with.
 std::string volume_text(const Deviation& deviation) {
   if (!(deviation.control_volume_mm3 > 0)) return "another volume";
   const double change = deviation.limit_volume_mm3 / deviation.control_volume_mm3 - 1;
@@ -100,13 +100,19 @@ void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Devia
   const double voxels = step.cwiseProduct(voxels_per_mm).norm();
   const double change_mm3 = std::abs(deviation.limit_volume_mm3 - deviation.control_volume_mm3);
   if (change_mm3 <= kMostVolume * std::abs(deviation.control_volume_mm3) && voxels <= kMostVoxels) return;
-  v1::PlanWarning& warning = add_warning(
-      plan, v1::PLAN_WARNING_KIND_DEVIATION,
-      "what is printed is the limit, with " + volume_text(deviation) + " than the control mesh; boundary vertex " +
-          std::to_string(farthest.vertex) + " is " + number_text(step.norm(), kDigits) + " mm, " +
-          number_text(voxels, kDigits) +
-          " voxels, from its limit point. If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of "
-          "ccslice), or use a finer mesh or control points fitted to the part");
+  const std::string what = "what is printed is the limit, with " + volume_text(deviation) + " than the ";
+  const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
+  if (deviation.interpolating) {
+    add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
+                what + "mesh that it interpolates: it swells between the vertices." + remedy + ", or use a finer mesh");
+    return;
+  }
+  v1::PlanWarning& warning =
+      add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
+                  what + "control mesh; boundary vertex " + std::to_string(farthest.vertex) + " is " +
+                      number_text(step.norm(), kDigits) + " mm, " + number_text(voxels, kDigits) +
+                      " voxels, from its limit point." + remedy +
+                      ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)");
   *warning.add_places_mm() = to_message(from);
 }
 

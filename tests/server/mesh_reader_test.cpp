@@ -57,6 +57,7 @@ void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
   EXPECT_EQ(mesh.sharp_vertices,
             std::vector<std::uint32_t>(message.sharp_vertices().begin(), message.sharp_vertices().end()));
   EXPECT_EQ(mesh.allow_folds, message.allow_folds());
+  EXPECT_EQ(mesh.interpolating, message.interpolating());
 }
 
 v1::ControlMesh some_mesh() {
@@ -66,6 +67,7 @@ v1::ControlMesh some_mesh() {
   for (std::uint32_t i = 0; i < 10; ++i) mesh.add_cell_vertices(0x12345678u * i);
   mesh.add_channel_names("Härte");
   mesh.set_allow_folds(true);
+  mesh.set_interpolating(true);
   return mesh;
 }
 
@@ -93,6 +95,8 @@ TEST(MeshReader, ReadsUnpackedAndRepeatedFieldsLikeProtobuf) {
       out.WriteLittleEndian32(0x3f800000u + static_cast<std::uint32_t>(i));
       out.WriteTag(8 << 3);  // allow_folds.
       out.WriteVarint64(i % 2);
+      out.WriteTag(9 << 3);  // interpolating.
+      out.WriteVarint64((i + 1) % 2);
     }
   }
   v1::ControlMesh packed;

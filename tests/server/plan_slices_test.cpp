@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <cmath>
 #include <limits>
 #include <string>
@@ -160,6 +162,24 @@ TEST_F(PlanSlices, TellsHowFarThePlacedPartIsFromItsControlMesh) {
       << from.DebugString();
 }
 
+// The middle of eight cubes is where it is; what counts is the mesh of the limit points.
+TEST_F(PlanSlices, ComparesInterpolatingMeshesWithWhatTheyInterpolate) {
+  v1::ControlMesh mesh = make_block(2, 10);
+  mesh.set_interpolating(true);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const v1::LimitDeviation& deviation = response_.deviation();
+  EXPECT_TRUE(deviation.interpolating());
+  EXPECT_EQ(deviation.farthest_distance_mm(), 0);
+  EXPECT_LT(deviation.control_volume_mm3(), 900) << "corners and edges are drawn in";
+  EXPECT_LT(deviation.control_volume_mm3(), deviation.limit_volume_mm3());
+  const auto& warnings = response_.warnings();
+  const auto found = std::ranges::find(warnings, v1::PLAN_WARNING_KIND_DEVIATION, &v1::PlanWarning::kind);
+  ASSERT_NE(found, warnings.end());
+  EXPECT_THAT(found->message(), HasSubstr("than the mesh that it interpolates: it swells between the vertices"));
+  EXPECT_EQ(found->places_mm_size(), 0);
+}
+
 // Smooth cubes of cells of 0.5 mm: their volume is within 0.5 %, and their corners move by 0.217 mm.
 TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
   request_.set_mesh_id(server_.upload_good(make_block(20, 10)));
@@ -192,7 +212,7 @@ TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
   EXPECT_THAT(response_.warnings(0).message(),
               testing::AllOf(HasSubstr("% less volume than the control mesh"), HasSubstr("2.165 mm, 0.2406 voxels"),
                              HasSubstr("keep edges sharp (sharp_edges, or --sharp-angle of ccslice)"),
-                             HasSubstr("finer mesh or control points fitted to the part")));
+                             HasSubstr("finer mesh, or control points fitted to the part (--interpolate of ccslice)")));
   ASSERT_EQ(response_.warnings(0).places_mm_size(), 1);
   EXPECT_EQ(response_.warnings(0).places_mm(0).SerializeAsString(),
             response_.deviation().farthest_vertex_mm().SerializeAsString());

@@ -19,6 +19,7 @@
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/models.h"
 #include "core/slicer/layer_slicer.h"
+#include "core/subdivision/refine.h"
 #include "core/subdivision/refine_rules.h"
 
 namespace ccslice {

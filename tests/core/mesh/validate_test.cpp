@@ -117,6 +117,18 @@ TEST(Validate, AllowsFoldsWhenAsked) {
   EXPECT_EQ(validate(mesh).inverted_cells, std::vector<std::uint32_t>{0});
 }
 
+/// Its control points are not where the part is; the order of corners has to agree all the same.
+TEST(Validate, TakesInterpolatingMeshesByTheirTopology) {
+  ControlMesh mesh = box_mesh(2, 1, 1);
+  mesh.positions[0] = Vec3(30, 30, 30);
+  mesh.interpolating = true;
+  const ControlMesh before = mesh;
+  EXPECT_TRUE(validate(mesh).inverted_cells.empty());
+  EXPECT_EQ(mesh.cell_vertices, before.cell_vertices);
+  std::swap_ranges(mesh.cell_vertices.begin(), mesh.cell_vertices.begin() + 4, mesh.cell_vertices.begin() + 4);
+  EXPECT_THROW(validate(mesh), Error);
+}
+
 TEST(Validate, ChecksLimitsBeforeAnythingElse) {
   const ControlMesh mesh = box_mesh(2, 2, 2);
   const auto code_with = [&](const MeshLimits& limits, ControlMesh copy) {

@@ -60,6 +60,33 @@ TEST(LimitMasks, GiveTheLimitsOfRandomMeshes) {
   EXPECT_GT(valid, 24);
 }
 
+TEST(BoundaryFaceMasks, GiveTheLimitsOfTheCatalogue) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const oracle::BruteMesh brute = oracle::to_brute_mesh(mesh);
+    const oracle::BruteTopology coarse = oracle::build_topology(brute.cells, brute.vertex_count());
+    const oracle::BruteMesh fine = oracle::refine(brute, coarse).mesh;
+    const oracle::BruteTopology topology = oracle::build_topology(fine.cells, fine.vertex_count());
+    const CellComplex complex = make_cell_complex(mesh);
+    const std::vector<Vec3> limits = boundary_face_masks(complex).apply(mesh.positions);
+    // A face's middle is known by its corners' mean, which is its point one refinement on.
+    std::size_t row = 0;
+    for (const FaceId f : complex.faces()) {
+      if (!complex.face_on_boundary(f)) continue;
+      Vec3 mean = Vec3::Zero();
+      const auto ring = complex.face_vertices(f);
+      for (const VertexId v : ring) mean += mesh.positions[v] / static_cast<double>(ring.size());
+      std::uint32_t nearest = 0;
+      for (std::uint32_t v = 0; v < fine.vertex_count(); ++v) {
+        if ((fine.position(v) - mean).norm() < (fine.position(nearest) - mean).norm()) nearest = v;
+      }
+      ASSERT_LT((fine.position(nearest) - mean).norm(), 1e-12) << name;
+      const Vec3 expected = oracle::limit_point(fine, topology, nearest).head<3>();
+      EXPECT_LT((limits[row++] - expected).norm(), 1e-12) << name << " face " << f;
+    }
+    EXPECT_EQ(row, limits.size()) << name;
+  }
+}
+
 TEST(LimitMasks, OfTheBoundaryTakeNothingFromInside) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
   const Stencils masks = limit_masks(complex);

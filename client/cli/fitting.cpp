@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/fitting.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "client/cli/console.h"
+#include "client/cli/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+FitOptions fit_options() {
+  FitOptions options;
+  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return options;
+}
+
+std::string show_place(const Vec3& place) {
+  return "(" + show_number(place.x()) + ", " + show_number(place.y()) + ", " + show_number(place.z()) + ")";
+}
+
+std::string met_note(FittedVertices vertices, const FitReport& report) {
+  const bool all = vertices == FittedVertices::kAll;
+  std::string note = all ? "--interpolate" : "--interpolate=boundary";
+  note += ": the limit passes through ";
+  if (report.missed == 0 && report.inside_missed == 0) return note + "every vertex";
+  if (report.missed == 0) {
+    note += "every vertex of the boundary";
+  } else {
+    note += "all vertices of the boundary but " + show_count(report.missed) +
+            ", which stay behind so that nothing folds, by up to " + show_number(report.farthest.distance_mm()) +
+            " mm: vertex " + std::to_string(report.farthest.vertex) + " at " + show_place(report.farthest.position);
+  }
+  if (all) note += ", and would fold if it passed through those inside";
+  return note + "; those inside are up to " + show_number(report.inside_mm) + " mm from their limit points";
+}
+
+std::string swelling_note(const Swelling& swelling) {
+  constexpr double kRinging = 0.1;
+  std::string note = "between vertices the limit is up to " + show_number(swelling.distance_mm) +
+                     " mm off the faces of the mesh, " + show_number(swelling.edges) + " of an edge, near " +
+                     show_place(swelling.place);
+  if (swelling.edges > kRinging) note += ": keep edges sharp (--sharp-angle 40), or use a finer mesh";
+  return note;
+}
+
+FitReport placed(FitReport report, const Similarity& similarity) {
+  report.farthest.position = similarity(report.farthest.position);
+  report.farthest.limit = similarity(report.farthest.limit);
+  report.inside_mm *= similarity.scale;
+  report.swelling.place = similarity(report.swelling.place);
+  report.swelling.distance_mm *= similarity.scale;
+  return report;
+}
+
+}  // namespace
+
+void add_fit_option(CLI::App& command, std::string& interpolate) {
+  command
+      .add_flag("--interpolate{all}", interpolate,
+                "Place the control points so that the limit passes through the mesh's own vertices, in position and in "
+                "materials: for meshes of a part, as from CAD and finite elements, not for meshes designed as control "
+                "meshes. Vertices inside may be missed so that nothing folds. Refused if the boundary folds all the "
+                "same; --interpolate=boundary keeps such places back")
+      ->group("Mesh");
+}
+
+std::optional<FittedVertices> parse_fit(const std::string& interpolate) {
+  if (interpolate.empty()) return std::nullopt;
+  if (interpolate == "all") return FittedVertices::kAll;
+  if (interpolate == "boundary") return FittedVertices::kBoundary;
+  throw UsageError("--interpolate takes nothing, or =boundary, not '" + interpolate + "'");
+}
+
+FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
+    : fit_(mesh, fit_options()), vertices_(vertices), meant_(mesh) {
+  fitted_ = fit_.fit_positions(vertices, report_);
+}
+
+FittedMesh::FittedMesh(const ControlMesh& fitted)
+    : fit_(fitted, fit_options()), fitted_(fitted), meant_(fit_.limit_mesh(fitted)) {}
+
+void FittedMesh::place(const Similarity& similarity) {
+  similarity.apply(fitted_);
+  similarity.apply(meant_);
+  report_ = placed(report_, similarity);
+}
+
+ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
+  if (vertices_) {
+    notes.push_back(met_note(*vertices_, report_));
+    if (report_.swelling.distance_mm > 0) notes.push_back(swelling_note(report_.swelling));
+  }
+  constexpr double kRounding = 1e-6;
+  const double miss = fit_.fit_channels(meant_, fitted_);
+  if (miss > kRounding) {
+    notes.push_back("no control points give every vertex its channels: they are up to " + show_number(100 * miss) +
+                    " % of a channel's range off; use a finer mesh");
+  }
+  return std::move(fitted_);
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/vertex_fit/vertex_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/limit/cell_index.h"
+#include "core/mesh/offenders.h"
+#include "core/subdivision/limit_masks.h"
+
+namespace ccslice {
+
+namespace {
+
+using Values = VertexSystem::Values;
+
+// Each round halves shares, and none stays below kLeastShare; each from kFirstWiderRound on takes in one ring more, so
+// the last ones keep back most of a mesh.
+constexpr int kMostRounds = 24, kFirstWiderRound = 3;
+constexpr double kLeastShare = 0.2;
+
+Values positions_of(const ControlMesh& mesh) {
+  Values values(static_cast<Eigen::Index>(mesh.vertex_count()), 3);
+  for (Eigen::Index v = 0; v < values.rows(); ++v) {
+    values.row(v) = mesh.positions[static_cast<std::size_t>(v)].transpose();
+  }
+  return values;
+}
+
+Values channels_of(const ControlMesh& mesh) {
+  const auto channels = static_cast<Eigen::Index>(mesh.channel_count());
+  Values values(static_cast<Eigen::Index>(mesh.vertex_count()), channels);
+  const float* value = mesh.channel_values.data();
+  for (Eigen::Index v = 0; v < values.rows(); ++v) {
+    for (Eigen::Index c = 0; c < channels; ++c) values(v, c) = *value++;
+  }
+  return values;
+}
+
+void set_channels(const Values& values, ControlMesh& mesh) {
+  mesh.channel_values.resize(static_cast<std::size_t>(values.size()));
+  float* value = mesh.channel_values.data();
+  for (Eigen::Index v = 0; v < values.rows(); ++v) {
+    for (Eigen::Index c = 0; c < values.cols(); ++c) *value++ = static_cast<float>(values(v, c));
+  }
+}
+
+std::vector<std::uint32_t> without(const std::vector<std::uint32_t>& cells, const std::vector<std::uint32_t>& known) {
+  std::vector<std::uint32_t> rest;
+  std::ranges::set_difference(cells, known, std::back_inserter(rest));
+  return rest;
+}
+
+std::string place_text(const Vec3& place) {
+  constexpr int kDigits = 4;
+  return "(" + number_text(place.x(), kDigits) + ", " + number_text(place.y(), kDigits) + ", " +
+         number_text(place.z(), kDigits) + ")";
+}
+
+double diagonal(const ControlMesh& mesh) {
+  Box3 box;
+  for (const Vec3& position : mesh.positions) box.extend(position);
+  return box.diagonal().norm();
+}
+
+CellComplex connect(ControlMesh& mesh, const FitOptions& options) {
+  return validate_and_connect(mesh, options.limits, options.cancel).complex;
+}
+
+}  // namespace
+
+VertexFit::VertexFit(const ControlMesh& mesh, const FitOptions& options)
+    : options_(options),
+      mesh_(mesh),
+      complex_(connect(mesh_, options_)),
+      system_(complex_, options_.cancel),
+      met_mm_(kMetShare * diagonal(mesh_)) {}
+
+ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report) const {
+  const Values positions = positions_of(mesh_);
+  const Values gaps = positions - system_.limits(positions);
+  ControlMesh fitted = vertices == FittedVertices::kAll ? fit_all(gaps) : fit_boundary(gaps);
+  measure(fitted, report);
+  return fitted;
+}
+
+ControlMesh VertexFit::limit_mesh(const ControlMesh& fitted) const {
+  ControlMesh mesh = fitted;
+  mesh.interpolating = false;
+  mesh.positions = limit_points(fitted);
+  set_channels(system_.limits(channels_of(fitted)), mesh);
+  return mesh;
+}
+
+double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
+  const Values values = channels_of(meant);
+  const Values solved = values + system_.solve(values - system_.limits(values));
+  const Values misses = (system_.limits(solved) - values).cwiseAbs();
+  fitted.channel_names = meant.channel_names;
+  set_channels(solved, fitted);
+  double largest = 0;
+  for (Eigen::Index c = 0; c < solved.cols(); ++c) {
+    const double range = values.col(c).maxCoeff() - values.col(c).minCoeff();
+    if (range > 0) largest = std::max(largest, misses.col(c).maxCoeff() / range);
+  }
+  return largest;
+}
+
+std::vector<Vec3> VertexFit::limit_points(const ControlMesh& mesh) const {
+  const Values limits = system_.limits(positions_of(mesh));
+  std::vector<Vec3> points(mesh.vertex_count());
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = limits.row(static_cast<Eigen::Index>(v)).transpose();
+  return points;
+}
+
+ControlMesh VertexFit::moved(const Values& moves) const {
+  ControlMesh fitted = mesh_;
+  fitted.interpolating = true;
+  for (std::size_t v = 0; v < fitted.vertex_count(); ++v) {
+    fitted.positions[v] += moves.row(static_cast<Eigen::Index>(v)).transpose();
+  }
+  return fitted;
+}
+
+ControlMesh VertexFit::fit_all(const Values& gaps) const {
+  ControlMesh fitted = moved(system_.solve(gaps));
+  const std::vector<Vec3> limits = limit_points(fitted);
+  Offenders missed;
+  for (std::size_t v = 0; v < limits.size(); ++v) {
+    if ((limits[v] - mesh_.positions[v]).norm() > met_mm_) missed.add(static_cast<std::uint32_t>(v));
+  }
+  missed.throw_if_any(ErrorCode::kMeshNotInterpolable, "no control points take the limit through", kVertices,
+                      "keep edges sharp, or such places back", "positions_mm");
+  std::vector<std::uint32_t> folds = folding_cells(fitted);
+  if (folds.empty()) return fitted;
+  const std::vector<std::uint32_t> folding_before = folding_cells(mesh_);
+  folds = without(folds, folding_before);
+  if (folds.empty()) return fitted;
+  fitted = moved(system_.solve_boundary(gaps));
+  folds = without(folding_cells(fitted), folding_before);
+  require_none(folds);
+  return fitted;
+}
+
+void VertexFit::require_none(const std::vector<std::uint32_t>& folds) const {
+  if (folds.empty()) return;
+  Vec3 middle = Vec3::Zero();
+  const auto corners = complex_.cell_vertices(CellId{folds.front()});
+  for (const VertexId v : corners) middle += mesh_.positions[v] / static_cast<double>(corners.size());
+  Offenders offenders;
+  for (const std::uint32_t c : folds) offenders.add(c);
+  offenders.throw_if_any(ErrorCode::kMeshNotInterpolable, "a limit through all vertices of the boundary would fold in",
+                         kCells, "the first is near " + place_text(middle) + "; keep such places back, or edges sharp",
+                         "cell_vertices");
+}
+
+ControlMesh VertexFit::fit_boundary(const Values& gaps) const {
+  Eigen::VectorXd shares = Eigen::VectorXd::Ones(gaps.rows());
+  std::vector<std::uint32_t> folding_before;
+  for (int round = 0; round < kMostRounds; ++round) {
+    ControlMesh fitted = moved(system_.solve_boundary(shares.asDiagonal() * gaps));
+    const std::vector<std::uint32_t> folding = folding_cells(fitted);
+    if (!folding.empty() && round == 0) folding_before = folding_cells(mesh_);
+    const std::vector<std::uint32_t> folds = without(folding, folding_before);
+    if (folds.empty()) return fitted;
+    const std::vector<std::uint8_t> marked = around(folds, std::max(0, round - kFirstWiderRound + 1));
+    for (std::size_t v = 0; v < marked.size(); ++v) {
+      if (!marked[v]) continue;
+      double& share = shares[static_cast<Eigen::Index>(v)];
+      share = share / 2 < kLeastShare ? 0 : share / 2;
+    }
+  }
+  return moved(Values::Zero(gaps.rows(), gaps.cols()));
+}
+
+std::vector<std::uint32_t> VertexFit::folding_cells(const ControlMesh& mesh) const {
+  ControlMesh positions_only = mesh;
+  positions_only.allow_folds = true;
+  positions_only.channel_names.clear();
+  positions_only.channel_values.clear();
+  PrepareOptions options;
+  options.limits = options_.limits;
+  options.cancel = options_.cancel;
+  options.threads = options_.threads;
+  const auto solid = LimitSolid::prepare(std::move(positions_only), options);
+  std::vector<std::uint32_t> cells;
+  for (const std::uint32_t cell : solid->index().fold_cells) cells.push_back(solid->control_cell(cell));
+  std::ranges::sort(cells);
+  cells.erase(std::ranges::unique(cells).begin(), cells.end());
+  return cells;
+}
+
+std::vector<std::uint8_t> VertexFit::around(const std::vector<std::uint32_t>& cells, int rings) const {
+  std::vector<std::uint8_t> marked(complex_.vertex_count(), 0);
+  const auto mark = [&](CellId c) {
+    for (const VertexId v : complex_.cell_vertices(c)) marked[v] = 1;
+  };
+  for (const std::uint32_t c : cells) mark(CellId{c});
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::vector<std::uint8_t> before = marked;
+    for (const VertexId v : complex_.vertices()) {
+      if (!before[v]) continue;
+      for (const CellId c : complex_.vertex_cells(v)) mark(c);
+    }
+  }
+  return marked;
+}
+
+void VertexFit::measure(const ControlMesh& fitted, FitReport& report) const {
+  const std::vector<Vec3> limits = limit_points(fitted);
+  report = {};
+  double farthest = -1;
+  for (std::uint32_t v = 0; v < limits.size(); ++v) {
+    const VertexLimit limit{v, mesh_.positions[v], limits[v]};
+    const double distance = limit.distance_mm();
+    if (!system_.on_boundary(v)) {
+      report.inside_missed += distance > met_mm_;
+      report.inside_mm = std::max(report.inside_mm, distance);
+      continue;
+    }
+    report.missed += distance > met_mm_;
+    if (distance <= farthest) continue;
+    farthest = distance;
+    report.farthest = limit;
+  }
+  report.swelling = measure_swelling(fitted);
+}
+
+Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
+  const std::vector<Vec3> middles = boundary_face_masks(complex_, options_.cancel).apply(fitted.positions);
+  Swelling most;
+  std::size_t n = 0;
+  for (const FaceId f : complex_.faces()) {
+    if (!complex_.face_on_boundary(f)) continue;
+    const Vec3& limit = middles[n++];
+    const auto ring = complex_.face_vertices(f);
+    const auto size = static_cast<double>(ring.size());
+    Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();
+    double edge = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vec3 &from = mesh_.positions[ring[i]], &to = mesh_.positions[ring[(i + 1) % ring.size()]];
+      middle += from / size;
+      normal += (from - mesh_.positions[ring[0]]).cross(to - mesh_.positions[ring[0]]);
+      edge += (to - from).norm() / size;
+    }
+    const double distance = std::abs((limit - middle).dot(normal.normalized()));
+    if (distance > most.edges * edge) most = {limit, distance, distance / edge};
+  }
+  return most;
+}
+
+}  // namespace ccslice

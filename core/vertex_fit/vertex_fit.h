@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From a mesh that was made as a part to a control mesh whose limit is that part: control points are placed so that the
+// limit passes through the mesh's own vertices, in position and in materials (for surfaces: Halstead, Kass, DeRose,
+// "Efficient, fair interpolation using Catmull-Clark surfaces", SIGGRAPH 1993).
+//
+// A mesh from CAD or finite elements has its vertices ON the part. Taken as control points they draw everything convex
+// inwards. Fitted, the limit meets every vertex and swells a little between them, as smooth parts do between the
+// corners of their facets. Meshes that were designed as control meshes are not to be fitted.
+//
+// FOLDS. Control points overshoot where small cells lie beside large ones, or along edges that should have been sharp,
+// and cells there may fold. Nothing that didn't fold may fold afterwards. Inside, control points may follow those of
+// the boundary smoothly instead of meeting their vertices. Where that isn't enough, vertices of the boundary are kept
+// back: each has a share of the way from its old limit point to itself, all of it at first. The shares of vertices of
+// cells that fold and didn't, and from the fourth round on of ever more vertices around them, are halved, and the
+// system is solved again. With no share left anywhere it is the mesh as it came, so this ends; five rounds did for
+// every mesh met.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/limit/limit_solid.h"
+#include "core/mesh/cell_complex.h"
+#include "core/mesh/control_mesh.h"
+#include "core/vertex_fit/vertex_system.h"
+
+namespace ccslice {
+
+enum class FittedVertices : std::uint8_t {
+  kAll,       // The limit passes through every vertex; where it would fold, through those of the boundary only.
+  kBoundary,  // Through those of the boundary, except where it would fold; inside, control points follow.
+};
+
+/// A face of the boundary between whose corners the limit stands off farthest, by the length of its edges.
+struct Swelling {
+  Vec3 place = Vec3::Zero();  // The middle of the face's limit, mm.
+  double distance_mm = 0;     // From the mean of its corners along its normal.
+  double edges = 0;           // The same in edge lengths, of the mean of its edges.
+};
+
+struct FitReport {
+  std::size_t missed = 0;         // Vertices of the boundary that the limit doesn't pass through, ...
+  VertexLimit farthest;           // ... and the vertex of the boundary that is farthest from its limit point.
+  std::size_t inside_missed = 0;  // The same inside, ...
+  double inside_mm = 0;           // ... and how far they are at most.
+  Swelling swelling;              // Where the limit swells most.
+};
+
+/// A vertex is met if its limit point is within this share of the diagonal of the mesh's box.
+inline constexpr double kMetShare = 1e-7;
+
+struct FitOptions {
+  MeshLimits limits = {};
+  CancellationToken cancel = {};
+  int threads = 1;  // At most.
+};
+
+class VertexFit {
+ public:
+  /// Throws what validate() does, Error{kCancelled}.
+  explicit VertexFit(const ControlMesh& mesh, const FitOptions& options = {});
+
+  /// The mesh with fitted positions: interpolating, cells in the order in which validate() leaves them, the channels
+  /// untouched. Takes some 10 us a vertex and as long as preparing the mesh, some times over where it would fold.
+  /// Throws Error{kMeshNotInterpolable} with the ids if kAll is asked for and no control points meet the vertices, or
+  /// only with folds; Error{kCancelled}, and what LimitSolid::prepare() does.
+  ControlMesh fit_positions(FittedVertices vertices, FitReport& report) const;
+
+  /// Fits the channels of control points, so that the limit has the channels of `meant` at each vertex. REQUIRES:
+  /// meshes of the same cells as that of the constructor. Returns the largest miss as a share of its channel's range,
+  /// which is rounding unless the mesh is singular (vertex_system.h).
+  double fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
+
+  /// The mesh that `fitted` interpolates: vertices at their limit points, with the channels there.
+  ControlMesh limit_mesh(const ControlMesh& fitted) const;
+
+ private:
+  std::vector<Vec3> limit_points(const ControlMesh& mesh) const;
+  ControlMesh moved(const VertexSystem::Values& moves) const;
+  ControlMesh fit_all(const VertexSystem::Values& gaps) const;
+  void require_none(const std::vector<std::uint32_t>& folds) const;
+  ControlMesh fit_boundary(const VertexSystem::Values& gaps) const;
+  /// Control cells that fold, ascending, or that can't be told to fold or not.
+  std::vector<std::uint32_t> folding_cells(const ControlMesh& mesh) const;
+  /// Marks the vertices of these cells and, ring by ring, those of the cells around them.
+  std::vector<std::uint8_t> around(const std::vector<std::uint32_t>& cells, int rings) const;
+  void measure(const ControlMesh& fitted, FitReport& report) const;
+  Swelling measure_swelling(const ControlMesh& fitted) const;
+
+  FitOptions options_;
+  ControlMesh mesh_;  // As validate() leaves it.
+  CellComplex complex_;
+  VertexSystem system_;
+  double met_mm_;
+};
+
+}  // namespace ccslice

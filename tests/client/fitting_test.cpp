@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/fitting.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "client/cli/mesh_convert.h"
+#include "client/cli/mesh_source.h"
+#include "client/cli/output_file.h"
+#include "client/cli/text_values.h"
+#include "core/base/error.h"
+#include "core/limit/deviation.h"
+#include "tests/client/process.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::cli {
+namespace {
+
+using client::TemporaryFolder;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class FittedFile : public testing::Test {
+ protected:
+  std::string file_of(const ControlMesh& mesh, const std::string& name = "part.ccmesh") {
+    const std::string path = (folder_.path() / name).string();
+    write_file(path, to_proto(mesh).SerializeAsString());
+    return path;
+  }
+
+  static std::string error_of(const MeshOptions& options) {
+    try {
+      load_mesh(options);
+    } catch (const UsageError& error) {
+      return std::string("usage: ") + error.what();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST(ParseFit, TakesItsTwoWays) {
+  EXPECT_EQ(parse_fit(""), std::nullopt);
+  EXPECT_EQ(parse_fit("all"), FittedVertices::kAll);
+  EXPECT_EQ(parse_fit("boundary"), FittedVertices::kBoundary);
+  EXPECT_THROW(parse_fit("inside"), UsageError);
+}
+
+TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
+  const std::string path = file_of(oracle::box_mesh(4, 4, 4, 10));
+  const LoadedMesh loaded = load_mesh({.mesh = path, .size = {.size = "60"}, .interpolate = "all"});
+  EXPECT_TRUE(loaded.mesh.interpolating);
+  const LimitShape shape = measure_limit(loaded.mesh);
+  EXPECT_NEAR(shape.bounding_box.sizes().maxCoeff(), 60, 1e-6) << "--size is that of the limit";
+  EXPECT_NEAR(shape.deviation.control_volume_mm3, std::pow(shape.deviation.control_box.sizes().x(), 3), 1e-6)
+      << "the mesh that it interpolates is a box still";
+  EXPECT_THAT(loaded.warnings,
+              ElementsAre(HasSubstr("--size 60 scales by"), "--interpolate: the limit passes through every vertex",
+                          HasSubstr("keep edges sharp (--sharp-angle 40), or use a finer mesh")));
+}
+
+TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {
+  const std::string path = file_of(oracle::box_mesh(3, 3, 3, 10));
+  const LoadedMesh loaded = load_mesh({.mesh = path, .sharp = {.angle_deg = 40}, .interpolate = "boundary"});
+  const Deviation deviation = measure_limit(loaded.mesh).deviation;
+  EXPECT_NEAR(deviation.limit_volume_mm3, 27000, 1e-6);
+  EXPECT_THAT(loaded.warnings, Contains("--interpolate=boundary: the limit passes through every vertex"));
+}
+
+/// Grades are those of the part, not of its control points.
+TEST_F(FittedFile, HasItsGradesAtItsVertices) {
+  const ControlMesh box = oracle::box_mesh(4, 4, 4, 10);
+  const LoadedMesh loaded =
+      load_mesh({.mesh = file_of(box), .grades = {"h=z:1..5", "d=distance:0..1:20"}, .interpolate = "all"});
+  const ControlMesh meant = VertexFit(loaded.mesh).limit_mesh(loaded.mesh);
+  for (std::size_t v = 0; v < meant.vertex_count(); ++v) {
+    const Vec3& p = meant.positions[v];
+    EXPECT_NEAR(meant.channel_values[2 * v], 1 + p.z() / 10, 1e-5) << v;
+    EXPECT_NEAR(meant.channel_values[2 * v + 1], std::min(p.minCoeff(), 40 - p.maxCoeff()) / 20, 1e-5) << v;
+  }
+}
+
+TEST_F(FittedFile, MayBeGradedAndSizedAfterwards) {
+  const ControlMesh box = oracle::box_mesh(3, 3, 3, 10);
+  const LoadedMesh at_once =
+      load_mesh({.mesh = file_of(box), .grades = {"h=z"}, .size = {.size = "20"}, .interpolate = "all"});
+  const LoadedMesh fitted = load_mesh({.mesh = file_of(box), .interpolate = "all"});
+  const LoadedMesh later =
+      load_mesh({.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .grades = {"h=z"}, .size = {.size = "20"}});
+  ASSERT_TRUE(later.mesh.interpolating);
+  for (std::size_t v = 0; v < box.vertex_count(); ++v) {
+    EXPECT_LT((later.mesh.positions[v] - at_once.mesh.positions[v]).norm(), 1e-9) << v;
+    EXPECT_NEAR(later.mesh.channel_values[v], at_once.mesh.channel_values[v], 1e-6) << v;
+  }
+  for (const MeshOptions& again :
+       {MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .interpolate = "all"},
+        MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .sharp = {.angle_deg = 40}}}) {
+    EXPECT_THAT(error_of(again), HasSubstr("fitted.ccmesh are fitted already"));
+  }
+}
+
+TEST_F(FittedFile, MistakesTeach) {
+  EXPECT_EQ(error_of({.mesh = "x", .interpolate = "inside"}),
+            "usage: --interpolate takes nothing, or =boundary, not 'inside'");
+  ControlMesh dented = oracle::box_mesh(1, 1, 1, 10);
+  dented.positions[0] += Vec3(1, 1, 1);
+  EXPECT_THAT(error_of({.mesh = file_of(dented), .interpolate = "all"}), HasSubstr("(--interpolate=boundary)"));
+  const LoadedMesh near = load_mesh({.mesh = file_of(dented), .grades = {"a=x"}, .interpolate = "boundary"});
+  EXPECT_THAT(near.warnings, Contains(HasSubstr("all vertices of the boundary but 8, which stay behind")));
+  const MeshOptions on_server{.mesh = "sha256:" + std::string(64, '0'), .interpolate = "all"};
+  EXPECT_THROW(names_mesh_id(on_server), UsageError);
+}
+
+/// What isn't scaled keeps its bits, negative zeros too, and so the mesh keeps its id.
+TEST_F(FittedFile, LeavesPositionsThatNothingChangesAlone) {
+  ControlMesh box = oracle::box_mesh(2, 2, 2, 10);
+  box.positions[0].x() = -0.0;
+  const LoadedMesh graded = load_mesh({.mesh = file_of(box), .grades = {"h=z"}});
+  EXPECT_TRUE(std::signbit(graded.mesh.positions[0].x()));
+}
+
+}  // namespace
+}  // namespace ccslice::cli

@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/vertex_fit/vertex_fit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/limit/deviation.h"
+#include "tests/core/mesh/expect_error.h"
+#include "tests/support/brute_force.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+/// Layers so uneven that a smooth curve through their heights runs backwards.
+ControlMesh uneven_box() {
+  ControlMesh mesh = oracle::box_mesh(5, 5, 5, 1);
+  constexpr std::array kPlaces = {0.0, 1.0, 1.02, 2.0, 2.02, 3.0};
+  for (Vec3& p : mesh.positions) {
+    for (int axis = 0; axis < 3; ++axis) p[axis] = kPlaces[static_cast<std::size_t>(std::lround(p[axis]))];
+  }
+  return mesh;
+}
+
+/// A cube whose corners no smooth limit meets.
+ControlMesh dented_cube() {
+  ControlMesh mesh = oracle::box_mesh(1, 1, 1, 10);
+  mesh.positions[0] += Vec3(1, 1, 1);
+  return mesh;
+}
+
+/// Positions and channels of the limit at all vertices, by brute force.
+std::vector<oracle::PointValue> brute_limits(const ControlMesh& mesh) {
+  const oracle::BruteMesh brute = oracle::to_brute_mesh(mesh);
+  const oracle::BruteTopology topology = oracle::build_topology(brute.cells, brute.vertex_count());
+  std::vector<oracle::PointValue> limits;
+  for (std::uint32_t v = 0; v < brute.vertex_count(); ++v) limits.push_back(oracle::limit_point(brute, topology, v));
+  return limits;
+}
+
+std::size_t folding_cells(ControlMesh mesh) {
+  mesh.allow_folds = true;
+  return LimitSolid::prepare(mesh)->summary().folding_cells;
+}
+
+TEST(VertexFit, PassesThroughEveryVertexWithItsChannels) {
+  std::size_t fits = 0;
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    try {
+      const VertexFit fit(mesh);
+      FitReport report;
+      ControlMesh fitted = fit.fit_positions(FittedVertices::kAll, report);
+      const double miss = fit.fit_channels(mesh, fitted);
+      EXPECT_TRUE(fitted.interpolating);
+      EXPECT_EQ(report.missed, 0u);
+      if (report.inside_missed > 0) continue;
+      const auto limits = brute_limits(fitted);
+      for (std::size_t v = 0; v < limits.size(); ++v) {
+        ASSERT_LT((limits[v].head<3>() - mesh.positions[v]).norm(), 1e-6) << name << " vertex " << v;
+        if (miss > 1e-9) continue;  // Singular: its channels are as near as can be.
+        for (std::size_t c = 0; c < mesh.channel_count(); ++c) {
+          ASSERT_NEAR(limits[v][static_cast<Eigen::Index>(3 + c)], mesh.channel_values[v * mesh.channel_count() + c],
+                      1e-5)
+              << name << " vertex " << v;
+        }
+      }
+      ++fits;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kMeshNotInterpolable) << name << ": " << error.what();
+    }
+  }
+  EXPECT_GT(2 * fits, oracle::tiny_meshes().size());
+}
+
+TEST(VertexFit, LeavesWhatTheLimitMeetsAlreadyAlone) {
+  ControlMesh mesh = oracle::box_mesh(3, 2, 2);
+  oracle::sharpen_by_cells(mesh, 1);
+  FitReport report;
+  const ControlMesh fitted = VertexFit(mesh).fit_positions(FittedVertices::kAll, report);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    EXPECT_LT((fitted.positions[v] - mesh.positions[v]).norm(), 1e-9) << v;
+  }
+  EXPECT_LT(report.swelling.distance_mm, 1e-9);
+}
+
+TEST(VertexFit, MeansTheMeshThatItInterpolates) {
+  const ControlMesh mesh = oracle::box_mesh(3, 3, 3, 2);
+  FitReport report;
+  const VertexFit fit(mesh);
+  const ControlMesh fitted = fit.fit_positions(FittedVertices::kAll, report);
+  const Deviation deviation = measure_limit(fitted).deviation;
+  EXPECT_TRUE(deviation.interpolating);
+  EXPECT_NEAR(deviation.control_volume_mm3, 216, 1e-8);
+  EXPECT_LT((deviation.control_box.sizes() - Vec3(6, 6, 6)).norm(), 1e-9);
+  EXPECT_EQ(deviation.farthest.distance_mm(), 0);
+  EXPECT_GT(deviation.limit_volume_mm3, 216) << "smooth, it swells between the corners";
+  const ControlMesh meant = fit.limit_mesh(fitted);
+  EXPECT_FALSE(meant.interpolating);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    EXPECT_LT((meant.positions[v] - mesh.positions[v]).norm(), 1e-9) << v;
+  }
+}
+
+TEST(VertexFit, SaysWhereTheLimitSwells) {
+  FitReport report;
+  VertexFit(oracle::box_mesh(1, 1, 1, 10)).fit_positions(FittedVertices::kAll, report);
+  // The control cube is twice as large as the cube. The middle of a face of its limit has, of half its edge, the height
+  // (16 + 4 * 4 * 3/4 + 4 * 5/9) / 36 = 0.84 above the middle; so it stands off the cube's face by 0.34 edges.
+  EXPECT_NEAR(report.swelling.edges, 0.34, 0.01);
+  EXPECT_NEAR(report.swelling.distance_mm, 10 * report.swelling.edges, 1e-9);
+  EXPECT_NEAR((report.swelling.place - Vec3(5, 5, 5)).norm(), 5 + report.swelling.distance_mm, 1e-9);
+}
+
+TEST(VertexFit, RefusesToFoldWhatDidNotFold) {
+  const ControlMesh mesh = uneven_box();
+  ASSERT_EQ(folding_cells(mesh), 0u);
+  FitReport report;
+  expect_error([&] { VertexFit(mesh).fit_positions(FittedVertices::kAll, report); }, ErrorCode::kMeshNotInterpolable,
+               "a limit through all vertices of the boundary would fold in cells");
+}
+
+/// Only inside are layers uneven: a limit through all vertices folds, one through those of the boundary doesn't.
+TEST(VertexFit, LetsVerticesInsideGoBeforeItFolds) {
+  ControlMesh mesh = oracle::box_mesh(4, 4, 4, 1);
+  for (Vec3& p : mesh.positions) {
+    const bool inside = (p.array() > 0.5).all() && (p.array() < 3.5).all();
+    if (inside && std::lround(p.x()) == 2) p.x() = 1.02;
+  }
+  ASSERT_EQ(folding_cells(mesh), 0u);
+  FitReport report;
+  const ControlMesh fitted = VertexFit(mesh).fit_positions(FittedVertices::kAll, report);
+  EXPECT_EQ(folding_cells(fitted), 0u);
+  EXPECT_EQ(report.missed, 0u);
+  EXPECT_GT(report.inside_missed, 0u);
+  EXPECT_GT(report.inside_mm, 0);
+}
+
+TEST(VertexFit, OfTheBoundaryFoldsNothingAndSaysWhatStaysBehind) {
+  const ControlMesh mesh = uneven_box();
+  FitReport report;
+  const ControlMesh fitted = VertexFit(mesh).fit_positions(FittedVertices::kBoundary, report);
+  EXPECT_EQ(folding_cells(fitted), 0u);
+  const auto limits = brute_limits(fitted);
+  const CellComplex complex = make_cell_complex(mesh);
+  std::size_t missed = 0;
+  double farthest = 0;
+  for (const VertexId v : complex.vertices()) {
+    if (!complex.vertex_on_boundary(v)) continue;
+    const double distance = (limits[v].head<3>() - mesh.positions[v]).norm();
+    missed += distance > 1e-6;
+    farthest = std::max(farthest, distance);
+  }
+  EXPECT_EQ(report.missed, missed);
+  EXPECT_GT(missed, 0u);
+  EXPECT_NEAR(report.farthest.distance_mm(), farthest, 1e-9);
+}
+
+TEST(VertexFit, LeavesFoldsThatWereThere) {
+  const ControlMesh mesh = oracle::folding_box_mesh();
+  const std::size_t folds = folding_cells(mesh);
+  ASSERT_GT(folds, 0u);
+  ControlMesh allowed = mesh;
+  allowed.allow_folds = true;
+  FitReport report;
+  EXPECT_NO_THROW(VertexFit(allowed).fit_positions(FittedVertices::kBoundary, report));
+  EXPECT_EQ(report.missed, 0u);
+}
+
+TEST(VertexFit, NamesVerticesThatNoControlPointsReach) {
+  FitReport report;
+  expect_error([&] { VertexFit(dented_cube()).fit_positions(FittedVertices::kAll, report); },
+               ErrorCode::kMeshNotInterpolable, "no control points take the limit through vertices 0, 1, 2, 3");
+  VertexFit(dented_cube()).fit_positions(FittedVertices::kBoundary, report);
+  EXPECT_EQ(report.missed, 8u);
+  EXPECT_NEAR(report.farthest.distance_mm(), std::sqrt(3.0) / 8, 1e-6) << "an eighth of the dent at every corner";
+}
+
+TEST(VertexFit, SaysHowFarChannelsMiss) {
+  ControlMesh mesh = oracle::box_mesh(1, 1, 1);
+  mesh.channel_names = {"a"};
+  mesh.channel_values = {1, 0, 0, 0, 0, 0, 0, 0};
+  const VertexFit fit(mesh);
+  ControlMesh fitted = mesh;
+  EXPECT_NEAR(fit.fit_channels(mesh, fitted), 0.125, 1e-6);
+  mesh.channel_values.assign(8, 3);
+  EXPECT_EQ(fit.fit_channels(mesh, fitted), 0);
+  EXPECT_THAT(fitted.channel_values, testing::Each(3));
+}
+
+TEST(VertexFit, IsTheSameForAnyNumberOfThreads) {
+  const ControlMesh mesh = uneven_box();
+  FitReport report;
+  const ControlMesh one = VertexFit(mesh, {.threads = 1}).fit_positions(FittedVertices::kBoundary, report);
+  const ControlMesh two = VertexFit(mesh, {.threads = 2}).fit_positions(FittedVertices::kBoundary, report);
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) EXPECT_EQ(one.positions[v], two.positions[v]);
+}
+
+TEST(VertexFit, TurnsMirroredCellsBeforeItFits) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2);
+  std::swap_ranges(mesh.cell_vertices.begin(), mesh.cell_vertices.begin() + 4, mesh.cell_vertices.begin() + 4);
+  FitReport report;
+  const ControlMesh fitted = VertexFit(mesh).fit_positions(FittedVertices::kAll, report);
+  EXPECT_EQ(fitted.cell_vertices, oracle::box_mesh(2, 2, 2).cell_vertices);
+}
+
+TEST(VertexFit, RefusesWhatIsNoSolidAndStopsWhenCancelled) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2);
+  mesh.cell_vertices.front() = mesh.cell_vertices[1];
+  expect_error([&] { VertexFit fit(mesh); }, ErrorCode::kMeshRepeatedVertex, "repeated");
+  const auto token = CancellationToken::make();
+  token.cancel();
+  expect_error([&] { VertexFit fit(oracle::box_mesh(8, 8, 8), {.cancel = token}); }, ErrorCode::kCancelled, "cancel");
+}
+
+}  // namespace
+}  // namespace ccslice
