@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/cli/ccmesh.h"
@@ -14,6 +16,8 @@
 #include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
+#include "client/cli/vtu_file.h"
+#include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
 namespace {
@@ -40,20 +44,46 @@ void run_upload(Session& session, const MeshOptions& options) {
 struct ConvertOptions {
   MeshOptions mesh;
   std::string output;
+  std::optional<int> limit;
   bool force = false;
 };
 
+enum class MeshFormat : std::uint8_t { kCcmesh, kJson, kVtu };
+
+MeshFormat format_of(const ConvertOptions& options) {
+  const std::filesystem::path extension = std::filesystem::path(options.output).extension();
+  if (extension == ".vtu") return MeshFormat::kVtu;
+  if (options.limit) throw UsageError("--limit goes with .vtu, not with '" + options.output + "'");
+  if (extension == ".json") return MeshFormat::kJson;
+  if (extension == ".ccmesh") return MeshFormat::kCcmesh;
+  throw UsageError("convert writes .ccmesh, .json or .vtu, not '" + options.output + "'; export writes .stl and .vtk");
+}
+
+/// The limit, by the limit points of cells that are refined so many times.
+std::string limit_as_vtu(ControlMesh mesh, int times) {
+  constexpr std::size_t kMostCells = 20'000'000;
+  validate(mesh);
+  const std::size_t cells = refined_cell_count(mesh, times);
+  if (cells > kMostCells) {
+    throw UsageError("--limit " + std::to_string(times) + " gives " + show_count(cells) + " cells, more than " +
+                     show_count(kMostCells) + ": refine less often");
+  }
+  return to_vtu(mesh_of_limit_points(refine_mesh(mesh, times)), control_cells_of(mesh, times));
+}
+
+std::string content_of(const LoadedMesh& mesh, MeshFormat format, std::optional<int> limit) {
+  if (format == MeshFormat::kCcmesh) return mesh.bytes->bytes();
+  if (format == MeshFormat::kJson) return to_json(to_proto(mesh.mesh));
+  return limit ? limit_as_vtu(mesh.mesh, *limit) : to_vtu(mesh.mesh);
+}
+
 void run_convert(Session& session, const ConvertOptions& options) {
   require_file(options.mesh, "convert");
-  const std::filesystem::path extension = std::filesystem::path(options.output).extension();
-  const bool as_json = extension == ".json";
-  if (!as_json && extension != ".ccmesh") {
-    throw UsageError("convert writes .ccmesh or .json, not '" + options.output + "'; export writes .stl and .vtk");
-  }
+  const MeshFormat format = format_of(options);
   refuse_to_overwrite(options.output, options.force);
   const LoadedMesh mesh = load_mesh(options.mesh);
   print_notes(session, mesh);
-  const std::string content = as_json ? to_json(to_proto(mesh.mesh)) : mesh.bytes->bytes();
+  const std::string content = content_of(mesh, format, options.limit);
   write_file(options.output, content);
   if (session.options().json) {
     JsonWriter json;
@@ -81,15 +111,24 @@ Command add_upload(CLI::App& parent, CommonOptions& common) {
 Command add_convert(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* app = parent.add_subcommand(
-      "convert", "Read, check, sharpen, size and grade a mesh file; write it as .ccmesh or .json");
+      "convert", "Read, check, sharpen, fit, size and grade a mesh file; write it as .ccmesh, .json or .vtu");
   add_mesh_options(*app, options->mesh);
-  app->add_option("-o,--output", options->output, "File to write: .ccmesh, or .json")->required();
+  app->add_option("-o,--output", options->output,
+                  "File to write: .ccmesh, or .json; or .vtu to look at, in ParaView for example")
+      ->required();
+  constexpr int kMostRefinements = 8;
+  app->add_option("--limit", options->limit,
+                  "Write the limit volume to the .vtu, not the control mesh: limit points of cells that are refined so "
+                  "many times, each into as many as it has corners")
+      ->check(CLI::Range(0, kMostRefinements));
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer(
       "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh\n"
       "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json\n"
-      "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o part.ccmesh");
+      "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o part.ccmesh\n"
+      "  ccslice convert part.inp --sharp-angle 40 --interpolate=boundary -o part.ccmesh\n"
+      "  ccslice convert part.ccmesh --limit 2 -o limit.vtu");
   return {app, [options](Session& session) { run_convert(session, *options); }};
 }
 

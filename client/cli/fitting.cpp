@@ -9,6 +9,7 @@
 
 #include "client/cli/console.h"
 #include "client/cli/text_values.h"
+#include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
 namespace {
@@ -82,7 +83,7 @@ FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
 }
 
 FittedMesh::FittedMesh(const ControlMesh& fitted)
-    : fit_(fitted, fit_options()), fitted_(fitted), meant_(fit_.limit_mesh(fitted)) {}
+    : fit_(fitted, fit_options()), fitted_(fitted), meant_(mesh_of_limit_points(fitted)) {}
 
 void FittedMesh::place(const Similarity& similarity) {
   similarity.apply(fitted_);

@@ -34,10 +34,14 @@ XmlWriter& XmlWriter::end() {
   return *this;
 }
 
-XmlWriter& XmlWriter::element(std::string_view name, std::string_view content) {
-  begin(name).close_tag();
+XmlWriter& XmlWriter::text(std::string_view content) {
+  close_tag();
   append_escaped(content);
-  return end();
+  return *this;
+}
+
+XmlWriter& XmlWriter::element(std::string_view name, std::string_view content) {
+  return begin(name).text(content).end();
 }
 
 void XmlWriter::close_tag() {

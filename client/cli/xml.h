@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// XML documents, for packages.
+// XML documents, for packages and meshes.
 
 #pragma once
 
@@ -26,6 +26,8 @@ class XmlWriter {
   requires std::is_arithmetic_v<Number> XmlWriter& attribute(std::string_view name, Number value) {
     return attribute(name, number_text(value));
   }
+  /// Characters inside of the element that was begun last.
+  XmlWriter& text(std::string_view content);
   XmlWriter& end();
   /// A whole element that holds text only.
   XmlWriter& element(std::string_view name, std::string_view content);

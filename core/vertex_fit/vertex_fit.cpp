@@ -90,14 +90,6 @@ ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report)
   return fitted;
 }
 
-ControlMesh VertexFit::limit_mesh(const ControlMesh& fitted) const {
-  ControlMesh mesh = fitted;
-  mesh.interpolating = false;
-  mesh.positions = limit_points(fitted);
-  set_channels(system_.limits(channels_of(fitted)), mesh);
-  return mesh;
-}
-
 double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
   const Values values = channels_of(meant);
   const Values solved = values + system_.solve(values - system_.limits(values));

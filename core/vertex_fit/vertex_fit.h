@@ -76,9 +76,6 @@ class VertexFit {
   /// which is rounding unless the mesh is singular (vertex_system.h).
   double fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
 
-  /// The mesh that `fitted` interpolates: vertices at their limit points, with the channels there.
-  ControlMesh limit_mesh(const ControlMesh& fitted) const;
-
  private:
   std::vector<Vec3> limit_points(const ControlMesh& mesh) const;
   ControlMesh moved(const VertexSystem::Values& moves) const;

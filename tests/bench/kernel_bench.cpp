@@ -18,9 +18,9 @@
 #include "core/limit/limit_evaluator.h"
 #include "core/mesh/models.h"
 #include "core/output/encode.h"
+#include "core/subdivision/refined_mesh.h"
 #include "tests/bench/our_method.h"
 #include "tests/bench/printer_job.h"
-#include "tests/bench/refined_mesh.h"
 
 namespace ccslice::bench {
 namespace {

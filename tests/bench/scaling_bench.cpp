@@ -17,14 +17,15 @@
 
 #include "core/mesh/models.h"
 #include "core/slicer/slice_range.h"
+#include "core/subdivision/refined_mesh.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
 #include "tests/bench/our_method.h"
 #include "tests/bench/own_process.h"
 #include "tests/bench/printer_job.h"
-#include "tests/bench/refined_mesh.h"
 #include "tests/bench/served_job.h"
 #include "tests/oracle/real_meshes.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice::bench {
 namespace {
@@ -91,6 +92,13 @@ void measure_cells(const Options& options, BarTable& table) {
   const PrinterJob grid = sample_printer_job("grid");
   table.add("preparing, per irregular cell (grid)", 1e-3 * grid.prepare_ns / grid.solid->cell_count(), "us CPU",
             Bound::kAtMost, 200);
+}
+
+/// `count` copies, each `distance_mm` above the last: separate parts.
+ControlMesh stack_meshes(const ControlMesh& mesh, int count, double distance_mm) {
+  ControlMesh stack = mesh;
+  for (int copy = 1; copy < count; ++copy) oracle::append_mesh(stack, mesh, Vec3(0, 0, copy * distance_mm));
+  return stack;
 }
 
 /// The same layers of one ring, alone and below 63 others.

@@ -16,6 +16,7 @@
 #include "client/cli/text_values.h"
 #include "core/base/error.h"
 #include "core/limit/deviation.h"
+#include "core/subdivision/refined_mesh.h"
 #include "tests/client/process.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -82,7 +83,7 @@ TEST_F(FittedFile, HasItsGradesAtItsVertices) {
   const ControlMesh box = oracle::box_mesh(4, 4, 4, 10);
   const LoadedMesh loaded =
       load_mesh({.mesh = file_of(box), .grades = {"h=z:1..5", "d=distance:0..1:20"}, .interpolate = "all"});
-  const ControlMesh meant = VertexFit(loaded.mesh).limit_mesh(loaded.mesh);
+  const ControlMesh meant = mesh_of_limit_points(loaded.mesh);
   for (std::size_t v = 0; v < meant.vertex_count(); ++v) {
     const Vec3& p = meant.positions[v];
     EXPECT_NEAR(meant.channel_values[2 * v], 1 + p.z() / 10, 1e-5) << v;

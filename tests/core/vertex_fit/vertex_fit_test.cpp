@@ -13,6 +13,7 @@
 
 #include "core/base/error.h"
 #include "core/limit/deviation.h"
+#include "core/subdivision/refined_mesh.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/tiny_meshes.h"
@@ -102,7 +103,7 @@ TEST(VertexFit, MeansTheMeshThatItInterpolates) {
   EXPECT_LT((deviation.control_box.sizes() - Vec3(6, 6, 6)).norm(), 1e-9);
   EXPECT_EQ(deviation.farthest.distance_mm(), 0);
   EXPECT_GT(deviation.limit_volume_mm3, 216) << "smooth, it swells between the corners";
-  const ControlMesh meant = fit.limit_mesh(fitted);
+  const ControlMesh meant = mesh_of_limit_points(fitted);
   EXPECT_FALSE(meant.interpolating);
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     EXPECT_LT((meant.positions[v] - mesh.positions[v]).norm(), 1e-9) << v;

@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "tests/bench/refined_mesh.h"
+#include "core/subdivision/refined_mesh.h"
 
-#include <array>
 #include <cstddef>
-#include <vector>
+#include <span>
 
 #include "core/mesh/cell_complex.h"
+#include "core/subdivision/limit_masks.h"
 #include "core/subdivision/refine.h"
-#include "tests/support/tiny_meshes.h"
 
-namespace ccslice::bench {
+namespace ccslice {
 namespace {
 
 /// Positions and channels of all vertices, one after the other.
@@ -54,30 +53,52 @@ void set_cells(const CellComplex& complex, ControlMesh& mesh) {
   }
 }
 
-void refine_once(ControlMesh& mesh) {
-  const CellComplex complex = make_cell_complex(mesh);
-  const std::vector<CellId> cells = complex.cells().to_vector();
-  const Refinement refined = refine(complex, cells);
+/// Child points, or limit points, of all vertices.
+std::vector<double> apply(const Stencils& stencils, const ControlMesh& mesh) {
   const std::size_t dimension = 3 + mesh.channel_count();
   const std::vector<double> points = points_of(mesh);
-  std::vector<double> children(refined.stencils.rows() * dimension);
-  refined.stencils.apply(0, refined.stencils.rows(), points.data(), dimension, children.data());
-  set_points(children, mesh);
-  set_cells(refined.complex, mesh);
+  std::vector<double> result(stencils.rows() * dimension);
+  stencils.apply(0, stencils.rows(), points.data(), dimension, result.data());
+  return result;
+}
+
+std::size_t descendants(CellKind kind, int times) {
+  return times == 0 ? 1 : static_cast<std::size_t>(corner_count(kind)) << 3 * (times - 1);
 }
 
 }  // namespace
 
-ControlMesh refine_mesh(const ControlMesh& mesh, int times) {
+ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationToken& cancel) {
   ControlMesh result = mesh;
-  for (int i = 0; i < times; ++i) refine_once(result);
+  for (int i = 0; i < times; ++i) {
+    const CellComplex complex = make_cell_complex(result, cancel);
+    const Refinement refined = refine(complex, complex.cells().to_vector(), cancel);
+    set_points(apply(refined.stencils, result), result);
+    set_cells(refined.complex, result);
+  }
   return result;
 }
 
-ControlMesh stack_meshes(const ControlMesh& mesh, int count, double distance_mm) {
-  ControlMesh stack = mesh;
-  for (int copy = 1; copy < count; ++copy) oracle::append_mesh(stack, mesh, Vec3(0, 0, copy * distance_mm));
-  return stack;
+ControlMesh mesh_of_limit_points(const ControlMesh& mesh, const CancellationToken& cancel) {
+  ControlMesh result = mesh;
+  result.interpolating = false;
+  set_points(apply(limit_masks(make_cell_complex(mesh, cancel), cancel), mesh), result);
+  return result;
 }
 
-}  // namespace ccslice::bench
+std::size_t refined_cell_count(const ControlMesh& mesh, int times) {
+  std::size_t count = 0;
+  for (const CellKind kind : mesh.cell_kinds) count += descendants(kind, times);
+  return count;
+}
+
+std::vector<std::uint32_t> control_cells_of(const ControlMesh& mesh, int times) {
+  std::vector<std::uint32_t> cells;
+  cells.reserve(refined_cell_count(mesh, times));
+  for (std::uint32_t c = 0; c < mesh.cell_count(); ++c) {
+    cells.insert(cells.end(), descendants(mesh.cell_kinds[c], times), c);
+  }
+  return cells;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Meshes as VTK's XML files of unstructured grids (.vtu), to look at in ParaView, PyVista and others [VTK File
+// Formats]. Arrays are in base64, behind headers of 64 bits, not compressed: what every reader takes.
+
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/mesh/control_mesh.h"
+
+namespace ccslice::cli {
+
+/// Channels become point data, floats as they are. `control_cells`: by cell, cell data of that name; none if empty.
+/// Sharp edges and vertices have no place in the format.
+std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells = {});
+
+}  // namespace ccslice::cli
