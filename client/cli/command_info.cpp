@@ -120,7 +120,7 @@ void run_info(Session& session, const InfoOptions& options) {
   if (names_mesh_id(options.mesh)) {
     return print_message(session, session.client().mesh_summary(options.mesh.mesh, session.call()));
   }
-  const LoadedMesh loaded = load_mesh(options.mesh);
+  const LoadedMesh loaded = load_mesh(options.mesh, session.quiet());
   print_line(session.options().json ? file_as_json(loaded) : file_as_text(options.mesh.mesh, loaded));
 }
 

@@ -28,7 +28,7 @@ void require_file(const MeshOptions& options, const char* command) {
 
 void run_upload(Session& session, const MeshOptions& options) {
   require_file(options, "upload");
-  const LoadedMesh mesh = load_mesh(options);
+  const LoadedMesh mesh = load_mesh(options, session.quiet());
   const client::UploadOutcome outcome = upload(session, mesh);
   if (session.options().json) {
     JsonWriter json;
@@ -81,7 +81,7 @@ void run_convert(Session& session, const ConvertOptions& options) {
   require_file(options.mesh, "convert");
   const MeshFormat format = format_of(options);
   refuse_to_overwrite(options.output, options.force);
-  const LoadedMesh mesh = load_mesh(options.mesh);
+  const LoadedMesh mesh = load_mesh(options.mesh, session.quiet());
   print_notes(session, mesh);
   const std::string content = content_of(mesh, format, options.limit);
   write_file(options.output, content);

@@ -19,6 +19,13 @@ std::string describe_fold(const v1::FoldPlace& fold) {
          describe_place(fold.position_mm()) + " mm";
 }
 
+/// "+1.23 %".
+std::string change_text(double value, double from) {
+  if (!(from > 0)) return "no part to compare with";
+  const double percent = std::round(1e4 * (value / from - 1)) / 100;
+  return percent == 0 ? "the same" : (percent > 0 ? "+" : "") + show_number(percent) + " %";
+}
+
 }  // namespace
 
 std::string describe(const v1::Box3& box) {
@@ -30,9 +37,7 @@ std::string describe(const v1::Box3& box) {
 std::string describe(const v1::LimitDeviation& deviation) {
   const double control = deviation.control_volume_mm3(), limit = deviation.limit_volume_mm3();
   std::string text = "\n  mesh size  " + describe(deviation.control_box());
-  const double percent = std::round(1e4 * (limit / control - 1)) / 100;
-  const std::string change = percent == 0 ? "the same" : (percent > 0 ? "+" : "") + show_number(percent) + " %";
-  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), " +
+  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change_text(limit, control) + "), " +
           (deviation.interpolating() ? "mesh that it interpolates " : "control mesh ") + show_number(control) + " mm^3";
   text += "\n  moved      ";
   const v1::Vector3& place = deviation.farthest_vertex_mm();

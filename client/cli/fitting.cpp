@@ -92,11 +92,11 @@ void FittedMesh::place(const Similarity& similarity) {
 }
 
 ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
+  constexpr double kRounding = 1e-6;
   if (vertices_) {
     notes.push_back(met_note(*vertices_, report_));
-    if (report_.swelling.distance_mm > 0) notes.push_back(swelling_note(report_.swelling));
+    if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling));
   }
-  constexpr double kRounding = 1e-6;
   const double miss = fit_.fit_channels(meant_, fitted_);
   if (miss > kRounding) {
     notes.push_back("no control points give every vertex its channels: they are up to " + show_number(100 * miss) +

@@ -76,7 +76,11 @@ void refuse_second_fit(const MeshOptions& options, const Changes& changes) {
 }
 
 /// The fitted mesh beside the one that is meant, if control points are fitted, or were before and are to be graded.
-std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh) {
+std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, bool quiet) {
+  constexpr std::size_t kManyVertices = 20'000;
+  if (changes.fit && mesh.vertex_count() >= kManyVertices && !quiet) {
+    print_note("fitting control points to " + show_count(mesh.vertex_count()) + " vertices");
+  }
   if (changes.fit) return FittedMesh(mesh, *changes.fit);
   if (mesh.interpolating && !changes.grades.empty()) return FittedMesh(mesh);
   return std::nullopt;
@@ -84,12 +88,12 @@ std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh) {
 
 /// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
 /// last, as their lengths are those of the result.
-void change(const MeshOptions& options, const Changes& changes, LoadedMesh& loaded) {
+void change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
   if (loaded.mesh.interpolating) refuse_second_fit(options, changes);
   ControlMesh checked = loaded.mesh;
   validate(checked);
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
-  std::optional<FittedMesh> pair = fit(changes, loaded.mesh);
+  std::optional<FittedMesh> pair = fit(changes, loaded.mesh, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   if (changes.sizing.places()) {
     const Similarity similarity =
@@ -111,7 +115,7 @@ const char* remedy_of(ErrorCode code) {
   return code == ErrorCode::kMeshCoordinateOutOfRange ? " (--units says what unit the file is in)" : "";
 }
 
-LoadedMesh load(const MeshOptions& options, const Changes& changes) {
+LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) {
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
   MeshFile file = read_any(bytes, options.mesh);
@@ -126,7 +130,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes) {
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
-  if (changed) change(options, changes, loaded);
+  if (changed) change(options, changes, quiet, loaded);
   ControlMesh checked = loaded.mesh;
   loaded.report = validate(checked);
   warn_of_size(options.size, loaded.mesh, loaded.warnings);
@@ -159,10 +163,10 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->group("Mesh");
 }
 
-LoadedMesh load_mesh(const MeshOptions& options) {
+LoadedMesh load_mesh(const MeshOptions& options, bool quiet) {
   const Changes changes = parse_changes(options);
   try {
-    return load(options, changes);
+    return load(options, changes, quiet);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kFileUnreadable) throw;
     throw Error(error.code(), options.mesh + ": " + error.what() + remedy_of(error.code()), error.field(), error.ids());
@@ -208,7 +212,7 @@ client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
 
 std::string ensure_on_server(Session& session, const MeshOptions& options) {
   if (names_mesh_id(options)) return options.mesh;
-  const LoadedMesh mesh = load_mesh(options);
+  const LoadedMesh mesh = load_mesh(options, session.quiet());
   upload(session, mesh);
   return mesh.bytes->id();
 }

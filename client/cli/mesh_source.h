@@ -40,8 +40,9 @@ struct LoadedMesh {
   std::shared_ptr<const client::MeshBytes> bytes;
 };
 
-/// Reads, checks, sharpens, fits, sizes and grades a file. Throws Error (1xx, 4xx) with the file's name in front.
-LoadedMesh load_mesh(const MeshOptions& options);
+/// Reads, checks, sharpens, fits, sizes and grades a file. Unless `quiet`, a line on standard error comes before what
+/// takes long. Throws Error (1xx, 4xx) with the file's name in front.
+LoadedMesh load_mesh(const MeshOptions& options, bool quiet = true);
 
 /// Notes on what was read and changed: lines on standard error, unless the session is quiet, and a JSON member.
 void print_notes(const Session& session, const LoadedMesh& mesh);
