@@ -33,8 +33,9 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
     note += "every vertex of the boundary";
   } else {
     note += "all vertices of the boundary but " + show_count(report.missed) +
-            ", which stay behind so that nothing folds, by up to " + show_number(report.farthest.distance_mm()) +
-            " mm: vertex " + std::to_string(report.farthest.vertex) + " at " + show_place(report.farthest.position);
+            ", which stay behind so that nothing folds, or are out of reach, by up to " +
+            show_number(report.farthest.distance_mm()) + " mm: vertex " + std::to_string(report.farthest.vertex) +
+            " at " + show_place(report.farthest.position);
   }
   if (all) note += ", and would fold if it passed through those inside";
   return note + "; those inside are up to " + show_number(report.inside_mm) + " mm from their limit points";

@@ -13,7 +13,6 @@
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
 #include "core/mesh/validate.h"
-#include "core/subdivision/limit_masks.h"
 
 namespace ccslice {
 
@@ -149,19 +148,34 @@ Box3 control_box(const LimitSolid::Data& data, const Placement& placement) {
   return box;
 }
 
-}  // namespace
-
-double control_volume_mm3(const CellComplex& complex, std::span<const Vec3> positions) {
-  const Vec3 centre = positions.front();
+double control_volume_mm3(const BoundaryRings& rings, const LimitSolid::Data& data) {
+  const Vec3 centre = data.position(0);
+  const auto place = [&](std::uint32_t vertex) -> Vec3 {
+    if (!data.summary.deviation.interpolating) return data.position(vertex) - centre;
+    const auto found = std::ranges::lower_bound(data.boundary_vertices, vertex);
+    return data.meant_position(static_cast<std::size_t>(found - data.boundary_vertices.begin())) - centre;
+  };
   double sum = 0;
-  for (const FaceId face : complex.faces()) {
-    if (!complex.face_on_boundary(face)) continue;
-    const auto vertices = complex.face_vertices(face);
+  for (const auto& vertices : rings) {
+    const std::size_t size = vertices[3] == kNone ? 3 : 4;
     std::array<Vec3, 4> ring;
-    for (std::size_t i = 0; i < vertices.size(); ++i) ring[i] = positions[vertices[i]] - centre;
-    sum += six_cones(std::span(ring).first(vertices.size()));
+    for (std::size_t i = 0; i < size; ++i) ring[i] = place(vertices[i]);
+    sum += six_cones(std::span(ring).first(size));
   }
   return sum / 6;
+}
+
+}  // namespace
+
+BoundaryRings boundary_rings(const CellComplex& complex) {
+  BoundaryRings rings;
+  for (const FaceId face : complex.faces()) {
+    if (!complex.face_on_boundary(face)) continue;
+    std::array<std::uint32_t, 4>& ring = rings.emplace_back();
+    ring.fill(kNone);
+    std::ranges::copy(complex.face_vertices(face), ring.begin());
+  }
+  return rings;
 }
 
 double limit_volume_mm3(const BoundarySurface& surface, int levels, const CancellationToken& cancel) {
@@ -212,20 +226,14 @@ void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data)
 
 }  // namespace
 
-void measure_control_mesh(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel,
-                          LimitSolid::Data& data) {
-  Deviation& deviation = data.summary.deviation;
-  deviation.interpolating = mesh.interpolating;
-  deviation.control_volume_mm3 = mesh.interpolating
-                                     ? control_volume_mm3(complex, limit_masks(complex, cancel).apply(mesh.positions))
-                                     : control_volume_mm3(complex, mesh.positions);
-}
-
-void measure_boundary(const CancellationToken& cancel, LimitSolid::Data& data) {
+void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const CancellationToken& cancel,
+                      LimitSolid::Data& data) {
   find_vertex_limits(cancel, data);
   const BoundarySurface surface(data);
   data.summary.bounding_box = bounding_box(surface, Placement::Identity(), cancel);
   Deviation& deviation = data.summary.deviation;
+  deviation.interpolating = mesh.interpolating;
+  deviation.control_volume_mm3 = control_volume_mm3(rings, data);
   deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, cancel);
   deviation.control_box = control_box(data, Placement::Identity());
   deviation.farthest = farthest_vertex(data, Mat3::Identity());
@@ -247,9 +255,9 @@ Deviation placed_deviation(const LimitSolid& solid, const Placement& placement) 
 LimitShape measure_limit(ControlMesh mesh, const PrepareOptions& options) {
   LimitSolid::Data data;
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  measure_control_mesh(mesh, checked.complex, options.cancel, data);
+  const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, data);
-  measure_boundary(options.cancel, data);
+  measure_boundary(mesh, rings, options.cancel, data);
   return {data.summary.bounding_box, data.summary.deviation};
 }
 

@@ -23,20 +23,14 @@
 
 #pragma once
 
-#include <span>
-
 #include "core/base/cancellation.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/limit_solid.h"
-#include "core/mesh/cell_complex.h"
 
 namespace ccslice {
 
 /// Levels of patches that are integrated towards an irregular vertex.
 inline constexpr int kVolumeLevels = 6;
-
-/// Volume within the boundary faces of a mesh with these cells and vertices, mm^3.
-double control_volume_mm3(const CellComplex& complex, std::span<const Vec3> positions);
 
 /// Volume within the limit surface, mm^3. Irregular faces are integrated down to `levels` levels, at least 1. Takes
 /// about half a microsecond for a regular face and ten for an irregular one: 2 to 8 % of what preparing the samples

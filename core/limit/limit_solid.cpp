@@ -32,9 +32,9 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  measure_control_mesh(mesh, checked.complex, options.cancel, *data);
+  const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, *data);
-  measure_boundary(options.cancel, *data);
+  measure_boundary(mesh, rings, options.cancel, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();

@@ -5,6 +5,10 @@
 
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 #include "core/base/cancellation.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/cell_complex.h"
@@ -12,10 +16,10 @@
 
 namespace ccslice {
 
-/// Fills the summary's deviation as far as it is the mesh's own: interpolating, control_volume_mm3. `complex`: the
-/// mesh's.
-void measure_control_mesh(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel,
-                          LimitSolid::Data& data);
+/// Faces of the boundary of a control mesh, by their vertices, seen from outside; kNone closes triangles. Kept while
+/// cells are built, which takes the complex; a thirtieth of what a face of the boundary is reckoned with there.
+using BoundaryRings = std::vector<std::array<std::uint32_t, 4>>;
+BoundaryRings boundary_rings(const CellComplex& complex);
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
@@ -23,9 +27,10 @@ void measure_control_mesh(const ControlMesh& mesh, const CellComplex& complex, c
 /// what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and the rest of its deviation
-/// (deviation.h). REQUIRES: faces, measure_control_mesh().
-void measure_boundary(const CancellationToken& cancel, LimitSolid::Data& data);
+/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box and deviation (deviation.h). REQUIRES:
+/// faces; `rings`: the mesh's.
+void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const CancellationToken& cancel,
+                      LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps and volumes.
 void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data);
