@@ -280,7 +280,7 @@ ControlMesh kuhn_box(int cells) {
 
 // However many cells meet at their vertices, tetrahedra share the operators of few rings.
 TEST(LimitSolid, KeepsATetrahedronUnderThirtyKilobytes) {
-  const ControlMesh mesh = kuhn_box(6);
+  const ControlMesh mesh = kuhn_box(4);
   std::uint64_t asked = 0;
   PrepareOptions options;
   options.reserve = [&](std::uint64_t bytes) { asked = bytes; };
