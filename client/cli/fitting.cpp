@@ -4,6 +4,8 @@
 #include "client/cli/fitting.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <thread>
 #include <utility>
 
@@ -38,15 +40,17 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
             " at " + show_place(report.farthest.position);
   }
   if (all) note += ", and would fold if it passed through those inside";
+  if (report.inside_missed == 0) return note;
   return note + "; those inside are up to " + show_number(report.inside_mm) + " mm from their limit points";
 }
 
 std::string swelling_note(const Swelling& swelling) {
   constexpr double kRinging = 0.1;
-  std::string note = "between vertices the limit is up to " + show_number(swelling.distance_mm) +
-                     " mm off the faces of the mesh, " + show_number(swelling.edges) + " of an edge, near " +
+  std::string note = "the limit is up to " + show_number(swelling.distance_mm) +
+                     " mm off the middle of a face of the mesh, " + show_number(swelling.edges) + " of an edge, near " +
                      show_place(swelling.place);
-  if (swelling.edges > kRinging) note += ": keep edges sharp (--sharp-angle 40), or use a finer mesh";
+  if (swelling.edges > kRinging)
+    note += ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh";
   return note;
 }
 
@@ -57,6 +61,29 @@ FitReport placed(FitReport report, const Similarity& similarity) {
   report.swelling.place = similarity(report.swelling.place);
   report.swelling.distance_mm *= similarity.scale;
   return report;
+}
+
+/// Smallest and largest value of a channel.
+std::array<float, 2> range_of(const ControlMesh& mesh, std::size_t channel) {
+  std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
+  for (std::size_t at = channel; at < mesh.channel_values.size(); at += mesh.channel_count()) {
+    range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
+  }
+  return range;
+}
+
+/// Control points overshoot, and their range is the one that planes have unless another is given.
+void add_range_notes(const ControlMesh& meant, const ControlMesh& fitted, std::vector<std::string>& notes) {
+  constexpr float kMuch = 0.01f;
+  for (std::size_t c = 0; c < meant.channel_count(); ++c) {
+    const auto [low, high] = range_of(meant, c);
+    const auto [fitted_low, fitted_high] = range_of(fitted, c);
+    if (std::max(low - fitted_low, fitted_high - high) <= kMuch * (high - low)) continue;
+    notes.push_back("channel " + meant.channel_names[c] + " is " + show_number(low) + " to " + show_number(high) +
+                    " at vertices, and " + show_number(fitted_low) + " to " + show_number(fitted_high) +
+                    " at control points: planes of 8 and 16 bits have that range unless another is given, as in "
+                    "--channel NAME:u8:LOW..HIGH");
+  }
 }
 
 }  // namespace
@@ -81,6 +108,7 @@ std::optional<FittedVertices> parse_fit(const std::string& interpolate) {
 FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
     : fit_(mesh, fit_options()), vertices_(vertices), meant_(mesh) {
   fitted_ = fit_.fit_positions(vertices, report_);
+  if (report_.missed + report_.inside_missed > 0) meant_.positions = mesh_of_limit_points(fitted_).positions;
 }
 
 FittedMesh::FittedMesh(const ControlMesh& fitted)
@@ -99,6 +127,7 @@ ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
     if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling));
   }
   const double miss = fit_.fit_channels(meant_, fitted_);
+  add_range_notes(meant_, fitted_, notes);
   if (miss > kRounding) {
     notes.push_back("no control points give every vertex its channels: they are up to " + show_number(100 * miss) +
                     " % of a channel's range off; use a finer mesh");

@@ -21,8 +21,8 @@ void add_fit_option(CLI::App& command, std::string& interpolate);
 /// "", "all" or "boundary". Throws UsageError.
 std::optional<FittedVertices> parse_fit(const std::string& interpolate);
 
-/// A mesh whose control points are fitted, together with the mesh that is meant, while both are changed: what has to do
-/// with the part, such as grades, is done to the mesh that is meant.
+/// A mesh whose control points are fitted, together with the mesh that its limit passes through, while both are
+/// changed: what has to do with the part, such as grades, is done to the latter.
 class FittedMesh {
  public:
   /// Fits the positions. Throws what VertexFit does.

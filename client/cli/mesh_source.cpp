@@ -55,10 +55,9 @@ Changes parse_changes(const MeshOptions& options) {
 std::string depth_note(const Grade& grade, double deepest_mm) {
   const std::string name = "--grade " + grade.channel + "=distance ";
   if (deepest_mm == 0) {
-    return name + "is " + show_number(grade.first) +
-           " all over: every control point lies on the boundary; refine the mesh";
+    return name + "is " + show_number(grade.first) + " all over: every vertex lies on the boundary; refine the mesh";
   }
-  const std::string deepest = show_number(deepest_mm) + " mm, where the deepest control point lies";
+  const std::string deepest = show_number(deepest_mm) + " mm, where the deepest vertex lies";
   const double depth = grade.depth_mm.value_or(deepest_mm);
   if (deepest_mm == depth) return name + "reaches " + show_number(grade.last) + " at a depth of " + deepest;
   if (deepest_mm > depth) {

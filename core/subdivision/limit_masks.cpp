@@ -18,7 +18,7 @@ namespace ccslice {
 
 namespace {
 
-constexpr double kConverged = 1e-16;
+constexpr double kConverged = 1e-15;
 constexpr int kMaxSteps = 400;  // The slowest eigenvalues met are 0.7: a hundred do.
 
 /// What lies at a vertex, by local numbers. On the boundary: of the surface.

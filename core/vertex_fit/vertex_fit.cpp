@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "core/base/error.h"
@@ -44,10 +45,13 @@ Values channels_of(const ControlMesh& mesh) {
 }
 
 void set_channels(const Values& values, ControlMesh& mesh) {
+  constexpr double kLargestFloat = std::numeric_limits<float>::max();
   mesh.channel_values.resize(static_cast<std::size_t>(values.size()));
   float* value = mesh.channel_values.data();
   for (Eigen::Index v = 0; v < values.rows(); ++v) {
-    for (Eigen::Index c = 0; c < values.cols(); ++c) *value++ = static_cast<float>(values(v, c));
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      *value++ = static_cast<float>(std::clamp(values(v, c), -kLargestFloat, kLargestFloat));
+    }
   }
 }
 
@@ -125,7 +129,7 @@ ControlMesh VertexFit::fit_all(const Values& gaps) const {
   const std::vector<Vec3> limits = limit_points(fitted);
   Offenders missed;
   for (std::size_t v = 0; v < limits.size(); ++v) {
-    if ((limits[v] - mesh_.positions[v]).norm() > met_mm_) missed.add(static_cast<std::uint32_t>(v));
+    if (!((limits[v] - mesh_.positions[v]).norm() <= met_mm_)) missed.add(static_cast<std::uint32_t>(v));
   }
   missed.throw_if_any(ErrorCode::kMeshNotInterpolable, "no control points take the limit through", kVertices,
                       "keep edges sharp, or such places back", "positions_mm");
@@ -212,11 +216,11 @@ void VertexFit::measure(const ControlMesh& fitted, FitReport& report) const {
     const VertexLimit limit{v, mesh_.positions[v], limits[v]};
     const double distance = limit.distance_mm();
     if (!system_.on_boundary(v)) {
-      report.inside_missed += distance > met_mm_;
+      report.inside_missed += !(distance <= met_mm_);
       report.inside_mm = std::max(report.inside_mm, distance);
       continue;
     }
-    report.missed += distance > met_mm_;
+    report.missed += !(distance <= met_mm_);
     if (distance <= farthest) continue;
     farthest = distance;
     report.farthest = limit;

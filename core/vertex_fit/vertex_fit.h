@@ -15,7 +15,7 @@
 // back: each has a share of the way from its old limit point to itself, all of it at first. The shares of vertices of
 // cells that fold and didn't, and from the fourth round on of ever more vertices around them, are halved, and the
 // system is solved again. With no share left anywhere it is the mesh as it came, so this ends; five rounds did for
-// every mesh met.
+// every mesh met. Only cells are looked at: a limit that swells across a narrow gap may run into itself.
 
 #pragma once
 
@@ -33,7 +33,7 @@ namespace ccslice {
 
 enum class FittedVertices : std::uint8_t {
   kAll,       // The limit passes through every vertex; where it would fold, through those of the boundary only.
-  kBoundary,  // Through those of the boundary, except where it would fold; inside, control points follow.
+  kBoundary,  // Through those of the boundary that can be met without folds; inside, control points follow.
 };
 
 /// A face of the boundary between whose corners the limit stands off farthest, by the length of its edges.

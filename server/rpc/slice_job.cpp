@@ -104,7 +104,8 @@ void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Devia
   const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
   if (deviation.interpolating) {
     add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
-                what + "mesh that it interpolates: it swells between the vertices." + remedy + ", or use a finer mesh");
+                what + "mesh that it interpolates, from which it differs between the vertices." + remedy +
+                    ", or use a finer mesh");
     return;
   }
   v1::PlanWarning& warning =

@@ -67,7 +67,7 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
       << "the mesh that it interpolates is a box still";
   EXPECT_THAT(loaded.warnings,
               ElementsAre(HasSubstr("--size 60 scales by"), "--interpolate: the limit passes through every vertex",
-                          HasSubstr("keep edges sharp (--sharp-angle 40), or use a finer mesh")));
+                          HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh")));
 }
 
 TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {
@@ -89,6 +89,24 @@ TEST_F(FittedFile, HasItsGradesAtItsVertices) {
     EXPECT_NEAR(meant.channel_values[2 * v], 1 + p.z() / 10, 1e-5) << v;
     EXPECT_NEAR(meant.channel_values[2 * v + 1], std::min(p.minCoeff(), 40 - p.maxCoeff()) / 20, 1e-5) << v;
   }
+}
+
+/// Vertices that the limit misses have the grade of the place where they are, whether graded at once or later.
+TEST_F(FittedFile, HasItsGradesWhereItsVerticesEndUp) {
+  ControlMesh box = oracle::box_mesh(4, 4, 4, 1);
+  for (Vec3& p : box.positions) {
+    const bool inside = (p.array() > 0.5).all() && (p.array() < 3.5).all();
+    if (inside && std::lround(p.x()) == 2) p.x() = 1.1;
+  }
+  const LoadedMesh at_once = load_mesh({.mesh = file_of(box), .grades = {"h=x:0..4"}, .interpolate = "boundary"});
+  const ControlMesh met = mesh_of_limit_points(at_once.mesh);
+  double farthest = 0;
+  for (std::size_t v = 0; v < met.vertex_count(); ++v) {
+    EXPECT_NEAR(met.channel_values[v], met.positions[v].x(), 1e-5) << v;
+    farthest = std::max(farthest, (met.positions[v] - box.positions[v]).norm());
+  }
+  EXPECT_GT(farthest, 0.1);
+  EXPECT_THAT(at_once.warnings, Contains(HasSubstr("channel h is 0 to 4 at vertices, and ")));
 }
 
 TEST_F(FittedFile, MayBeGradedAndSizedAfterwards) {

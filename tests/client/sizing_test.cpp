@@ -144,18 +144,16 @@ TEST_F(SizedFile, GradesByDistanceSayHowDeepTheyGo) {
     return graded.warnings.empty() ? "no note" : graded.warnings.back();
   };
   EXPECT_EQ(note("skin=distance:90..30"),
-            "--grade skin=distance reaches 30 at a depth of 30 mm, where the deepest control point lies");
+            "--grade skin=distance reaches 30 at a depth of 30 mm, where the deepest vertex lies");
   EXPECT_EQ(
       note("skin=distance:90..30:20"),
-      "--grade skin=distance reaches 30 at a depth of 20 mm and keeps it down to 30 mm, where the deepest control "
-      "point lies");
+      "--grade skin=distance reaches 30 at a depth of 20 mm and keeps it down to 30 mm, where the deepest vertex lies");
   EXPECT_EQ(note("skin=distance:90..30:40"),
-            "--grade skin=distance ends at a depth of 30 mm, where the deepest control point lies, with 45 instead of "
+            "--grade skin=distance ends at a depth of 30 mm, where the deepest vertex lies, with 45 instead of "
             "30");
   EXPECT_EQ(
       note("skin=distance:90..30:2.5", {.size = "6"}),
-      "--grade skin=distance reaches 30 at a depth of 2.5 mm and keeps it down to 3 mm, where the deepest control "
-      "point lies");
+      "--grade skin=distance reaches 30 at a depth of 2.5 mm and keeps it down to 3 mm, where the deepest vertex lies");
   EXPECT_EQ(note("height=z"), "no note");
 }
 

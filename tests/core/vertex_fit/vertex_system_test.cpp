@@ -64,6 +64,20 @@ TEST(VertexSystem, ComesAsNearAsItCanWhereNoControlPointsDo) {
   EXPECT_LT((missed.cwiseAbs() - VertexSystem::Values::Constant(8, 1, 0.125)).cwiseAbs().maxCoeff(), 1e-8);
 }
 
+/// A cube written with ten digits is off what can be reached by rounding only: that isn't blown up.
+TEST(VertexSystem, AmplifiesNoRounding) {
+  const CellComplex complex = make_cell_complex(oracle::box_mesh(1, 1, 1));
+  const VertexSystem system(complex);
+  for (const double rounding : {1e-8, 1e-9, 1e-10, 1e-11, 1e-12}) {
+    VertexSystem::Values moves(8, 1);
+    moves << 0, 1, 1, 0, 0, 1, 1, 0;
+    moves(0, 0) += rounding;
+    const VertexSystem::Values solved = system.solve(moves);
+    EXPECT_LT(solved.cwiseAbs().maxCoeff(), 3) << rounding;
+    EXPECT_LT((system.limits(solved) - moves).cwiseAbs().maxCoeff(), rounding) << rounding;
+  }
+}
+
 TEST(VertexSystem, StopsWhenCancelled) {
   const auto token = CancellationToken::make();
   token.cancel();
