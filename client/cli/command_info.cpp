@@ -15,6 +15,7 @@
 #include "client/cli/text_values.h"
 #include "core/limit/deviation.h"
 #include "core/mesh/cell_kind.h"
+#include "core/mesh/channels.h"
 
 namespace ccslice::cli {
 namespace {
@@ -36,14 +37,7 @@ FileFacts facts_of(const ControlMesh& mesh) {
   FileFacts facts;
   for (const CellKind kind : mesh.cell_kinds) ++facts.cells_by_kind[static_cast<std::size_t>(kind)];
   for (const Vec3& position : mesh.positions) facts.box.extend(position);
-  const std::size_t channels = mesh.channel_count();
-  for (std::size_t channel = 0; channel < channels; ++channel) {
-    std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
-    for (std::size_t at = channel; at < mesh.channel_values.size(); at += channels) {
-      range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
-    }
-    facts.channel_ranges.push_back(range);
-  }
+  for (std::size_t c = 0; c < mesh.channel_count(); ++c) facts.channel_ranges.push_back(channel_range(mesh, c));
   facts.limit = measure_limit(mesh);
   return facts;
 }

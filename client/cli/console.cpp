@@ -60,6 +60,10 @@ std::string show_size(double x, double y, double z) {
   return show_number(x) + " x " + show_number(y) + " x " + show_number(z);
 }
 
+std::string show_place(const std::array<double, 3>& place) {
+  return "(" + show_number(place[0]) + ", " + show_number(place[1]) + ", " + show_number(place[2]) + ")";
+}
+
 std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high) {
   const double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
   const double nothing = 1e-9 * std::max({x, y, z});  // As exact as boxes are.

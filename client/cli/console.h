@@ -27,6 +27,8 @@ std::string show_duration(double seconds);
 std::string show_number(double number);
 /// "83.53 x 83.53 x 17.28".
 std::string show_size(double x, double y, double z);
+/// "(0, -10, 3.5)".
+std::string show_place(const std::array<double, 3>& place);
 /// "83.53 x 83.53 x 17.28 mm, from (0, -10, 3.5)". Rounding errors of boxes are shown as 0.
 std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high);
 

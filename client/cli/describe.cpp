@@ -10,9 +10,7 @@
 namespace ccslice::cli {
 namespace {
 
-std::string describe_place(const v1::Vector3& place) {
-  return "(" + show_number(place.x()) + ", " + show_number(place.y()) + ", " + show_number(place.z()) + ")";
-}
+std::string describe_place(const v1::Vector3& place) { return show_place({place.x(), place.y(), place.z()}); }
 
 std::string describe_fold(const v1::FoldPlace& fold) {
   return "\n  folds      control cell " + std::to_string(fold.control_cell()) + " at " +

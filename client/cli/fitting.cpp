@@ -4,13 +4,13 @@
 #include "client/cli/fitting.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <thread>
 #include <utility>
 
 #include "client/cli/console.h"
 #include "client/cli/text_values.h"
+#include "core/mesh/channels.h"
 #include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
@@ -22,10 +22,6 @@ FitOptions fit_options() {
   return options;
 }
 
-std::string show_place(const Vec3& place) {
-  return "(" + show_number(place.x()) + ", " + show_number(place.y()) + ", " + show_number(place.z()) + ")";
-}
-
 std::string met_note(FittedVertices vertices, const FitReport& report) {
   const bool all = vertices == FittedVertices::kAll;
   std::string note = all ? "--interpolate" : "--interpolate=boundary";
@@ -34,10 +30,11 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
   if (report.missed == 0) {
     note += "every vertex of the boundary";
   } else {
+    const Vec3& at = report.farthest.position;
     note += "all vertices of the boundary but " + show_count(report.missed) +
             ", which stay behind so that nothing folds, or are out of reach, by up to " +
             show_number(report.farthest.distance_mm()) + " mm: vertex " + std::to_string(report.farthest.vertex) +
-            " at " + show_place(report.farthest.position);
+            " at " + show_place({at.x(), at.y(), at.z()});
   }
   if (all) note += ", and would fold if it passed through those inside";
   if (report.inside_missed == 0) return note;
@@ -46,9 +43,10 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
 
 std::string swelling_note(const Swelling& swelling) {
   constexpr double kRinging = 0.1;
+  const Vec3& at = swelling.place;
   std::string note = "the limit is up to " + show_number(swelling.distance_mm) +
                      " mm off the middle of a face of the mesh, " + show_number(swelling.edges) + " of an edge, near " +
-                     show_place(swelling.place);
+                     show_place({at.x(), at.y(), at.z()});
   if (swelling.edges > kRinging)
     note += ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh";
   return note;
@@ -63,21 +61,12 @@ FitReport placed(FitReport report, const Similarity& similarity) {
   return report;
 }
 
-/// Smallest and largest value of a channel.
-std::array<float, 2> range_of(const ControlMesh& mesh, std::size_t channel) {
-  std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
-  for (std::size_t at = channel; at < mesh.channel_values.size(); at += mesh.channel_count()) {
-    range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
-  }
-  return range;
-}
-
 /// Control points overshoot, and their range is the one that planes have unless another is given.
 void add_range_notes(const ControlMesh& meant, const ControlMesh& fitted, std::vector<std::string>& notes) {
   constexpr float kMuch = 0.01f;
   for (std::size_t c = 0; c < meant.channel_count(); ++c) {
-    const auto [low, high] = range_of(meant, c);
-    const auto [fitted_low, fitted_high] = range_of(fitted, c);
+    const auto [low, high] = channel_range(meant, c);
+    const auto [fitted_low, fitted_high] = channel_range(fitted, c);
     if (std::max(low - fitted_low, fitted_high - high) <= kMuch * (high - low)) continue;
     notes.push_back("channel " + meant.channel_names[c] + " is " + show_number(low) + " to " + show_number(high) +
                     " at vertices, and " + show_number(fitted_low) + " to " + show_number(fitted_high) +
@@ -108,7 +97,7 @@ std::optional<FittedVertices> parse_fit(const std::string& interpolate) {
 FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
     : fit_(mesh, fit_options()), vertices_(vertices), meant_(mesh) {
   fitted_ = fit_.fit_positions(vertices, report_);
-  if (report_.missed + report_.inside_missed > 0) meant_.positions = mesh_of_limit_points(fitted_).positions;
+  if (report_.missed + report_.inside_missed > 0) meant_.positions = fit_.limit_points(fitted_);
 }
 
 FittedMesh::FittedMesh(const ControlMesh& fitted)

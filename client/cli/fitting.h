@@ -27,7 +27,7 @@ class FittedMesh {
  public:
   /// Fits the positions. Throws what VertexFit does.
   FittedMesh(const ControlMesh& mesh, FittedVertices vertices);
-  /// Of a mesh that was fitted before.
+  /// Takes a mesh that was fitted before.
   explicit FittedMesh(const ControlMesh& fitted);
 
   const ControlMesh& fitted() const { return fitted_; }

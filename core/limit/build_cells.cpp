@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/limit/prepare.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/channels.h"
 #include "core/subdivision/canonical_rings.h"
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
@@ -375,13 +376,8 @@ void Builder::summarize() {
   summary.sharp_edges = mesh_.sharp_edges.size();
   summary.boundary_faces = data_.faces.size();
   for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
-    ChannelRange range{mesh_.channel_names[c], mesh_.channel_values[c], mesh_.channel_values[c]};
-    for (std::size_t v = 0; v < mesh_.vertex_count(); ++v) {
-      const double value = mesh_.channel_values[v * mesh_.channel_count() + c];
-      range.min = std::min(range.min, value);
-      range.max = std::max(range.max, value);
-    }
-    summary.channels.push_back(range);
+    const auto [low, high] = channel_range(mesh_, c);
+    summary.channels.push_back({mesh_.channel_names[c], low, high});
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/mesh/channels.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -17,6 +18,14 @@ std::vector<NamedChannel> open_channels(const std::string& name, std::size_t com
     channels[i].name = components == 1 ? name : name + "." + std::to_string(i);
   }
   return channels;
+}
+
+std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel) {
+  std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
+  for (std::size_t at = channel; at < mesh.channel_values.size(); at += mesh.channel_count()) {
+    range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
+  }
+  return range;
 }
 
 void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file) {

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -27,6 +28,9 @@ std::vector<NamedChannel> open_channels(const std::string& name, std::size_t com
 /// Adds a file's channels to its mesh. Those with names that no mesh may have (empty, too long, or taken) are left out
 /// with a note. Throws Error{kFileSyntax} as append_channels().
 void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file);
+
+/// The smallest and the largest value of a channel. REQUIRES: there are vertices.
+std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel);
 
 /// Adds them behind the channels that the mesh has. Throws Error{kFileSyntax} if one hasn't a value for each vertex.
 void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh);

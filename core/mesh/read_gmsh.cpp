@@ -198,16 +198,11 @@ void GmshReader::read_nodes_4() {
   }
 }
 
-/// Its coordinates follow.
+/// REQUIRES: the node's coordinates come next.
 void GmshReader::add_node(std::uint64_t tag) {
-  constexpr std::string_view kWhat = "a coordinate";
   const std::uint64_t mark = scanner_.text().mark();
-  Vec3 position;
-  for (double& coordinate : position) {
-    coordinate = unfit_.coordinate(scanner_.any_real(kWhat), nodes_.size(), kWhat, scanner_.text());
-  }
+  file_.mesh.positions.push_back(unfit_.position(scanner_, nodes_.size(), scanner_.text()));
   nodes_.add(tag, mark);
-  file_.mesh.positions.push_back(position);
 }
 
 const GmshElementType& GmshReader::element_type() {

@@ -95,15 +95,9 @@ class MeditReader {
     if (!file_.mesh.positions.empty()) scanner_.fail("only one Vertices section", "Vertices");
     const std::uint64_t count = scanner_.count_up_to("the number of vertices", limits_.max_vertices);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
+      file_.mesh.positions.push_back(unfit_.position(scanner_, i, scanner_));
       scanner_.skip(1, "a vertex reference");
-      file_.mesh.positions.emplace_back(x, y, z);
     }
-  }
-
-  double read_coordinate(std::uint64_t vertex) {
-    constexpr std::string_view kWhat = "a coordinate";
-    return unfit_.coordinate(scanner_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_cells(CellKind kind) {

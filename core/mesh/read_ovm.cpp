@@ -84,15 +84,9 @@ class OvmReader {
   void read_vertices() {
     const std::uint64_t count = open_section("Vertices", limits_.max_vertices);
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
-      file_.mesh.positions.emplace_back(x, y, z);
+      file_.mesh.positions.push_back(unfit_.position(scanner_, i, scanner_));
     }
     if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no vertices");
-  }
-
-  double read_coordinate(std::uint64_t vertex) {
-    constexpr std::string_view kWhat = "a coordinate";
-    return unfit_.coordinate(scanner_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_edges() {

@@ -81,14 +81,8 @@ class VtkReader {
     const std::uint64_t count = scanner_.count_up_to("the number of points", limits_.max_vertices);
     values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < count; ++i) {
-      const double x = read_coordinate(i), y = read_coordinate(i), z = read_coordinate(i);
-      file_.mesh.positions.emplace_back(x, y, z);
+      file_.mesh.positions.push_back(unfit_.position(values_, i, scanner_));
     }
-  }
-
-  double read_coordinate(std::uint64_t vertex) {
-    constexpr std::string_view kWhat = "a coordinate";
-    return unfit_.coordinate(values_.any_real(kWhat), vertex, kWhat, scanner_);
   }
 
   void read_cells() {

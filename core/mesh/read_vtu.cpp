@@ -136,11 +136,7 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
   piece_points_.clear();
   std::vector<Vec3>& positions = file_.mesh.positions;
   for (std::uint64_t i = 0; i < count; ++i) {
-    constexpr std::string_view kWhat = "a coordinate";
-    Vec3 position;
-    for (double& coordinate : position) {
-      coordinate = unfit_.coordinate(numbers.values().any_real(kWhat), positions.size(), kWhat, numbers.text());
-    }
+    const Vec3 position = unfit_.position(numbers.values(), positions.size(), numbers.text());
     const auto known = position.allFinite() ? vertices_.find(key_of(position)) : vertices_.end();
     const bool is_new = known == vertices_.end();
     piece_points_.push_back({is_new ? static_cast<std::uint32_t>(positions.size()) : known->second, is_new});

@@ -25,6 +25,14 @@ class UnfitNumbers {
   double coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
   /// A channel's value of `vertex`, likewise.
   float value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
+  /// The three coordinates that `numbers` reads next; `scanner` knows where they are.
+  template <typename Numbers>
+  Vec3 position(Numbers& numbers, std::size_t vertex, const TextScanner& scanner) {
+    constexpr std::string_view kWhat = "a coordinate";
+    Vec3 position;
+    for (double& number : position) number = coordinate(numbers.any_real(kWhat), vertex, kWhat, scanner);
+    return position;
+  }
   /// The same for files that no TextScanner reads.
   double coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
                     std::string_view token);

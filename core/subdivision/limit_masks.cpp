@@ -34,7 +34,6 @@ struct Star {
   std::vector<CellId> cells;
   std::vector<Face> at_face;
   std::vector<Cell> at_cell;
-  std::vector<std::uint32_t> edge_faces;  // By edge: how many faces meet there.
 };
 
 /// Weights of the points around a vertex, the mask or one on its way.
@@ -162,7 +161,6 @@ class MaskBuilder {
   template <typename Keep>
   void join_edges(Keep keep) {
     star_.at_face.assign(star_.faces.size(), {});
-    star_.edge_faces.assign(star_.edges.size(), 0);
     edge_shares_.assign(star_.edges.size(), 0);
     known_.assign(star_.faces.size(), 0);
     for (std::uint32_t e = 0; e < star_.edges.size(); ++e) {
@@ -170,7 +168,6 @@ class MaskBuilder {
         if (!keep(f)) continue;
         const std::uint32_t face = local_face_[f];
         star_.at_face[face].edges[known_[face]++] = e;
-        ++star_.edge_faces[e];
       }
     }
   }
@@ -239,7 +236,7 @@ class MaskBuilder {
     to.vertex = from.vertex / 8;
     std::ranges::fill(to.edges, 0.0);
     for (std::size_t e = 0; e < star_.edges.size(); ++e) {
-      const double n = star_.edge_faces[e];
+      const auto n = static_cast<double>(complex_.edge_cells(star_.edges[e]).size());
       add_edge_mean(share(0.375, star_.edges.size()) + from.edges[e] * (n - 3) / n, e, to);
       edge_shares_[e] = from.edges[e] / (n * n);
     }

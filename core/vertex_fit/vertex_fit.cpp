@@ -79,6 +79,14 @@ CellComplex connect(ControlMesh& mesh, const FitOptions& options) {
 
 }  // namespace
 
+std::vector<std::uint32_t> folding_control_cells(const LimitSolid& solid) {
+  std::vector<std::uint32_t> cells;
+  for (const std::uint32_t cell : solid.index().fold_cells) cells.push_back(solid.control_cell(cell));
+  std::ranges::sort(cells);
+  cells.erase(std::ranges::unique(cells).begin(), cells.end());
+  return cells;
+}
+
 VertexFit::VertexFit(const ControlMesh& mesh, const FitOptions& options)
     : options_(options),
       mesh_(mesh),
@@ -184,12 +192,7 @@ std::vector<std::uint32_t> VertexFit::folding_cells(const ControlMesh& mesh) con
   options.limits = options_.limits;
   options.cancel = options_.cancel;
   options.threads = options_.threads;
-  const auto solid = LimitSolid::prepare(std::move(positions_only), options);
-  std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : solid->index().fold_cells) cells.push_back(solid->control_cell(cell));
-  std::ranges::sort(cells);
-  cells.erase(std::ranges::unique(cells).begin(), cells.end());
-  return cells;
+  return folding_control_cells(*LimitSolid::prepare(std::move(positions_only), options));
 }
 
 std::vector<std::uint8_t> VertexFit::around(const std::vector<std::uint32_t>& cells, int rings) const {

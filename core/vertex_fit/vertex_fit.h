@@ -60,6 +60,9 @@ struct FitOptions {
   int threads = 1;  // At most.
 };
 
+/// The control cells that fold somewhere in the limit, or that can't be told to fold or not; ascending.
+std::vector<std::uint32_t> folding_control_cells(const LimitSolid& solid);
+
 class VertexFit {
  public:
   /// Throws what validate() does, Error{kCancelled}.
@@ -71,18 +74,20 @@ class VertexFit {
   /// only with folds; Error{kCancelled}, and what LimitSolid::prepare() does.
   ControlMesh fit_positions(FittedVertices vertices, FitReport& report) const;
 
+  /// The limit points of the vertices of a mesh of the same cells.
+  std::vector<Vec3> limit_points(const ControlMesh& mesh) const;
+
   /// Fits the channels of control points, so that the limit has the channels of `meant` at each vertex. REQUIRES:
   /// meshes of the same cells as that of the constructor. Returns the largest miss as a share of its channel's range,
   /// which is rounding unless the mesh is singular (vertex_system.h).
   double fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
 
  private:
-  std::vector<Vec3> limit_points(const ControlMesh& mesh) const;
   ControlMesh moved(const VertexSystem::Values& moves) const;
   ControlMesh fit_all(const VertexSystem::Values& gaps) const;
   void require_none(const std::vector<std::uint32_t>& folds) const;
   ControlMesh fit_boundary(const VertexSystem::Values& gaps) const;
-  /// Control cells that fold, ascending, or that can't be told to fold or not.
+  /// Prepares the mesh for it.
   std::vector<std::uint32_t> folding_cells(const ControlMesh& mesh) const;
   /// Marks the vertices of these cells and, ring by ring, those of the cells around them.
   std::vector<std::uint8_t> around(const std::vector<std::uint32_t>& cells, int rings) const;

@@ -19,7 +19,6 @@
 
 #include "client/cli/json.h"
 #include "core/base/error.h"
-#include "core/limit/cell_index.h"
 #include "core/limit/deviation.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/mesh_file.h"
@@ -60,13 +59,6 @@ struct Row {
 
 double percent_more(double value, double than) { return 100 * (value / than - 1); }
 
-std::vector<std::uint32_t> folding_cells(const LimitSolid& solid) {
-  std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : solid.index().fold_cells) cells.push_back(solid.control_cell(cell));
-  cells.erase(std::ranges::unique(cells).begin(), cells.end());
-  return cells;
-}
-
 Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices vertices) {
   Fitted result;
   Stopwatch watch;
@@ -91,7 +83,7 @@ Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices
   }
   result.volume_percent =
       percent_more(solid->summary().deviation.limit_volume_mm3, before.summary().deviation.control_volume_mm3);
-  const auto folds = folding_cells(*solid), known = folding_cells(before);
+  const auto folds = folding_control_cells(*solid), known = folding_control_cells(before);
   result.new_folds = static_cast<std::size_t>(
       std::ranges::count_if(folds, [&](auto c) { return !std::ranges::binary_search(known, c); }));
   return result;

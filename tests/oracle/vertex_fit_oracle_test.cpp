@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "core/limit/cell_index.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/sharpen.h"
 #include "core/vertex_fit/vertex_fit.h"
@@ -24,10 +23,7 @@ constexpr double kSharpAngleDeg = 40;
 
 std::vector<std::uint32_t> folding_cells(ControlMesh mesh) {
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
-  std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : solid->index().fold_cells) cells.push_back(solid->control_cell(cell));
-  return cells;
+  return folding_control_cells(*LimitSolid::prepare(mesh));
 }
 
 class FittedRealMesh : public testing::TestWithParam<std::string> {

@@ -117,7 +117,7 @@ TEST(Validate, AllowsFoldsWhenAsked) {
   EXPECT_EQ(validate(mesh).inverted_cells, std::vector<std::uint32_t>{0});
 }
 
-/// Its control points are not where the part is; the order of corners has to agree all the same.
+/// Control points of such a mesh are not where the part is; the order of corners has to agree all the same.
 TEST(Validate, TakesInterpolatingMeshesByTheirTopology) {
   ControlMesh mesh = box_mesh(2, 1, 1);
   mesh.positions[0] = Vec3(30, 30, 30);
