@@ -220,7 +220,7 @@ void AbaqusReader::read_data() {
   }
 }
 
-/// Its number and coordinates; the direction of a normal may follow.
+/// The line has the number and the coordinates; the direction of a normal may follow.
 void AbaqusReader::read_node() {
   const std::vector<std::string_view>& entries = lines_.entries();
   if (entries.size() == 1 && entries[0].empty()) return;
@@ -240,7 +240,7 @@ void AbaqusReader::read_node() {
   part().positions.push_back(position);
 }
 
-/// Its number and nodes, which go on in the next line if they don't fit into one.
+/// The line has the number and the nodes, which go on in the next line if they don't fit into one.
 void AbaqusReader::read_cell() {
   const std::vector<std::string_view>& entries = lines_.entries();
   const bool goes_on = entries.back().empty();
