@@ -52,6 +52,7 @@ std::string_view png_objection(const v1::PlaneSpec& plane) {
 
 std::string_view tiff_objection(const v1::PlaneSpec& plane) {
   if (plane.has_materials()) return "TIFF shows no materials; take --encoding png, png-rgba or zstd";
+  if (plane.has_cell_regions()) return "TIFF shows no cell regions; take --encoding png, png-rgba or zstd";
   return plane.has_channels() ? "TIFF has no names for all channels; take --encoding exr or zstd" : "";
 }
 
@@ -68,7 +69,7 @@ constexpr std::array kEncodings = {
     PlaneEncoding{.value = v1::PLANE_ENCODING_PNG_RGBA,
                   .name = "png_rgba",
                   .extension = ".png",
-                  .note = "materials in colour; png for others",
+                  .note = "materials and cell regions in colour; png for others",
                   .only_materials = true,
                   .check = check_png},
     PlaneEncoding{.value = v1::PLANE_ENCODING_TIFF,

@@ -20,7 +20,7 @@ struct PlaneEncoding {
   std::string_view extension;  // Of its files.
   std::string_view note = {};  // On the name, in the help of --encoding.
 
-  /// Whether it is for planes of materials alone: --encoding means the default for others then.
+  /// Whether it is for planes of materials and cell regions alone: --encoding means the default for others then.
   bool only_materials = false;
   /// Why the command line doesn't ask for such a plane so; empty if it does. Null: it always does.
   std::string_view (*objection)(const v1::PlaneSpec& plane) = nullptr;

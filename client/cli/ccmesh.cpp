@@ -57,6 +57,11 @@ void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
     case v1::ControlMesh::kCellVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_cell_vertices());
     case v1::ControlMesh::kSharpEdgesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_edges());
     case v1::ControlMesh::kSharpVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_vertices());
+    case v1::ControlMesh::kCellRegionNamesFieldNumber:
+      return for_each_item(scanner, [&] { mesh.add_cell_region_names(scanner.string("a cell region's name")); });
+    case v1::ControlMesh::kCellRegionsFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_cell_regions(),
+                          [&] { return scanner.integer("a cell region's index (from 0)", 0, kMostItems); });
     case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(scanner.boolean("true or false"));
     case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(scanner.boolean("true or false"));
     default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
@@ -144,6 +149,8 @@ std::string to_json(const v1::ControlMesh& mesh) {
   write_list(json, "cellVertices", mesh.cell_vertices(), write_plain);
   write_list(json, "sharpEdges", mesh.sharp_edges(), write_plain);
   write_list(json, "sharpVertices", mesh.sharp_vertices(), write_plain);
+  write_list(json, "cellRegionNames", mesh.cell_region_names(), write_plain);
+  write_list(json, "cellRegions", mesh.cell_regions(), write_plain);
   if (mesh.allow_folds()) json.member("allowFolds", true);
   if (mesh.interpolating()) json.member("interpolating", true);
   return json.end_object().text();

@@ -63,6 +63,8 @@ std::string file_as_json(const LoadedMesh& loaded) {
     json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
     json.member("max_value", facts.channel_ranges[i][1]).end_object();
   }
+  json.end_array().key("cell_regions").begin_array();
+  for (const CellRegionSummary& region : facts.limit.cell_regions) add_json(to_proto(region), json);
   json.end_array();
   add_notes(loaded, json);
   return json.end_object().text();
@@ -82,6 +84,7 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
     text += "\n  channel    " + loaded.mesh.channel_names[i] + ": " + show_number(facts.channel_ranges[i][0]) + " to " +
             show_number(facts.channel_ranges[i][1]);
   }
+  for (const CellRegionSummary& region : facts.limit.cell_regions) text += describe(to_proto(region));
   if (!loaded.report.inverted_cells.empty()) {
     text += "\n  inverted   " + show_count(loaded.report.inverted_cells.size()) + " cells";
   }

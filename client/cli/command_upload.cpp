@@ -17,6 +17,7 @@
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
 #include "client/cli/vtu_file.h"
+#include "core/mesh/cell_regions.h"
 #include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
@@ -62,7 +63,8 @@ MeshFormat format_of(const ConvertOptions& options) {
 /// The limit, by the limit points of cells that are refined so many times.
 std::string limit_as_vtu(ControlMesh mesh, int times) {
   constexpr std::size_t kMostCells = 20'000'000;
-  validate(mesh);
+  const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
+  if (has_several_regions(mesh)) mesh = split_cell_regions(mesh, checked.complex).mesh;
   const std::size_t cells = refined_cell_count(mesh, times);
   if (cells > kMostCells) {
     throw UsageError("--limit " + std::to_string(times) + " gives " + show_count(cells) + " cells, more than " +

@@ -46,6 +46,11 @@ std::string describe(const v1::LimitDeviation& deviation) {
          describe_place(deviation.farthest_limit_mm());
 }
 
+std::string describe(const v1::CellRegion& region) {
+  return "\n  region     " + region.name() + ": " + show_count(region.control_cells()) + " cells, " +
+         show_number(region.volume_mm3()) + " mm^3";
+}
+
 std::string describe(const v1::MeshSummary& mesh) {
   std::string text = mesh.mesh_id();
   text += "\n  control    " + show_count(mesh.control_cells()) + " cells, " + show_count(mesh.control_vertices()) +
@@ -62,6 +67,7 @@ std::string describe(const v1::MeshSummary& mesh) {
     text += "\n  channel    " + channel.name() + ": " + show_number(channel.min_value()) + " to " +
             show_number(channel.max_value());
   }
+  for (const v1::CellRegion& region : mesh.cell_regions()) text += describe(region);
   if (mesh.inverted_control_cell_count() > 0) {
     text += "\n  inverted   " + show_count(mesh.inverted_control_cell_count()) + " control cells";
   }

@@ -50,9 +50,12 @@ std::string encoding_help() {
   return choice_text(choices) + "; auto is png, zstd for f32, and exr for --all-channels";
 }
 
+/// Of materials or cell regions.
+bool shows_numbers(const v1::PlaneSpec& plane) { return plane.has_materials() || plane.has_cell_regions(); }
+
 v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plane) {
   for (const client::PlaneEncoding& encoding : client::plane_encodings()) {
-    if (name != option_name(encoding) || (encoding.only_materials && !plane.has_materials())) continue;
+    if (name != option_name(encoding) || (encoding.only_materials && !shows_numbers(plane))) continue;
     const std::string_view objection = encoding.objection ? encoding.objection(plane) : "";
     if (!objection.empty()) throw UsageError(std::string(objection));
     return encoding.value;
@@ -180,6 +183,11 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
       .add_flag("--all-channels", options.all_channels,
                 "Write one picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
       ->group("Pictures");
+  command
+      .add_flag("--cell-regions", options.cell_regions,
+                "Write a picture of which cell region each voxel is in: 1 for the first, 0 outside; PNG files are in "
+                "colour (--regions-from makes regions)")
+      ->group("Pictures");
   command.add_flag("--masks", options.masks, "Write a picture for each material, of which voxels hold it")
       ->group("Pictures");
   command.add_option("--encoding", options.encoding, encoding_help())
@@ -256,7 +264,7 @@ v1::PictureLayout parse_layout(const LayoutOptions& options) {
 
 std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contours_only, const v1::Printing* printing) {
   std::vector<v1::PlaneSpec> planes;
-  const bool named = !options.channels.empty() || options.all_channels || printing != nullptr;
+  const bool named = !options.channels.empty() || options.all_channels || options.cell_regions || printing != nullptr;
   if (options.occupancy || (!named && !contours_only)) {
     planes.emplace_back().mutable_occupancy();
     planes.back().set_sample_type(v1::SAMPLE_TYPE_BIT);
@@ -266,6 +274,7 @@ std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contou
     planes.emplace_back().mutable_channels();
     planes.back().set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   }
+  if (options.cell_regions) planes.emplace_back().mutable_cell_regions();
   if (printing != nullptr) planes.emplace_back().mutable_materials();
   if (options.masks && printing == nullptr) throw UsageError("--masks shows materials; name them with --material");
   if (options.masks) {

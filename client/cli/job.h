@@ -36,6 +36,7 @@ struct PlaneOptions {
   std::vector<std::string> channels;  // NAME[:u8|u16|f32[:MIN..MAX]].
   bool all_channels = false;          // One picture of all of them.
   bool masks = false;                 // One picture a material.
+  bool cell_regions = false;
   std::string encoding = "auto";
   std::optional<double> tolerance_mm = std::nullopt;
   std::optional<double> material_tolerance = std::nullopt;

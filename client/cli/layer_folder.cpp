@@ -30,6 +30,7 @@ std::string file_name_of(const v1::PlaneSpec& plane) {
   if (plane.has_channels()) return "channels";
   if (plane.has_materials()) return "materials";
   if (plane.has_occupancy()) return "occupancy";
+  if (plane.has_cell_regions()) return "cell_regions";
   std::string name = plane.has_material_mask() ? "mask_" + plane.material_mask().material() : plane.channel().name();
   name = name.substr(0, 64);
   for (char& c : name) {

@@ -53,6 +53,7 @@ const char* content_of(const v1::PlaneSpec& plane) {
     case v1::PlaneSpec::kChannels: return "channels";
     case v1::PlaneSpec::kMaterials: return "materials";
     case v1::PlaneSpec::kMaterialMask: return "material_mask";
+    case v1::PlaneSpec::kCellRegions: return "cell_regions";
     default: return "occupancy";
   }
 }
@@ -157,6 +158,11 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   json.end_array();
   if (outcome.header.has_printing()) json.key("printing").raw(json_of(outcome.header.printing()));
   add_materials(outcome, json);
+  if (outcome.header.cell_region_names_size() > 0) {
+    json.key("cell_regions").begin_array();
+    for (const std::string& name : outcome.header.cell_region_names()) json.value(name);
+    json.end_array();
+  }
   json.member("voxel_count", outcome.voxel_count);
   json.member("voxels_interpolated", outcome.voxels_interpolated)
       .member("voxels_unresolved", outcome.voxels_unresolved);
@@ -194,6 +200,11 @@ void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
   json.member("flip_x", layout.flip_x()).member("flip_y", layout.flip_y()).end_object();
 }
 
+void add_json(const v1::CellRegion& region, JsonWriter& json) {
+  json.begin_object().member("name", region.name()).member("control_cells", region.control_cells());
+  json.member("volume_mm3", region.volume_mm3()).end_object();
+}
+
 void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
   json.begin_object().member("control_volume_mm3", deviation.control_volume_mm3());
   json.member("limit_volume_mm3", deviation.limit_volume_mm3()).key("control_box");
@@ -225,6 +236,8 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
     json.begin_object().member("name", channel.name()).member("min_value", channel.min_value());
     json.member("max_value", channel.max_value()).end_object();
   }
+  json.end_array().key("cell_regions").begin_array();
+  for (const v1::CellRegion& region : mesh.cell_regions()) add_json(region, json);
   json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
   json.member("folding_cells", mesh.folding_cells()).member("undecided_cells", mesh.undecided_cells());
   add_folds(mesh, json);

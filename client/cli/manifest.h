@@ -23,6 +23,7 @@ void add_json(const v1::VoxelRegion& region, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);
 void add_json(const v1::LimitDeviation& deviation, JsonWriter& json);
+void add_json(const v1::CellRegion& region, JsonWriter& json);
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
@@ -36,6 +37,7 @@ std::string encoding_name(v1::PlaneEncoding value);
 std::string describe(const v1::Box3& box);
 /// Lines for people, without the last line end. Those of a deviation begin with one.
 std::string describe(const v1::LimitDeviation& deviation);
+std::string describe(const v1::CellRegion& region);
 std::string describe(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);
 std::string describe(const v1::PlanSlicesResponse& plan);

@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
+#include "core/mesh/cell_regions.h"
 
 namespace ccslice::cli {
 namespace {
@@ -69,6 +70,8 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
     message.add_sharp_edges(b);
   }
   message.mutable_sharp_vertices()->Assign(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
+  for (const std::string& name : mesh.cell_region_names) message.add_cell_region_names(name);
+  message.mutable_cell_regions()->Assign(mesh.cell_regions.begin(), mesh.cell_regions.end());
   message.set_allow_folds(mesh.allow_folds);
   message.set_interpolating(mesh.interpolating);
   return message;
@@ -94,6 +97,14 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   return message;
 }
 
+v1::CellRegion to_proto(const CellRegionSummary& region) {
+  v1::CellRegion message;
+  message.set_name(region.name);
+  message.set_control_cells(region.control_cells);
+  message.set_volume_mm3(region.volume_mm3);
+  return message;
+}
+
 ControlMesh from_proto(const v1::ControlMesh& message) {
   require_multiple(message.positions_mm_size(), 3, "positions_mm");
   require_multiple(message.sharp_edges_size(), 2, "sharp_edges");
@@ -111,6 +122,10 @@ ControlMesh from_proto(const v1::ControlMesh& message) {
     mesh.sharp_edges.push_back({message.sharp_edges(i), message.sharp_edges(i + 1)});
   }
   mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
+  mesh.cell_region_names.assign(message.cell_region_names().begin(), message.cell_region_names().end());
+  for (const std::uint32_t region : message.cell_regions()) {
+    mesh.cell_regions.push_back(static_cast<std::uint8_t>(std::min<std::uint32_t>(region, kNoCellRegion)));
+  }
   mesh.allow_folds = message.allow_folds();
   mesh.interpolating = message.interpolating();
   return mesh;

@@ -15,6 +15,7 @@ namespace ccslice::cli {
 v1::ControlMesh to_proto(const ControlMesh& mesh);
 v1::Box3 to_proto(const Box3& box);
 v1::LimitDeviation to_proto(const Deviation& deviation);
+v1::CellRegion to_proto(const CellRegionSummary& region);
 
 /// Throws Error{kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind} if the arrays don't make a mesh.
 ControlMesh from_proto(const v1::ControlMesh& message);

@@ -3,7 +3,9 @@
 
 #include "client/cli/mesh_source.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -13,6 +15,8 @@
 #include "client/cli/mesh_convert.h"
 #include "client/cli/text_values.h"
 #include "core/base/error.h"
+#include "core/mesh/cell_numbers.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
 
@@ -24,6 +28,16 @@ constexpr std::uint64_t kMaxFileBytes = 8ull << 30;
 void check_channel_names(const ControlMesh& mesh) {
   for (const std::string& name : mesh.channel_names) {
     if (!is_utf8(name)) throw Error(ErrorCode::kMeshBadChannel, "a channel name is not UTF-8", "channel_names");
+  }
+}
+
+/// Makes cell regions if they are asked for, and says which numbers of cells are left out.
+void take_cell_numbers(const std::string& regions_from, MeshFile& file) {
+  if (!regions_from.empty()) make_cell_regions(regions_from, file);
+  for (const CellNumbers& numbers : file.cell_numbers) {
+    const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
+    if (!varies || numbers.name == regions_from) continue;
+    file.warnings.push_back("the cells' '" + numbers.name + "' left out; --regions-from makes regions of it");
   }
 }
 
@@ -92,6 +106,9 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   ControlMesh checked = loaded.mesh;
   validate(checked);
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
+  if (changes.fit && has_several_regions(loaded.mesh)) {
+    throw UsageError("--interpolate can't fit meshes of several cell regions yet: leave it out, or --regions-from");
+  }
   std::optional<FittedMesh> pair = fit(changes, loaded.mesh, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   if (changes.sizing.places()) {
@@ -119,13 +136,14 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
   MeshFile file = read_any(bytes, options.mesh);
   LoadedMesh loaded;
+  take_cell_numbers(options.regions_from, file);
   loaded.mesh = std::move(file.mesh);
   loaded.warnings = std::move(file.warnings);
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
   apply_units(changes.sizing, loaded.mesh);
-  const bool changed =
-      !changes.grades.empty() || options.sharp.any() || changes.sizing.changes() || changes.fit.has_value();
+  const bool changed = !changes.grades.empty() || options.sharp.any() || changes.sizing.changes() ||
+                       changes.fit.has_value() || !options.regions_from.empty();
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
@@ -153,6 +171,11 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
           "each vertex. Lengths are mm of the result of --units and --size. May be repeated")
       ->allow_extra_args(false)
+      ->group("Mesh");
+  command
+      .add_option("--regions-from", options.regions_from,
+                  "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
+                  "the name of an array of CELL_DATA in .vtk, 'reference' in MEDIT .mesh")
       ->group("Mesh");
   add_size_options(command, options.size);
   add_sharp_options(command, options.sharp);
@@ -186,10 +209,10 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
   if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds ||
-      !options.interpolate.empty()) {
+      !options.interpolate.empty() || !options.regions_from.empty()) {
     throw UsageError(
-        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate and --allow-folds change a mesh "
-        "file; " +
+        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate, --regions-from and --allow-folds "
+        "change a mesh file; " +
         options.mesh + " is on the server already");
   }
   return true;

@@ -28,7 +28,8 @@ struct MeshOptions {
   SizeOptions size = {};
   SharpOptions sharp = {};
   bool allow_folds = false;
-  std::string interpolate = {};  // "", "all" or "boundary".
+  std::string interpolate = {};   // "", "all" or "boundary".
+  std::string regions_from = {};  // Numbers of cells in the file.
 };
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);

@@ -107,9 +107,12 @@ std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> contr
   add_points(xml, mesh);
   add_cells(xml, mesh);
   add_channels(xml, mesh);
-  if (!control_cells.empty()) {
+  if (!control_cells.empty() || !mesh.cell_regions.empty()) {
     xml.begin("CellData");
-    add_array(xml, "control_cell", std::vector<std::uint32_t>(control_cells.begin(), control_cells.end()));
+    if (!control_cells.empty()) {
+      add_array(xml, "control_cell", std::vector<std::uint32_t>(control_cells.begin(), control_cells.end()));
+    }
+    if (!mesh.cell_regions.empty()) add_array(xml, "cell_region", mesh.cell_regions);
     xml.end();
   }
   return xml.end().end().end().text() + "\n";

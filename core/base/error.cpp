@@ -30,6 +30,8 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMeshCoordinateOutOfRange: return "MESH_COORDINATE_OUT_OF_RANGE";
     case ErrorCode::kMeshTooComplex: return "MESH_TOO_COMPLEX";
     case ErrorCode::kMeshNotInterpolable: return "MESH_NOT_INTERPOLABLE";
+    case ErrorCode::kMeshBadCellRegion: return "MESH_BAD_CELL_REGION";
+    case ErrorCode::kMeshNonManifoldRegion: return "MESH_NON_MANIFOLD_REGION";
     case ErrorCode::kPitchInvalid: return "PITCH_INVALID";
     case ErrorCode::kGridTooLarge: return "GRID_TOO_LARGE";
     case ErrorCode::kPlacementSingular: return "PLACEMENT_SINGULAR";
@@ -73,6 +75,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kRegionNonFinite: return "REGION_NON_FINITE";
     case ErrorCode::kRegionEmpty: return "REGION_EMPTY";
     case ErrorCode::kRegionOutOfGrid: return "REGION_OUT_OF_GRID";
+    case ErrorCode::kCellRegionsMissing: return "CELL_REGIONS_MISSING";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

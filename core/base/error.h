@@ -21,7 +21,7 @@ enum class ErrorCode : int {
   // 1xx: the control mesh.
   kMeshMalformed = 100,             // Bytes that don't parse.
   kMeshEmpty = 101,                 // No cells or no vertices.
-  kMeshTooLarge = 102,              // More vertices, cells, channels or bytes than the limits allow.
+  kMeshTooLarge = 102,              // More vertices, cells, channels, cell regions or bytes than the limits allow.
   kMeshNonFinite = 103,             // NaN or infinite position or channel value.
   kMeshIndexOutOfRange = 104,       // A cell, sharp edge or sharp vertex names a vertex that doesn't exist.
   kMeshRepeatedVertex = 105,        // A cell names the same vertex twice.
@@ -32,7 +32,7 @@ enum class ErrorCode : int {
   kMeshSharedFaces = 110,           // Two cells that share more than one face (or an interior edge of valence 2).
   kMeshInvertedCell = 111,          // A corner of non-positive Jacobian, with allow_folds unset.
   kMeshIsolatedVertex = 112,        // A vertex that no cell uses.
-  kMeshBadSharpFeature = 113,       // A sharp edge or vertex that isn't on the boundary, or named twice.
+  kMeshBadSharpFeature = 113,       // A sharp edge or vertex inside the solid or a region, or named twice.
   kMeshBadChannel = 114,            // Channel names empty, repeated, or too long.
   kMeshValenceTooHigh = 115,        // More cells round an edge or a vertex than the limits allow.
   kMeshUnknownField = 116,          // A field that this version doesn't know.
@@ -41,6 +41,8 @@ enum class ErrorCode : int {
   kMeshCoordinateOutOfRange = 119,  // A position farther from the origin than the limits allow.
   kMeshTooComplex = 120,            // More entries than 32-bit numbers can count.
   kMeshNotInterpolable = 121,       // No control points take the limit through all vertices, or only with folds.
+  kMeshBadCellRegion = 122,         // Names of cell regions empty, repeated or too long; a number that is none of them.
+  kMeshNonManifoldRegion = 123,     // A vertex where the cells of one region form neither balls nor half-balls.
   // 2xx: the slicing request.
   kPitchInvalid = 200,            // Zero, negative or non-finite voxel pitch.
   kGridTooLarge = 201,            // More columns or rows than the limits allow.
@@ -85,6 +87,7 @@ enum class ErrorCode : int {
   kRegionNonFinite = 240,         // NaN or infinite corner of a region.
   kRegionEmpty = 241,             // A region without voxels.
   kRegionOutOfGrid = 242,         // A region outside of the grid.
+  kCellRegionsMissing = 243,      // A plane of cell regions of a mesh that has none.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

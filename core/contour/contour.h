@@ -18,7 +18,10 @@
 //
 // Every contour point is ON the limit surface and in the plane. Where contours pass from leaf to leaf it is the root of
 // the height along the leaf's edge, found once per edge between two vertices of the leaf mesh, T-vertices of finer
-// neighbours included, and shared by the two leaves that meet there: loops are closed by construction.
+// neighbours included, and shared by the leaves that meet there: loops are closed by construction.
+//
+// Interfaces of cell regions are traced with the boundary, each once for both regions. They share edges with it where
+// they meet it, so that the contours of each region close as well.
 
 #pragma once
 
@@ -53,10 +56,19 @@ struct ContourLoop {
   std::vector<ContourPoint> points;
 };
 
+/// An edge of the contours of cell regions: of a loop or of an interface.
+struct RegionEdge {
+  Vec2 from = Vec2::Zero(), to = Vec2::Zero();  // In the plane's coordinates, mm.
+  std::uint8_t left = kNoCellRegion;            // Seen along the edge from above the plane; kNoCellRegion outside.
+  std::uint8_t right = kNoCellRegion;
+};
+
 struct Contours {
-  std::vector<ContourLoop> loops;     // In a canonical order: same bytes on every run.
-  std::size_t leaves = 0;             // Leaves that the plane meets.
-  std::size_t unresolved_leaves = 0;  // Leaves that were accepted for their size only.
+  std::vector<ContourLoop> loops;        // In a canonical order: same bytes on every run.
+  std::vector<RegionEdge> region_edges;  // In no particular order; each region's close loops, to the last bit. Empty if
+                                         // only one region has cells.
+  std::size_t leaves = 0;                // Leaves that the plane meets.
+  std::size_t unresolved_leaves = 0;     // Leaves that were accepted for their size only.
 };
 
 struct ContourOptions {

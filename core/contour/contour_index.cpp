@@ -32,7 +32,7 @@ ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, 
   const BoundarySurface surface(solid);
   const Vec3 direction = placement.linear().transpose() * normal;
   const double offset = placement.translation().dot(normal);
-  const auto face_count = static_cast<std::uint32_t>(surface.faces().size());
+  const auto face_count = static_cast<std::uint32_t>(surface.faces_and_interfaces().size());
   intervals_.reserve(face_count);
   for (std::uint32_t face = 0; face < face_count; ++face) {
     poll();

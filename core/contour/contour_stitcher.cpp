@@ -31,7 +31,7 @@ std::vector<ContourLoop> ContourStitcher::loops(double repeated_mm) {
   std::vector<ContourLoop> loops;
   visited_.assign(crossings_.size(), false);
   for (std::uint32_t start = 0; start < crossings_.size(); ++start) {
-    if (visited_[start]) continue;
+    if (visited_[start] || crossings_[start].segments[0] == kNone) continue;
     follow(start);
     ContourLoop loop = loop_of_path(repeated_mm);
     if (loop.points.size() >= 3) loops.push_back(std::move(loop));

@@ -30,9 +30,9 @@ class ContourStitcher {
   /// Throws Error{kInternal} if a crossing would end a third segment.
   void add_segment(std::uint32_t from, std::uint32_t to);
 
-  /// All loops, by their lowest crossing, starting there. Points no farther than `repeated_mm` from the one before are
-  /// left out, and so are loops of which fewer than three points remain. Throws Error{kInternal} if a loop doesn't
-  /// close.
+  /// All loops, by their lowest crossing, starting there; crossings that end no segment are in none. Points no farther
+  /// than `repeated_mm` from the one before are left out, and so are loops of which fewer than three points remain.
+  /// Throws Error{kInternal} if a loop doesn't close.
   std::vector<ContourLoop> loops(double repeated_mm);
 
  private:

@@ -47,7 +47,11 @@ struct EdgeShare {
 
 struct ContourTracer::State {
   State(const LimitSolid& solid, std::shared_ptr<const ContourIndex> the_index)
-      : surface(solid), index(std::move(the_index)), leaves(surface), solver(surface) {}
+      : surface(solid),
+        index(std::move(the_index)),
+        leaves(surface),
+        solver(surface),
+        has_several_regions(solid.has_several_regions()) {}
 
   Contours trace(const SlicePlane& plane, const ContourOptions& options);
   void start(const SlicePlane& plane, const ContourOptions& options);
@@ -56,6 +60,8 @@ struct ContourTracer::State {
   std::uint32_t crossing_between(const LeafSurface& leaf, int side, const RimVertex& from, const RimVertex& to);
   void link_rim(const LeafSurface& leaf);
   void add_segment(const LeafSurface& leaf, const RimCrossing& from, const RimCrossing& to);
+  void add_region_edges(const BoundaryFace& face, std::uint32_t from, std::span<const ContourPoint> between,
+                        std::uint32_t to);
 
   BoundarySurface surface;
   std::shared_ptr<const ContourIndex> index;
@@ -65,6 +71,9 @@ struct ContourTracer::State {
   IdTable<VertexPair> edges;      // Edge -> crossing of the same number.
   std::vector<EdgeShare> shares;  // By crossing.
   ContourStitcher stitcher;
+  const bool has_several_regions;
+  std::vector<RegionEdge> region_edges;
+  std::vector<ContourPoint> between;  // The points of an arc between its ends.
   std::vector<RimCrossing> rim;
   std::vector<std::uint32_t> faces;
   double height_mm = 0, tolerance_mm = 0;
@@ -88,6 +97,7 @@ void ContourTracer::State::start(const SlicePlane& plane, const ContourOptions& 
   edges.clear();
   shares.clear();
   stitcher.clear();
+  region_edges.clear();
 }
 
 Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptions& options) {
@@ -103,6 +113,7 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
     link_rim(leaves.surface(leaf));
   }
   result.loops = stitcher.loops(kRepeatedLifts * index->lift_mm());
+  result.region_edges = region_edges;
   return result;
 }
 
@@ -160,16 +171,32 @@ void ContourTracer::State::link_rim(const LeafSurface& leaf) {
 
 void ContourTracer::State::add_segment(const LeafSurface& leaf, const RimCrossing& from, const RimCrossing& to) {
   const auto& [box, lines] = std::tie(leaf.node.box, leaf.node.level_lines);
+  between.clear();
   if (!leaf.node.remainder && lines != LevelLines::kUnknown && lines != LevelLines::kOpen) {
     const auto end = [&](const RimCrossing& at) { return ArcPoint{at.s, at.t, stitcher.crossing(at.id).xy + origin}; };
     const std::span<const ArcPoint> arc = arcs.trace(leaf, height_mm, end(from), end(to), tolerance_mm);
     constexpr double kUnit = 1.0 / kSurfaceOne;
     const double size = box.size * kUnit, s = box.s * kUnit, t = box.t * kUnit;
     for (const ArcPoint& point : arc.subspan(1, arc.size() - 2)) {
-      stitcher.add_between({box.face, s + point.s * size, t + point.t * size, point.xy - origin});
+      between.push_back({box.face, s + point.s * size, t + point.t * size, point.xy - origin});
     }
   }
+  const BoundaryFace& face = surface.faces_and_interfaces()[box.face];
+  if (has_several_regions) add_region_edges(face, from.id, between, to.id);
+  if (face.beyond != kNoCellRegion) return;
+  for (const ContourPoint& point : between) stitcher.add_between(point);
   stitcher.add_segment(from.id, to.id);
+}
+
+void ContourTracer::State::add_region_edges(const BoundaryFace& face, std::uint32_t from,
+                                            std::span<const ContourPoint> between, std::uint32_t to) {
+  Vec2 last = stitcher.crossing(from).xy;
+  const auto go_to = [&](const Vec2& next) {
+    region_edges.push_back({last, next, face.region, face.beyond});
+    last = next;
+  };
+  for (const ContourPoint& point : between) go_to(point.xy);
+  go_to(stitcher.crossing(to).xy);
 }
 
 ContourTracer::ContourTracer(const LimitSolid& solid, std::shared_ptr<const ContourIndex> index)

@@ -14,7 +14,7 @@ std::array<std::uint32_t, 4> SurfaceVertices::enter_middles(const SurfaceBox& bo
 }
 
 void SurfaceVertices::enter_coarser_middles(std::uint32_t face, std::vector<std::uint32_t>& middles) {
-  for (const FaceSide& side : surface_.faces()[face].sides) {
+  for (const FaceSide& side : surface_.faces_and_interfaces()[face].sides) {
     std::uint32_t begin = std::min(side.t_begin, side.t_end);
     std::uint32_t length = std::max(side.t_begin, side.t_end) - begin;
     for (; length < kSurfaceOne; length *= 2) {

@@ -81,7 +81,7 @@ bool SurfaceTree::start(const AffineMap& to_axes, std::size_t nodes_of_last_laye
   nodes_.clear();
   nets_.clear();
   vertices_.clear();
-  face_slots_.assign(surface_.faces().size(), kNone);
+  face_slots_.assign(surface_.faces_and_interfaces().size(), kNone);
   faces_.clear();
   middles_.clear();
   rings_.clear();
@@ -95,7 +95,7 @@ const SurfaceTree::Face& SurfaceTree::face_of(std::uint32_t id) {
   face.first_middle = static_cast<std::uint32_t>(middles_.size());
   vertices_.enter_coarser_middles(id, middles_);
   face.middle_count = static_cast<std::uint32_t>(middles_.size()) - face.first_middle;
-  if (surface_.faces()[id].regular) {
+  if (surface_.faces_and_interfaces()[id].regular) {
     face.root = add_node({.face = id}, transformed(surface_.regular_patch(id), to_axes_));
   } else {
     IrregularCorner& ring = rings_.emplace_back();

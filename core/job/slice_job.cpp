@@ -9,6 +9,11 @@ namespace ccslice {
 
 VoxelRegion region_of(const SliceJob& job) { return job.region.value_or(whole_region(job.grid)); }
 
+bool shows_cell_regions(const SliceJob& job) {
+  return std::ranges::any_of(job.planes,
+                             [](const PlaneSpec& plane) { return plane.content == PlaneContent::kCellRegions; });
+}
+
 std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs;
   while (count > 0) {

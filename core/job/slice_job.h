@@ -45,6 +45,9 @@ struct SliceJob {
 /// The job's region, or all of its grid.
 VoxelRegion region_of(const SliceJob& job);
 
+/// Some plane shows cell regions.
+bool shows_cell_regions(const SliceJob& job);
+
 /// Counts of the region's voxels.
 struct LayerStats {
   std::uint64_t voxels_inside = 0;

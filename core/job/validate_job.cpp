@@ -42,6 +42,7 @@ class PlaneCheck {
       case PlaneContent::kChannels: check_channels(summary); break;
       case PlaneContent::kMaterials: return check_materials(printing);
       case PlaneContent::kMaterialMask: check_mask(printing); break;
+      case PlaneContent::kCellRegions: return check_cell_regions(summary);
     }
     if (plane_.range) check_range(*plane_.range);
     const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding, channel_count(plane_));
@@ -57,8 +58,8 @@ class PlaneCheck {
     const auto require = [this](bool known, const char* field, const std::string& choice) {
       if (!known) refuse(ErrorCode::kEnumValueUnknown, field, "unknown; ask for " + choice);
     };
-    require(plane_.content <= PlaneContent::kMaterialMask, ".content",
-            "the occupancy, a channel or several, materials or one of them");
+    require(plane_.content <= PlaneContent::kCellRegions, ".content",
+            "the occupancy, a channel or several, materials or one of them, or cell regions");
     require(plane_.sample_type <= SampleType::kUint4, ".sample_type", "BIT, UINT2, UINT4, UINT8, UINT16 or FLOAT32");
     require(find_encoding(plane_.encoding) != nullptr, ".encoding", choice_text(encodings()));
   }
@@ -109,10 +110,22 @@ class PlaneCheck {
   }
 
   void check_materials(const std::optional<Printing>& printing) const {
-    const std::size_t materials = require(printing).materials.size();
+    check_numbers(require(printing).materials.size());
+  }
+
+  void check_cell_regions(const SolidSummary& summary) const {
+    if (summary.cell_regions.empty()) {
+      refuse(ErrorCode::kCellRegionsMissing, ".cell_regions",
+             "the mesh has none; upload it with cell_region_names and cell_regions, or ask for other planes");
+    }
+    check_numbers(summary.cell_regions.size());
+  }
+
+  /// Of materials or cell regions.
+  void check_numbers(std::size_t most) const {
     if (plane_.range) check_range(*plane_.range);
-    if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, materials)) {
-      const bool fits = !index_encoding_obstacle(plane_.sample_type, Encoding::kRaw, materials);
+    if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, most)) {
+      const bool fits = !index_encoding_obstacle(plane_.sample_type, Encoding::kRaw, most);
       refuse(ErrorCode::kEncodingUnsupported, fits ? ".encoding" : ".sample_type", std::string(*obstacle));
     }
   }

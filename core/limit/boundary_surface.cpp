@@ -34,7 +34,11 @@ std::uint32_t along(std::uint32_t begin, std::uint32_t end, std::uint32_t fracti
 
 }  // namespace
 
-std::span<const BoundaryFace> BoundarySurface::faces() const noexcept { return data_->faces; }
+std::span<const BoundaryFace> BoundarySurface::faces() const noexcept {
+  return std::span(data_->faces).first(data_->boundary_face_count);
+}
+
+std::span<const BoundaryFace> BoundarySurface::faces_and_interfaces() const noexcept { return data_->faces; }
 
 BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
   const SurfaceFaceRing& record = data_->face_rings[face];
@@ -76,7 +80,7 @@ Vec3 BoundarySurface::corner_position(const IrregularCorner& corner) const noexc
 }
 
 SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept {
-  const BoundaryFace& f = faces()[face];
+  const BoundaryFace& f = data_->faces[face];
   const bool s_end = s == 0 || s == kSurfaceOne, t_end = t == 0 || t == kSurfaceOne;
   if (s_end && t_end) return f.corners[t == 0 ? (s == 0 ? 0 : 1) : (s == 0 ? 3 : 2)];
   if (!s_end && !t_end) return {SurfaceKey::Kind::kFace, face, s, t};
@@ -89,7 +93,7 @@ SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32
 }
 
 CellParam BoundarySurface::cell_param(std::uint32_t face, double s, double t) const noexcept {
-  const BoundaryFace& f = faces()[face];
+  const BoundaryFace& f = data_->faces[face];
   const Vec3 origin = corner_uvw(f.cell_corner[0]);
   return {f.cell, origin + s * (corner_uvw(f.cell_corner[1]) - origin) + t * (corner_uvw(f.cell_corner[3]) - origin)};
 }

@@ -22,6 +22,7 @@
 
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
+#include "core/mesh/cell_regions.h"
 
 namespace ccslice {
 
@@ -52,6 +53,8 @@ struct BoundaryFace {
   std::array<SurfaceKey, 4> corners;        // At (0,0), (1,0), (1,1), (0,1).
   std::array<FaceSide, 4> sides;            // From corner i to corner (i+1) % 4.
   std::array<std::uint8_t, 4> cell_corner;  // Corner bits (u + 2v + 4w) of the cell's frame at the four corners.
+  std::uint8_t region = 0;                  // The cell's.
+  std::uint8_t beyond = kNoCellRegion;      // Of an interface: the region on its other side.
 };
 
 /// x, y, z, 0: one register.
@@ -77,11 +80,14 @@ class BoundarySurface {
   explicit BoundarySurface(const LimitSolid::Data& data) : data_(&data) {}
 
   std::span<const BoundaryFace> faces() const noexcept;
-  /// REQUIRES: faces()[face].regular.
+  /// The same, then the interfaces of cell regions, each once, as the region of the lower number has it. All below
+  /// takes faces of either kind.
+  std::span<const BoundaryFace> faces_and_interfaces() const noexcept;
+  /// REQUIRES: faces_and_interfaces()[face].regular.
   BezierPatch regular_patch(std::uint32_t face) const noexcept;
   /// Control points whose convex hull holds the face's surface: their box.
   const Box3& hull_box(std::uint32_t face) const noexcept;
-  /// REQUIRES: !faces()[face].regular. Writes the whole face (level 0). Reuses the memory of `corner`.
+  /// REQUIRES: it isn't regular. Writes the whole face (level 0). Reuses the memory of `corner`.
   void irregular_corner(std::uint32_t face, IrregularCorner& corner) const;
   /// Splits off the three regular patches of the next level, over the boxes (in units of 2^-(level+1)) at (1,0), (0,1)
   /// and (1,1), and leaves in `corner` what remains. A ring that was mapped affinely gives patches mapped alike.

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <array>
 #include <deque>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/limit/prepare.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
 #include "core/subdivision/canonical_rings.h"
 #include "core/subdivision/classify.h"
@@ -46,12 +49,13 @@ struct Level {
   std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
   std::vector<CellId> first_child;                     // By cell, in the next level; kNone if not refined.
   std::vector<Star> stars;                             // By vertex; made when the first vertex cell there asks.
+  std::vector<std::uint8_t> beyond;  // By face of the complex: the region beyond an interface. Empty if there is none.
 };
 
 class Builder {
  public:
-  Builder(const ControlMesh& mesh, const PrepareOptions& options, LimitSolid::Data& data)
-      : mesh_(mesh), options_(options), cancel_(options.cancel), data_(data) {}
+  Builder(const ControlMesh& mesh, const SplitMesh& split, const PrepareOptions& options, LimitSolid::Data& data)
+      : mesh_(mesh), split_(split), options_(options), cancel_(options.cancel), data_(data) {}
 
   void run(CellComplex complex) {
     needed_cells_ = mesh_.cell_count();
@@ -76,6 +80,7 @@ class Builder {
       surface_walkers_.emplace_back(level.complex);
     }
     for (const CellId c : control_cells) number(0, c, ControlCellId{c});
+    append_interfaces();
     data_.operators.forget_keys();
     summarize();
   }
@@ -89,21 +94,27 @@ class Builder {
   std::vector<CellId> classify(const std::vector<CellId>& cells);
   std::vector<CellId> add_refined_level(const std::vector<CellId>& bad);
   void name_refined_places(const Refinement& refined, Level& level);
+  void hand_down_interfaces(const Refinement& refined, Level& level) const;
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   void add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell);
+  void name_copies(Level& level) const;
   void add_boundary_faces(std::size_t level, CellId cell);
+  void append_interfaces();
   const Star& star_of(std::size_t level, VertexId vertex);
   void add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record);
   std::uint32_t add_ring(const Level& level, std::span<const VertexId> points);
   void summarize();
 
   const ControlMesh& mesh_;
+  const SplitMesh& split_;
   const PrepareOptions& options_;
   const CancellationToken& cancel_;
   LimitSolid::Data& data_;
   std::deque<Level> levels_;
   std::deque<RingWalker> walkers_;
   std::deque<SurfaceWalker> surface_walkers_;
+  std::vector<BoundaryFace> interfaces_;
+  std::vector<SurfaceFaceRing> interface_rings_;
   std::uint32_t next_vertex_root_ = 0;
   std::uint32_t next_edge_root_ = 0;
   std::size_t needed_cells_ = 0;  // For what reserve() asks: limit cells after one refinement at most, ...
@@ -155,7 +166,7 @@ std::size_t Builder::child_count(const std::vector<CellId>& cells) const {
 }
 
 void Builder::add_control_level(CellComplex complex) {
-  Level level{std::move(complex), 0, {}, {}, {}, {}, {}};
+  Level level{std::move(complex), 0, {}, {}, {}, {}, {}, {}};
   const std::size_t channels = mesh_.channel_count();
   data_.dimension = 3 + channels;
   data_.points.reserve(mesh_.vertex_count() * data_.dimension);
@@ -172,7 +183,28 @@ void Builder::add_control_level(CellComplex complex) {
   for (const EdgeId e : level.complex.edges()) level.edge_roots.push_back({e, 0, kSurfaceOne});
   next_vertex_root_ = level.complex.vertex_count();
   next_edge_root_ = level.complex.edge_count();
+  if (!split_.origins.empty()) name_copies(level);
   levels_.push_back(std::move(level));
+}
+
+/// Copies of a vertex, or of an edge, are one place on the surface.
+void Builder::name_copies(Level& level) const {
+  const auto original = [&](VertexId v) { return split_.origins[v]; };
+  for (const VertexId v : level.complex.vertices()) level.vertex_keys[v].id = original(v);
+  std::map<std::array<std::uint32_t, 2>, EdgeId> first_copies;
+  for (const EdgeId e : level.complex.edges()) {
+    if (!level.complex.edge_on_boundary(e)) continue;
+    const auto [a, b] = level.complex.edge_vertices(e);
+    const bool turned = original(a) > original(b);
+    FaceSide& root = level.edge_roots[e];
+    root.edge = first_copies.try_emplace({std::min(original(a), original(b)), std::max(original(a), original(b))}, e)
+                    .first->second;
+    if (turned) std::swap(root.t_begin, root.t_end);
+  }
+  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
+  for (const auto& [cell, side, beyond] : split_.interfaces) {
+    level.beyond[face_of(level.complex.cell_half_faces(cell)[side])] = beyond;
+  }
 }
 
 std::vector<CellId> Builder::classify(const std::vector<CellId>& cells) {
@@ -203,8 +235,9 @@ std::vector<CellId> Builder::add_refined_level(const std::vector<CellId>& bad) {
   data_.points.resize(base + refined.stencils.rows() * data_.dimension);
   refined.stencils.apply(0, refined.stencils.rows(), data_.points.data() + parent.point_base * data_.dimension,
                          data_.dimension, data_.points.data() + base);
-  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}, {}};
+  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}, {}, {}};
   name_refined_places(refined, level);
+  if (!parent.beyond.empty()) hand_down_interfaces(refined, level);
   levels_.push_back(std::move(level));
   return children;
 }
@@ -238,6 +271,18 @@ void Builder::name_refined_places(const Refinement& refined, Level& level) {
   }
   next_vertex_root_ += level.complex.vertex_count();
   next_edge_root_ += level.complex.edge_count();
+}
+
+/// A child of a face has the face's point.
+void Builder::hand_down_interfaces(const Refinement& refined, Level& level) const {
+  const Level& parent = levels_.back();
+  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
+  for (const FaceId f : level.complex.faces()) {
+    for (const VertexId v : level.complex.face_vertices(f)) {
+      const bool is_face_point = v >= refined.face_points_begin && v < refined.cell_points_begin;
+      if (is_face_point && level.complex.face_on_boundary(f)) level.beyond[f] = parent.beyond[refined.origin[v]];
+    }
+  }
 }
 
 void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell) {
@@ -325,6 +370,9 @@ void Builder::add_boundary_faces(std::size_t level, CellId cell) {
   for (std::uint8_t side = 0; side < 6; ++side) {
     const FaceId face = face_of(half_faces[side]);
     if (!at.complex.face_on_boundary(face)) continue;
+    const std::uint8_t beyond = at.beyond.empty() ? kNoCellRegion : at.beyond[face];
+    const std::uint8_t region = region_of(mesh_, CellId{data_.cells.back().control_cell});
+    if (beyond < region) continue;
     const SurfaceRing ring = surface_walkers_[level].walk(face);
     const auto cycle = at.complex.face_vertices(face);
     BoundaryFace record;
@@ -339,22 +387,33 @@ void Builder::add_boundary_faces(std::size_t level, CellId cell) {
       record.sides[i] = at.edge_roots[edge];
       if (at.complex.edge_vertices(edge)[0] != cycle[here]) std::swap(record.sides[i].t_begin, record.sides[i].t_end);
     }
-    data_.cells.back().boundary_sides |= static_cast<std::uint8_t>(1u << side);
-    data_.faces.push_back(record);
-    data_.face_rings.push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring),
-                                add_ring(at, ring.points), static_cast<std::uint32_t>(ring.points.size())});
-    Box3 hull;
-    for (const std::uint32_t p : data_.ring(data_.face_rings.back())) {
+    record.region = region;
+    record.beyond = beyond;
+    const bool is_interface = beyond != kNoCellRegion;
+    if (!is_interface) data_.cells.back().boundary_sides |= static_cast<std::uint8_t>(1u << side);
+    (is_interface ? interfaces_ : data_.faces).push_back(record);
+    (is_interface ? interface_rings_ : data_.face_rings)
+        .push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), add_ring(at, ring.points),
+                    static_cast<std::uint32_t>(ring.points.size())});
+  }
+}
+
+/// After all faces of the boundary; and finds the hulls of both.
+void Builder::append_interfaces() {
+  data_.boundary_face_count = static_cast<std::uint32_t>(data_.faces.size());
+  data_.faces.insert(data_.faces.end(), interfaces_.begin(), interfaces_.end());
+  data_.face_rings.insert(data_.face_rings.end(), interface_rings_.begin(), interface_rings_.end());
+  for (const SurfaceFaceRing& ring : data_.face_rings) {
+    Box3& hull = data_.face_hulls.emplace_back();
+    for (const std::uint32_t p : data_.ring(ring)) {
       if (p != kNone) hull.extend(data_.position(p));
     }
-    data_.face_hulls.push_back(hull);
   }
 }
 
 void Builder::summarize() {
   SolidSummary& summary = data_.summary;
   const CellComplex& control = levels_.front().complex;
-  summary.control_vertices = mesh_.vertex_count();
   summary.control_cells = mesh_.cell_count();
   summary.limit_cells = data_.cells.size();
   for (const LimitCell& cell : data_.cells) {
@@ -373,8 +432,7 @@ void Builder::summarize() {
     summary.extraordinary_vertices +=
         std::any_of(edges.begin(), edges.end(), [&](EdgeId e) { return classifier.irregular(e); });
   }
-  summary.sharp_edges = mesh_.sharp_edges.size();
-  summary.boundary_faces = data_.faces.size();
+  summary.boundary_faces = data_.boundary_face_count;
   for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
     const auto [low, high] = channel_range(mesh_, c);
     summary.channels.push_back({mesh_.channel_names[c], low, high});
@@ -384,7 +442,17 @@ void Builder::summarize() {
 }  // namespace
 
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data) {
-  Builder(mesh, options, data).run(std::move(complex));
+  data.cell_regions = mesh.cell_regions;
+  data.has_several_regions = has_several_regions(mesh);
+  if (!data.has_several_regions) {
+    const SplitMesh whole{{}, {}, {}};
+    Builder(mesh, whole, options, data).run(std::move(complex));
+  } else {
+    const SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
+    Builder(split.mesh, split, options, data).run(make_cell_complex(split.mesh, options.cancel));
+  }
+  data.summary.control_vertices = mesh.vertex_count();
+  data.summary.sharp_edges = mesh.sharp_edges.size();
 }
 
 }  // namespace ccslice

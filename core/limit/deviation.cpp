@@ -178,21 +178,45 @@ BoundaryRings boundary_rings(const CellComplex& complex) {
   return rings;
 }
 
-double limit_volume_mm3(const BoundarySurface& surface, int levels, const CancellationToken& cancel) {
-  if (surface.faces().empty()) return 0;
+namespace {
+
+/// Calls visit(face, flux) for each of `faces`.
+template <typename Visit>
+void for_each_flux(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
+                   const CancellationToken& cancel, Visit visit) {
+  if (faces.empty()) return;
   const double floor = surface.hull_box(0).center().z();
   PeriodicPoll poll(cancel, 256);
   IrregularCorner corner;
-  double sum = 0;
-  for (std::uint32_t face = 0; face < surface.faces().size(); ++face) {
+  for (std::uint32_t face = 0; face < faces.size(); ++face) {
     poll();
-    sum += surface.faces()[face].regular ? flux(surface.regular_patch(face), floor)
-                                         : irregular_flux(surface, face, levels, floor, corner);
+    visit(faces[face], faces[face].regular ? flux(surface.regular_patch(face), floor)
+                                           : irregular_flux(surface, face, levels, floor, corner));
   }
+}
+
+}  // namespace
+
+double limit_volume_mm3(const BoundarySurface& surface, int levels, const CancellationToken& cancel) {
+  double sum = 0;
+  for_each_flux(surface, surface.faces(), levels, cancel, [&](const BoundaryFace&, double flux) { sum += flux; });
   return sum;
 }
 
 namespace {
+
+void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surface, const CancellationToken& cancel,
+                          std::vector<CellRegionSummary>& regions) {
+  regions.clear();
+  for (const std::string& name : mesh.cell_region_names) regions.push_back({name, 0, 0});
+  if (regions.empty()) return;
+  for (const std::uint8_t region : mesh.cell_regions) ++regions[region].control_cells;
+  for_each_flux(surface, surface.faces_and_interfaces(), kVolumeLevels, cancel,
+                [&](const BoundaryFace& face, double flux) {
+                  regions[face.region].volume_mm3 += flux;
+                  if (face.beyond != kNoCellRegion) regions[face.beyond].volume_mm3 -= flux;
+                });
+}
 
 /// Fills boundary_vertices and vertex_limits.
 void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data) {
@@ -237,6 +261,7 @@ void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const
   deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, cancel);
   deviation.control_box = control_box(data, Placement::Identity());
   deviation.farthest = farthest_vertex(data, Mat3::Identity());
+  measure_cell_regions(mesh, surface, cancel, data.summary.cell_regions);
 }
 
 VertexLimit farthest_vertex(const LimitSolid& solid, const Mat3& map) { return farthest_vertex(solid.data(), map); }
@@ -258,7 +283,7 @@ LimitShape measure_limit(ControlMesh mesh, const PrepareOptions& options) {
   const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, data);
   measure_boundary(mesh, rings, options.cancel, data);
-  return {data.summary.bounding_box, data.summary.deviation};
+  return {data.summary.bounding_box, data.summary.deviation, data.summary.cell_regions};
 }
 
 }  // namespace ccslice

@@ -23,6 +23,8 @@
 
 #pragma once
 
+#include <vector>
+
 #include "core/base/cancellation.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/limit_solid.h"
@@ -49,6 +51,7 @@ Deviation placed_deviation(const LimitSolid& solid, const Placement& placement);
 struct LimitShape {
   Box3 bounding_box;  // Box of the limit volume, mesh frame, mm.
   Deviation deviation;
+  std::vector<CellRegionSummary> cell_regions;
 };
 
 /// What LimitSolid::prepare() says of the limit's shape (SolidSummary), without preparing it for slicing, in about half

@@ -21,10 +21,10 @@ std::size_t bytes_of(const std::vector<T>& v) {
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
          bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
-         bytes_of(data.face_hulls) + data.operators.memory_bytes() + data.cell_boxes.memory_bytes() +
-         data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() +
-         data.overlap_boxes.memory_bytes() + bytes_of(data.parts) + bytes_of(data.boundary_vertices) +
-         bytes_of(data.vertex_limits);
+         bytes_of(data.face_hulls) + bytes_of(data.cell_regions) + data.operators.memory_bytes() +
+         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
+         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
+         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits);
 }
 
 }  // namespace
@@ -57,6 +57,10 @@ CellClass LimitSolid::cell_class(std::uint32_t cell) const noexcept { return dat
 std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { return data_->cells[cell].control_cell; }
 
 std::uint8_t LimitSolid::boundary_sides(std::uint32_t cell) const noexcept { return data_->cells[cell].boundary_sides; }
+bool LimitSolid::has_several_regions() const noexcept { return data_->has_several_regions; }
+std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
+  return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];
+}
 const CellIndex& LimitSolid::index() const noexcept { return *data_; }
 
 Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {

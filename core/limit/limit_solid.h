@@ -62,6 +62,13 @@ struct Deviation {
   bool interpolating = false;  // ControlMesh::interpolating: for control points read the vertices' limit points.
 };
 
+/// Cells with a name, and what their limit holds.
+struct CellRegionSummary {
+  std::string name;
+  std::size_t control_cells = 0;
+  double volume_mm3 = 0;
+};
+
 /// Counts and warnings of a prepared solid.
 struct SolidSummary {
   std::size_t control_vertices = 0;
@@ -84,6 +91,7 @@ struct SolidSummary {
   std::size_t undecided_cells = 0;                    // Limit cells that can't be told to fold or not.
   std::vector<FoldPlace> folds;                       // Worst place of each folding cell, at most 32 of them, by cell.
   std::vector<ChannelRange> channels;
+  std::vector<CellRegionSummary> cell_regions;  // As in ControlMesh::cell_region_names.
 };
 
 struct PrepareOptions {
@@ -120,6 +128,10 @@ class LimitSolid {
 
   /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
   std::uint8_t boundary_sides(std::uint32_t cell) const noexcept;
+  /// More than one region has cells.
+  bool has_several_regions() const noexcept;
+  /// The region of a control cell; 0 in a mesh without named regions.
+  std::uint8_t region_of(ControlCellId cell) const noexcept;
   /// Where the cells are.
   const CellIndex& index() const noexcept;
 

@@ -45,9 +45,12 @@ struct LimitSolid::Data : CellIndex {
   std::vector<std::uint32_t> rings;
   std::vector<LimitCell> cells;
   OperatorTable operators;
-  std::vector<BoundaryFace> faces;
+  std::vector<BoundaryFace> faces;  // Of the boundary, then of interfaces.
+  std::uint32_t boundary_face_count = 0;
   std::vector<SurfaceFaceRing> face_rings;
   std::vector<Box3> face_hulls;                  // Boxes of the rings' points.
+  std::vector<std::uint8_t> cell_regions;        // By control cell, as in the control mesh.
+  bool has_several_regions = false;              // More than one has cells.
   std::vector<std::uint32_t> boundary_vertices;  // Of the control mesh, ascending. Their points come first in `points`.
   std::vector<Vec3> vertex_limits;               // By boundary vertex: its limit point, mm.
   SolidSummary summary;

@@ -49,23 +49,45 @@ void check_sizes(const ControlMesh& mesh, const MeshLimits& limits) {
   check_length(mesh.cell_vertices.size(), corners, "cell_vertices", "the " + std::to_string(cells) + " cells");
   check_length(mesh.channel_values.size(), vertices * channels, "channel_values",
                std::to_string(vertices) + " vertices with " + std::to_string(channels) + " channels");
+  const std::size_t regions = mesh.cell_region_names.size();
+  check_limit(regions, limits.max_cell_regions, "cell regions", "cell_region_names");
+  check_length(mesh.cell_regions.size(), regions == 0 ? 0 : cells, "cell_regions",
+               regions == 0 ? "cells without named regions" : "the " + std::to_string(cells) + " cells");
 }
 
-void check_channels(const ControlMesh& mesh, const MeshLimits& limits) {
+/// What is named in a mesh: channels, or regions of cells.
+struct NamedKind {
+  ErrorCode code;
+  const char* one;
+  const char* field;
+  std::size_t max_bytes;
+};
+
+void check_names(const std::vector<std::string>& names, const NamedKind& kind) {
   std::set<std::string> seen;
-  for (std::size_t i = 0; i < mesh.channel_count(); ++i) {
-    const std::string& name = mesh.channel_names[i];
-    const auto refuse = [i](const std::string& what) {
-      const std::string field = "channel_names[" + std::to_string(i) + "]";
-      throw Error(ErrorCode::kMeshBadChannel, field + " " + what, field, {static_cast<std::int64_t>(i)});
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    const auto refuse = [&](const std::string& what) {
+      const std::string field = std::string(kind.field) + "[" + std::to_string(i) + "]";
+      throw Error(kind.code, field + " " + what, field, {static_cast<std::int64_t>(i)});
     };
-    if (name.empty()) refuse("is empty: give each channel a name");
-    if (name.size() > limits.max_channel_name_bytes) {
+    if (name.empty()) refuse(std::string("is empty: give each ") + kind.one + " a name");
+    if (name.size() > kind.max_bytes) {
       refuse("'" + echoed(name) + "' has " + std::to_string(name.size()) + " bytes, the limit is " +
-             std::to_string(limits.max_channel_name_bytes) + ": shorten it");
+             std::to_string(kind.max_bytes) + ": shorten it");
     }
     if (!seen.insert(name).second) refuse("repeats the name '" + echoed(name) + "': rename one");
   }
+}
+
+void check_cell_regions(const ControlMesh& mesh) {
+  const std::size_t names = mesh.cell_region_names.size();
+  Offenders unknown;
+  for (std::size_t c = 0; c < mesh.cell_regions.size(); ++c) {
+    if (mesh.cell_regions[c] >= names) unknown.add(static_cast<std::int64_t>(c), c);
+  }
+  unknown.throw_if_any(ErrorCode::kMeshBadCellRegion, "no such cell region:", kCells,
+                       "cell_region_names holds " + std::to_string(names) + " names, counted from 0", "cell_regions");
 }
 
 void check_positions(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
@@ -170,7 +192,11 @@ void check_sharp_indices(const ControlMesh& mesh, const std::string& bound) {
 
 void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
   check_sizes(mesh, limits);
-  check_channels(mesh, limits);
+  check_names(mesh.channel_names,
+              {ErrorCode::kMeshBadChannel, "channel", "channel_names", limits.max_channel_name_bytes});
+  check_names(mesh.cell_region_names,
+              {ErrorCode::kMeshBadCellRegion, "cell region", "cell_region_names", limits.max_cell_region_name_bytes});
+  check_cell_regions(mesh);
   check_positions(mesh, limits, cancel);
   check_channel_values(mesh, cancel);
   const std::string bound = "vertex ids run from 0 to " + std::to_string(mesh.vertex_count() - 1);

@@ -11,7 +11,7 @@ namespace ccslice {
 
 /// Takes time in proportion to the arrays. Throws Error naming the field, with its index, and the ids: kMeshEmpty,
 /// kMeshTooLarge, kMeshArrayMismatch, kMeshBadChannel, kMeshNonFinite, kMeshCoordinateOutOfRange, kMeshIndexOutOfRange,
-/// kMeshRepeatedVertex, kMeshIsolatedVertex, kMeshValenceTooHigh; and kCancelled.
+/// kMeshRepeatedVertex, kMeshIsolatedVertex, kMeshValenceTooHigh, kMeshBadCellRegion; and kCancelled.
 void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel);
 
 }  // namespace ccslice

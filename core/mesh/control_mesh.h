@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The control mesh of a Catmull-Clark solid as a user gives it: control points with positions (mm) and material
-// channels, cells of mixed kinds, sharp boundary edges and vertices. Plain data, no invariants: validate() in
+// channels, cells of mixed kinds, regions of cells, sharp edges and vertices. Plain data, no invariants: validate() in
 // core/mesh/validate.h checks it, and everything downstream takes only validated meshes.
 
 #pragma once
@@ -26,7 +26,10 @@ struct ControlMesh {
   std::vector<std::uint32_t> cell_vertices;               // Corners of all cells, one cell after the other.
   std::vector<std::array<std::uint32_t, 2>> sharp_edges;  // Boundary edges by their two vertices, in any order.
   std::vector<std::uint32_t> sharp_vertices;              // Boundary vertices that stay where they are (corners).
-  bool allow_folds = false;                               // Inverted cells become a warning instead of an error.
+  /// Named groups of cells with a sharp interface between them. None: the whole mesh is one, without a name.
+  std::vector<std::string> cell_region_names;  // Distinct, not empty.
+  std::vector<std::uint8_t> cell_regions;      // One per cell if there are names: an index into them. Else empty.
+  bool allow_folds = false;                    // Inverted cells become a warning instead of an error.
   /// The control points were fitted: the mesh that is meant is that of the vertices' limit points, with these cells.
   bool interpolating = false;
 

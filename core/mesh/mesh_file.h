@@ -17,9 +17,16 @@
 
 namespace ccslice {
 
+/// An integer for each cell: regions, materials, parts.
+struct CellNumbers {
+  std::string name;                    // Of the array, or what the format calls them.
+  std::vector<std::int64_t> of_cells;  // By cell of the mesh.
+};
+
 struct MeshFile {
   ControlMesh mesh;
-  std::vector<std::string> warnings;  // What the file held that was left out, a sentence each.
+  std::vector<std::string> warnings;        // What the file held that was left out, a sentence each.
+  std::vector<CellNumbers> cell_numbers{};  // That regions of cells can be made of (cell_numbers.h).
 };
 
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };

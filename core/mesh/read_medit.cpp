@@ -4,6 +4,7 @@
 #include "core/mesh/read_medit.h"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <string>
 #include <utility>
@@ -48,6 +49,7 @@ class MeditReader {
     }
     check_cell_vertices(file_.mesh);
     leave_out_unused_vertices(unfit_, scanner_, file_);
+    if (are_integers_) file_.cell_numbers.push_back(std::move(references_));
     return std::move(file_);
   }
 
@@ -105,9 +107,18 @@ class MeditReader {
     const std::uint64_t count = scanner_.count_up_to("the number of cells", most);
     for (std::uint64_t i = 0; i < count; ++i) {
       for (int corner = 0; corner < corner_count(kind); ++corner) file_.mesh.cell_vertices.push_back(read_vertex_id());
-      scanner_.skip(1, "a cell reference");
+      read_reference();
       file_.mesh.cell_kinds.push_back(kind);
     }
+  }
+
+  /// Whatever it is: it only counts if regions are to be made of it.
+  void read_reference() {
+    const std::string_view token = scanner_.next("a cell reference");
+    std::int64_t reference = 0;
+    const auto end = std::from_chars(token.data(), token.data() + token.size(), reference).ptr;
+    are_integers_ = are_integers_ && end == token.data() + token.size();
+    references_.of_cells.push_back(reference);
   }
 
   std::uint32_t read_vertex_id() {
@@ -153,6 +164,8 @@ class MeditReader {
   const MeshLimits& limits_;
   UnfitNumbers unfit_;
   MeshFile file_;
+  CellNumbers references_{"reference", {}};
+  bool are_integers_ = true;  // All references are.
 };
 
 }  // namespace

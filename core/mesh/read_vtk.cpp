@@ -168,13 +168,18 @@ class VtkReader {
       scanner_.fail_with(ErrorCode::kFileSyntax,
                          "POINT_DATA of " + std::to_string(count) + " points; the file has " + std::to_string(points));
     }
-    VtkAttributes found = read_vtk_attributes(values_, count, of_points ? limits_.max_channels : 0, unfit_);
-    for (const std::string& name : found.left_out) {
-      file_.warnings.push_back((of_points ? "point data '" : "cell data '") + name + "' left out");
-    }
-    if (!of_points || found.channels.empty()) return;
+    if (!of_points) return read_cell_data(count);
+    VtkAttributes found = read_vtk_attributes(values_, count, limits_.max_channels, unfit_);
+    for (const std::string& name : found.left_out) file_.warnings.push_back("point data '" + name + "' left out");
+    if (found.channels.empty()) return;
     if (!channels_.empty()) scanner_.fail("only one POINT_DATA section", "POINT_DATA");
     channels_ = std::move(found.channels);
+  }
+
+  void read_cell_data(std::uint64_t count) {
+    VtkCellData found = read_vtk_cell_data(values_, count);
+    for (const std::string& name : found.left_out) file_.warnings.push_back("cell data '" + name + "' left out");
+    for (CellNumbers& numbers : found.numbers) file_.cell_numbers.push_back(std::move(numbers));
   }
 
   void finish_cells() {
@@ -185,11 +190,27 @@ class VtkReader {
                        "the file has " + std::to_string(cell_count) + " cells but " +
                            std::to_string(cells_.types.size()) + " cell types (CELL_TYPES)");
     }
-    append_cells(cells_, scanner_, file_.mesh, file_.warnings);
+    const std::vector<std::uint32_t> appended = append_cells(cells_, scanner_, file_.mesh, file_.warnings);
+    keep_numbers_of(appended, cell_count);
     if (file_.mesh.cell_kinds.empty()) {
       throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
     }
     check_cell_vertices(file_.mesh);
+  }
+
+  /// Drops the numbers of cells that were left out, and arrays that don't fit the cells.
+  void keep_numbers_of(const std::vector<std::uint32_t>& cells, std::size_t cell_count) {
+    std::erase_if(file_.cell_numbers, [&](const CellNumbers& numbers) {
+      if (numbers.of_cells.size() == cell_count) return false;
+      file_.warnings.push_back("cell data '" + numbers.name + "' left out");
+      return true;
+    });
+    for (CellNumbers& numbers : file_.cell_numbers) {
+      std::vector<std::int64_t> kept;
+      kept.reserve(cells.size());
+      for (const std::uint32_t cell : cells) kept.push_back(numbers.of_cells[cell]);
+      numbers.of_cells = std::move(kept);
+    }
   }
 
   void expect(std::string_view keyword) {

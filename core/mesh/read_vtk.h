@@ -7,8 +7,8 @@
 // reported; pyramids and all other cells are refused by name and cell id.
 //
 // POINT_DATA: SCALARS, VECTORS and FIELD arrays become material channels, one for each component ("name", or "name.0",
-// "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids, strings and CELL_DATA
-// are left out and reported.
+// "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids and strings are left out
+// and reported. CELL_DATA: eight arrays of one integer a cell are kept as MeshFile::cell_numbers, all else is left out.
 
 #pragma once
 

@@ -10,6 +10,7 @@
 
 #include "core/base/contains.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/check_arrays.h"
 #include "core/mesh/offenders.h"
 
@@ -218,8 +219,9 @@ void check_sharp_edges(const ControlMesh& mesh, const CellComplex& complex) {
                   "sharp_edges[" + std::to_string(2 * i) + "]", {std::min(a, b), std::max(a, b)});
     };
     const EdgeId e = complex.find_edge(VertexId{a}, VertexId{b});
-    if (e == kNone) refuse("isn't an edge of any cell: only edges on the boundary can be sharp");
-    if (!complex.edge_on_boundary(e)) refuse("lies inside the solid: only edges on the boundary can be sharp");
+    const std::string rule = ": only edges on the boundary or on an interface of cell regions can be sharp";
+    if (e == kNone) refuse("isn't an edge of any cell" + rule);
+    if (!complex.edge_on_boundary(e) && !edge_on_interface(mesh, complex, e)) refuse("lies inside the solid" + rule);
     if (!seen.insert(e).second) refuse("is given twice: name each once");
   }
 }
@@ -232,7 +234,9 @@ void check_sharp_vertices(const ControlMesh& mesh, const CellComplex& complex) {
       throw Error(ErrorCode::kMeshBadSharpFeature, "sharp vertex " + std::to_string(v) + " " + what,
                   "sharp_vertices[" + std::to_string(i) + "]", {v});
     };
-    if (!complex.vertex_on_boundary(v)) refuse("lies inside the solid: only vertices on the boundary can be sharp");
+    if (!complex.vertex_on_boundary(v) && !vertex_on_interface(mesh, complex, v)) {
+      refuse("lies inside the solid: only vertices on the boundary or on an interface of cell regions can be sharp");
+    }
     if (!seen.insert(v).second) refuse("is given twice: name each once");
   }
 }

@@ -25,6 +25,8 @@ struct MeshLimits {
   std::size_t max_cells = 8'000'000;
   std::size_t max_channels = 64;
   std::size_t max_channel_name_bytes = 256;
+  std::size_t max_cell_regions = 255;
+  std::size_t max_cell_region_name_bytes = 256;
   double max_abs_coordinate_mm = 1e6;
   std::uint32_t max_edge_valence = 64;     // Cells round one edge.
   std::uint32_t max_vertex_valence = 256;  // Cells round one vertex.

@@ -102,14 +102,16 @@ void append_cell(const VtkCells& cells, std::size_t cell, CellKind kind, const T
 
 }  // namespace
 
-void append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
-                  std::vector<std::string>& warnings) {
+std::vector<std::uint32_t> append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
+                                        std::vector<std::string>& warnings) {
+  std::vector<std::uint32_t> appended;
   Tally flat;
   std::uint64_t second_order = 0;
   std::map<std::uint16_t, Tally> unsupported;
   for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
     if (const std::optional<CellKind> kind = kind_of(cells.types[cell])) {
       append_cell(cells, cell, *kind, scanner, mesh);
+      appended.push_back(static_cast<std::uint32_t>(cell));
       second_order += curved_type(cells.types[cell]) != nullptr;
     } else if (is_flat(cells.types[cell])) {
       flat.add(cell);
@@ -129,6 +131,7 @@ void append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh
     warnings.push_back(std::to_string(flat.count) + " points, lines or faces among the cells left out (cells " +
                        flat.ids() + "); cell ids in later messages count volume cells only");
   }
+  return appended;
 }
 
 }  // namespace ccslice

@@ -21,11 +21,12 @@ struct VtkCells {
   std::vector<std::uint64_t> places, type_places;  // n marks of the scanner each.
 };
 
-/// Appends the volume cells to `mesh` and a sentence on what was left out to `warnings`. Throws
+/// Appends the volume cells to `mesh` and a sentence on what was left out to `warnings`. Returns their numbers among
+/// `cells`. Throws
 /// Error{kMeshUnsupportedCell, kFileSyntax}, which name the place by `scanner`. REQUIRES: offsets.size() ==
 /// types.size()
 /// + 1, the last offset in range.
-void append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
-                  std::vector<std::string>& warnings);
+std::vector<std::uint32_t> append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
+                                        std::vector<std::string>& warnings);
 
 }  // namespace ccslice

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <iterator>
 #include <string_view>
 #include <utility>
@@ -39,8 +40,15 @@ std::string decoded(std::string_view name) {
 
 class AttributeReader {
  public:
-  AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels, UnfitNumbers& unfit)
+  /// Without `unfit` of cells, or of nothing that counts.
+  AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels, UnfitNumbers* unfit)
       : values_(values), scanner_(values.text()), count_(count), max_channels_(max_channels), unfit_(unfit) {}
+
+  VtkCellData read_cell_data() {
+    while (!scanner_.at_end() && read_attribute()) {
+    }
+    return {std::move(numbers_), std::move(found_.left_out)};
+  }
 
   VtkAttributes read() {
     while (!scanner_.at_end() && read_attribute()) {
@@ -192,11 +200,7 @@ class AttributeReader {
   }
 
   void read_values(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
-    if (max_channels_ == 0) {
-      values_.skip(tuples * components, "a value");
-      found_.left_out.push_back(name);
-      return;
-    }
+    if (unfit_ == nullptr) return read_numbers(name, components, tuples);
     if (found_.channels.size() + components > max_channels_) {
       scanner_.fail_with(ErrorCode::kMeshTooLarge, "point data '" + printable(name) + "' makes more than " +
                                                        std::to_string(max_channels_) + " channels");
@@ -204,30 +208,56 @@ class AttributeReader {
     std::vector<NamedChannel> channels = open_channels(name, components);
     for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) {
       for (NamedChannel& channel : channels) {
-        channel.values.push_back(unfit_.value(values_.any_real("a value"), tuple, "a value", scanner_));
+        channel.values.push_back(unfit_->value(values_.any_real("a value"), tuple, "a value", scanner_));
       }
     }
     std::move(channels.begin(), channels.end(), std::back_inserter(found_.channels));
   }
 
+  void read_numbers(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
+    if (components != 1 || tuples != count_ || numbers_.size() == kMostNumbers) {
+      values_.skip(tuples * components, "a value");
+      found_.left_out.push_back(name);
+      return;
+    }
+    constexpr double kMostExact = 1ll << 53;
+    CellNumbers numbers{name, {}};
+    bool integers = true;
+    for (std::uint64_t cell = 0; cell < tuples; ++cell) {
+      const double value = values_.any_real("a value");
+      integers = integers && std::abs(value) <= kMostExact && std::nearbyint(value) == value;
+      if (integers) numbers.of_cells.push_back(static_cast<std::int64_t>(value));
+    }
+    if (integers) {
+      numbers_.push_back(std::move(numbers));
+    } else {
+      found_.left_out.push_back(name);
+    }
+  }
+
+  static constexpr std::size_t kMostNumbers = 8;
+
   VtkScanner& values_;
   TextScanner& scanner_;
   const std::uint64_t count_;
   const std::size_t max_channels_;
-  UnfitNumbers& unfit_;
+  UnfitNumbers* unfit_;
   VtkAttributes found_;
+  std::vector<CellNumbers> numbers_;
 };
 
 }  // namespace
 
 VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
                                   UnfitNumbers& unfit) {
-  return AttributeReader(scanner, count, max_channels, unfit).read();
+  return AttributeReader(scanner, count, max_channels, &unfit).read();
 }
 
-void skip_field(VtkScanner& scanner) {
-  UnfitNumbers none;
-  AttributeReader(scanner, 0, 0, none).read_field();
+VtkCellData read_vtk_cell_data(VtkScanner& scanner, std::uint64_t count) {
+  return AttributeReader(scanner, count, 0, nullptr).read_cell_data();
 }
+
+/// Of no cells, so that nothing is kept.
+void skip_field(VtkScanner& scanner) { AttributeReader(scanner, ~std::uint64_t{0}, 0, nullptr).read_field(); }
 
 }  // namespace ccslice

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/mesh/channels.h"
+#include "core/mesh/mesh_file.h"
 #include "core/mesh/used_vertices.h"
 #include "core/mesh/vtk_scanner.h"
 
@@ -21,10 +22,17 @@ struct VtkAttributes {
   std::vector<std::string> left_out;  // Names of arrays that make no channels.
 };
 
-/// Reads attributes of `count` tuples each, up to the next section of the file. With `max_channels` 0 all are left out.
-/// Values that no channel can have go to `unfit`. Throws Error{kFileSyntax, kMeshTooLarge}.
+/// Reads point data of `count` tuples each, up to the next section of the file. Values that no channel can have go to
+/// `unfit`. Throws Error{kFileSyntax, kMeshTooLarge}.
 VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
                                   UnfitNumbers& unfit);
+
+/// Likewise cell data: the first arrays of integers, one for each cell; all others are left out.
+struct VtkCellData {
+  std::vector<CellNumbers> numbers;   // By cell of the file.
+  std::vector<std::string> left_out;  // Names of all other arrays.
+};
+VtkCellData read_vtk_cell_data(VtkScanner& scanner, std::uint64_t count);
 
 /// Passes over a FIELD whose keyword has been taken.
 void skip_field(VtkScanner& scanner);

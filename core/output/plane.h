@@ -5,7 +5,8 @@
 // samples are what the checksum covers and what a client gets after decoding, whatever the encoding.
 //
 // A HALFTONED layer (IndexImage) has a byte a voxel: 0 is the background, i in 1..n the i-th of the job's materials.
-// Planes are made of it: its numbers packed into 1, 2, 4 or 8 bits, or one bit for one of the materials.
+// Planes are made of it: its numbers packed into 1, 2, 4 or 8 bits, or one bit for one of the materials. Cell regions
+// are shown in the same way.
 
 #pragma once
 
@@ -23,6 +24,7 @@ enum class PlaneContent : std::uint8_t {
   kChannels,      // Several, kFloat32: the values of a voxel follow each other.
   kMaterials,     // The material's number, 0 outside: kBit, kUint2, kUint4, kUint8.
   kMaterialMask,  // kBit: which voxels are of one material.
+  kCellRegions,   // 1 + the index of the voxel's cell region, 0 outside; sample types as kMaterials.
 };
 
 enum class SampleType : std::uint8_t {
@@ -67,7 +69,7 @@ struct SampleImage {
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
 };
 
-/// A halftoned layer, rows from 0 up. Not owned.
+/// A layer of numbers, of materials or of cell regions, rows from 0 up. Not owned.
 struct IndexImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;

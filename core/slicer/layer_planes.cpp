@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/output/region_colours.h"
+
 namespace ccslice {
 namespace {
 
@@ -68,11 +70,11 @@ std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   return planes;
 }
 
-LayerPlanes::LayerPlanes(const SliceJob& job, const std::vector<ChannelRange>& channels)
-    : job_(job), channels_(channels) {
-  for (const PlaneSpec& plane : shown_channels(job)) contone_.emplace_back(plane, channels[plane.channel]);
+LayerPlanes::LayerPlanes(const SliceJob& job, const SolidSummary& solid)
+    : job_(job), channels_(solid.channels), region_palette_(region_palette(solid.cell_regions.size())) {
+  for (const PlaneSpec& plane : shown_channels(job)) contone_.emplace_back(plane, channels_[plane.channel]);
   shown_ = contone_.size();
-  for (const PlaneSpec& plane : mixed_channels(job)) contone_.emplace_back(plane, channels[plane.channel]);
+  for (const PlaneSpec& plane : mixed_channels(job)) contone_.emplace_back(plane, channels_[plane.channel]);
 }
 
 void LayerPlanes::clear(const LayerWindow& window, const CancellationToken& cancel) {
@@ -80,7 +82,8 @@ void LayerPlanes::clear(const LayerWindow& window, const CancellationToken& canc
 }
 
 std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, IndexImage materials,
-                                              const Arrangement& arrangement, const CancellationToken& cancel) {
+                                              std::span<const RegionRun> regions, const Arrangement& arrangement,
+                                              const CancellationToken& cancel) {
   std::vector<EncodedPlane> planes;
   std::span<const ContonePlane> left = std::span(contone_).first(shown_);
   BitImage bits;
@@ -90,7 +93,19 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
     materials.width = arrangement.to.columns;
     materials.height = arrangement.to.rows;
   }
+  std::vector<std::uint8_t> ordered_regions;
+  std::span<const std::uint8_t> region_numbers;
+  if (shows_cell_regions(job_)) {
+    draw_regions(regions, arrangement.to, region_numbers_);
+    region_numbers =
+        arrange(region_numbers_, 1, {arrangement.to, arrangement.to, arrangement.order}, ordered_regions, cancel);
+  }
   for (const PlaneSpec& plane : job_.planes) {
+    if (plane.content == PlaneContent::kCellRegions) {
+      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_};
+      planes.push_back(encoder_.encode(numbers, plane.sample_type, plane.encoding, cancel));
+      continue;
+    }
     if (plane.content == PlaneContent::kMaterials) {
       planes.push_back(encoder_.encode(materials, plane.sample_type, plane.encoding, cancel));
       continue;

@@ -19,6 +19,7 @@
 #include "core/limit/limit_solid.h"
 #include "core/output/arrange.h"
 #include "core/output/encode.h"
+#include "core/raster/region_runs.h"
 #include "core/raster/voxel_runs.h"
 
 namespace ccslice {
@@ -35,8 +36,8 @@ std::vector<PlaneSpec> mixed_channels(const SliceJob& job);
 /// One thread. Memory is kept from layer to layer.
 class LayerPlanes {
  public:
-  /// REQUIRES: job and channels outlive this. `channels`: the solid's.
-  LayerPlanes(const SliceJob& job, const std::vector<ChannelRange>& channels);
+  /// REQUIRES: both outlive this.
+  LayerPlanes(const SliceJob& job, const SolidSummary& solid);
 
   /// Those of shown_channels(), then those of mixed_channels().
   std::span<ContonePlane> channels() { return contone_; }
@@ -46,9 +47,11 @@ class LayerPlanes {
   void clear(const LayerWindow& window, const CancellationToken& cancel);
 
   /// The job's pictures, in its order. `spans`: voxels inside, as rasterize() yields them; `materials`: the halftoned
-  /// window, if the job shows materials. Throws Error{kCancelled}.
+  /// window, if the job shows materials; `regions`: find_regions() of the spans, if it shows cell regions. Throws
+  /// Error{kCancelled}.
   std::vector<EncodedPlane> encode(std::span<const VoxelRun> spans, IndexImage materials,
-                                   const Arrangement& arrangement, const CancellationToken& cancel);
+                                   std::span<const RegionRun> regions, const Arrangement& arrangement,
+                                   const CancellationToken& cancel);
 
  private:
   std::vector<std::string> channel_names(const PlaneSpec& plane) const;
@@ -59,8 +62,9 @@ class LayerPlanes {
   const std::vector<ChannelRange>& channels_;
   std::vector<ContonePlane> contone_;
   std::size_t shown_ = 0;
+  std::vector<std::uint32_t> region_palette_;
   PlaneEncoder encoder_;
-  std::vector<std::uint8_t> interleaved_, arranged_;  // Scratch memory.
+  std::vector<std::uint8_t> interleaved_, arranged_, region_numbers_;  // Scratch memory.
 };
 
 }  // namespace ccslice

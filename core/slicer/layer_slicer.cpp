@@ -62,6 +62,7 @@ struct LayerSlicer::Shared {
 struct LayerShape {
   Contours contours;  // Only if the job delivers them.
   std::vector<VoxelRun> spans;
+  std::vector<RegionRun> regions;  // Only if the job shows cell regions.
   LayerStats stats;
 };
 
@@ -87,7 +88,7 @@ struct LayerSlicer::State {
         lattice(job.grid.lattice()),
         scope(the_scope),
         tracer(*shared->solid, shared->contour_index),
-        planes(job, shared->solid->summary().channels) {
+        planes(job, shared->solid->summary()) {
     if (shared->halftone) halftone.emplace(*shared->halftone);
     if (planes.channels().empty()) return;
     const double outside_mm = job.contour_tolerance_mm + kOutsideSlackMm;
@@ -111,10 +112,20 @@ struct LayerSlicer::State {
     return tracer.trace(plane, options);
   }
 
+  std::vector<RegionRun> cell_regions(const LayerShape& shape) const {
+    const LimitSolid& solid = *shared->solid;
+    if (solid.has_several_regions()) return find_regions(shape.contours.region_edges, shape.spans, lattice, scope.rows);
+    std::vector<RegionRun> runs;
+    for (const VoxelRun& span : shape.spans) runs.push_back({span, solid.region_of(ControlCellId{0})});
+    return runs;
+  }
+
   LayerShape shape(std::uint32_t layer, const CancellationToken& cancel) {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows);
+    if (shows_cell_regions(job)) result.regions = cell_regions(result);
+    result.contours.region_edges = {};
     if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
     result.stats.contour_loops = result.contours.loops.size();
     for (const ContourLoop& loop : result.contours.loops) result.stats.contour_points += loop.points.size();
@@ -175,7 +186,7 @@ struct LayerSlicer::State {
       return whole->slice(index, cancel);
     }
     choose_materials(shape.spans, layer, cancel);
-    layer.planes = planes.encode(shape.spans, halftone ? halftone->image() : IndexImage{},
+    layer.planes = planes.encode(shape.spans, halftone ? halftone->image() : IndexImage{}, shape.regions,
                                  {scope.window, scope.region, job.order}, cancel);
     return layer;
   }

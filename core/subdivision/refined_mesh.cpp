@@ -53,6 +53,16 @@ void set_cells(const CellComplex& complex, ControlMesh& mesh) {
   }
 }
 
+/// The regions of the cells' children.
+void hand_down_regions(ControlMesh& mesh) {
+  if (mesh.cell_regions.empty()) return;
+  std::vector<std::uint8_t> children;
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+    children.insert(children.end(), static_cast<std::size_t>(corner_count(mesh.cell_kinds[c])), mesh.cell_regions[c]);
+  }
+  mesh.cell_regions = std::move(children);
+}
+
 /// Child points, or limit points, of all vertices.
 std::vector<double> apply(const Stencils& stencils, const ControlMesh& mesh) {
   const std::size_t dimension = 3 + mesh.channel_count();
@@ -71,6 +81,7 @@ std::size_t descendants(CellKind kind, int times) {
 ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationToken& cancel) {
   ControlMesh result = mesh;
   for (int i = 0; i < times; ++i) {
+    hand_down_regions(result);
     const CellComplex complex = make_cell_complex(result, cancel);
     const Refinement refined = refine(complex, complex.cells().to_vector(), cancel);
     set_points(apply(refined.stencils, result), result);

@@ -15,12 +15,14 @@
 namespace ccslice::server {
 namespace {
 
-SampleType default_sample_type(PlaneContent content, const std::optional<Printing>& printing) {
+SampleType default_sample_type(PlaneContent content, const SolidSummary& solid,
+                               const std::optional<Printing>& printing) {
   switch (content) {
     case PlaneContent::kOccupancy:
     case PlaneContent::kMaterialMask: return SampleType::kBit;
     case PlaneContent::kChannels: return SampleType::kFloat32;
     case PlaneContent::kMaterials: return smallest_index_type(printing ? printing->materials.size() : 1);
+    case PlaneContent::kCellRegions: return smallest_index_type(solid.cell_regions.size());
     case PlaneContent::kChannel: break;
   }
   return SampleType::kUint8;
@@ -87,6 +89,7 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
       plane.channels = to_channels(message.channels(), solid, path + ".channels.names");
       break;
     case v1::PlaneSpec::kMaterials: plane.content = PlaneContent::kMaterials; break;
+    case v1::PlaneSpec::kCellRegions: plane.content = PlaneContent::kCellRegions; break;
     case v1::PlaneSpec::kMaterialMask:
       plane.content = PlaneContent::kMaterialMask;
       plane.material = to_mask_material(message.material_mask().material(), printing, path + ".material_mask.material");
@@ -94,12 +97,12 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
     default:
       throw Error(ErrorCode::kContentInvalid,
                   path +
-                      ": has no content that this server knows; ask for occupancy, channel, channels, materials or "
-                      "material_mask",
+                      ": has no content that this server knows; ask for occupancy, channel, channels, materials, "
+                      "material_mask or cell_regions",
                   path);
   }
   plane.sample_type =
-      to_sample_type(message.sample_type(), default_sample_type(plane.content, printing), path + ".sample_type");
+      to_sample_type(message.sample_type(), default_sample_type(plane.content, solid, printing), path + ".sample_type");
   plane.encoding = to_encoding(message.encoding(), path + ".encoding");
   if (message.has_value_range()) {
     plane.range = ValueRange{.min = message.value_range().min(), .max = message.value_range().max()};
@@ -257,6 +260,7 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, cons
   switch (value.content) {
     case PlaneContent::kOccupancy: message.mutable_occupancy(); return message;
     case PlaneContent::kMaterials: message.mutable_materials(); return message;
+    case PlaneContent::kCellRegions: message.mutable_cell_regions(); return message;
     case PlaneContent::kMaterialMask:
       message.mutable_material_mask()->set_material(printing->materials[value.material - 1].name);
       return message;
@@ -287,6 +291,14 @@ v1::Channel to_message(const ChannelRange& value) {
   message.set_name(value.name);
   message.set_min_value(value.min);
   message.set_max_value(value.max);
+  return message;
+}
+
+v1::CellRegion to_message(const CellRegionSummary& value) {
+  v1::CellRegion message;
+  message.set_name(value.name);
+  message.set_control_cells(value.control_cells);
+  message.set_volume_mm3(value.volume_mm3);
   return message;
 }
 

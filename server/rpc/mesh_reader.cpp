@@ -108,7 +108,18 @@ class MeshReader {
     switch (WireFormatLite::GetTagFieldNumber(tag)) {
       case Message::kPositionsMmFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] { add_position(read_fixed64()); });
-      case Message::kChannelNamesFieldNumber: return read_channel_name(tag);
+      case Message::kChannelNamesFieldNumber:
+        return read_name(tag,
+                         {ErrorCode::kMeshBadChannel, "channel_names", "channels", limits_.max_channels,
+                          limits_.max_channel_name_bytes},
+                         mesh_.channel_names);
+      case Message::kCellRegionNamesFieldNumber:
+        return read_name(tag,
+                         {ErrorCode::kMeshBadCellRegion, "cell_region_names", "cell regions", limits_.max_cell_regions,
+                          limits_.max_cell_region_name_bytes},
+                         mesh_.cell_region_names);
+      case Message::kCellRegionsFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_cell_region(read_varint()); });
       case Message::kChannelValuesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
                              [this] { mesh_.channel_values.push_back(read_fixed32()); });
@@ -202,20 +213,40 @@ class MeshReader {
     mesh_.sharp_vertices.push_back(vertex);
   }
 
-  void read_channel_name(std::uint32_t tag) {
+  void add_cell_region(std::uint32_t region) {
+    const std::size_t cell = mesh_.cell_regions.size();
+    require_room(cell, limits_.max_cells, "cell_regions", "cells");
+    if (region >= limits_.max_cell_regions) {
+      const std::string field = "cell_regions[" + std::to_string(cell) + "]";
+      throw Error(ErrorCode::kMeshBadCellRegion,
+                  field + " is " + std::to_string(region) + ", beyond the limit of " +
+                      std::to_string(limits_.max_cell_regions) + " cell regions, counted from 0",
+                  field, {static_cast<std::int64_t>(cell)});
+    }
+    mesh_.cell_regions.push_back(static_cast<std::uint8_t>(region));
+  }
+
+  /// What is named in a mesh, and the limits.
+  struct NamedKind {
+    ErrorCode code;
+    const char* field;
+    const char* many;
+    std::size_t max_count, max_bytes;
+  };
+
+  void read_name(std::uint32_t tag, const NamedKind& kind, std::vector<std::string>& names) {
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) unknown_field(tag);
-    require_room(mesh_.channel_names.size(), limits_.max_channels, "channel_names", "channels");
+    require_room(names.size(), kind.max_count, kind.field, kind.many);
     const std::uint32_t length = read_length();
-    const std::string which = "channel_names[" + std::to_string(mesh_.channel_names.size()) + "]";
-    if (length > limits_.max_channel_name_bytes) {
-      throw Error(ErrorCode::kMeshBadChannel,
-                  which + " is longer than " + std::to_string(limits_.max_channel_name_bytes) + " bytes: shorten it",
-                  which, {static_cast<std::int64_t>(mesh_.channel_names.size())});
+    const std::string which = std::string(kind.field) + "[" + std::to_string(names.size()) + "]";
+    if (length > kind.max_bytes) {
+      throw Error(kind.code, which + " is longer than " + std::to_string(kind.max_bytes) + " bytes: shorten it", which,
+                  {static_cast<std::int64_t>(names.size())});
     }
     std::string name;
     if (!in_.ReadString(&name, static_cast<int>(length))) not_a_mesh();
     if (!is_utf8(name)) not_a_mesh();
-    mesh_.channel_names.push_back(std::move(name));
+    names.push_back(std::move(name));
   }
 
   void read_flag(std::uint32_t tag, bool& flag) {

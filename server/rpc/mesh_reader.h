@@ -24,7 +24,8 @@ namespace ccslice::server {
 inline constexpr std::uint64_t kReadMemoryPerByte = 12;
 
 /// `blocks`: the bytes, cut anywhere. REQUIRES: less than 2 GiB. Throws Error{kMeshMalformed, kMeshUnknownField,
-/// kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind, kMeshTooLarge, kMeshBadChannel, kCancelled}.
+/// kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind, kMeshTooLarge, kMeshBadChannel, kMeshBadCellRegion,
+/// kCancelled}.
 ControlMesh read_control_mesh(const std::vector<std::string>& blocks, const MeshLimits& limits = {},
                               const CancellationToken& cancel = {});
 

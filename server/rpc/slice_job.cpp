@@ -32,6 +32,7 @@ double typical_compression(const PlaneSpec& plane) {
   if (plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask) {
     return 0.4;  // Half of a part's box is inside, where halftones are noise.
   }
+  if (plane.content == PlaneContent::kCellRegions) return 0.05;
   switch (plane.sample_type) {
     case SampleType::kBit: return encoding.widens_bits ? 0.2 : 0.05;
     case SampleType::kUint8: return 0.1;

@@ -53,6 +53,8 @@ void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
   mesh.set_max_cells(state.mesh_limits.max_cells);
   mesh.set_max_channels(static_cast<std::uint32_t>(state.mesh_limits.max_channels));
   mesh.set_max_channel_name_bytes(static_cast<std::uint32_t>(state.mesh_limits.max_channel_name_bytes));
+  mesh.set_max_cell_regions(static_cast<std::uint32_t>(state.mesh_limits.max_cell_regions));
+  mesh.set_max_cell_region_name_bytes(static_cast<std::uint32_t>(state.mesh_limits.max_cell_region_name_bytes));
   mesh.set_max_abs_coordinate_mm(state.mesh_limits.max_abs_coordinate_mm);
   mesh.set_max_edge_valence(state.mesh_limits.max_edge_valence);
   mesh.set_max_vertex_valence(state.mesh_limits.max_vertex_valence);

@@ -49,6 +49,7 @@ v1::MeshSummary summarize(const ListedMesh& listed) {
   *summary.mutable_bounding_box() = to_message(solid.bounding_box);
   *summary.mutable_deviation() = to_message(solid.deviation);
   for (const ChannelRange& channel : solid.channels) *summary.add_channels() = to_message(channel);
+  for (const CellRegionSummary& region : solid.cell_regions) *summary.add_cell_regions() = to_message(region);
   write_warnings(solid, summary);
   summary.set_engine_version(std::string(kEngineVersion));
   *summary.mutable_preparation_time() = to_duration(mesh.prepared().preparation_time);

@@ -219,6 +219,26 @@ TEST_F(CommandLine, BadFilesAreInputErrors) {
   EXPECT_THAT(run({"upload", path("syntax.mesh")}).err, HasSubstr("line 3: expected a coordinate, found 'zero'"));
 }
 
+TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
+  const std::string mesh = path("two.mesh");
+  cli::write_file(mesh,
+                  "MeshVersionFormatted 2\nDimension 3\nVertices 12\n"
+                  "0 0 0 0  1 0 0 0  2 0 0 0  0 1 0 0  1 1 0 0  2 1 0 0\n"
+                  "0 0 1 0  1 0 1 0  2 0 1 0  0 1 1 0  1 1 1 0  2 1 1 0\n"
+                  "Hexahedra 2\n1 2 5 4 7 8 11 10 5\n2 3 6 5 8 9 12 11 3\nEnd\n");
+  EXPECT_THAT(run({"info", mesh}).out, HasSubstr("the cells' 'reference' left out; --regions-from"));
+  const ProcessResult info = run({"info", mesh, "--regions-from", "reference", "--json"});
+  EXPECT_EQ(json_at(info.out, "cell_regions").list_value().values_size(), 2);
+  const ProcessResult slice =
+      run({"slice", mesh, "--regions-from", "reference", "--cell-regions", "--pitch", "0.1", "-o", path("r")});
+  EXPECT_EQ(slice.exit_code, 0) << slice.err;
+  EXPECT_TRUE(std::filesystem::exists(path("r") + "/layer_0000_cell_regions.png"));
+  const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
+  EXPECT_EQ(unknown.exit_code, cli::kExitInput);
+  EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");
+  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, cli::kExitUsage);
+}
+
 TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {
   const ProcessResult missing = run({"plan", "sha256:" + std::string(64, '0'), "--pitch", "1", "--json"});
   EXPECT_EQ(missing.exit_code, cli::kExitRefused);

@@ -28,6 +28,7 @@ COVERED = {
     "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
     "types": ("grid_test", "names of Eigen's types"),
     "voxel_runs": ("occupancy_test", "structs"),
+    "row_crossings": ("occupancy_test", "scan conversion is made of them; region_runs_test too"),
     "cell_class": ("classify_test", "an enum"),
     # A line or two.
     "contains": ("polyhedra_test", "std::find"),

@@ -58,6 +58,9 @@ void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
             std::vector<std::uint32_t>(message.sharp_vertices().begin(), message.sharp_vertices().end()));
   EXPECT_EQ(mesh.allow_folds, message.allow_folds());
   EXPECT_EQ(mesh.interpolating, message.interpolating());
+  EXPECT_EQ(mesh.cell_region_names,
+            std::vector<std::string>(message.cell_region_names().begin(), message.cell_region_names().end()));
+  EXPECT_EQ(mesh.cell_regions, std::vector<std::uint8_t>(message.cell_regions().begin(), message.cell_regions().end()));
 }
 
 v1::ControlMesh some_mesh() {
@@ -68,6 +71,8 @@ v1::ControlMesh some_mesh() {
   mesh.add_channel_names("Härte");
   mesh.set_allow_folds(true);
   mesh.set_interpolating(true);
+  for (const char* name : {"core", "Hülle"}) mesh.add_cell_region_names(name);
+  for (const std::uint32_t region : {1u, 0u, 254u}) mesh.add_cell_regions(region);
   return mesh;
 }
 
@@ -160,6 +165,9 @@ TEST(MeshReader, KeepsTheLimitsWhileItReads) {
   for (int i = 0; i < 65; ++i) names += std::string("\x12\x00", 2);
   EXPECT_EQ(code_of(names), ErrorCode::kMeshTooLarge);
   EXPECT_EQ(code_of("\x12\x81\x02" + std::string(257, 'x')), ErrorCode::kMeshBadChannel) << "a name of 257 bytes";
+  EXPECT_EQ(code_of("\x52\x81\x02" + std::string(257, 'x')), ErrorCode::kMeshBadCellRegion) << "cell_region_names";
+  EXPECT_EQ(code_of("\x58\xff\x01"), ErrorCode::kMeshBadCellRegion) << "cell region 255";
+  EXPECT_EQ(code_of("\x58\x80\x80\x04"), ErrorCode::kMeshBadCellRegion) << "cell region 65536";
 }
 
 TEST(MeshReader, StopsWithin100MsOfACancel) {

@@ -94,6 +94,38 @@ void add_arrays(std::vector<InvalidMesh>& list) {
                        }),
                   ErrorCode::kMeshBadChannel,
                   {}});
+  list.push_back({"cell_region_without_name",
+                  with(cube(),
+                       [](ControlMesh& m) {
+                         m.cell_region_names = {""};
+                         m.cell_regions = {0};
+                       }),
+                  ErrorCode::kMeshBadCellRegion,
+                  {}});
+  list.push_back({"cell_region_named_twice",
+                  with(cube(),
+                       [](ControlMesh& m) {
+                         m.cell_region_names = {"a", "a"};
+                         m.cell_regions = {0};
+                       }),
+                  ErrorCode::kMeshBadCellRegion,
+                  {}});
+  list.push_back({"cell_region_unknown",
+                  with(cube(),
+                       [](ControlMesh& m) {
+                         m.cell_region_names = {"a"};
+                         m.cell_regions = {1};
+                       }),
+                  ErrorCode::kMeshBadCellRegion,
+                  {0}});
+  list.push_back({"cells_without_regions",
+                  with(cube(), [](ControlMesh& m) { m.cell_region_names = {"a"}; }),
+                  ErrorCode::kMeshArrayMismatch,
+                  {}});
+  list.push_back({"cell_regions_without_names",
+                  with(cube(), [](ControlMesh& m) { m.cell_regions = {0}; }),
+                  ErrorCode::kMeshArrayMismatch,
+                  {}});
 }
 
 /// Appends a cell by its corners.

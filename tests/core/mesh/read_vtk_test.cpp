@@ -68,7 +68,9 @@ TEST(ReadVtk, PointScalarsAndFieldsBecomeChannels) {
   ASSERT_EQ(file.mesh.channel_values.size(), 48u);
   EXPECT_THAT(std::vector<float>(file.mesh.channel_values.begin() + 6, file.mesh.channel_values.begin() + 12),
               ElementsAre(1.f, 0.f, 0.f, 0.f, 1.f, 11.f));
-  EXPECT_THAT(file.warnings, ElementsAre("cell data 'id' left out", "point data 'names' left out"));
+  EXPECT_THAT(file.warnings, ElementsAre("point data 'names' left out"));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_EQ(file.cell_numbers[0].name, "id");
 }
 
 TEST(ReadVtk, HasNoComments) {

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Regions of cells against each region as a solid of its own, whose contours know nothing of the others'.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/contour/contour.h"
+#include "core/limit/limit_solid.h"
+#include "core/slicer/layer_slicer.h"
+#include "tests/oracle/slicing.h"
+#include "tests/support/cell_regions.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice::oracle {
+namespace {
+
+constexpr double kToleranceMm = 1e-3;
+
+class CellRegions : public testing::TestWithParam<std::size_t> {
+ protected:
+  const ControlMesh& mesh() const { return region_meshes()[GetParam()].mesh; }
+  std::size_t region_count() const { return mesh().cell_region_names.size(); }
+};
+
+/// Shows the regions. Pitches: these shares of the box's diagonal.
+SliceJob job_on(const LimitSolid& solid, const Vec3& shares, const Placement& placement = Placement::Identity()) {
+  SliceJob job;
+  job.placement = placement;
+  const Vec3 pitch = solid.placed_bounding_box(placement).diagonal().norm() * shares.cwiseInverse();
+  GridRequest request;
+  request.pitch = VoxelPitch{pitch.x(), pitch.y(), pitch.z()};
+  job.grid = plan_grid(solid, placement, request);
+  PlaneSpec& plane = job.planes.emplace_back();
+  plane.content = PlaneContent::kCellRegions;
+  plane.sample_type = SampleType::kUint8;
+  plane.encoding = Encoding::kRaw;
+  return job;
+}
+
+TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) {
+  const auto solid = LimitSolid::prepare(mesh());
+  std::vector<std::shared_ptr<const LimitSolid>> parts;
+  for (std::size_t r = 0; r < region_count(); ++r) {
+    ControlMesh part = region_as_mesh(mesh(), static_cast<int>(r));
+    part.allow_folds = true;
+    parts.push_back(LimitSolid::prepare(part));
+  }
+  Placement placement = Placement::Identity();
+  placement.rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()));
+  for (const Placement& place : {Placement::Identity(), placement}) {
+    const SliceJob job = job_on(*solid, {131, 97, 23}, place);
+    LayerSlicer slicer(solid, job);
+    ContourOptions fine;
+    fine.tolerance_mm = 0.1 * kToleranceMm;
+    fine.smallest_feature_mm = job.grid.pitch.x_mm;
+    std::vector<std::size_t> met(region_count());
+    for (std::uint32_t k = 0; k < job.grid.extent.layers; ++k) {
+      const Layer layer = slicer.slice(k, {});
+      SlicePlane plane;
+      plane.origin = Vec3(0, 0, layer.z_mm);
+      std::vector<std::vector<Polygon>> polygons;
+      for (const auto& part : parts) polygons.push_back(polygons_of(intersect(*part, place, plane, fine)));
+      for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+        for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+          const Vec2 centre = job.grid.lattice().centre(x, y, layer.z_mm).head<2>();
+          const std::uint8_t number = layer.planes[0].bytes[std::size_t{job.grid.extent.columns} * y + x];
+          for (std::size_t r = 0; r < region_count(); ++r) {
+            const bool inside = winding_number(polygons[r], centre) != 0;
+            met[r] += inside;
+            if (inside == (number == r + 1)) continue;
+            ASSERT_LE(distance_to(polygons[r], centre), 1.2 * kToleranceMm)
+                << "voxel " << x << " " << y << " " << k << " is " << int{number} << ", region " << r;
+          }
+        }
+      }
+    }
+    for (std::size_t r = 0; r < region_count(); ++r) EXPECT_GT(met[r], 100u) << "region " << r;
+  }
+}
+
+TEST_P(CellRegions, VolumesAreThoseOfTheParts) {
+  const auto solid = LimitSolid::prepare(mesh());
+  const SolidSummary& summary = solid->summary();
+  ASSERT_EQ(summary.cell_regions.size(), region_count());
+  double sum = 0;
+  for (std::size_t r = 0; r < region_count(); ++r) {
+    ControlMesh part = region_as_mesh(mesh(), static_cast<int>(r));
+    part.allow_folds = true;
+    const double volume = LimitSolid::prepare(part)->summary().deviation.limit_volume_mm3;
+    EXPECT_NEAR(summary.cell_regions[r].volume_mm3, volume, 1e-5 * volume);
+    EXPECT_EQ(summary.cell_regions[r].control_cells, part.cell_count());
+    sum += volume;
+  }
+  EXPECT_NEAR(sum, summary.deviation.limit_volume_mm3, 1e-5 * sum);
+}
+
+TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
+  ControlMesh graded = mesh();
+  graded.channel_names.clear();
+  grade_by_coordinates(graded);
+  const auto solid = LimitSolid::prepare(graded);
+  SliceJob job = job_on(*solid, {61, 53, 29});
+  job.planes.clear();
+  job.planes.emplace_back().encoding = Encoding::kRaw;
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    PlaneSpec& plane = job.planes.emplace_back();
+    plane.content = PlaneContent::kChannel;
+    plane.channel = c;
+    plane.sample_type = SampleType::kFloat32;
+    plane.encoding = Encoding::kRaw;
+  }
+  SliceJob exact_job = job;
+  exact_job.material_tolerance = 0;
+  LayerSlicer exact(solid, exact_job), interpolating(solid, job);
+  for (std::uint32_t k = 0; k < job.grid.extent.layers; k += 1 + job.grid.extent.layers / 8) {
+    const Layer layer = exact.slice(k, {}), fast = interpolating.slice(k, {});
+    const LayerView view(job, layer), fast_view(job, fast);
+    EXPECT_EQ(layer.stats.voxels_unresolved, 0u) << "layer " << k;
+    for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+      for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+        if (!view.inside(x, y)) continue;
+        const Vec3 place(view.channel(0, x, y), view.channel(1, x, y), view.channel(2, x, y));
+        ASSERT_LT((place - view.centre(x, y)).norm(), 2e-3) << x << " " << y << " " << k;
+        for (std::uint32_t c = 0; c < 3; ++c) {
+          const ChannelRange& range = solid->summary().channels[c];
+          ASSERT_NEAR(fast_view.channel(c, x, y), view.channel(c, x, y), (range.max - range.min) / 65536)
+              << x << " " << y << " " << k;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(CellRegions, SameBytesHoweverTheRangeIsSplit) {
+  const auto solid = LimitSolid::prepare(mesh());
+  const SliceJob job = job_on(*solid, {61, 53, 29});
+  LayerSlicer upwards(solid, job);
+  for (std::uint32_t k = 0; k < job.grid.extent.layers; ++k) {
+    LayerSlicer alone(solid, job);
+    EXPECT_EQ(upwards.slice(k, {}).planes[0].bytes, alone.slice(k, {}).planes[0].bytes) << k;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, CellRegions, testing::Range<std::size_t>(0, region_meshes().size()),
+                         [](const auto& info) { return region_meshes()[info.param].name; });
+
+}  // namespace
+}  // namespace ccslice::oracle
