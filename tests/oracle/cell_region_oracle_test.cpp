@@ -6,11 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/contour/contour.h"
 #include "core/limit/limit_solid.h"
 #include "core/slicer/layer_slicer.h"
+#include "tests/oracle/real_meshes.h"
 #include "tests/oracle/slicing.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -41,11 +44,13 @@ SliceJob job_on(const LimitSolid& solid, const Vec3& shares, const Placement& pl
   return job;
 }
 
-TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) {
-  const auto solid = LimitSolid::prepare(mesh());
+/// Slices the mesh and compares each voxel with the contours of each region by itself.
+void expect_voxels_on_their_sides(const ControlMesh& mesh) {
+  const std::size_t regions = mesh.cell_region_names.size();
+  const auto solid = LimitSolid::prepare(mesh);
   std::vector<std::shared_ptr<const LimitSolid>> parts;
-  for (std::size_t r = 0; r < region_count(); ++r) {
-    ControlMesh part = region_as_mesh(mesh(), static_cast<int>(r));
+  for (std::size_t r = 0; r < regions; ++r) {
+    ControlMesh part = region_as_mesh(mesh, static_cast<int>(r));
     part.allow_folds = true;
     parts.push_back(LimitSolid::prepare(part));
   }
@@ -57,7 +62,7 @@ TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) {
     ContourOptions fine;
     fine.tolerance_mm = 0.1 * kToleranceMm;
     fine.smallest_feature_mm = job.grid.pitch.x_mm;
-    std::vector<std::size_t> met(region_count());
+    std::vector<std::size_t> met(regions);
     for (std::uint32_t k = 0; k < job.grid.extent.layers; ++k) {
       const Layer layer = slicer.slice(k, {});
       SlicePlane plane;
@@ -68,7 +73,7 @@ TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) {
         for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
           const Vec2 centre = job.grid.lattice().centre(x, y, layer.z_mm).head<2>();
           const std::uint8_t number = layer.planes[0].bytes[std::size_t{job.grid.extent.columns} * y + x];
-          for (std::size_t r = 0; r < region_count(); ++r) {
+          for (std::size_t r = 0; r < regions; ++r) {
             const bool inside = winding_number(polygons[r], centre) != 0;
             met[r] += inside;
             if (inside == (number == r + 1)) continue;
@@ -78,8 +83,27 @@ TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) {
         }
       }
     }
-    for (std::size_t r = 0; r < region_count(); ++r) EXPECT_GT(met[r], 100u) << "region " << r;
+    for (std::size_t r = 0; r < regions; ++r) EXPECT_GT(met[r], 100u) << "region " << r;
   }
+}
+
+TEST_P(CellRegions, NoVoxelIsOnTheWrongSide) { expect_voxels_on_their_sides(mesh()); }
+
+TEST(CellRegionsOfRealMeshes, NoVoxelIsOnTheWrongSide) {
+  std::size_t found = 0;
+  for (const char* name : {"cylinder.ovm", "mountwithhole.vtk", "mixed_small.vtk"}) {
+    SCOPED_TRACE(name);
+    std::optional<ControlMesh> mesh = read_real_mesh(name);
+    if (!mesh) continue;
+    ++found;
+    scale_to(50, *mesh);
+    Box3 box;
+    for (const Vec3& p : mesh->positions) box.extend(p);
+    const double middle = box.center().x();
+    expect_voxels_on_their_sides(
+        with_regions(*std::move(mesh), 2, [=](const Vec3& p) { return p.x() < middle ? 0 : 1; }));
+  }
+  if (found == 0) GTEST_SKIP() << "no real meshes here";
 }
 
 TEST_P(CellRegions, VolumesAreThoseOfTheParts) {
