@@ -50,7 +50,7 @@ std::string encoding_help() {
   return choice_text(choices) + "; auto is png, zstd for f32, and exr for --all-channels";
 }
 
-/// Of materials or cell regions.
+/// The plane shows numbers: those of materials or of cell regions.
 bool shows_numbers(const v1::PlaneSpec& plane) { return plane.has_materials() || plane.has_cell_regions(); }
 
 v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plane) {

@@ -113,7 +113,7 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
     link_rim(leaves.surface(leaf));
   }
   result.loops = stitcher.loops(kRepeatedLifts * index->lift_mm());
-  result.region_edges = region_edges;
+  result.region_edges = std::move(region_edges);
   return result;
 }
 

@@ -121,7 +121,7 @@ class PlaneCheck {
     check_numbers(summary.cell_regions.size());
   }
 
-  /// Of materials or cell regions.
+  /// Checks a plane of numbers. `most`: of so many materials or cell regions.
   void check_numbers(std::size_t most) const {
     if (plane_.range) check_range(*plane_.range);
     if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, most)) {

@@ -54,7 +54,8 @@ class Splitter {
   void number_fans(VertexId vertex, std::span<const CellId> cells);
   bool is_half_ball(VertexId vertex, std::span<const CellId> fan) const;
   std::uint32_t add_copy(VertexId vertex);
-  std::uint32_t copy_in(CellId cell, VertexId vertex) const;
+  std::span<std::uint32_t> copies_in(CellId cell);
+  std::uint32_t copy_in(CellId cell, VertexId vertex);
   void keep_corner(VertexId vertex, std::span<const CellId> cells);
   void copy_sharp_edges();
   void copy_sharp_vertices();
@@ -171,18 +172,20 @@ void Splitter::split_vertex(VertexId vertex) {
     if (first == 0) continue;
     const std::uint32_t copy = add_copy(vertex);
     for (const CellId c : fan_) {
-      const auto corners = std::span(split_.mesh.cell_vertices)
-                               .subspan(cell_begins_[c], static_cast<std::size_t>(corner_count(complex_.kind(c))));
-      *std::ranges::find(corners, std::uint32_t{vertex}) = copy;
+      *std::ranges::find(copies_in(c), std::uint32_t{vertex}) = copy;
     }
   }
   keep_corner(vertex, cells);
 }
 
-std::uint32_t Splitter::copy_in(CellId cell, VertexId vertex) const {
+/// The corners of a cell in the split mesh.
+std::span<std::uint32_t> Splitter::copies_in(CellId cell) {
   const auto count = static_cast<std::size_t>(corner_count(complex_.kind(cell)));
-  const auto copies = std::span(split_.mesh.cell_vertices).subspan(cell_begins_[cell], count);
-  return *std::ranges::find_if(copies, [&](std::uint32_t v) { return split_.origins[v] == vertex; });
+  return std::span(split_.mesh.cell_vertices).subspan(cell_begins_[cell], count);
+}
+
+std::uint32_t Splitter::copy_in(CellId cell, VertexId vertex) {
+  return *std::ranges::find_if(copies_in(cell), [&](std::uint32_t v) { return split_.origins[v] == vertex; });
 }
 
 /// A sharp edge that ends here, or a curve of two, is the same in all regions that have all of it.

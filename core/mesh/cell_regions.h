@@ -54,9 +54,9 @@ inline std::uint8_t region_of(const ControlMesh& mesh, CellId cell) {
   return mesh.cell_regions.empty() ? std::uint8_t{0} : mesh.cell_regions[cell];
 }
 
-/// The edge is sharp by itself: cells of different regions meet there.
+/// Cells of different regions meet at the edge.
 bool edge_on_interface(const ControlMesh& mesh, const CellComplex& complex, EdgeId edge);
-/// Likewise a vertex.
+/// Cells of different regions meet at the vertex.
 bool vertex_on_interface(const ControlMesh& mesh, const CellComplex& complex, VertexId vertex);
 
 /// REQUIRES: `complex` is the validated mesh's. Throws Error{kMeshNonManifoldRegion} if the cells of one region at a

@@ -40,7 +40,7 @@ std::string decoded(std::string_view name) {
 
 class AttributeReader {
  public:
-  /// Without `unfit` of cells, or of nothing that counts.
+  /// With `unfit` it reads point data. Without it reads cell data, or passes over a field.
   AttributeReader(VtkScanner& values, std::uint64_t count, std::size_t max_channels, UnfitNumbers* unfit)
       : values_(values), scanner_(values.text()), count_(count), max_channels_(max_channels), unfit_(unfit) {}
 
@@ -257,7 +257,7 @@ VtkCellData read_vtk_cell_data(VtkScanner& scanner, std::uint64_t count) {
   return AttributeReader(scanner, count, 0, nullptr).read_cell_data();
 }
 
-/// Of no cells, so that nothing is kept.
+/// Reads it as cell data of so many cells that no array fits, so that nothing is kept.
 void skip_field(VtkScanner& scanner) { AttributeReader(scanner, ~std::uint64_t{0}, 0, nullptr).read_field(); }
 
 }  // namespace ccslice

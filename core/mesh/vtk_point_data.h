@@ -27,11 +27,12 @@ struct VtkAttributes {
 VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
                                   UnfitNumbers& unfit);
 
-/// Likewise cell data: the first arrays of integers, one for each cell; all others are left out.
+/// Cell data: the first arrays that have one integer for each cell are kept.
 struct VtkCellData {
   std::vector<CellNumbers> numbers;   // By cell of the file.
   std::vector<std::string> left_out;  // Names of all other arrays.
 };
+/// Reads cell data of `count` cells, up to the next section of the file. Throws Error{kFileSyntax}.
 VtkCellData read_vtk_cell_data(VtkScanner& scanner, std::uint64_t count);
 
 /// Passes over a FIELD whose keyword has been taken.

@@ -16,14 +16,7 @@ struct RowCrossing {
   std::int32_t winding;  // +1: the edge goes up in y.
 };
 
-/// An edge of the contours and the rows of centres that it passes: [begin, end). It owns its lower end.
-struct CrossingEdge {
-  const Vec2 &low, &high;
-  bool up;
-  std::uint32_t begin, end;
-};
-
-/// Calls visit(edge) for every edge that passes one of the rows, and these.
+/// Calls visit(low, high, begin, end, crossing) for every edge that passes one of the rows (CrossingRows).
 template <class Visit>
 void for_each_edge(const Contours& contours, const LayerLattice& lattice, const RowRange& rows, Visit&& visit) {
   const RowFinder row_from(lattice, rows);
@@ -34,8 +27,8 @@ void for_each_edge(const Contours& contours, const LayerLattice& lattice, const 
     for (const ContourPoint& point : loop.points) {
       const Vec2* q = &point.xy;
       const std::uint32_t q_row = row_from(*q);
-      if (p_row < q_row) visit(CrossingEdge{*p, *q, true, p_row, q_row});
-      if (q_row < p_row) visit(CrossingEdge{*q, *p, false, q_row, p_row});
+      if (p_row < q_row) visit(*p, *q, p_row, q_row, RowCrossing{0, 1});
+      if (q_row < p_row) visit(*q, *p, q_row, p_row, RowCrossing{0, -1});
       p = q;
       p_row = q_row;
     }
@@ -58,27 +51,9 @@ void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std
 }  // namespace
 
 std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows) {
-  std::vector<std::size_t> row_begin(lattice.height + std::size_t{2});
-  for_each_edge(contours, lattice, rows, [&](const CrossingEdge& edge) {
-    for (std::uint32_t row = edge.begin; row < edge.end; ++row) ++row_begin[row + 2];
-  });
-  for (std::size_t row = 2; row < row_begin.size(); ++row) row_begin[row] += row_begin[row - 1];
-
-  std::vector<RowCrossing> crossings(row_begin.back());
-  for_each_edge(contours, lattice, rows, [&](const CrossingEdge& edge) {
-    const RisingEdge rising(edge.low, edge.high, lattice);
-    for (std::uint32_t row = edge.begin; row < edge.end; ++row) {
-      crossings[row_begin[row + 1]++] = {rising.columns_left(row), edge.up ? 1 : -1};
-    }
-  });
-
+  CrossingRows<RowCrossing> crossings(lattice, [&](auto&& visit) { for_each_edge(contours, lattice, rows, visit); });
   std::vector<VoxelRun> spans;
-  for (std::uint32_t row = 0; row < lattice.height; ++row) {
-    const std::span<RowCrossing> in_row(crossings.data() + row_begin[row], crossings.data() + row_begin[row + 1]);
-    std::sort(in_row.begin(), in_row.end(),
-              [](const RowCrossing& a, const RowCrossing& b) { return a.column < b.column; });
-    append_spans(row, in_row, spans);
-  }
+  for (std::uint32_t row = 0; row < lattice.height; ++row) append_spans(row, crossings.sorted_row(row), spans);
   return spans;
 }
 

@@ -11,49 +11,10 @@
 namespace ccslice {
 namespace {
 
-/// The first `column` centres of a row lie to the left of an edge.
+/// An edge passes a row of voxel centres: the first `column` centres of the row lie to its left.
 struct RegionCrossing {
   std::uint32_t column;
   std::uint8_t left, right;  // The regions there.
-};
-
-/// Crossings of all rows, by row.
-class CrossingRows {
- public:
-  CrossingRows(std::span<const RegionEdge> edges, const LayerLattice& lattice, const RowRange& rows)
-      : row_begin_(lattice.height + std::size_t{2}) {
-    const RowFinder row_from(lattice, rows);
-    const auto for_each_edge = [&](auto visit) {
-      for (const RegionEdge& edge : edges) {
-        const std::uint32_t from = row_from(edge.from), to = row_from(edge.to);
-        if (from < to) visit(edge, from, to);
-        if (to < from) visit(RegionEdge{edge.to, edge.from, edge.right, edge.left}, to, from);
-      }
-    };
-    for_each_edge([&](const RegionEdge&, std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t row = begin; row < end; ++row) ++row_begin_[row + 2];
-    });
-    for (std::size_t row = 2; row < row_begin_.size(); ++row) row_begin_[row] += row_begin_[row - 1];
-    crossings_.resize(row_begin_.back());
-    for_each_edge([&](const RegionEdge& edge, std::uint32_t begin, std::uint32_t end) {
-      const RisingEdge rising(edge.from, edge.to, lattice);
-      for (std::uint32_t row = begin; row < end; ++row) {
-        crossings_[row_begin_[row + 1]++] = {rising.columns_left(row), edge.left, edge.right};
-      }
-    });
-  }
-
-  /// By column.
-  std::span<const RegionCrossing> row(std::uint32_t row) {
-    const std::span<RegionCrossing> in_row(crossings_.data() + row_begin_[row],
-                                           crossings_.data() + row_begin_[row + 1]);
-    std::ranges::sort(in_row, {}, &RegionCrossing::column);
-    return in_row;
-  }
-
- private:
-  std::vector<std::size_t> row_begin_;
-  std::vector<RegionCrossing> crossings_;
 };
 
 /// Winding numbers of the regions along a row, from left to right.
@@ -102,11 +63,18 @@ class RegionWindings {
 
 std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span<const VoxelRun> spans,
                                     const LayerLattice& lattice, const RowRange& rows) {
-  CrossingRows crossings(edges, lattice, rows);
+  const RowFinder row_from(lattice, rows);
+  CrossingRows<RegionCrossing> crossings(lattice, [&](auto&& visit) {
+    for (const RegionEdge& edge : edges) {
+      const std::uint32_t from = row_from(edge.from), to = row_from(edge.to);
+      if (from < to) visit(edge.from, edge.to, from, to, RegionCrossing{0, edge.left, edge.right});
+      if (to < from) visit(edge.to, edge.from, to, from, RegionCrossing{0, edge.right, edge.left});
+    }
+  });
   std::vector<RegionRun> runs;
   for (std::size_t k = 0; k < spans.size();) {
     const std::uint32_t row = spans[k].row;
-    RegionWindings windings(crossings.row(row));
+    RegionWindings windings(crossings.sorted_row(row));
     for (; k < spans.size() && spans[k].row == row; ++k) {
       const std::size_t first = runs.size();
       for (std::uint32_t column = spans[k].begin; column < spans[k].end;) {
@@ -122,6 +90,7 @@ std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span
         }
         column = end;
       }
+      if (runs.back().region == kNoCellRegion) runs.back().region = 0;
     }
   }
   return runs;

@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where edges of contours pass rows of voxel centres, which scan conversion is made of. Each edge owns its lower end,
-// and a centre exactly on an edge is to its right; so edges that share ends to the last bit leave no gap.
+// Where edges of contours pass rows of voxel centres, which scan conversion is made of. Each edge owns its lower end. A
+// centre exactly on an edge is to its right. So edges that share ends to the last bit leave no gap.
 
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "core/raster/occupancy.h"
 
@@ -72,6 +75,41 @@ class RisingEdge {
   double dx_, dy_;
   double columns_per_mm_;
   const LayerLattice& lattice_;
+};
+
+/// Crossings of edges with rows, sorted into their rows. A Crossing has a `column`: so many centres of the row lie to
+/// the edge's left.
+template <class Crossing>
+class CrossingRows {
+ public:
+  /// for_each_edge(visit) calls visit(low, high, begin, end, crossing) for each edge that passes rows [begin, end), in
+  /// the same order each time: from `low` to `high` in y, with a crossing that lacks its column.
+  template <class ForEachEdge>
+  CrossingRows(const LayerLattice& lattice, ForEachEdge&& for_each_edge) : row_begin_(lattice.height + std::size_t{2}) {
+    for_each_edge([&](const Vec2&, const Vec2&, std::uint32_t begin, std::uint32_t end, const Crossing&) {
+      for (std::uint32_t row = begin; row < end; ++row) ++row_begin_[row + 2];
+    });
+    for (std::size_t row = 2; row < row_begin_.size(); ++row) row_begin_[row] += row_begin_[row - 1];
+    crossings_.resize(row_begin_.back());
+    for_each_edge([&](const Vec2& low, const Vec2& high, std::uint32_t begin, std::uint32_t end, Crossing crossing) {
+      const RisingEdge rising(low, high, lattice);
+      for (std::uint32_t row = begin; row < end; ++row) {
+        crossing.column = rising.columns_left(row);
+        crossings_[row_begin_[row + 1]++] = crossing;
+      }
+    });
+  }
+
+  /// Those of a row, by column.
+  std::span<const Crossing> sorted_row(std::uint32_t row) {
+    const std::span<Crossing> in_row(crossings_.data() + row_begin_[row], crossings_.data() + row_begin_[row + 1]);
+    std::sort(in_row.begin(), in_row.end(), [](const Crossing& a, const Crossing& b) { return a.column < b.column; });
+    return in_row;
+  }
+
+ private:
+  std::vector<std::size_t> row_begin_;  // Row r begins at [r] once all crossings are there.
+  std::vector<Crossing> crossings_;
 };
 
 }  // namespace ccslice

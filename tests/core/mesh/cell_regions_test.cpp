@@ -19,7 +19,6 @@ namespace {
 
 using oracle::box_mesh;
 using oracle::with_regions;
-using testing::ElementsAre;
 using testing::IsEmpty;
 
 SplitMesh split(ControlMesh mesh) {

@@ -67,6 +67,8 @@ TEST(RegionRuns, FillVoxelsInNoRegionFromBesideThem) {
   EXPECT_EQ(Text()(find_regions(moved, std::vector<VoxelRun>{{0, 0, 10}}, lattice)), "0:0-5=0 0:5-10=1 ");
 }
 
+TEST(RegionRuns, LeaveNoVoxelOutside) { EXPECT_EQ(Text()(find_regions({}, kSpans, kLattice)), "0:0-8=0 1:0-8=0 "); }
+
 TEST(RegionRuns, AreDrawnAsNumbersFromOne) {
   std::vector<std::uint8_t> numbers;
   draw_regions(find_regions(halves(3), kSpans, kLattice), {2, 1, 3, 1}, numbers);
