@@ -14,6 +14,7 @@
 #include "client/cli/json.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/text_values.h"
+#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/cell_regions.h"
@@ -34,6 +35,14 @@ void check_channel_names(const ControlMesh& mesh) {
 /// Makes cell regions if they are asked for, and says which numbers of cells are left out.
 void take_cell_numbers(const std::string& regions_from, MeshFile& file) {
   if (!regions_from.empty()) make_cell_regions(regions_from, file);
+  if (regions_from.empty() && !file.cell_sets.empty()) {
+    std::vector<std::string> names;
+    for (const CellSet& set : file.cell_sets) {
+      if (names.size() < kMaxEchoItems) names.push_back("'" + echoed(set.name) + "'");
+    }
+    file.warnings.push_back("sets of cells left out: " + echoed_list(names, file.cell_sets.size()) +
+                            "; --regions-from NAME,NAME makes regions of them, --regions-from sets of all");
+  }
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
     if (!varies || numbers.name == regions_from) continue;
@@ -175,7 +184,9 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("--regions-from", options.regions_from,
                   "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
-                  "the name of an array of CELL_DATA in .vtk, 'reference' in MEDIT .mesh")
+                  "the name of an array of cell data in .vtk and .vtu, 'reference' in MEDIT .mesh, 'entity' in Gmsh "
+                  ".msh; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus .inp, physical "
+                  "groups in Gmsh .msh")
       ->group("Mesh");
   add_size_options(command, options.size);
   add_sharp_options(command, options.sharp);

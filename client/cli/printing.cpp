@@ -90,10 +90,55 @@ v1::MaterialMap parse_map(const std::string& text) {
     parse_curve(parts[1], parts[2], parts[3], *map.mutable_curve());
   } else if (parts[0] == "colour" && (parts.size() == 2 || parts.size() == 3)) {
     parse_colour_map(parts[1], parts.size() == 3 ? parts[2] : "", *map.mutable_colour());
+  } else if (parts[0] == "material" && parts.size() == 2) {
+    map.set_material(parts[1]);
   } else {
-    throw UsageError("--map takes direct:..., blend:..., curve:... or colour:..., as in its help, not '" + text + "'");
+    throw UsageError(
+        "--map takes direct:..., blend:..., curve:..., colour:..., material:... or region:..., as in its help, not '" +
+        text + "'");
   }
   return map;
+}
+
+void add_region_map(const std::string& region, v1::MaterialMap map, v1::Printing& printing) {
+  v1::CellRegionMap& own = *printing.add_cell_region_maps();
+  own.set_cell_region(region);
+  *own.mutable_map() = std::move(map);
+}
+
+/// One region's map, "core=blend:...", or materials of some: "core=hard,shell=soft".
+void parse_region_maps(const std::string& text, v1::Printing& printing) {
+  const std::size_t equals = text.find('=');
+  if (equals != std::string::npos && text.find(':', equals) != std::string::npos) {
+    if (equals == 0) throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + text + "'");
+    return add_region_map(text.substr(0, equals), parse_map(text.substr(equals + 1)), printing);
+  }
+  for (const std::string& pair : split(text, ',')) {
+    const auto [region, material] = parse_pair("--map region", pair);
+    v1::MaterialMap map;
+    map.set_material(material);
+    add_region_map(region, std::move(map), printing);
+  }
+}
+
+void parse_maps(const std::vector<std::string>& texts, v1::Printing& printing) {
+  constexpr std::string_view kRegion = "region:";
+  for (const std::string& text : texts) {
+    if (text.starts_with(kRegion)) {
+      parse_region_maps(text.substr(kRegion.size()), printing);
+      continue;
+    }
+    if (printing.has_map()) {
+      throw UsageError("--map '" + text +
+                       "' is a second map for everything; write region:NAME=... for one cell region");
+    }
+    *printing.mutable_map() = parse_map(text);
+  }
+}
+
+void set_strict(v1::Printing& printing) {
+  if (printing.has_map()) printing.mutable_map()->set_strict(true);
+  for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) own.mutable_map()->set_strict(true);
 }
 
 v1::HalftoneMethod method_of(const std::string& name) {
@@ -113,9 +158,11 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
                               ->allow_extra_args(false)
                               ->group("Materials");
   command
-      .add_option("--map", options.map,
+      .add_option("--map", options.maps,
                   "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
-                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]")
+                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. May be "
+                  "repeated for cell regions: region:core=blend:..., or region:core=hard,shell=soft")
+      ->allow_extra_args(false)
       ->needs(material)
       ->group("Materials");
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
@@ -142,8 +189,8 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
     material.set_rgba(parse_colour("--material", colour));
   }
   if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
-  if (!options.map.empty()) *printing.mutable_map() = parse_map(options.map);
-  if (options.strict && printing.has_map()) printing.mutable_map()->set_strict(true);
+  parse_maps(options.maps, printing);
+  if (options.strict) set_strict(printing);
   printing.mutable_halftone()->set_method(method_of(options.halftone));
   printing.mutable_halftone()->set_seed(options.seed);
   return printing;

@@ -16,7 +16,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kNoNumber = ~std::uint32_t{0};
-constexpr std::size_t kLeavesPerPoll = 256;
+constexpr std::size_t kPiecesPerPoll = 256;
 
 /// A place on the surface, as a face's leaf knows it.
 struct SurfacePlace {
@@ -132,7 +132,7 @@ void Tessellator::collect_box(const BezierNet& net, const SurfaceBox& box) {
 }
 
 void Tessellator::add(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle) {
-  if (leaves_.size() % kLeavesPerPoll == 0) options_.cancel.throw_if_cancelled();
+  if (leaves_.size() % kPiecesPerPoll == 0) options_.cancel.throw_if_cancelled();
   leaves_.push_back({box, middle});
   check_count(2 * leaves_.size());
   for (int k = 0; k < 4; ++k) {

@@ -11,8 +11,6 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
-
 /// Sums of absolute coefficients by degree along one axis: of a coordinate that has so many degrees.
 template <std::size_t Size>
 using Coordinate = std::array<double, Size>;
@@ -143,7 +141,7 @@ double sum_left_out(const std::array<double, Size>& sums, const Degrees& growth)
 
 BlockGrid grid_of(const BlockValues& values) noexcept {
   BlockGrid grid{};
-  for (std::size_t n = 0; n < kNodes; ++n) {
+  for (std::size_t n = 0; n < kBlockPoints; ++n) {
     const std::size_t i = n % kBlockNodes;
     grid[n / kBlockNodes][i / kLanes][i % kLanes] = values[block_slot(n) / kLanes][block_slot(n) % kLanes];
   }

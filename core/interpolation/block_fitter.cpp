@@ -15,7 +15,6 @@ namespace {
 // Keeps the fit defined where terms coincide; far below any tolerance.
 constexpr double kRidge = 1e-11;
 constexpr std::size_t kEvenGroups = kBlockGroups / 2;
-constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
 constexpr double kSurelyFits = 0.5;  // As a share of what is allowed: errors predicted to be below it count as fitting.
 constexpr double kAsGoodAsAll = 4;   // Times what halving along all axes leaves: fewer axes do.
 constexpr unsigned kAllAxes = 7;
@@ -47,11 +46,11 @@ double left_by_halving(unsigned degree, unsigned others) {
 }
 
 /// By the axes to halve along, then by term.
-using LeftOfTerms = std::array<std::array<double, kNodes>, kAllAxes + 1>;
+using LeftOfTerms = std::array<std::array<double, kBlockPoints>, kAllAxes + 1>;
 
 LeftOfTerms left_of_terms() {
   LeftOfTerms left{};
-  for (std::size_t n = 0; n < kNodes; ++n) {
+  for (std::size_t n = 0; n < kBlockPoints; ++n) {
     std::array<unsigned, 3> degree;
     for (std::size_t a = 0; a < 3; ++a) degree[a] = static_cast<unsigned>(n / kBlockStride[a] % kBlockNodes);
     const unsigned total = degree[0] + degree[1] + degree[2];
@@ -138,8 +137,8 @@ void BlockFitter::solve(CubicPolynomial& x) const noexcept {
 
 unsigned BlockFitter::axes_to_halve(double error) const noexcept {
   static const LeftOfTerms kLeft = left_of_terms();
-  std::array<double, kNodes> terms;
-  for (std::size_t n = 0; n < kNodes; ++n) terms[n] = errors_[block_slot(n) / kLanes][block_slot(n) % kLanes];
+  std::array<double, kBlockPoints> terms;
+  for (std::size_t n = 0; n < kBlockPoints; ++n) terms[n] = errors_[block_slot(n) / kLanes][block_slot(n) % kLanes];
   for (std::size_t a = 0; a < 3; ++a) {
     const std::size_t s_stride = kBlockStride[(a + 1) % 3], t_stride = kBlockStride[(a + 2) % 3];
     for (std::size_t t = 0; t < kBlockNodes; ++t) {
@@ -147,7 +146,7 @@ unsigned BlockFitter::axes_to_halve(double error) const noexcept {
     }
   }
   std::array<double, kAllAxes + 1> left{};
-  for (std::size_t n = 0; n < kNodes; ++n) {
+  for (std::size_t n = 0; n < kBlockPoints; ++n) {
     for (unsigned axes = 0; axes <= kAllAxes; ++axes) left[axes] += kLeft[axes][n] * std::abs(terms[n]);
   }
   if (!(left[0] > 0)) return kAllAxes;

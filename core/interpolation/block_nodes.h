@@ -18,6 +18,7 @@ inline constexpr std::size_t kBlockNodes = 5;  // Along an axis.
 /// From a node to the next one along each axis.
 inline constexpr std::array<std::size_t, 3> kBlockStride = {1, kBlockNodes, kBlockNodes* kBlockNodes};
 
-using BlockPoints = std::array<Vec3, kBlockNodes * kBlockNodes * kBlockNodes>;
+inline constexpr std::size_t kBlockPoints = kBlockNodes * kBlockNodes * kBlockNodes;
+using BlockPoints = std::array<Vec3, kBlockPoints>;
 
 }  // namespace ccslice

@@ -185,7 +185,7 @@ void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
   }
   if (job.printing) {  // What halftoning works on: the map's channels as floats, and a byte a voxel.
     const std::uint64_t voxels = std::uint64_t{job.grid.extent.columns} * job.grid.extent.rows;
-    bytes += voxels * (sizeof(float) * channels_of(job.printing->map).size() + 1);
+    bytes += voxels * (sizeof(float) * channels_of(*job.printing).size() + 1);
   }
   if (bytes <= limits.max_layer_bytes) return;
   throw Error(ErrorCode::kLayerBytesTooLarge,

@@ -11,8 +11,8 @@
 namespace ccslice {
 namespace {
 
-constexpr float kRounding = 1e-5F;  // Rounding of floats near 1, with room.
-constexpr int kLevels = 2;          // Levels of an irregular cell's patches that get hulls of their own.
+constexpr float kFloatRounding = 1e-5F;  // Rounding of floats near 1, with room.
+constexpr int kLevels = 2;               // Levels of an irregular cell's patches that get hulls of their own.
 constexpr std::uint32_t kCancelPeriod = 256;
 
 /// Halvings along each axis.
@@ -77,8 +77,8 @@ CellHulls hulls_near(const LimitSolid::Data& data, const std::vector<bool>& near
 }  // namespace
 
 void CellHulls::append(const Box3& part) {
-  parts_.push_back({part.min().cast<float>().array() - kRounding * (1 + part.min().cast<float>().array().abs()),
-                    part.max().cast<float>().array() + kRounding * (1 + part.max().cast<float>().array().abs())});
+  parts_.push_back({part.min().cast<float>().array() - kFloatRounding * (1 + part.min().cast<float>().array().abs()),
+                    part.max().cast<float>().array() + kFloatRounding * (1 + part.max().cast<float>().array().abs())});
 }
 
 void CellHulls::finish() {

@@ -16,7 +16,7 @@ namespace {
 
 using Quad = Eigen::Vector4d;
 
-constexpr double kRounding =
+constexpr double kCoefficientRounding =
     1e-12;  // As a share of the largest coefficient: what computing them may get wrong, with room.
 
 constexpr std::size_t stride_of(std::size_t axis) { return std::size_t{1} << (2 * axis); }
@@ -68,7 +68,7 @@ bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
   }
   if (!(centre.determinant() > 0)) return false;
   const Mat3 spread = centre.inverse().cwiseAbs() * radius;
-  return spread.allFinite() && keeps_regular((1 + kRounding) * spread);
+  return spread.allFinite() && keeps_regular((1 + kCoefficientRounding) * spread);
 }
 
 /// Looks at the middle. True if that settles it.
@@ -255,7 +255,7 @@ void FoldSearch::search_polynomial(const BezierVolume& net, FoldFinding& finding
   set_up(net);
   const auto larger = [](double a, double b) { return std::abs(a) < std::abs(b); };
   const auto& b = parts_.front().b;
-  const double rounding = kRounding * std::abs(*std::max_element(b.begin(), b.end(), larger));
+  const double rounding = kCoefficientRounding * std::abs(*std::max_element(b.begin(), b.end(), larger));
   bool undecided = false;
   for (int halvings = 0; !parts_.empty();) {
     const Part& part = parts_.back();

@@ -13,7 +13,7 @@
 namespace ccslice {
 namespace {
 
-constexpr double kRounding = 1e-12;  // As a share of the product of the three vectors' lengths, with room.
+constexpr double kProductRounding = 1e-12;  // As a share of the product of the three vectors' lengths, with room.
 
 /// Where to look, in the parameters of one of the three patches of a level.
 struct Place {
@@ -26,7 +26,7 @@ enum class LineKind { kInside, kSmooth, kSharp };
 
 /// Across the line a sharp edge stays where it is, and a smooth one follows three points of the boundary.
 LineKind kind_of(const PlanarOperator& line) {
-  const auto weighs = [](double weight) { return std::abs(weight) > kRounding; };
+  const auto weighs = [](double weight) { return std::abs(weight) > kProductRounding; };
   const auto count = std::count_if(line.limit.begin(), line.limit.end(), weighs);
   return count == 1 ? LineKind::kSharp : count == 3 ? LineKind::kSmooth : LineKind::kInside;
 }
@@ -196,7 +196,7 @@ FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers,
   FoldFinding worst;
   for (std::size_t c = 1; c < curves.size() && worst.verdict != FoldVerdict::kFolds; c += 2) {
     const Curve &along_u = curves[c], &along_v = curves[c + 1];
-    const double rounding = kRounding * longest(along_u) * longest(along_v) * longest(steps);
+    const double rounding = kProductRounding * longest(along_u) * longest(along_v) * longest(steps);
     const Least least = least_of(determinant(along_u, along_v, position), rounding);
     const FoldVerdict verdict = std::max(worst.verdict, least.verdict);
     if (least.value < worst.determinant) worst = {verdict, least.value, origin + value_at(position, least.w)};

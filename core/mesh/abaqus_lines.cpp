@@ -24,15 +24,6 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// In capitals, without blanks.
-std::string key_of(std::string_view text) {
-  std::string key;
-  for (const char c : text) {
-    if (c != ' ' && c != '\t') key += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  }
-  return key;
-}
-
 std::string unquoted(std::string_view value) {
   value = trimmed(value);
   if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
@@ -50,6 +41,14 @@ std::string_view take_entry(std::string_view& text) {
 }
 
 }  // namespace
+
+std::string abaqus_key(std::string_view text) {
+  std::string key;
+  for (const char c : text) {
+    if (c != ' ' && c != '\t' && c != '"') key += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  }
+  return key;
+}
 
 std::string_view AbaqusKeyword::value_of(std::string_view parameter) const {
   for (const auto& [name, value] : parameters) {
@@ -94,11 +93,11 @@ AbaqusKeyword AbaqusLines::keyword() {
   }
   AbaqusKeyword keyword;
   std::string_view rest = text;
-  keyword.name = key_of(take_entry(rest));
+  keyword.name = abaqus_key(take_entry(rest));
   while (!rest.empty()) {
     const std::string_view entry = take_entry(rest);
     const std::size_t sign = std::min(entry.find('='), entry.size());
-    keyword.parameters.emplace_back(key_of(entry.substr(0, sign)),
+    keyword.parameters.emplace_back(abaqus_key(entry.substr(0, sign)),
                                     unquoted(entry.substr(std::min(sign + 1, entry.size()))));
   }
   return keyword;
@@ -119,7 +118,7 @@ const std::vector<std::string_view>& AbaqusLines::entries() {
 
 void AbaqusLines::include(std::string_view name) {
   namespace fs = std::filesystem;
-  const std::string shown = ccslice::quoted(printable(name));
+  const std::string shown = in_quotes(printable(name));
   if (name.empty()) fail("the name of a file (INPUT=...)", "none");
   const std::string& path = files_[places_.back().file].path;
   if (path.empty()) {
@@ -177,7 +176,7 @@ std::uint64_t AbaqusLines::mark() const { return mark_; }
 
 void AbaqusLines::fail(std::string_view expected, std::string_view found) const {
   fail_at(mark_, ErrorCode::kFileSyntax,
-          "expected " + std::string(expected) + ", found " + ccslice::quoted(printable(found)));
+          "expected " + std::string(expected) + ", found " + in_quotes(printable(found)));
 }
 
 void AbaqusLines::fail_at(std::uint64_t mark, ErrorCode code, const std::string& message) const {

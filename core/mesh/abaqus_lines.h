@@ -21,6 +21,9 @@
 
 namespace ccslice {
 
+/// A name as names are compared: in capitals, without blanks and quotes.
+std::string abaqus_key(std::string_view text);
+
 struct AbaqusKeyword {
   std::string name;                                             // In capitals, without star and blanks: "ENDPART".
   std::vector<std::pair<std::string, std::string>> parameters;  // Names likewise; values as written, without quotes.

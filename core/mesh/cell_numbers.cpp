@@ -4,8 +4,10 @@
 #include "core/mesh/cell_numbers.h"
 
 #include <algorithm>
-#include <cstddef>
+#include <cmath>
 #include <map>
+#include <string_view>
+#include <vector>
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
@@ -14,40 +16,109 @@ namespace ccslice {
 
 namespace {
 
-std::string known_names(const MeshFile& file) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < file.cell_numbers.size() && i < kMaxEchoItems; ++i) {
-    names.push_back("'" + echoed(file.cell_numbers[i].name) + "'");
-  }
-  return names.empty() ? "it has none" : "it has " + echoed_list(names, file.cell_numbers.size());
+constexpr std::string_view kAllSets = "sets";
+constexpr std::uint8_t kInNone = 255;
+
+[[noreturn]] void refuse(const std::string& message) {
+  throw Error(ErrorCode::kMeshBadCellRegion, message, "cell_regions");
 }
 
-}  // namespace
+template <typename Named>
+std::string list_of(const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < all.size() && i < kMaxEchoItems; ++i) names.push_back("'" + echoed(all[i].name) + "'");
+  return echoed_list(names, all.size());
+}
 
-void make_cell_regions(const std::string& name, MeshFile& file, const MeshLimits& limits) {
-  const auto found = std::ranges::find(file.cell_numbers, name, &CellNumbers::name);
-  if (found == file.cell_numbers.end()) {
-    throw Error(ErrorCode::kMeshBadCellRegion,
-                "the file has no integers called '" + echoed(name) + "' for its cells; " + known_names(file),
-                "cell_regions");
-  }
+std::string known_names(const MeshFile& file) {
+  if (file.cell_numbers.empty() && file.cell_sets.empty()) return "it has none";
+  std::string text;
+  if (!file.cell_numbers.empty()) text = "it has numbers called " + list_of(file.cell_numbers);
+  if (!file.cell_sets.empty()) text += (text.empty() ? "it has sets " : ", and sets ") + list_of(file.cell_sets);
+  return text;
+}
+
+void check_count(const std::string& what, std::size_t count, const MeshLimits& limits) {
+  if (count <= limits.max_cell_regions) return;
+  refuse(what + " more than " + std::to_string(limits.max_cell_regions) + ", which is the limit of cell regions");
+}
+
+void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, const MeshLimits& limits) {
   std::map<std::int64_t, std::uint8_t> regions;
-  for (const std::int64_t number : found->of_cells) {
+  for (const std::int64_t number : numbers.of_cells) {
     regions.try_emplace(number);
-    if (regions.size() <= limits.max_cell_regions) continue;
-    throw Error(ErrorCode::kMeshBadCellRegion,
-                "'" + echoed(name) + "' has more than " + std::to_string(limits.max_cell_regions) +
-                    " different numbers, which is the limit of cell regions",
-                "cell_regions");
+    check_count("'" + echoed(numbers.name) + "' has different numbers,", regions.size(), limits);
   }
-  ControlMesh& mesh = file.mesh;
-  mesh.cell_region_names.clear();
-  mesh.cell_regions.clear();
   for (auto& [number, region] : regions) {
     region = static_cast<std::uint8_t>(mesh.cell_region_names.size());
     mesh.cell_region_names.push_back(std::to_string(number));
   }
-  for (const std::int64_t number : found->of_cells) mesh.cell_regions.push_back(regions.at(number));
+  for (const std::int64_t number : numbers.of_cells) mesh.cell_regions.push_back(regions.at(number));
+}
+
+/// The sets that are meant, none if one of the names is nobody's.
+std::vector<const CellSet*> find_sets(const std::string& names, const std::vector<CellSet>& all) {
+  std::vector<const CellSet*> sets;
+  const auto add = [&](std::string_view name) {
+    const auto found = std::ranges::find(all, name, &CellSet::name);
+    if (found == all.end()) return false;
+    if (std::ranges::find(sets, &*found) == sets.end()) sets.push_back(&*found);
+    return true;
+  };
+  if (add(names)) return sets;
+  if (names == kAllSets) {
+    for (const CellSet& set : all) sets.push_back(&set);
+    return sets;
+  }
+  for (std::size_t begin = 0; begin <= names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    if (!add(std::string_view(names).substr(begin, end - begin))) return {};
+    begin = end + 1;
+  }
+  return sets;
+}
+
+void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& mesh, const MeshLimits& limits) {
+  check_count("the sets are", sets.size(), limits);
+  mesh.cell_regions.assign(mesh.cell_count(), kInNone);
+  for (std::size_t set = 0; set < sets.size(); ++set) {
+    for (const std::uint32_t cell : sets[set]->cells) {
+      std::uint8_t& region = mesh.cell_regions[cell];
+      if (region != kInNone) {
+        refuse("cell " + std::to_string(cell) + " is in both '" + echoed(sets[region]->name) + "' and '" +
+               echoed(sets[set]->name) + "'; name sets that have no cells in common");
+      }
+      region = static_cast<std::uint8_t>(set);
+    }
+    mesh.cell_region_names.push_back(sets[set]->name);
+  }
+  if (std::ranges::find(mesh.cell_regions, kInNone) == mesh.cell_regions.end()) return;
+  check_count("the sets and the rest are", sets.size() + 1, limits);
+  std::ranges::replace(mesh.cell_regions, kInNone, static_cast<std::uint8_t>(sets.size()));
+  std::string rest = "rest";
+  while (std::ranges::find(mesh.cell_region_names, rest) != mesh.cell_region_names.end()) rest += '_';
+  mesh.cell_region_names.push_back(rest);
+}
+
+}  // namespace
+
+std::optional<std::int64_t> exact_integer(double value) {
+  constexpr double kMostExact = 1ll << 53;
+  if (!(std::abs(value) <= kMostExact) || std::nearbyint(value) != value) return std::nullopt;
+  return static_cast<std::int64_t>(value);
+}
+
+void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimits& limits) {
+  ControlMesh& mesh = file.mesh;
+  mesh.cell_region_names.clear();
+  mesh.cell_regions.clear();
+  const auto numbers = std::ranges::find(file.cell_numbers, names, &CellNumbers::name);
+  if (numbers != file.cell_numbers.end()) return make_regions_of_numbers(*numbers, mesh, limits);
+  const std::vector<const CellSet*> sets = find_sets(names, file.cell_sets);
+  if (sets.empty()) {
+    refuse("the file has no integers or sets called '" + echoed(names) + "' for its cells; " + known_names(file));
+  }
+  make_regions_of_sets(sets, mesh, limits);
 }
 
 }  // namespace ccslice

@@ -1,10 +1,13 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cell regions made of numbers that a file has for its cells.
+// Cell regions made of what a file says of its cells: numbers, or sets that have names.
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/mesh/mesh_file.h"
@@ -12,8 +15,20 @@
 
 namespace ccslice {
 
-/// Makes a cell region of each number, in ascending order and called by it. Throws Error{kMeshBadCellRegion} if the
-/// file has no such numbers, naming those that it has, or if there are more than limits.max_cell_regions.
-void make_cell_regions(const std::string& name, MeshFile& file, const MeshLimits& limits = {});
+/// So many arrays of numbers are kept of a file.
+inline constexpr std::size_t kMostCellNumbers = 8;
+
+/// The integer that a value is.
+std::optional<std::int64_t> exact_integer(double value);
+
+/// Makes cell regions of
+///
+///   the numbers of that name   a region for each, in ascending order and called by it;
+///   sets                       `names` are theirs, separated by commas, or "sets" for all: a region for each, in this
+///                              order; cells that are in none of them become the region "rest".
+///
+/// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if sets have a
+/// cell in common, or if there are more than limits.max_cell_regions.
+void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimits& limits = {});
 
 }  // namespace ccslice

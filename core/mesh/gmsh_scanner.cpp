@@ -26,12 +26,16 @@ void GmshScanner::open_section() {
 }
 
 void GmshScanner::close_section(const std::string& name) {
-  const std::string_view end = text_.next(quoted("$End" + name));
-  if (end != "$End" + name) text_.fail(quoted("$End" + name), end);
+  const std::string_view end = text_.next(in_quotes("$End" + name));
+  if (end != "$End" + name) text_.fail(in_quotes("$End" + name), end);
 }
 
 std::uint64_t GmshScanner::integer(std::string_view expected) {
   return binary_ ? raw(kIntBytes, expected) : text_.count(expected);
+}
+
+std::int64_t GmshScanner::signed_integer(std::string_view expected) {
+  return binary_ ? static_cast<std::int32_t>(raw(kIntBytes, expected)) : text_.integer(expected);
 }
 
 std::uint64_t GmshScanner::size(std::string_view expected) {

@@ -23,10 +23,17 @@ struct CellNumbers {
   std::vector<std::int64_t> of_cells;  // By cell of the mesh.
 };
 
+/// Cells that the file gives a name: an element set, a physical group. Sets may have cells in common.
+struct CellSet {
+  std::string name;
+  std::vector<std::uint32_t> cells;  // Of the mesh, ascending; at least one.
+};
+
 struct MeshFile {
   ControlMesh mesh;
   std::vector<std::string> warnings;        // What the file held that was left out, a sentence each.
-  std::vector<CellNumbers> cell_numbers{};  // That regions of cells can be made of (cell_numbers.h).
+  std::vector<CellNumbers> cell_numbers{};  // That cell regions can be made of (cell_numbers.h),
+  std::vector<CellSet> cell_sets{};         // and likewise.
 };
 
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };

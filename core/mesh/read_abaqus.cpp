@@ -16,6 +16,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/abaqus_lines.h"
+#include "core/mesh/abaqus_sets.h"
 #include "core/mesh/abaqus_types.h"
 #include "core/mesh/node_numbers.h"
 #include "core/mesh/text_scanner.h"
@@ -26,7 +27,7 @@ namespace {
 
 /// What Abaqus makes nodes and elements of, or moves them by, when it runs.
 constexpr std::string_view kGenerators[] = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"};
-constexpr std::string_view kSets[] = {"NSET", "ELSET", "SURFACE"};
+constexpr std::string_view kSets[] = {"NSET", "SURFACE"};
 /// Without a note: they hold no data of their own.
 constexpr std::string_view kSilent[] = {"HEADING", "PREPRINT", "ENDPART", "ENDINSTANCE", "ENDASSEMBLY", "ENDSTEP"};
 
@@ -40,11 +41,12 @@ struct Part {
   std::vector<Vec3> positions;
   UnfitNumbers unfit;
   std::vector<CellKind> kinds;
-  std::vector<std::uint64_t> corners, cell_marks;  // Numbers of nodes; a place in the file for each cell.
+  std::vector<std::uint64_t> numbers, corners, cell_marks;  // Of the cells, of their nodes; a place in the file.
 };
 
 struct Instance {
-  std::size_t part;
+  std::string name;  // As names are compared.
+  std::size_t part = 0;
   Placement placement = Placement::Identity();
   int lines = 0;  // Of the placement that have come.
 };
@@ -57,12 +59,14 @@ class AbaqusReader {
   MeshFile read();
 
  private:
-  enum class Data { kSkipped, kNodes, kCells, kPlacement };
+  enum class Data { kSkipped, kNodes, kCells, kPlacement, kSet };
 
   Part& part() { return parts_[current_]; }
   void read_keyword();
   void open_node(const AbaqusKeyword& keyword);
   void open_elements(const AbaqusKeyword& keyword);
+  void open_set(const AbaqusKeyword& keyword);
+  AbaqusScope scope() const;
   void open_part(const AbaqusKeyword& keyword);
   void open_instance(const AbaqusKeyword& keyword);
   void own_part();
@@ -73,7 +77,7 @@ class AbaqusReader {
   void require_whole_cell();
   void read_placement();
   void place_all();
-  void add_instance(Part& part, const Placement& placement);
+  void add_instance(std::size_t number, const Instance& instance);
   void warn();
 
   AbaqusLines lines_;
@@ -87,7 +91,11 @@ class AbaqusReader {
   std::string type_name_;
   std::vector<std::uint64_t> cell_;  // An element's number and its nodes, as far as they have come.
   std::uint64_t second_order_ = 0, cells_ = 0, nodes_ = 0;
-  std::set<std::string> sets_, other_types_, other_keywords_;
+  AbaqusSets sets_;
+  std::optional<std::size_t> set_;  // That of the elements or data lines at hand.
+  bool generates_ = false;
+  std::vector<PlacedElements> placed_;
+  std::set<std::string> other_sets_, other_types_, other_keywords_;
   MeshFile file_;
 };
 
@@ -99,6 +107,9 @@ MeshFile AbaqusReader::read() {
     throw Error(ErrorCode::kMeshEmpty, "the file has no solid elements (C3D4, C3D6, C3D8, ...); a solid needs them");
   }
   place_all();
+  std::vector<std::string> empty;
+  sets_.finish(placed_, file_, empty);
+  for (const std::string& name : empty) other_sets_.insert(printable(name));
   leave_out_unused_vertices({}, TextScanner(""), file_);
   warn();
   return std::move(file_);
@@ -124,8 +135,9 @@ void AbaqusReader::read_keyword() {
                        " makes or moves nodes or elements when Abaqus runs, which is not read; write "
                        "the whole mesh into the file, as Abaqus/CAE does");
   }
+  if (keyword.name == "ELSET") return open_set(keyword);
   if (is_one_of(kSets, keyword.name)) {
-    for (const char* parameter : {"NSET", "ELSET", "NAME"}) sets_.insert(printable(keyword.value_of(parameter)));
+    for (const char* parameter : {"NSET", "NAME"}) other_sets_.insert(printable(keyword.value_of(parameter)));
   } else if (!is_one_of(kSilent, keyword.name)) {
     other_keywords_.insert(std::string(1, '*').append(printable(keyword.name)));
   }
@@ -139,7 +151,7 @@ void AbaqusReader::open_node(const AbaqusKeyword& keyword) {
   }
   own_part();
   data_ = Data::kNodes;
-  sets_.insert(printable(keyword.value_of("NSET")));
+  other_sets_.insert(printable(keyword.value_of("NSET")));
   if (const std::string_view input = keyword.value_of("INPUT"); !input.empty()) lines_.include(input);
 }
 
@@ -149,10 +161,10 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
     type_name_ += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   if (type_name_.empty()) lines_.fail("the type of the elements (TYPE=...)", "none");
   if (const std::string_view input = keyword.value_of("INPUT"); !input.empty()) lines_.include(input);
-  sets_.insert(printable(keyword.value_of("ELSET")));
   const std::optional<std::size_t> nodes = abaqus_solid_nodes(type_name_);
   if (!nodes) {
     other_types_.insert(printable(type_name_));
+    other_sets_.insert(printable(keyword.value_of("ELSET")));
     return;
   }
   const auto* found = std::ranges::find_if(kAbaqusSolidTypes, [&](const AbaqusSolidType& type) {
@@ -169,6 +181,33 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
   own_part();
   data_ = Data::kCells;
   type_ = *found;
+  const std::string_view set = keyword.value_of("ELSET");
+  set_.reset();
+  if (!set.empty()) set_ = sets_.open(scope(), set);
+}
+
+/// Those that Abaqus/CAE makes for itself are left out.
+void AbaqusReader::open_set(const AbaqusKeyword& keyword) {
+  const std::string_view name = keyword.value_of("ELSET");
+  if (name.empty()) lines_.fail("the name of the set (ELSET=...)", "none");
+  const auto has = [&](std::string_view parameter) {
+    return std::ranges::find(keyword.parameters, parameter, &decltype(keyword.parameters)::value_type::first) !=
+           keyword.parameters.end();
+  };
+  if (has("INTERNAL")) {
+    other_sets_.insert(printable(name));
+    return;
+  }
+  const std::string instance = abaqus_key(keyword.value_of("INSTANCE"));
+  set_ = sets_.open(instance.empty() ? scope() : AbaqusScope{0, instance}, name);
+  generates_ = has("GENERATE");
+  data_ = Data::kSet;
+}
+
+/// Of sets in a part or an instance, or outside of both.
+AbaqusScope AbaqusReader::scope() const {
+  if (in_instance_) return {0, instances_.back().name};
+  return {current_, {}};
 }
 
 void AbaqusReader::open_part(const AbaqusKeyword& keyword) {
@@ -177,7 +216,7 @@ void AbaqusReader::open_part(const AbaqusKeyword& keyword) {
   const auto same = [&](const Part& part) { return equals_ignoring_case(part.name, name); };
   if (std::any_of(parts_.begin() + 1, parts_.end(), same)) {
     lines_.fail_at(lines_.mark(), ErrorCode::kFileSyntax,
-                   "a second part " + quoted(printable(name)) + "; rename one of them");
+                   "a second part " + in_quotes(printable(name)) + "; rename one of them");
   }
   current_ = parts_.size();
   in_instance_ = false;
@@ -194,11 +233,11 @@ void AbaqusReader::open_instance(const AbaqusKeyword& keyword) {
                                   [&](const Part& part) { return equals_ignoring_case(part.name, name); });
   if (found == parts_.end()) {
     lines_.fail_at(lines_.mark(), ErrorCode::kFileSyntax,
-                   "an instance of part " + quoted(printable(name)) + ", which hasn't come: put *PART before it");
+                   "an instance of part " + in_quotes(printable(name)) + ", which hasn't come: put *PART before it");
   }
   current_ = static_cast<std::size_t>(found - parts_.begin());
   in_instance_ = true;
-  instances_.push_back({current_});
+  instances_.push_back({abaqus_key(keyword.value_of("NAME")), current_});
   data_ = Data::kPlacement;
 }
 
@@ -208,7 +247,7 @@ void AbaqusReader::own_part() {
   in_instance_ = false;
   current_ = parts_.size();
   parts_.emplace_back();
-  instances_.push_back({current_, instances_.back().placement});
+  instances_.push_back({instances_.back().name, current_, instances_.back().placement});
 }
 
 void AbaqusReader::read_data() {
@@ -216,6 +255,7 @@ void AbaqusReader::read_data() {
     case Data::kNodes: return read_node();
     case Data::kCells: return read_cell();
     case Data::kPlacement: return read_placement();
+    case Data::kSet: return sets_.add_entries(*set_, generates_, lines_);
     case Data::kSkipped: return;
   }
 }
@@ -261,7 +301,9 @@ void AbaqusReader::finish_cell() {
     lines_.fail_at(lines_.mark(), ErrorCode::kMeshTooLarge,
                    "more than " + std::to_string(limits_.max_cells) + " cells");
   }
+  if (set_) sets_.add(*set_, cell_[0]);
   part().kinds.push_back(*type_.kind);
+  part().numbers.push_back(cell_[0]);
   part().corners.insert(part().corners.end(), cell_.begin() + 1, cell_.begin() + 1 + corner_count(*type_.kind));
   part().cell_marks.push_back(lines_.mark());
   second_order_ += type_.second_order;
@@ -283,7 +325,7 @@ void AbaqusReader::read_placement() {
     numbers[i] = lines_.any_real(entries[i], "a number of the instance's placement");
     if (!std::isfinite(numbers[i])) {
       lines_.fail_at(lines_.mark(), ErrorCode::kMeshNonFinite,
-                     quoted(printable(entries[i])) + " is not a finite number; give the instance a place");
+                     in_quotes(printable(entries[i])) + " is not a finite number; give the instance a place");
     }
   }
   Instance& instance = instances_.back();
@@ -306,31 +348,33 @@ void AbaqusReader::place_all() {
                      "node " + std::to_string(twin->number) + " comes twice; number the nodes anew");
     }
   }
-  add_instance(parts_[0], Placement::Identity());
+  add_instance(0, {});
   std::vector<bool> placed(parts_.size(), false);
   for (const Instance& instance : instances_) {
-    add_instance(parts_[instance.part], instance.placement);
+    add_instance(instance.part, instance);
     placed[instance.part] = true;
   }
   for (std::size_t i = 1; i < parts_.size(); ++i) {
     if (placed[i] || parts_[i].kinds.empty()) continue;
     if (instances_.empty()) {
-      add_instance(parts_[i], Placement::Identity());
+      add_instance(i, {});
     } else {
-      file_.warnings.push_back("part " + quoted(printable(parts_[i].name)) + " left out: it has no instance");
+      file_.warnings.push_back("part " + in_quotes(printable(parts_[i].name)) + " left out: it has no instance");
     }
   }
 }
 
-void AbaqusReader::add_instance(Part& part, const Placement& placement) {
+void AbaqusReader::add_instance(std::size_t number, const Instance& instance) {
+  const Part& part = parts_[number];
   ControlMesh& mesh = file_.mesh;
+  placed_.push_back({{number, instance.name}, part.numbers, static_cast<std::uint32_t>(mesh.cell_count())});
   const std::size_t base = mesh.vertex_count();
   if (base + part.positions.size() > limits_.max_vertices ||
       mesh.cell_count() + part.kinds.size() > limits_.max_cells) {
     throw Error(ErrorCode::kMeshTooLarge, "the instances have more than " + std::to_string(limits_.max_vertices) +
                                               " nodes or " + std::to_string(limits_.max_cells) + " cells together");
   }
-  for (const Vec3& position : part.positions) mesh.positions.push_back(placement * position);
+  for (const Vec3& position : part.positions) mesh.positions.push_back(instance.placement * position);
   std::vector<bool> used(part.positions.size(), false);
   std::size_t corner = 0;
   for (std::size_t cell = 0; cell < part.kinds.size(); ++cell) {
@@ -370,7 +414,7 @@ void AbaqusReader::warn() {
                              " cells of second order taken by their corners: curved edges become straight");
   }
   note("elements of types", other_types_);
-  note("sets of nodes and elements", sets_);
+  note("sets", other_sets_);
   note("keywords", other_keywords_);
 }
 

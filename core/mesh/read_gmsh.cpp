@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/gmsh_elements.h"
+#include "core/mesh/gmsh_groups.h"
 #include "core/mesh/gmsh_scanner.h"
 #include "core/mesh/node_numbers.h"
 #include "core/mesh/used_vertices.h"
@@ -62,6 +62,7 @@ class GmshReader {
 
   void read_format();
   void read_section();
+  void read_entities(const std::string& name);
   void skip_section(const std::string& name);
   void read_nodes();
   void read_nodes_2();
@@ -70,8 +71,7 @@ class GmshReader {
   void read_elements_2();
   void read_elements_4();
   const GmshElementType& element_type();
-  void read_element(const GmshElementType& type, bool tags_are_sizes);
-  void read_physical_names();
+  bool read_element(const GmshElementType& type, bool tags_are_sizes);
   void read_node_data();
   void read_rows(std::uint64_t count, Field& field);
   std::vector<std::string> read_strings();
@@ -90,8 +90,7 @@ class GmshReader {
   std::vector<Field> fields_;
   std::uint64_t flat_ = 0, second_order_ = 0;
   Refused pyramids_, high_order_;
-  std::vector<std::string> physical_names_;  // The first few.
-  std::uint64_t physical_names_total_ = 0;
+  GmshGroups groups_;
   MeshFile file_;
 };
 
@@ -125,12 +124,29 @@ void GmshReader::read_section() {
     version_4_ ? read_elements_4() : read_elements_2();
     scanner_.close_section(name);
   } else if (name == "PhysicalNames") {
-    read_physical_names();
+    groups_.read_names(scanner_);
     scanner_.close_section(name);
+  } else if (version_4_ && (name == "Entities" || name == "PartitionedEntities")) {
+    read_entities(name);
   } else if (name == "NodeData") {
     read_node_data();
     scanner_.close_section(name);
   } else {
+    skip_section(name);
+  }
+}
+
+/// A mesh doesn't need them, so one goes on without them where a program has written them in its own way.
+void GmshReader::read_entities(const std::string& name) {
+  const GmshScanner begin = scanner_;
+  try {
+    scanner_.open_section();
+    groups_.read_entities(scanner_, name == "PartitionedEntities");
+    scanner_.close_section(name);
+  } catch (const Error& error) {
+    file_.warnings.push_back("physical groups may be incomplete, $" + name +
+                             " isn't as Gmsh writes it: " + error.what());
+    scanner_ = begin;
     skip_section(name);
   }
 }
@@ -149,7 +165,7 @@ void GmshReader::skip_section(const std::string& name) {
       return;
     }
   }
-  scanner_.text().fail(quoted(end), "the end of the file");
+  scanner_.text().fail(in_quotes(end), "the end of the file");
 }
 
 void GmshReader::read_nodes() {
@@ -216,7 +232,8 @@ const GmshElementType& GmshReader::element_type() {
   return *found;
 }
 
-void GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) {
+/// Whether it is a cell.
+bool GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) {
   Refused* refused = type.role == GmshRole::kPyramid     ? &pyramids_
                      : type.role == GmshRole::kHighOrder ? &high_order_
                                                          : nullptr;
@@ -230,7 +247,7 @@ void GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) 
     if (n < corners) corners_.push_back(tag);
   }
   flat_ += type.role == GmshRole::kFlat;
-  if (type.role != GmshRole::kCell) return;
+  if (type.role != GmshRole::kCell) return false;
   second_order_ += type.second_order;
   kinds_.push_back(type.kind);
   cell_marks_.push_back(scanner_.text().mark());
@@ -238,6 +255,7 @@ void GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) 
     scanner_.text().fail_with(ErrorCode::kMeshTooLarge,
                               "more than " + std::to_string(limits_.max_cells) + " volume cells");
   }
+  return true;
 }
 
 /// In a binary file elements of a type come in groups under one header.
@@ -254,8 +272,12 @@ void GmshReader::read_elements_2() {
     }
     for (std::uint64_t k = 0; k < group; ++k, ++i) {
       if (scanner_.binary()) scanner_.skip_integer("an element's number");
-      for (std::uint64_t t = 0; t < tags; ++t) scanner_.skip_integer("a tag");
-      read_element(type, false);
+      std::array<std::int64_t, 2> group_and_volume{};  // Others may follow: partitions.
+      for (std::uint64_t t = 0; t < tags; ++t) {
+        const std::int64_t tag = scanner_.signed_integer("a tag");
+        if (t < group_and_volume.size()) group_and_volume[t] = tag;
+      }
+      if (read_element(type, false)) groups_.add_cell(group_and_volume[1], group_and_volume[0]);
     }
   }
 }
@@ -267,27 +289,13 @@ void GmshReader::read_elements_4() {
   }
   for (std::uint64_t block = 0; block < blocks; ++block) {
     scanner_.skip_integer("an entity's dimension");
-    scanner_.skip_integer("an entity's tag");
+    const std::int64_t entity = scanner_.signed_integer("an entity's tag");
     const GmshElementType& type = element_type();
     const std::uint64_t count = scanner_.size("the number of elements in the block");
     for (std::uint64_t i = 0; i < count; ++i) {
       (void)scanner_.size("an element's tag");
-      read_element(type, true);
+      if (read_element(type, true)) groups_.add_cell(entity, 0);
     }
-  }
-}
-
-/// The names are text in binary files, too.
-void GmshReader::read_physical_names() {
-  const std::uint64_t count = scanner_.text().count("the number of physical names");
-  for (std::uint64_t i = 0; i < count; ++i) {
-    scanner_.text().skip(2, "a physical group's dimension and tag");
-    std::string_view name = scanner_.text().rest_of_line();
-    const std::size_t open = name.find('"'), close = name.rfind('"');
-    if (open == close) scanner_.text().fail("a name in quotes", printable(name));
-    ++physical_names_total_;
-    if (physical_names_.size() < kMaxEchoItems)
-      physical_names_.push_back(printable(name.substr(open + 1, close - open - 1)));
   }
 }
 
@@ -408,8 +416,7 @@ void GmshReader::warn() {
   };
   note(flat_, "points, lines and faces left out");
   note(second_order_, "cells of second order taken by their corners: curved edges become straight");
-  if (physical_names_.empty()) return;
-  file_.warnings.push_back("physical groups left out: " + echoed_list(physical_names_, physical_names_total_));
+  groups_.finish(file_);
 }
 
 }  // namespace

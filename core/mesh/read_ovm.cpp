@@ -67,8 +67,8 @@ class OvmReader {
 
   /// The keyword and the count of a section.
   std::uint64_t open_section(std::string_view keyword, std::uint64_t most) {
-    const std::string_view token = scanner_.next(quoted(keyword));
-    if (!equals_ignoring_case(token, keyword)) scanner_.fail(quoted(keyword), token);
+    const std::string_view token = scanner_.next(in_quotes(keyword));
+    if (!equals_ignoring_case(token, keyword)) scanner_.fail(in_quotes(keyword), token);
     return scanner_.count_up_to("the number of entries of " + std::string(keyword), most);
   }
 

@@ -214,8 +214,8 @@ class VtkReader {
   }
 
   void expect(std::string_view keyword) {
-    const std::string_view token = scanner_.next(quoted(keyword));
-    if (!equals_ignoring_case(token, keyword)) scanner_.fail(quoted(keyword), token);
+    const std::string_view token = scanner_.next(in_quotes(keyword));
+    if (!equals_ignoring_case(token, keyword)) scanner_.fail(in_quotes(keyword), token);
   }
 
   VtkScanner values_;

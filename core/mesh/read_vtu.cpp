@@ -7,12 +7,14 @@
 #include <array>
 #include <bit>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/used_vertices.h"
 #include "core/mesh/vtk_cells.h"
@@ -52,11 +54,13 @@ class VtuReader {
   void read_cells(pugi::xml_node piece, std::uint64_t count);
   VtkCells read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const;
   std::uint32_t read_point_id(VtuNumbers& points) const;
-  void leave_out_ghosts(pugi::xml_node piece, VtkCells& cells);
+  std::vector<std::uint32_t> leave_out_ghosts(pugi::xml_node piece, VtkCells& cells);
   void read_point_data(pugi::xml_node piece);
   void read_channels(pugi::xml_node array, const std::string& name);
-  void leave_out_cell_data(pugi::xml_node piece);
+  void read_cell_data(pugi::xml_node piece, std::uint64_t count);
+  bool read_cell_numbers(pugi::xml_node array, std::uint64_t count);
   void drop_partial_channels();
+  void drop_partial_numbers();
   pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
   void require_end(VtuNumbers& numbers) const;
   void warn();
@@ -67,6 +71,7 @@ class VtuReader {
   UnfitNumbers unfit_;
   std::uint64_t pieces_ = 0, pieces_in_file_ = 0, points_ = 0, cells_ = 0, merged_ = 0, ghosts_ = 0;
   std::vector<Point> piece_points_;
+  std::vector<std::uint32_t> piece_cells_;         // Which of the piece's cells are the mesh's last ones.
   std::map<PositionKey, std::uint32_t> vertices_;  // Of earlier pieces, if there are several.
   std::vector<NamedChannel> channels_;
   std::vector<std::string> left_out_;  // A sentence each, once.
@@ -98,9 +103,10 @@ void VtuReader::read_piece(pugi::xml_node piece) {
   read_points(piece, points);
   read_cells(piece, cells);
   read_point_data(piece);
-  leave_out_cell_data(piece);
+  read_cell_data(piece, cells);
   ++pieces_;
   drop_partial_channels();
+  drop_partial_numbers();
   if (pieces_in_file_ == 1) return;
   for (const Point& point : piece_points_) {
     if (point.is_new) vertices_.emplace(key_of(file_.mesh.positions[point.vertex]), point.vertex);
@@ -114,7 +120,7 @@ pugi::xml_node VtuReader::require(pugi::xml_node parent, const char* element, co
   if (!found) {
     document_.fail(parent, ErrorCode::kFileSyntax,
                    std::string("expected ") + element +
-                       (name == nullptr ? std::string() : std::string(1, ' ').append(quoted(name))) + " in " +
+                       (name == nullptr ? std::string() : std::string(1, ' ').append(in_quotes(name))) + " in " +
                        parent.name() + ", found none; write the file anew");
   }
   return found;
@@ -147,11 +153,14 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
 }
 
 void VtuReader::read_cells(pugi::xml_node piece, std::uint64_t count) {
+  piece_cells_.clear();
   if (count == 0) return;
   VtkCells cells = read_cell_arrays(require(piece, "Cells"), count);
-  leave_out_ghosts(piece, cells);
+  const std::vector<std::uint32_t> own = leave_out_ghosts(piece, cells);
   for (std::uint32_t& point : cells.connectivity) point = piece_points_[point].vertex;
-  append_cells(cells, document_.place(), file_.mesh, file_.warnings);
+  for (const std::uint32_t cell : append_cells(cells, document_.place(), file_.mesh, file_.warnings)) {
+    piece_cells_.push_back(own[cell]);
+  }
 }
 
 VtkCells VtuReader::read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const {
@@ -194,19 +203,24 @@ std::uint32_t VtuReader::read_point_id(VtuNumbers& points) const {
   return static_cast<std::uint32_t>(id);
 }
 
-/// Bit 0 marks a cell that another piece has too.
-void VtuReader::leave_out_ghosts(pugi::xml_node piece, VtkCells& cells) {
+/// Bit 0 marks a cell that another piece has too. Returns the numbers of the others.
+std::vector<std::uint32_t> VtuReader::leave_out_ghosts(pugi::xml_node piece, VtkCells& cells) {
+  std::vector<std::uint32_t> own;
   const pugi::xml_node array =
       piece.child("CellData").find_child_by_attribute("DataArray", "Name", std::string(kGhosts).c_str());
-  if (!array) return;
+  if (!array) {
+    for (std::uint32_t cell = 0; cell < cells.types.size(); ++cell) own.push_back(cell);
+    return own;
+  }
   VtuNumbers numbers = document_.open(array, cells.types.size());
   VtkCells kept;
   kept.offsets.push_back(0);
-  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
+  for (std::uint32_t cell = 0; cell < cells.types.size(); ++cell) {
     if (numbers.values().count("a ghost type") % 2 != 0) {
       ++ghosts_;
       continue;
     }
+    own.push_back(cell);
     const auto begin = cells.connectivity.begin();
     kept.connectivity.insert(kept.connectivity.end(), begin + static_cast<std::ptrdiff_t>(cells.offsets[cell]),
                              begin + static_cast<std::ptrdiff_t>(cells.offsets[cell + 1]));
@@ -217,6 +231,7 @@ void VtuReader::leave_out_ghosts(pugi::xml_node piece, VtkCells& cells) {
   }
   require_end(numbers);
   cells = std::move(kept);
+  return own;
 }
 
 void VtuReader::read_point_data(pugi::xml_node piece) {
@@ -267,12 +282,44 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
   require_end(numbers);
 }
 
-void VtuReader::leave_out_cell_data(pugi::xml_node piece) {
+void VtuReader::read_cell_data(pugi::xml_node piece, std::uint64_t count) {
   for (const pugi::xml_node array : piece.child("CellData").children()) {
     const std::string_view name = array.attribute("Name").value();
-    if (array.type() != pugi::node_element || name == kGhosts) continue;
+    if (array.type() != pugi::node_element || name == kGhosts || read_cell_numbers(array, count)) continue;
     left_out_.push_back("cell data '" + printable(name) + "' left out");
   }
+}
+
+/// False if the array isn't one integer for each cell, or not every piece has it.
+bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
+  const bool numeric = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0;
+  if (!numeric || std::string_view(array.attribute("NumberOfComponents").as_string("1")) != "1") return false;
+  const std::string name = array.attribute("Name").value();
+  auto found = std::ranges::find(file_.cell_numbers, name, &CellNumbers::name);
+  if (found == file_.cell_numbers.end()) {
+    if (pieces_ > 0 || file_.cell_numbers.size() == kMostCellNumbers) return false;
+    found = file_.cell_numbers.insert(found, {name, {}});
+  }
+  const std::size_t before = file_.mesh.cell_count() - piece_cells_.size();
+  if (found->of_cells.size() != before) return false;
+  std::vector<std::optional<std::int64_t>> values;
+  VtuNumbers numbers = document_.open(array, count);
+  for (std::uint64_t cell = 0; cell < count; ++cell)
+    values.push_back(exact_integer(numbers.values().any_real("a value")));
+  require_end(numbers);
+  for (const std::uint32_t cell : piece_cells_) {
+    if (values[cell]) found->of_cells.push_back(*values[cell]);
+  }
+  return true;
+}
+
+/// Numbers that this piece hasn't, or that aren't whole.
+void VtuReader::drop_partial_numbers() {
+  std::erase_if(file_.cell_numbers, [&](const CellNumbers& numbers) {
+    if (numbers.of_cells.size() == file_.mesh.cell_count()) return false;
+    left_out_.push_back("cell data '" + printable(numbers.name) + "' left out");
+    return true;
+  });
 }
 
 /// Channels that this piece hasn't.

@@ -11,14 +11,14 @@
 namespace ccslice {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
-
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// from_chars refuses numbers too small for a double as well as those too large; the small ones are zero to us.
 bool is_tiny(std::string_view token) { return std::abs(std::strtod(std::string(token).c_str(), nullptr)) < 1; }
 
 }  // namespace
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
 
 bool equals_ignoring_case(std::string_view a, std::string_view b) {
   return a.size() == b.size() &&
@@ -43,7 +43,7 @@ std::optional<std::uint64_t> parse_count(std::string_view token) {
   return value;
 }
 
-std::string quoted(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
+std::string in_quotes(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
 
 std::string printable(std::string_view token) {
   constexpr std::size_t kLongest = 40;
@@ -151,6 +151,14 @@ std::uint64_t TextScanner::count(std::string_view expected) {
   const std::optional<std::uint64_t> value = parse_count(token);
   if (!value) fail(expected, token);
   return *value;
+}
+
+std::int64_t TextScanner::integer(std::string_view expected) {
+  const std::string_view token = next(expected);
+  const bool negative = token.starts_with('-');
+  const std::optional<std::uint64_t> size = parse_count(token.substr(negative ? 1 : 0));
+  if (!size) fail(expected, token);
+  return negative ? -static_cast<std::int64_t>(*size) : static_cast<std::int64_t>(*size);
 }
 
 std::uint64_t TextScanner::count_up_to(std::string_view expected, std::uint64_t max) {

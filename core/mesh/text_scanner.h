@@ -65,6 +65,8 @@ class TextScanner {
   float real_float(std::string_view expected);
   /// An integer in [0, 2^53].
   std::uint64_t count(std::string_view expected);
+  /// An integer in [-2^53, 2^53].
+  std::int64_t integer(std::string_view expected);
   /// A count that must not be larger than `max`: kMeshTooLarge otherwise.
   std::uint64_t count_up_to(std::string_view expected, std::uint64_t max);
   /// Passes over `tokens` tokens; each must be there.
@@ -102,11 +104,14 @@ class TextScanner {
 std::optional<double> parse_real(std::string_view token);
 std::optional<std::uint64_t> parse_count(std::string_view token);
 
+/// Whitespace between tokens, ends of lines too.
+bool is_blank(char c);
+
 /// ASCII only, for keywords.
 bool equals_ignoring_case(std::string_view a, std::string_view b);
 
 /// "'Faces'", for "expected 'Faces'".
-std::string quoted(std::string_view word);
+std::string in_quotes(std::string_view word);
 
 /// A token fit for a message: cut to 40 bytes, unprintable bytes replaced by '?'.
 std::string printable(std::string_view token);

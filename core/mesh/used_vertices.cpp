@@ -33,7 +33,7 @@ std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vecto
   const auto found = std::ranges::find_if(
       numbers_, [&](const Number& number) { return number.vertex < used.size() && used[number.vertex]; });
   if (found == numbers_.end()) return std::nullopt;
-  std::string text = found->token.empty() ? "" : quoted(printable(found->token)) + ", ";
+  std::string text = found->token.empty() ? "" : in_quotes(printable(found->token)) + ", ";
   text.append(found->what).append(" of vertex ").append(std::to_string(found->vertex));
   text.append(" (from 0), ").append(found->why);
   return Complaint{found->mark, text};

@@ -22,10 +22,8 @@ struct VtkCells {
 };
 
 /// Appends the volume cells to `mesh` and a sentence on what was left out to `warnings`. Returns their numbers among
-/// `cells`. Throws
-/// Error{kMeshUnsupportedCell, kFileSyntax}, which name the place by `scanner`. REQUIRES: offsets.size() ==
-/// types.size()
-/// + 1, the last offset in range.
+/// `cells`. Throws Error{kMeshUnsupportedCell, kFileSyntax}, which name the place by `scanner`. REQUIRES: one offset
+/// more than types, the last one in range.
 std::vector<std::uint32_t> append_cells(const VtkCells& cells, const TextScanner& scanner, ControlMesh& mesh,
                                         std::vector<std::string>& warnings);
 

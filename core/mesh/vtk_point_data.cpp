@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <iterator>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_numbers.h"
 
 namespace ccslice {
 namespace {
@@ -215,27 +215,21 @@ class AttributeReader {
   }
 
   void read_numbers(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
-    if (components != 1 || tuples != count_ || numbers_.size() == kMostNumbers) {
+    if (components != 1 || tuples != count_ || numbers_.size() == kMostCellNumbers) {
       values_.skip(tuples * components, "a value");
       found_.left_out.push_back(name);
       return;
     }
-    constexpr double kMostExact = 1ll << 53;
     CellNumbers numbers{name, {}};
-    bool integers = true;
     for (std::uint64_t cell = 0; cell < tuples; ++cell) {
-      const double value = values_.any_real("a value");
-      integers = integers && std::abs(value) <= kMostExact && std::nearbyint(value) == value;
-      if (integers) numbers.of_cells.push_back(static_cast<std::int64_t>(value));
+      if (const auto number = exact_integer(values_.any_real("a value"))) numbers.of_cells.push_back(*number);
     }
-    if (integers) {
+    if (numbers.of_cells.size() == tuples) {
       numbers_.push_back(std::move(numbers));
     } else {
       found_.left_out.push_back(name);
     }
   }
-
-  static constexpr std::size_t kMostNumbers = 8;
 
   VtkScanner& values_;
   TextScanner& scanner_;

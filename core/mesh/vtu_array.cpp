@@ -30,8 +30,6 @@ std::uint8_t digit(char c) {
   return c == '=' ? 64 : 255;
 }
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
 /// Bytes one after the other, from themselves or from base64.
 class EncodedBytes {
  public:
@@ -63,7 +61,7 @@ class EncodedBytes {
       while (!text_.empty() && is_blank(text_.front())) text_.remove_prefix(1);
       if (text_.empty()) fail_early();
       value = digit(text_.front());
-      if (value == 255) fail(place_, quoted(printable(text_.substr(0, 1))) + " is no digit of base64");
+      if (value == 255) fail(place_, in_quotes(printable(text_.substr(0, 1))) + " is no digit of base64");
       text_.remove_prefix(1);
     }
     const std::size_t padding = (digits[2] == 64) + (digits[3] == 64);

@@ -55,7 +55,7 @@ VtuDocument::VtuDocument(std::string_view bytes) : bytes_(bytes), place_(naming_
   if (declaration.type() == pugi::node_declaration && !encoding.empty() && !equals_ignoring_case(encoding, "UTF-8") &&
       !equals_ignoring_case(encoding, "US-ASCII")) {
     fail(declaration, ErrorCode::kFileUnsupported,
-         "encoding " + quoted(printable(encoding)) + " is not read; save it as UTF-8");
+         "encoding " + in_quotes(printable(encoding)) + " is not read; save it as UTF-8");
   }
   read_coding(document_.child("VTKFile"));
 }
@@ -78,7 +78,7 @@ void VtuDocument::cut_appended_data() {
   const std::string_view encoding = element.first_child().attribute("encoding").value();
   if (encoding != "raw" && encoding != "base64") {
     place_.fail_at(begin, ErrorCode::kFileUnsupported,
-                   "appended data in encoding " + quoted(printable(encoding)) + "; raw and base64 are read");
+                   "appended data in encoding " + in_quotes(printable(encoding)) + "; raw and base64 are read");
   }
   appended_ = bytes_.substr(data + 1);
   appended_base64_ = encoding == "base64";
@@ -92,23 +92,24 @@ void VtuDocument::read_coding(pugi::xml_node root) {
     const std::string remedy = type.starts_with('P') && type != "PolyData"
                                    ? "merge its pieces into one .vtu, as ParaView does when it saves a data set"
                                    : "save the mesh as UnstructuredGrid (.vtu)";
-    fail(root, ErrorCode::kFileUnsupported, "data set " + quoted(printable(type)) + " is not read; " + remedy);
+    fail(root, ErrorCode::kFileUnsupported, "data set " + in_quotes(printable(type)) + " is not read; " + remedy);
   }
   const std::string_view order = root.attribute("byte_order").value();
   if (order != "LittleEndian" && order != "BigEndian" && !order.empty()) {
     fail(root, ErrorCode::kFileSyntax,
-         "expected byte_order 'LittleEndian' or 'BigEndian', found " + quoted(printable(order)));
+         "expected byte_order 'LittleEndian' or 'BigEndian', found " + in_quotes(printable(order)));
   }
   coding_.big_endian = order == "BigEndian";
   const std::string_view header = root.attribute("header_type").value();
   if (header != "UInt32" && header != "UInt64" && !header.empty()) {
-    fail(root, ErrorCode::kFileSyntax, "expected header_type 'UInt32' or 'UInt64', found " + quoted(printable(header)));
+    fail(root, ErrorCode::kFileSyntax,
+         "expected header_type 'UInt32' or 'UInt64', found " + in_quotes(printable(header)));
   }
   coding_.header_word_bytes = header == "UInt64" ? 8 : 4;
   const std::string_view compressor = root.attribute("compressor").value();
   if (compressor != "vtkZLibDataCompressor" && !compressor.empty()) {
     fail(root, ErrorCode::kFileUnsupported,
-         "compressor " + quoted(printable(compressor)) + " is not read; save it with zlib or without compression");
+         "compressor " + in_quotes(printable(compressor)) + " is not read; save it with zlib or without compression");
   }
   coding_.zlib = !compressor.empty();
   grid_ = root.child("UnstructuredGrid");
@@ -130,7 +131,7 @@ std::uint64_t VtuDocument::count(pugi::xml_node node, const char* attribute, std
   const std::optional<std::uint64_t> value = parse_count(found.value());
   if (!value) {
     fail(node, ErrorCode::kFileSyntax,
-         std::string("expected a whole number as ") + attribute + ", found " + quoted(printable(found.value())));
+         std::string("expected a whole number as ") + attribute + ", found " + in_quotes(printable(found.value())));
   }
   if (*value > most) {
     fail(node, ErrorCode::kMeshTooLarge,
@@ -143,10 +144,11 @@ std::uint64_t VtuDocument::count(pugi::xml_node node, const char* attribute, std
 VtuNumbers VtuDocument::open(pugi::xml_node array, std::uint64_t values) const {
   const std::string_view format = array.attribute("format").value(), type = array.attribute("type").value();
   const std::size_t value_bytes = VtkScanner::block_value_bytes(type);
-  const std::string name = quoted(printable(array.attribute("Name").value()));
+  const std::string name = in_quotes(printable(array.attribute("Name").value()));
   if (value_bytes == 0) {
     fail(array, ErrorCode::kFileUnsupported,
-         "array " + name + " is of type " + quoted(printable(type)) + "; Int8 to UInt64, Float32 and Float64 are read");
+         "array " + name + " is of type " + in_quotes(printable(type)) +
+             "; Int8 to UInt64, Float32 and Float64 are read");
   }
   const pugi::xml_node text = text_of(array);
   const std::uint64_t at = text ? byte_of(text) : byte_of(array);
@@ -165,7 +167,7 @@ VtuNumbers VtuDocument::open(pugi::xml_node array, std::uint64_t values) const {
     place.name_one_byte(static_cast<std::uint64_t>(encoded.data() - bytes_.data()));
   } else if (format != "binary") {
     fail(array, ErrorCode::kFileUnsupported,
-         "array " + name + " has format " + quoted(printable(format)) + "; ascii, binary and appended are read");
+         "array " + name + " has format " + in_quotes(printable(format)) + "; ascii, binary and appended are read");
   }
   const bool base64 = format == "binary" || appended_base64_;
   return VtuNumbers(decode_vtu_array(encoded, base64, coding_, values * value_bytes, place), place.mark(), type,

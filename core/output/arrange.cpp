@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/output/polling.h"
+
 namespace ccslice {
 namespace {
-
-constexpr std::uint32_t kRowsPerPoll = 64;
 
 void copy_reversed(const std::uint8_t* in, std::size_t count, std::size_t bytes, std::uint8_t* out) {
   if (bytes == 1) {

@@ -12,7 +12,6 @@ namespace ccslice {
 namespace {
 
 constexpr unsigned kEndOfBlock = 256;
-constexpr unsigned kLongestCode = 15;
 
 /// A symbol and the bits that follow it.
 struct Extra {

@@ -12,19 +12,18 @@
 #include "core/base/error.h"
 #include "core/output/encodings.h"
 #include "core/output/pack_indices.h"
+#include "core/output/polling.h"
 
 namespace ccslice {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "samples are written in native order");
 
-constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
-
 std::uint32_t crc32_by_pieces(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {
   std::uint32_t crc = libdeflate_crc32(0, nullptr, 0);
   while (!bytes.empty()) {
     cancel.throw_if_cancelled();
-    const std::size_t piece = std::min(bytes.size(), kPieceBytes);
+    const std::size_t piece = std::min(bytes.size(), kBytesPerPoll);
     crc = libdeflate_crc32(crc, bytes.data(), piece);
     bytes = bytes.subspan(piece);
   }

@@ -7,13 +7,13 @@
 #include <array>
 
 #include "core/output/image_file.h"
+#include "core/output/polling.h"
 
 namespace ccslice {
 namespace {
 
 using Bytes = EncodingTraits::Bytes;
 
-constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
 constexpr EncodingLimit kNoMaterials = {0,
                                         "materials are numbers with colours; ask for PNG, RGBA PNG, raw or raw zstd"};
 
@@ -22,7 +22,7 @@ Bytes copy(PlaneCodecs&, const SampleImage& image, const CancellationToken& canc
   copied.reserve(image.samples.size());
   for (std::span<const std::uint8_t> rest = image.samples; !rest.empty();) {
     cancel.throw_if_cancelled();
-    const std::size_t piece = std::min(rest.size(), kPieceBytes);
+    const std::size_t piece = std::min(rest.size(), kBytesPerPoll);
     copied.insert(copied.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(piece));
     rest = rest.subspan(piece);
   }

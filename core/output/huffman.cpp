@@ -10,7 +10,6 @@ namespace ccslice {
 namespace {
 
 constexpr std::size_t kMostSymbols = 288;
-constexpr unsigned kLongestCode = 15;
 constexpr std::uint8_t kLengthOrder[19] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
 constexpr unsigned kRepeat = 16, kZeros = 17, kManyZeros = 18;
 constexpr std::uint8_t kExtraBits[3] = {2, 3, 7};  // Extra bits of these three.

@@ -14,6 +14,8 @@
 
 namespace ccslice {
 
+inline constexpr unsigned kLongestCode = 15;  // Bits, in deflate.
+
 /// A symbol's code, ready to be put: its bits in reverse order. length == 0: the symbol doesn't occur.
 struct HuffmanCode {
   std::uint16_t bits = 0;
@@ -21,7 +23,8 @@ struct HuffmanCode {
 };
 
 /// Codes of the symbols that occur. Where fewer than two do, others get a code too, so that it is always complete.
-/// REQUIRES: 2 <= counts.size() == codes.size() <= 288, the counts' sum below 2^32, max_length <= 15 and enough.
+/// REQUIRES: 2 <= counts.size() == codes.size() <= 288, the counts' sum below 2^32, max_length <= kLongestCode
+/// and enough.
 void make_huffman_codes(std::span<const std::uint32_t> counts, unsigned max_length, std::span<HuffmanCode> codes);
 
 /// The head of a block with codes of its own, from BFINAL on.

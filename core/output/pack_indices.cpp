@@ -8,11 +8,10 @@
 
 #include "core/base/error.h"
 #include "core/output/byte_counts.h"
+#include "core/output/polling.h"
 
 namespace ccslice {
 namespace {
-
-constexpr std::uint32_t kRowsPerPoll = 64;
 
 template <std::uint32_t kBits>
 void pack_row(const std::uint8_t* in, std::uint32_t width, std::uint8_t* out) {

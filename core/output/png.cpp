@@ -10,13 +10,13 @@
 #include <string_view>
 
 #include "core/output/pack_indices.h"
+#include "core/output/polling.h"
 
 namespace ccslice {
 namespace {
 
 constexpr std::uint8_t kGrey = 0, kIndexed = 3, kRgba = 6;  // Colour types.
-constexpr std::uint8_t kNone = 0, kUp = 2;                  // Filter types.
-constexpr std::uint32_t kRowsPerPoll = 64;
+constexpr std::uint8_t kFilterNone = 0, kFilterUp = 2;      // Filter types.
 
 void put_number(std::uint32_t number, std::vector<std::uint8_t>& out) {
   for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(number >> shift));
@@ -92,7 +92,7 @@ std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const Cance
   above_.assign(row_bytes, 0);
   std::vector<std::uint8_t> here(row_bytes);
   row_.resize(1 + row_bytes);
-  row_[0] = kUp;
+  row_[0] = kFilterUp;
   stream_.start_bytes();
   for (std::uint32_t y = 0; y < image.height; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
@@ -106,7 +106,7 @@ std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const Cance
 }
 
 void PngEncoder::append_plain_rows(const SampleImage& image, const CancellationToken& cancel) {
-  constexpr std::uint8_t kFilter[] = {kNone};
+  constexpr std::uint8_t kFilter[] = {kFilterNone};
   const std::size_t row_bytes = image.samples.size() / image.height;
   stream_.start_bytes();
   for (std::uint32_t y = 0; y < image.height; ++y) {

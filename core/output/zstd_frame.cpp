@@ -10,12 +10,12 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/output/polling.h"
 
 namespace ccslice {
 namespace {
 
 constexpr int kLevel = 1;
-constexpr std::size_t kPieceBytes = 1 << 20;  // Cancellation is polled once a piece.
 
 std::size_t checked(std::size_t zstd_result) {
   if (ZSTD_isError(zstd_result)) {
@@ -38,7 +38,7 @@ std::vector<std::uint8_t> ZstdEncoder::frame(std::span<const std::uint8_t> bytes
   ZSTD_outBuffer out{scratch_.data(), scratch_.size(), 0};
   for (std::size_t begin = 0; begin < bytes.size();) {
     cancel.throw_if_cancelled();
-    const std::size_t piece = std::min(bytes.size() - begin, kPieceBytes);
+    const std::size_t piece = std::min(bytes.size() - begin, kBytesPerPoll);
     ZSTD_inBuffer in{bytes.data() + begin, piece, 0};
     begin += piece;
     const ZSTD_EndDirective directive = begin == bytes.size() ? ZSTD_e_end : ZSTD_e_continue;

@@ -46,7 +46,12 @@ std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm
 
 HalftonePlan::HalftonePlan(const Printing& printing, double pitch_x_mm, double pitch_y_mm, double pitch_z_mm,
                            const CancellationToken& cancel)
-    : printing_(printing), mixture_(printing) {
+    : printing_(printing) {
+  mixtures_.emplace_back(printing, printing.map);
+  for (const CellRegionMap& own : printing.cell_region_maps) {
+    mixture_of_region_[own.cell_region] = static_cast<std::uint16_t>(mixtures_.size());
+    mixtures_.emplace_back(printing, own.map);
+  }
   if (const auto shape = mask_shape(printing, pitch_x_mm, pitch_y_mm, pitch_z_mm)) mask_ = shared_mask(*shape, cancel);
 }
 
@@ -73,7 +78,7 @@ void Halftoner::start_row(std::uint32_t y) {
 void Halftoner::choose(std::uint32_t block, std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
                        std::uint8_t* out) noexcept {
   const std::uint32_t first = block * static_cast<std::uint32_t>(kMixBlock);
-  if (plan_.mixture().material_count() == 1) {
+  if (plan_.material_count() == 1) {
     std::fill(out + begin, out + end, std::uint8_t{1});
     return;
   }
@@ -93,7 +98,7 @@ void Halftoner::choose_by_thresholds(const MixRow& thresholds, std::uint32_t beg
   std::array<std::int32_t, kMixBlock> chosen;
   chosen.fill(1);
   MixRow sum{};
-  for (std::size_t m = 0; m + 1 < plan_.mixture().material_count(); ++m) {
+  for (std::size_t m = 0; m + 1 < plan_.material_count(); ++m) {
     for (std::size_t k = 0; k < kMixBlock; ++k) {
       sum[k] += fractions[m][k];
       chosen[k] += thresholds[k] >= sum[k] ? 1 : 0;
@@ -107,7 +112,7 @@ void Halftoner::choose_nearest(std::uint32_t begin, std::uint32_t end, const Fra
   std::array<std::int32_t, kMixBlock> chosen;
   chosen.fill(1);
   MixRow most = fractions[0];
-  for (std::size_t m = 1; m < plan_.mixture().material_count(); ++m) {
+  for (std::size_t m = 1; m < plan_.material_count(); ++m) {
     for (std::size_t k = 0; k < kMixBlock; ++k) {
       const bool more = fractions[m][k] > most[k];
       chosen[k] = more ? static_cast<std::int32_t>(m) + 1 : chosen[k];

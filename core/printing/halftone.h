@@ -44,12 +44,17 @@ class HalftonePlan {
                const CancellationToken& cancel = {});
 
   const Printing& printing() const noexcept { return printing_; }
-  const Mixture& mixture() const noexcept { return mixture_; }
+  std::size_t material_count() const noexcept { return printing_.materials.size(); }
+  /// That of Printing::map first, then those of Printing::cell_region_maps.
+  std::span<const Mixture> mixtures() const noexcept { return mixtures_; }
+  /// Which of them a cell region's voxels are mixed by.
+  std::size_t mixture_of(std::uint8_t cell_region) const noexcept { return mixture_of_region_[cell_region]; }
   const BlueNoiseMask* mask() const noexcept { return mask_.get(); }
 
  private:
   Printing printing_;
-  Mixture mixture_;
+  std::vector<Mixture> mixtures_;
+  std::array<std::uint16_t, 256> mixture_of_region_{};
   std::shared_ptr<const BlueNoiseMask> mask_;
 };
 
@@ -58,7 +63,7 @@ class HalftonePlan {
 class Halftoner {
  public:
   /// REQUIRES: plan outlives it.
-  explicit Halftoner(const HalftonePlan& plan) : plan_(plan), diffusion_(plan.mixture().material_count()) {}
+  explicit Halftoner(const HalftonePlan& plan) : plan_(plan), diffusion_(plan.material_count()) {}
 
   void start_layer(std::uint32_t width, std::uint32_t layer);
   /// REQUIRES: ascending y within a layer.

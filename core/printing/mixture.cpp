@@ -35,16 +35,18 @@ void normalize(std::size_t materials, std::size_t first, Fractions& fractions) n
 
 }  // namespace
 
-Mixture::Mixture(const Printing& printing)
-    : material_count_(printing.materials.size()), channels_(channels_of(printing.map)) {
-  if (const auto* colour = std::get_if<ColourMap>(&printing.map.kind)) {
+Mixture::Mixture(const Printing& printing, const MaterialMap& map)
+    : material_count_(printing.materials.size()), channels_(channels_of(map)) {
+  if (const auto* colour = std::get_if<ColourMap>(&map.kind)) {
     make_table(*colour, printing);
-  } else if (const auto* blend = std::get_if<BlendMap>(&printing.map.kind)) {
+  } else if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     make_table(*blend);
-  } else if (const auto* curve = std::get_if<CurveMap>(&printing.map.kind)) {
+  } else if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
     make_table(*curve);
-  } else if (const auto* direct = std::get_if<DirectMap>(&printing.map.kind)) {
+  } else if (const auto* direct = std::get_if<DirectMap>(&map.kind)) {
     make_table(*direct);
+  } else if (const auto* pure = std::get_if<PureMap>(&map.kind)) {
+    first_ = pure->material - 1;
   }
 }
 
@@ -110,7 +112,9 @@ void Mixture::make_table(const ColourMap& map, const Printing& printing) {
 
 void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   switch (kind_) {
-    case Kind::kPure: fractions[0].fill(1); return;
+    case Kind::kPure:
+      for (std::size_t m = 0; m < material_count_; ++m) fractions[m].fill(m == first_ ? 1 : 0);
+      return;
     case Kind::kShares: return mix_shares(values, fractions);
     case Kind::kColours: return mix_colours(values, fractions);
     case Kind::kTable:

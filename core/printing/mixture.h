@@ -35,8 +35,8 @@ using Fractions = std::array<MixRow, kMaxPrintMaterials>;
 
 class Mixture {
  public:
-  /// REQUIRES: validate_printing() passes.
-  explicit Mixture(const Printing& printing);
+  /// What one of the printing's maps mixes. REQUIRES: validate_printing() passes.
+  Mixture(const Printing& printing, const MaterialMap& map);
 
   std::size_t material_count() const noexcept { return material_count_; }
   /// Those that evaluate() reads, in this order.
@@ -70,7 +70,6 @@ class Mixture {
   void make_table(const CurveMap& map);
   void make_table(const ColourMap& map, const Printing& printing);
   void make_table(const DirectMap& map);
-  void make_table(std::monostate) {}
   void finish_table();
 
   void mix_short_table(const MixRow& values, Fractions& fractions) const noexcept;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/choice_text.h"
 #include "core/base/echo.h"
@@ -31,16 +32,19 @@ void check_name(const PrintMaterial& material, const std::string& path) {
 // The parts of one map. Fields are those of the message.
 class MapCheck {
  public:
-  MapCheck(const Printing& printing, const SolidSummary& summary) : printing_(printing), summary_(summary) {}
+  MapCheck(const Printing& printing, const SolidSummary& summary, std::string path)
+      : printing_(printing), summary_(summary), path_(std::move(path)) {}
 
   void operator()(std::monostate) const {
     if (printing_.materials.size() == 1) return;
-    refuse(ErrorCode::kMaterialMapMissing, "printing.map",
+    refuse(ErrorCode::kMaterialMapMissing, path_,
            "missing; say how the channels mix " + std::to_string(printing_.materials.size()) + " materials");
   }
 
+  void operator()(const PureMap& map) const { check_material(map.material, path_ + ".material"); }
+
   void operator()(const DirectMap& map) const {
-    const std::string path = "printing.map.direct";
+    const std::string path = path_ + ".direct";
     check_count(map.shares.size(), 1, kMaxPrintMaterials, path + ".shares");
     std::vector<std::uint32_t> used;
     for (std::size_t i = 0; i < map.shares.size(); ++i) {
@@ -56,7 +60,7 @@ class MapCheck {
   }
 
   void operator()(const BlendMap& map) const {
-    const std::string path = "printing.map.blend";
+    const std::string path = path_ + ".blend";
     check_channel(map.channel, path + ".channel");
     check_count(map.stops.size(), 2, kMaxBlendStops, path + ".stops");
     for (std::size_t i = 0; i < map.stops.size(); ++i) {
@@ -67,7 +71,7 @@ class MapCheck {
   }
 
   void operator()(const CurveMap& map) const {
-    const std::string path = "printing.map.curve";
+    const std::string path = path_ + ".curve";
     check_channel(map.channel, path + ".channel");
     check_material(map.material, path + ".material");
     check_material(map.base, path + ".base");
@@ -81,7 +85,7 @@ class MapCheck {
   }
 
   void operator()(const ColourMap& map) const {
-    const std::string path = "printing.map.colour";
+    const std::string path = path_ + ".colour";
     check_channel(map.red, path + ".red_channel");
     check_channel(map.green, path + ".green_channel");
     check_channel(map.blue, path + ".blue_channel");
@@ -134,10 +138,34 @@ class MapCheck {
 
   const Printing& printing_;
   const SolidSummary& summary_;
+  const std::string path_;
 };
+
+void check_cell_region_maps(const Printing& printing, const SolidSummary& summary) {
+  const std::string list = "printing.cell_region_maps";
+  std::vector<bool> mapped(summary.cell_regions.size());
+  for (std::size_t i = 0; i < printing.cell_region_maps.size(); ++i) {
+    const auto& [region, map] = printing.cell_region_maps[i];
+    const std::string field = item(list, i) + ".cell_region";
+    if (region >= mapped.size()) {
+      refuse(ErrorCode::kCellRegionUnknown, field, "the solid has no cell region " + std::to_string(region));
+    }
+    if (mapped[region]) {
+      refuse(ErrorCode::kMaterialMapInvalid, field,
+             '"' + echoed(summary.cell_regions[region].name) + "\" has a map already; give it one");
+    }
+    mapped[region] = true;
+    std::visit(MapCheck(printing, summary, item(list, i) + ".map"), map.kind);
+  }
+}
+
+bool all_regions_mapped(const Printing& printing, const SolidSummary& summary) {
+  return !summary.cell_regions.empty() && printing.cell_region_maps.size() == summary.cell_regions.size();
+}
 
 struct ChannelList {
   std::vector<std::uint32_t> operator()(std::monostate) const { return {}; }
+  std::vector<std::uint32_t> operator()(const PureMap&) const { return {}; }
   std::vector<std::uint32_t> operator()(const DirectMap& map) const {
     std::vector<std::uint32_t> channels;
     for (const DirectMap::Share& share : map.shares) channels.push_back(share.channel);
@@ -150,6 +178,7 @@ struct ChannelList {
 
 struct SteepestSpan {
   double operator()(std::monostate) const { return std::numeric_limits<double>::infinity(); }
+  double operator()(const PureMap&) const { return std::numeric_limits<double>::infinity(); }
   double operator()(const DirectMap&) const { return 1; }
   double operator()(const BlendMap& map) const {
     double span = std::numeric_limits<double>::infinity();
@@ -170,9 +199,32 @@ struct SteepestSpan {
   double operator()(const ColourMap& map) const { return map.full_value; }
 };
 
+void add_channels(const MaterialMap& map, std::vector<std::uint32_t>& channels) {
+  for (const std::uint32_t channel : std::visit(ChannelList(), map.kind)) {
+    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
+  }
+}
+
+/// All of a printing, the general one first.
+std::vector<const MaterialMap*> maps_of(const Printing& printing) {
+  std::vector<const MaterialMap*> maps = {&printing.map};
+  for (const CellRegionMap& own : printing.cell_region_maps) maps.push_back(&own.map);
+  return maps;
+}
+
 }  // namespace
 
 double steepest_span(const MaterialMap& map) { return std::visit(SteepestSpan(), map.kind); }
+
+double steepest_span(const Printing& printing, std::uint32_t channel) {
+  double span = std::numeric_limits<double>::infinity();
+  for (const MaterialMap* map : maps_of(printing)) {
+    const std::vector<std::uint32_t> channels = channels_of(*map);
+    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) continue;
+    span = std::min(span, steepest_span(*map));
+  }
+  return span;
+}
 
 std::vector<std::uint32_t> palette_of(const Printing& printing) {
   std::vector<std::uint32_t> palette = {printing.background_rgba};
@@ -182,9 +234,13 @@ std::vector<std::uint32_t> palette_of(const Printing& printing) {
 
 std::vector<std::uint32_t> channels_of(const MaterialMap& map) {
   std::vector<std::uint32_t> channels;
-  for (const std::uint32_t channel : std::visit(ChannelList(), map.kind)) {
-    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
-  }
+  add_channels(map, channels);
+  return channels;
+}
+
+std::vector<std::uint32_t> channels_of(const Printing& printing) {
+  std::vector<std::uint32_t> channels;
+  for (const MaterialMap* map : maps_of(printing)) add_channels(*map, channels);
   return channels;
 }
 
@@ -219,7 +275,11 @@ void validate_materials(const Printing& printing) {
 
 void validate_printing(const Printing& printing, const SolidSummary& summary) {
   validate_materials(printing);
-  std::visit(MapCheck(printing, summary), printing.map.kind);
+  check_cell_region_maps(printing, summary);
+  const bool given = !std::holds_alternative<std::monostate>(printing.map.kind);
+  if (given || !all_regions_mapped(printing, summary)) {
+    std::visit(MapCheck(printing, summary, "printing.map"), printing.map.kind);
+  }
   if (find_halftone(printing.halftone.method) != nullptr) return;
   refuse(ErrorCode::kEnumValueUnknown, "printing.halftone.method", "unknown; ask for " + choice_text(kHalftoneMethods));
 }

@@ -29,6 +29,11 @@ struct PrintMaterial {
   std::uint32_t rgba = 0;  // 0xRRGGBBAA, sRGB.
 };
 
+/// All of one material.
+struct PureMap {
+  std::uint32_t material = 0;
+};
+
 /// Channels that are fractions themselves.
 struct DirectMap {
   struct Share {
@@ -66,8 +71,14 @@ struct ColourMap {
 };
 
 struct MaterialMap {
-  std::variant<std::monostate, DirectMap, BlendMap, CurveMap, ColourMap> kind;  // Nothing: all of material 1.
+  std::variant<std::monostate, PureMap, DirectMap, BlendMap, CurveMap, ColourMap> kind;  // Nothing: of material 1.
   bool strict = false;  // Values that give no fractions are errors.
+};
+
+/// A cell region's own.
+struct CellRegionMap {
+  std::uint8_t cell_region = 0;
+  MaterialMap map;
 };
 
 enum class HalftoneMethod : std::uint8_t { kBlueNoise, kErrorDiffusion, kNearest, kWhiteNoise };
@@ -103,8 +114,9 @@ struct Halftone {
 };
 
 struct Printing {
-  std::vector<PrintMaterial> materials;  // At most kMaxPrintMaterials.
-  MaterialMap map;
+  std::vector<PrintMaterial> materials;           // At most kMaxPrintMaterials.
+  MaterialMap map;                                // Of cell regions without their own, or of everything.
+  std::vector<CellRegionMap> cell_region_maps{};  // One for a region at most.
   Halftone halftone;
   std::uint32_t background_rgba = 0x000000ff;
 };
@@ -114,17 +126,21 @@ std::vector<std::uint32_t> palette_of(const Printing& printing);
 
 /// The channels that a map reads, each once, in the order of the map.
 std::vector<std::uint32_t> channels_of(const MaterialMap& map);
+/// Those that any of the maps reads, likewise.
+std::vector<std::uint32_t> channels_of(const Printing& printing);
 
 /// By how much a channel's value changes where the map is steepest, for a fraction to go from 0 to 1. Infinite if the
 /// map reads no channel.
 double steepest_span(const MaterialMap& map);
+/// The least of the maps that read the channel.
+double steepest_span(const Printing& printing, std::uint32_t channel);
 
 /// The materials alone. Throws Error{kMaterialsMissing, kTooManyMaterials, kMaterialNameInvalid, kMaterialNameRepeated,
 /// kMaterialColourRepeated}. Fields are named as in a SliceRangeRequest.
 void validate_materials(const Printing& printing);
 
 /// Throws as above, and Error{kMaterialUnknown, kMaterialMapMissing, kMaterialMapInvalid, kMaterialMapNonFinite,
-/// kChannelUnknown, kEnumValueUnknown}.
+/// kChannelUnknown, kCellRegionUnknown, kEnumValueUnknown}.
 void validate_printing(const Printing& printing, const SolidSummary& summary);
 
 }  // namespace ccslice

@@ -24,7 +24,7 @@ class ToleranceList {
       add(plane.channel, span, default_material_tolerance(plane.sample_type));
     }
     for (const PlaneSpec& plane : mixed_channels(job)) {
-      add(plane.channel, steepest_span(job.printing->map), default_material_tolerance(SampleType::kUint8));
+      add(plane.channel, steepest_span(*job.printing, plane.channel), default_material_tolerance(SampleType::kUint8));
     }
   }
   std::vector<ChannelTolerance> take() { return std::move(list_); }

@@ -23,36 +23,58 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
     : plan_(plan),
       halftoner_(plan),
       palette_(palette_of(plan.printing())),
-      histogram_(plan.printing().materials.size()),
-      values_(plan.mixture().channels().size()) {}
+      histogram_(plan.printing().materials.size()) {
+  const Printing& printing = plan.printing();
+  const std::vector<std::uint32_t> channels = channels_of(printing);
+  values_.resize(channels.size());
+  for (std::size_t i = 0; i < plan.mixtures().size(); ++i) {
+    const Mixture& mixture = plan.mixtures()[i];
+    const bool strict = (i == 0 ? printing.map : printing.cell_region_maps[i - 1].map).strict;
+    const std::string field = i == 0 ? "map" : "cell_region_maps[" + std::to_string(i - 1) + "].map";
+    Source& source = sources_.emplace_back(Source{mixture, strict, "printing." + field + ".strict", {}});
+    for (const std::uint32_t channel : mixture.channels()) {
+      source.planes.push_back(static_cast<std::size_t>(std::ranges::find(channels, channel) - channels.begin()));
+    }
+  }
+}
 
 void HalftonePass::run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
                        const CancellationToken& cancel) {
+  run_all(place, spans, channels, cancel, [](const VoxelRun&) { return std::size_t{0}; });
+}
+
+void HalftonePass::run(const Place& place, std::span<const RegionRun> runs, std::span<const ContonePlane> channels,
+                       const CancellationToken& cancel) {
+  run_all(place, runs, channels, cancel, [&](const RegionRun& run) { return plan_.mixture_of(run.region); });
+}
+
+template <typename Run, typename MixtureOf>
+void HalftonePass::run_all(const Place& place, std::span<const Run> runs, std::span<const ContonePlane> channels,
+                           const CancellationToken& cancel, const MixtureOf& mixture_of) {
   cancel.throw_if_cancelled();
   window_ = place.window;
   indices_.assign(std::size_t{window_.columns} * window_.rows, 0);
   std::fill(histogram_.begin(), histogram_.end(), 0);
   halftoner_.start_layer(place.lattice.width, place.layer);
-  while (!spans.empty()) {
+  while (!runs.empty()) {
     cancel.throw_if_cancelled();
-    const auto end =
-        std::find_if(spans.begin(), spans.end(), [&](const VoxelRun& span) { return span.row != spans[0].row; });
+    const auto end = std::find_if(runs.begin(), runs.end(), [&](const Run& run) { return run.row != runs[0].row; });
     row_.clear();
-    for (const VoxelRun& span : spans.first(static_cast<std::size_t>(end - spans.begin()))) {
-      const VoxelRun part = window_.clipped(span);
-      if (part.begin < part.end) row_.push_back(part);
+    for (const Run& run : runs.first(static_cast<std::size_t>(end - runs.begin()))) {
+      const VoxelRun part = window_.clipped(run);
+      if (part.begin < part.end) row_.push_back({part, mixture_of(run)});
     }
     if (!row_.empty()) run_row(place, row_, channels);
     count(place, row_);
-    spans = {end, spans.end()};
+    runs = {end, runs.end()};
   }
 }
 
-void HalftonePass::run_row(const Place& place, std::span<const VoxelRun> row, std::span<const ContonePlane> channels) {
+void HalftonePass::run_row(const Place& place, std::span<const MixedRun> row, std::span<const ContonePlane> channels) {
   halftoner_.start_row(row.front().row);
   const bool reverse = halftoner_.reverse();
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const VoxelRun& run = reverse ? row[row.size() - 1 - i] : row[i];
+    const MixedRun& run = reverse ? row[row.size() - 1 - i] : row[i];
     const std::uint32_t first = run.begin / kBlock, last = (run.end - 1) / kBlock;
     for (std::uint32_t step = 0; step <= last - first; ++step) {
       run_block(place, run, reverse ? last - step : first + step, channels);
@@ -60,27 +82,28 @@ void HalftonePass::run_row(const Place& place, std::span<const VoxelRun> row, st
   }
 }
 
-void HalftonePass::run_block(const Place& place, const VoxelRun& run, std::uint32_t block,
+void HalftonePass::run_block(const Place& place, const MixedRun& run, std::uint32_t block,
                              std::span<const ContonePlane> channels) {
   const std::uint32_t left = block * kBlock;
   const std::uint32_t begin = std::max(run.begin, left) - left, end = std::min(run.end, left + kBlock) - left;
   const std::size_t index = window_.index(left + begin, run.row);
-  for (std::size_t channel = 0; channel < channels.size(); ++channel) {
-    const std::uint8_t* samples = channels[channel].image().samples.data();
-    std::memcpy(&values_[channel][begin], samples + sizeof(float) * index, sizeof(float) * (end - begin));
+  const Source& source = sources_[run.mixture];
+  for (std::size_t row = 0; row < source.planes.size(); ++row) {
+    const std::uint8_t* samples = channels[source.planes[row]].image().samples.data();
+    std::memcpy(&values_[row][begin], samples + sizeof(float) * index, sizeof(float) * (end - begin));
   }
-  if (plan_.printing().map.strict) {
-    const auto misfit = plan_.mixture().first_misfit(values_, begin, end);
-    if (misfit) refuse(place, left + static_cast<std::uint32_t>(*misfit), run.row, *misfit);
+  if (source.strict) {
+    const auto misfit = source.mixture.first_misfit(values_, begin, end);
+    if (misfit) refuse(place, source, left + static_cast<std::uint32_t>(*misfit), run.row, *misfit);
   }
-  plan_.mixture().evaluate(values_, fractions_);
+  source.mixture.evaluate(values_, fractions_);
   std::array<std::uint8_t, kBlock> chosen;
   halftoner_.choose(block, begin, end, fractions_, chosen.data());
   std::copy(chosen.begin() + begin, chosen.begin() + end, indices_.begin() + static_cast<std::ptrdiff_t>(index));
 }
 
-void HalftonePass::count(const Place& place, std::span<const VoxelRun> row) {
-  for (const VoxelRun& run : row) {
+void HalftonePass::count(const Place& place, std::span<const MixedRun> row) {
+  for (const MixedRun& run : row) {
     const VoxelRun part = place.counted.clipped(run);
     if (part.begin == part.end) continue;
     const auto begin = indices_.begin() + static_cast<std::ptrdiff_t>(window_.index(part.begin, part.row));
@@ -90,16 +113,19 @@ void HalftonePass::count(const Place& place, std::span<const VoxelRun> row) {
   }
 }
 
-void HalftonePass::refuse(const Place& place, std::uint32_t x, std::uint32_t y, std::size_t voxel) const {
+void HalftonePass::refuse(const Place& place, const Source& source, std::uint32_t x, std::uint32_t y,
+                          std::size_t voxel) const {
   const Vec3 centre = place.lattice.centre(x, y, place.z_mm);
   std::string values;
-  for (const MixRow& row : values_) values += (values.empty() ? "" : ", ") + number_text(row[voxel], kPlaceDigits);
+  for (std::size_t row = 0; row < source.planes.size(); ++row) {
+    values += (values.empty() ? "" : ", ") + number_text(values_[row][voxel], kPlaceDigits);
+  }
   throw Error(ErrorCode::kFractionsOutOfRange,
-              "printing.map.strict: in layer " + std::to_string(place.layer) + " at (" +
+              source.field + ": in layer " + std::to_string(place.layer) + " at (" +
                   number_text(centre.x(), kPlaceDigits) + ", " + number_text(centre.y(), kPlaceDigits) + ", " +
                   number_text(centre.z(), kPlaceDigits) + ") mm the channels' values give no fractions: " + values +
                   "; correct them or the map, or leave strict out",
-              "printing.map.strict");
+              source.field);
 }
 
 }  // namespace ccslice

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -15,6 +16,7 @@
 #include "core/printing/halftone.h"
 #include "core/raster/layer_window.h"
 #include "core/raster/occupancy.h"
+#include "core/raster/region_runs.h"
 
 namespace ccslice {
 
@@ -33,9 +35,12 @@ class HalftonePass {
   explicit HalftonePass(const HalftonePlan& plan);
 
   /// `spans`: voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the window, of
-  /// plan.mixture().channels() in that order. Error diffusion REQUIRES a window of all columns, from row 0 on. Throws
-  /// Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
+  /// channels_of(plan.printing()) in that order. Error diffusion REQUIRES a window of all columns, from row 0 on.
+  /// Throws Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
   void run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
+           const CancellationToken& cancel);
+  /// Each voxel by its cell region's map. `runs`: as find_regions() yields them.
+  void run(const Place& place, std::span<const RegionRun> runs, std::span<const ContonePlane> channels,
            const CancellationToken& cancel);
 
   /// The layer that was run last.
@@ -44,17 +49,34 @@ class HalftonePass {
   const std::vector<std::uint64_t>& histogram() const noexcept { return histogram_; }
 
  private:
-  void run_row(const Place& place, std::span<const VoxelRun> row, std::span<const ContonePlane> channels);
-  void run_block(const Place& place, const VoxelRun& run, std::uint32_t block, std::span<const ContonePlane> channels);
-  void count(const Place& place, std::span<const VoxelRun> row);
-  [[noreturn]] void refuse(const Place& place, std::uint32_t x, std::uint32_t y, std::size_t voxel) const;
+  /// Voxels that are mixed by one of the plan's mixtures.
+  struct MixedRun : VoxelRun {
+    std::size_t mixture;
+  };
+  /// A map of the printing.
+  struct Source {
+    const Mixture& mixture;
+    bool strict;
+    std::string field;                // The map's name in messages.
+    std::vector<std::size_t> planes;  // Of the mixture's channels, among those of all maps.
+  };
+
+  template <typename Run, typename MixtureOf>
+  void run_all(const Place& place, std::span<const Run> runs, std::span<const ContonePlane> channels,
+               const CancellationToken& cancel, const MixtureOf& mixture_of);
+  void run_row(const Place& place, std::span<const MixedRun> row, std::span<const ContonePlane> channels);
+  void run_block(const Place& place, const MixedRun& run, std::uint32_t block, std::span<const ContonePlane> channels);
+  void count(const Place& place, std::span<const MixedRun> row);
+  [[noreturn]] void refuse(const Place& place, const Source& source, std::uint32_t x, std::uint32_t y,
+                           std::size_t voxel) const;
 
   const HalftonePlan& plan_;
   Halftoner halftoner_;
   std::vector<std::uint32_t> palette_;
   LayerWindow window_;
   std::vector<std::uint8_t> indices_;
-  std::vector<VoxelRun> row_;  // What the window holds of the row at hand.
+  std::vector<Source> sources_;  // By mixture.
+  std::vector<MixedRun> row_;    // What the window holds of the row at hand.
   std::vector<std::uint64_t> histogram_;
   std::vector<MixRow> values_;  // Values of the block at hand, by channel.
   Fractions fractions_{};

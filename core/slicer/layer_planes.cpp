@@ -61,7 +61,7 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job) {
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   std::vector<PlaneSpec> planes;
   if (!shows_materials(job)) return planes;
-  for (const std::uint32_t channel : channels_of(job.printing->map)) {
+  for (const std::uint32_t channel : channels_of(*job.printing)) {
     PlaneSpec& plane = planes.emplace_back();
     plane.content = PlaneContent::kChannel;
     plane.channel = channel;

@@ -62,7 +62,7 @@ struct LayerSlicer::Shared {
 struct LayerShape {
   Contours contours;  // Only if the job delivers them.
   std::vector<VoxelRun> spans;
-  std::vector<RegionRun> regions;  // Only if the job shows cell regions.
+  std::vector<RegionRun> regions;  // Only if the job needs them.
   LayerStats stats;
 };
 
@@ -124,7 +124,7 @@ struct LayerSlicer::State {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows);
-    if (shows_cell_regions(job)) result.regions = cell_regions(result);
+    if (needs_cell_regions(job)) result.regions = cell_regions(result);
     result.contours.region_edges = {};
     if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
     result.stats.contour_loops = result.contours.loops.size();
@@ -164,9 +164,14 @@ struct LayerSlicer::State {
                         [&](std::uint32_t k) { return std::span<const VoxelRun>(shape_in_slab(k, cancel).spans); });
   }
 
-  void choose_materials(std::span<const VoxelRun> spans, Layer& layer, const CancellationToken& cancel) {
+  void choose_materials(const LayerShape& shape, Layer& layer, const CancellationToken& cancel) {
     if (!halftone) return;
-    halftone->run({lattice, layer.index, layer.z_mm, scope.window, scope.region}, spans, planes.mixed(), cancel);
+    const HalftonePass::Place place{lattice, layer.index, layer.z_mm, scope.window, scope.region};
+    if (job.printing->cell_region_maps.empty()) {
+      halftone->run(place, shape.spans, planes.mixed(), cancel);
+    } else {
+      halftone->run(place, shape.regions, planes.mixed(), cancel);
+    }
     layer.stats.material_voxels = halftone->histogram();
   }
 
@@ -185,7 +190,7 @@ struct LayerSlicer::State {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
       return whole->slice(index, cancel);
     }
-    choose_materials(shape.spans, layer, cancel);
+    choose_materials(shape, layer, cancel);
     layer.planes = planes.encode(shape.spans, halftone ? halftone->image() : IndexImage{}, shape.regions,
                                  {scope.window, scope.region, job.order}, cancel);
     return layer;

@@ -3,6 +3,8 @@
 
 #include "server/rpc/convert_printing.h"
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/choice_text.h"
@@ -14,15 +16,32 @@
 namespace ccslice::server {
 namespace {
 
-const std::string kMap = "printing.map";
-
 // The parts of a map. Fields are those of the request.
 class MapReader {
  public:
-  MapReader(const Printing& printing, const SolidSummary& solid) : printing_(printing), solid_(solid) {}
+  MapReader(const Printing& printing, const SolidSummary& solid, std::string path)
+      : printing_(printing), solid_(solid), path_(std::move(path)) {}
 
+  MaterialMap read(const v1::MaterialMap& message) const {
+    MaterialMap map;
+    map.strict = message.strict();
+    switch (message.kind_case()) {
+      case v1::MaterialMap::kDirect: map.kind = read(message.direct()); return map;
+      case v1::MaterialMap::kBlend: map.kind = read(message.blend()); return map;
+      case v1::MaterialMap::kCurve: map.kind = read(message.curve()); return map;
+      case v1::MaterialMap::kColour: map.kind = read(message.colour()); return map;
+      case v1::MaterialMap::kMaterial:
+        map.kind = PureMap{to_material(message.material(), printing_, path_ + ".material")};
+        return map;
+      case v1::MaterialMap::KIND_NOT_SET: break;
+    }
+    throw Error(ErrorCode::kMaterialMapInvalid, path_ + ": has no kind; give direct, blend, curve, colour or material",
+                path_);
+  }
+
+ private:
   DirectMap read(const v1::DirectMap& message) const {
-    const std::string path = kMap + ".direct";
+    const std::string path = path_ + ".direct";
     DirectMap map;
     for (int i = 0; i < message.shares_size(); ++i) {
       const std::string share = path + ".shares[" + std::to_string(i) + "]";
@@ -35,7 +54,7 @@ class MapReader {
   }
 
   BlendMap read(const v1::BlendMap& message) const {
-    const std::string path = kMap + ".blend";
+    const std::string path = path_ + ".blend";
     BlendMap map;
     map.channel = to_channel(message.channel(), solid_, path + ".channel");
     for (int i = 0; i < message.stops_size(); ++i) {
@@ -46,7 +65,7 @@ class MapReader {
   }
 
   CurveMap read(const v1::CurveMap& message) const {
-    const std::string path = kMap + ".curve";
+    const std::string path = path_ + ".curve";
     CurveMap map;
     map.channel = to_channel(message.channel(), solid_, path + ".channel");
     map.material = to_material(message.material(), printing_, path + ".material");
@@ -56,7 +75,7 @@ class MapReader {
   }
 
   ColourMap read(const v1::ColourMap& message) const {
-    const std::string path = kMap + ".colour";
+    const std::string path = path_ + ".colour";
     ColourMap map;
     map.red = to_channel(message.red_channel(), solid_, path + ".red_channel");
     map.green = to_channel(message.green_channel(), solid_, path + ".green_channel");
@@ -65,23 +84,21 @@ class MapReader {
     return map;
   }
 
- private:
   const Printing& printing_;
   const SolidSummary& solid_;
+  const std::string path_;
 };
 
-MaterialMap to_map(const v1::MaterialMap& message, const Printing& printing, const SolidSummary& solid) {
-  const MapReader reader(printing, solid);
-  MaterialMap map;
-  map.strict = message.strict();
-  switch (message.kind_case()) {
-    case v1::MaterialMap::kDirect: map.kind = reader.read(message.direct()); return map;
-    case v1::MaterialMap::kBlend: map.kind = reader.read(message.blend()); return map;
-    case v1::MaterialMap::kCurve: map.kind = reader.read(message.curve()); return map;
-    case v1::MaterialMap::kColour: map.kind = reader.read(message.colour()); return map;
-    case v1::MaterialMap::KIND_NOT_SET: break;
+std::uint8_t to_cell_region(const std::string& name, const SolidSummary& solid, const std::string& field) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < solid.cell_regions.size(); ++i) {
+    if (solid.cell_regions[i].name == name) return static_cast<std::uint8_t>(i);
+    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.cell_regions[i].name) + '"');
   }
-  throw Error(ErrorCode::kMaterialMapInvalid, kMap + ": has no kind; give direct, blend, curve or colour", kMap);
+  throw Error(ErrorCode::kCellRegionUnknown,
+              field + ": there is no cell region \"" + echoed(name) + "\"; the mesh has " +
+                  (names.empty() ? "none" : echoed_list(names, solid.cell_regions.size())),
+              field);
 }
 
 constexpr std::string_view kMethodPrefix = "HALFTONE_METHOD_";
@@ -103,6 +120,7 @@ class MapWriter {
       : printing_(printing), solid_(solid), message_(message) {}
 
   void operator()(std::monostate) const {}
+  void operator()(const PureMap& map) const { message_.set_material(material(map.material)); }
 
   void operator()(const DirectMap& map) const {
     v1::DirectMap& direct = *message_.mutable_direct();
@@ -174,7 +192,13 @@ Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {
   }
   if (message.has_background_rgba()) printing.background_rgba = message.background_rgba();
   validate_materials(printing);
-  if (message.has_map()) printing.map = to_map(message.map(), printing, solid);
+  if (message.has_map()) printing.map = MapReader(printing, solid, "printing.map").read(message.map());
+  for (int i = 0; i < message.cell_region_maps_size(); ++i) {
+    const v1::CellRegionMap& own = message.cell_region_maps(i);
+    const std::string path = "printing.cell_region_maps[" + std::to_string(i) + "]";
+    printing.cell_region_maps.push_back({to_cell_region(own.cell_region(), solid, path + ".cell_region"),
+                                         MapReader(printing, solid, path + ".map").read(own.map())});
+  }
   printing.halftone = {to_method(message.halftone().method()), message.halftone().seed()};
   return printing;
 }
@@ -186,9 +210,15 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
     written.set_name(material.name);
     written.set_rgba(material.rgba);
   }
-  if (!std::holds_alternative<std::monostate>(value.map.kind)) {
-    std::visit(MapWriter(value, solid, *message.mutable_map()), value.map.kind);
-    message.mutable_map()->set_strict(value.map.strict);
+  const auto write = [&](const MaterialMap& map, v1::MaterialMap& written) {
+    std::visit(MapWriter(value, solid, written), map.kind);
+    written.set_strict(map.strict);
+  };
+  if (!std::holds_alternative<std::monostate>(value.map.kind)) write(value.map, *message.mutable_map());
+  for (const CellRegionMap& own : value.cell_region_maps) {
+    v1::CellRegionMap& written = *message.add_cell_region_maps();
+    written.set_cell_region(solid.cell_regions[own.cell_region].name);
+    write(own.map, *written.mutable_map());
   }
   message.mutable_halftone()->set_method(
       contract_value<v1::HalftoneMethod>(kMethodPrefix, value.halftone.traits().name));

@@ -164,7 +164,7 @@ double ns_per_voxel(const Options& options, HalftoneMethod method, std::size_t m
       halftoner.start_row(y);
       for (std::uint32_t i = 0; i < kBlocks; ++i) {
         const std::uint32_t block = halftoner.reverse() ? kBlocks - 1 - i : i;
-        plan.mixture().evaluate(values[block], fractions);
+        plan.mixtures().front().evaluate(values[block], fractions);
         halftoner.choose(block, 0, kMixBlock, fractions, &row[std::size_t{block} * kMixBlock]);
       }
     }

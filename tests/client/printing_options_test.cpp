@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "client/cli/job.h"
 #include "client/cli/printing.h"
 #include "client/cli/text_values.h"
@@ -11,13 +14,13 @@ namespace ccslice::cli {
 namespace {
 
 v1::MaterialMap map_of(const std::string& text) {
-  return parse_printing({.materials = {"a=#102030"}, .map = text, .background = ""})->map();
+  return parse_printing({.materials = {"a=#102030"}, .maps = {text}, .background = ""})->map();
 }
 
 TEST(PrintingOptions, NameMaterialsAndColours) {
-  EXPECT_FALSE(parse_printing({.materials = {}, .map = "", .background = ""}));
+  EXPECT_FALSE(parse_printing({.materials = {}, .maps = {}, .background = ""}));
   const auto printing = parse_printing({.materials = {"soft=#102030", "a=b=#A0b0C080"},
-                                        .map = "",
+                                        .maps = {},
                                         .halftone = "error-diffusion",
                                         .seed = 7,
                                         .background = "#ffffff"});
@@ -31,7 +34,7 @@ TEST(PrintingOptions, NameMaterialsAndColours) {
   EXPECT_EQ(printing->halftone().seed(), 7u);
   EXPECT_FALSE(printing->has_map());
   for (const char* bad : {"soft", "soft=", "=#102030", "soft=102030", "soft=#10203", "soft=#10203g", "soft=#"}) {
-    EXPECT_THROW(parse_printing({.materials = {bad}, .map = "", .background = ""}), UsageError) << bad;
+    EXPECT_THROW(parse_printing({.materials = {bad}, .maps = {}, .background = ""}), UsageError) << bad;
   }
 }
 
@@ -58,8 +61,32 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
   }
 }
 
+TEST(PrintingOptions, GiveCellRegionsMapsOfTheirOwn) {
+  const auto printing =
+      parse_printing({.materials = {"soft=#102030"},
+                      .maps = {"region:core=blend:x:0=soft,1=hard", "region:shell=hard,2=soft", "material:clear"},
+                      .strict = true,
+                      .background = ""});
+  EXPECT_EQ(printing->map().material(), "clear");
+  ASSERT_EQ(printing->cell_region_maps_size(), 3);
+  EXPECT_EQ(printing->cell_region_maps(0).cell_region(), "core");
+  EXPECT_EQ(printing->cell_region_maps(0).map().blend().stops(1).material(), "hard");
+  EXPECT_TRUE(printing->cell_region_maps(0).map().strict());
+  EXPECT_EQ(printing->cell_region_maps(1).cell_region(), "shell");
+  EXPECT_EQ(printing->cell_region_maps(1).map().material(), "hard");
+  EXPECT_EQ(printing->cell_region_maps(2).cell_region(), "2");
+  for (const std::vector<std::string>& bad : {std::vector<std::string>{"region:"},
+                                              {"region:core"},
+                                              {"region:core="},
+                                              {"region:=blend:x:0=a,1=b"},
+                                              {"region:core=mix:x"},
+                                              {"blend:x:0=a,1=b", "material:a"}}) {
+    EXPECT_THROW(parse_printing({.materials = {"a=#102030"}, .maps = bad, .background = ""}), UsageError) << bad[0];
+  }
+}
+
 TEST(PrintingOptions, GiveAPictureOfMaterialsAndMasks) {
-  const auto printing = parse_printing({.materials = {"a=#102030", "b=#405060"}, .map = "", .background = ""});
+  const auto printing = parse_printing({.materials = {"a=#102030", "b=#405060"}, .maps = {}, .background = ""});
   const auto planes = parse_planes({.channels = {}, .masks = true}, false, &*printing);
   ASSERT_EQ(planes.size(), 3u);
   EXPECT_TRUE(planes[0].has_materials());

@@ -34,6 +34,7 @@ COVERED = {
     "contains": ("polyhedra_test", "std::find"),
     "prefetch": ("same_bytes_test", "changes nothing but time"),
     "block_faces": ("block_shape_test", "its loops are those of shapes and scans"),
+    "polling": ("encode_test", "constants; cancelled encoders are tested there"),
     "byte_counts": ("deflate_test", "wrong counts make streams that don't inflate"),
     # Parts of a unit whose test looks at each of them.
     "build_cells": ("limit_solid_test", "the first step of preparing"),

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -78,6 +81,61 @@ TEST_F(CellRegions, AreInTheSummary) {
   EXPECT_EQ(response.mesh().cell_regions(0).control_cells(), 32u);
   EXPECT_NEAR(response.mesh().cell_regions(0).volume_mm3() + response.mesh().cell_regions(1).volume_mm3(),
               response.mesh().deviation().limit_volume_mm3(), 1e-6);
+}
+
+v1::CellRegionMap map_of(const std::string& region, const std::string& material) {
+  v1::CellRegionMap map;
+  map.set_cell_region(region);
+  map.mutable_map()->set_material(material);
+  return map;
+}
+
+v1::Printing soft_and_hard() {
+  v1::Printing printing;
+  for (const auto& [name, rgba] : {std::pair("soft", 0xff8000ffu), std::pair("hard", 0x0080ffffu)}) {
+    v1::PrintMaterial& material = *printing.add_materials();
+    material.set_name(name);
+    material.set_rgba(rgba);
+  }
+  return printing;
+}
+
+TEST_F(CellRegions, ArePrintedByTheirOwnMaps) {
+  v1::SliceRangeRequest request = request_for(halves());
+  *request.mutable_printing() = soft_and_hard();
+  *request.mutable_printing()->add_cell_region_maps() = map_of("shell", "soft");
+  *request.mutable_printing()->add_cell_region_maps() = map_of("core", "hard");
+  request.add_planes()->mutable_materials();
+  for (v1::PlaneSpec& plane : *request.mutable_planes()) {
+    plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+    plane.set_encoding(v1::PLANE_ENCODING_RAW);
+  }
+  const Sliced sliced = server_.slice(request);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.printing().cell_region_maps(1).cell_region(), "core");
+  EXPECT_EQ(sliced.header.printing().cell_region_maps(1).map().material(), "hard");
+  std::size_t voxels = 0;
+  for (const auto& [index, planes] : sliced.planes) {
+    for (std::size_t k = 0; k < planes[0].size(); ++k) {
+      voxels += planes[0][k] != 0;
+      ASSERT_EQ(planes[1][k], planes[0][k] == 0 ? 0 : 3 - planes[0][k]) << index << ' ' << k;
+    }
+  }
+  EXPECT_GT(voxels, 20000u);
+}
+
+TEST_F(CellRegions, ThatNobodyKnowsHaveNoMaps) {
+  v1::SliceRangeRequest request = request_for(halves());
+  *request.mutable_printing() = soft_and_hard();
+  *request.mutable_printing()->add_cell_region_maps() = map_of("shelf", "soft");
+  request.add_planes()->mutable_materials();
+  const Failure unknown = server_.slice_failure(request);
+  EXPECT_EQ(unknown.reason, "CELL_REGION_UNKNOWN");
+  EXPECT_EQ(unknown.field, "printing.cell_region_maps[0].cell_region");
+  *request.mutable_printing()->mutable_cell_region_maps(0) = map_of("shell", "soft");
+  const Failure unmapped = server_.slice_failure(request);
+  EXPECT_EQ(unmapped.reason, "MATERIAL_MAP_MISSING");
+  EXPECT_EQ(unmapped.field, "printing.map");
 }
 
 TEST_F(CellRegions, AreMissedWhereThereAreNone) {

@@ -62,7 +62,7 @@ inline HalftonedBlock halftone_block(
     std::uint32_t first_layer = 0) {
   HalftonedBlock block{size, pitch_mm, std::vector<std::uint8_t>(size[0] * size[1] * size[2])};
   Halftoner halftoner(plan);
-  std::vector<MixRow> rows(plan.mixture().channels().size());
+  std::vector<MixRow> rows(plan.mixtures().front().channels().size());
   Fractions fractions{};
   const std::size_t blocks = (size[0] + kMixBlock - 1) / kMixBlock;
   for (std::size_t z = 0; z < size[2]; ++z) {
@@ -76,7 +76,7 @@ inline HalftonedBlock halftone_block(
           const std::vector<float> voxel = values(left + k, y, first_layer + z);
           for (std::size_t c = 0; c < rows.size(); ++c) rows[c][k] = voxel[c];
         }
-        plan.mixture().evaluate(rows, fractions);
+        plan.mixtures().front().evaluate(rows, fractions);
         halftoner.choose(static_cast<std::uint32_t>(b), 0, static_cast<std::uint32_t>(end), fractions,
                          &block.materials[(z * size[1] + y) * size[0] + left]);
       }

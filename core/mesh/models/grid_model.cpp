@@ -17,9 +17,9 @@ constexpr double kCoreShare = 0.5;
 
 using At = std::array<int, 3>;
 
-class Lattice {
+class StrutLattice {
  public:
-  Lattice() : builder_("stiffness") { add_vertices(); }
+  StrutLattice() : builder_("stiffness") { add_vertices(); }
 
   ControlMesh build() && {
     for (int k = 0; k < kNodes[2]; ++k) {
@@ -82,6 +82,6 @@ class Lattice {
 
 }  // namespace
 
-ControlMesh make_grid() { return Lattice().build(); }
+ControlMesh make_grid() { return StrutLattice().build(); }
 
 }  // namespace ccslice

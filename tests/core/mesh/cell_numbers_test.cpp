@@ -6,6 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+#include <vector>
+
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_vtk.h"
 #include "tests/core/mesh/expect_error.h"
@@ -35,8 +39,12 @@ TEST(CellNumbers, MakeRegionsInAscendingOrder) {
 TEST(CellNumbers, OfOtherNamesAreRefusedWithThoseThatAreThere) {
   MeshFile file = numbered({1, 2});
   expect_error([&] { make_cell_regions("region", file); }, ErrorCode::kMeshBadCellRegion,
-               "no integers called 'region' for its cells; it has 'part', 'material'");
+               "no integers or sets called 'region' for its cells; it has numbers called 'part', 'material'");
+  file.cell_sets = {{"core", {0}}};
+  expect_error([&] { make_cell_regions("core,shell", file); }, ErrorCode::kMeshBadCellRegion,
+               "called 'core,shell' for its cells; it has numbers called 'part', 'material', and sets 'core'");
   file.cell_numbers.clear();
+  file.cell_sets.clear();
   expect_error([&] { make_cell_regions("region", file); }, ErrorCode::kMeshBadCellRegion, "it has none");
 }
 
@@ -50,6 +58,51 @@ TEST(CellNumbers, AreRefusedIfThereAreTooManyDifferentOnes) {
   MeshFile file = numbered(numbers);
   expect_error([&] { make_cell_regions("material", file); }, ErrorCode::kMeshBadCellRegion, "more than 255");
   EXPECT_THAT(file.mesh.cell_regions, IsEmpty());
+}
+
+MeshFile with_sets() {
+  MeshFile file = numbered({0, 0, 0, 0, 0});
+  file.cell_sets = {{"all", {0, 1, 2, 3, 4}}, {"core", {1, 3}}, {"rest", {0}}, {"a,b", {2, 4}}};
+  return file;
+}
+
+TEST(CellSets, MakeRegionsInTheOrderOfTheirNames) {
+  MeshFile file = with_sets();
+  make_cell_regions("rest,core", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("rest", "core", "rest_"));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(0, 1, 2, 1, 2));
+  make_cell_regions("core", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("core", "rest"));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(1, 0, 1, 0, 1));
+  make_cell_regions("a,b", file);
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(1, 1, 0, 1, 0));
+  make_cell_regions("all,all", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("all"));
+}
+
+TEST(CellSets, ThatHaveCellsInCommonAreRefused) {
+  MeshFile file = with_sets();
+  expect_error([&] { make_cell_regions("sets", file); }, ErrorCode::kMeshBadCellRegion,
+               "cell 1 is in both 'all' and 'core'");
+  file.cell_sets.erase(file.cell_sets.begin());
+  make_cell_regions("sets", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("core", "rest", "a,b"));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(1, 0, 2, 0, 2));
+  expect_error([&] { make_cell_regions("core,", file); }, ErrorCode::kMeshBadCellRegion, "called 'core,'");
+}
+
+TEST(CellSets, AreRefusedIfThereAreTooMany) {
+  MeshFile file = numbered(std::vector<std::int64_t>(300, 0));
+  for (std::uint32_t cell = 0; cell < 255; ++cell) file.cell_sets.push_back({std::to_string(cell), {cell}});
+  expect_error([&] { make_cell_regions("sets", file); }, ErrorCode::kMeshBadCellRegion, "the rest are more than 255");
+  for (std::uint32_t cell = 255; cell < 300; ++cell) file.cell_sets.push_back({std::to_string(cell), {cell}});
+  expect_error([&] { make_cell_regions("sets", file); }, ErrorCode::kMeshBadCellRegion, "the sets are more than 255");
+}
+
+TEST(ExactInteger, IsThatOfWholeNumbersOnly) {
+  EXPECT_EQ(exact_integer(-3), -3);
+  EXPECT_EQ(exact_integer(0x1p53), std::int64_t{1} << 53);
+  for (const double value : {0.5, 0x1p54, std::nan(""), -HUGE_VAL}) EXPECT_FALSE(exact_integer(value)) << value;
 }
 
 constexpr const char* kVtk =

@@ -33,11 +33,13 @@ TEST(ReadAbaqus, PlacesInstancesOfParts) {
   EXPECT_TRUE(file.mesh.positions[14].isApprox(Vec3(9, 2, 3), 1e-12)) << file.mesh.positions[14].transpose();
   EXPECT_EQ(file.mesh.positions[17], Vec3(4, 0, 20));
   EXPECT_NO_THROW(validate(file.mesh));
+  ASSERT_EQ(file.cell_sets.size(), 1u);
+  EXPECT_EQ(file.cell_sets[0].name, "solid");
+  EXPECT_THAT(file.cell_sets[0].cells, ElementsAre(0, 1));
   EXPECT_THAT(file.warnings,
               ElementsAre(HasSubstr("9 vertices that no cell uses left out"), HasSubstr("3 instances placed"),
                           HasSubstr("1 cells of second order"), "elements of types left out: S3",
-                          "sets of nodes and elements left out: all, corner, solid",
-                          "keywords left out: *ELASTIC, *MATERIAL, *SOLIDSECTION"));
+                          "sets left out: all, corner", "keywords left out: *ELASTIC, *MATERIAL, *SOLIDSECTION"));
 }
 
 TEST(ReadAbaqus, TakesPartsAsTheyAreWithoutAnAssembly) {

@@ -64,11 +64,44 @@ TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
   const std::string data = array("up", "Float32", "0 0 0 0 0 0 0 0 0 0 0 0", 3) +
                            "<Array type=\"String\" Name=\"names\" format=\"ascii\">97 0</Array>" +
                            array(std::string(257, 'x'), "Int32", "1 2 3 4") + array("a", "Int32", "1 2 3 4");
-  const MeshFile file = read_vtu(whole(replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>",
-                                                "<CellData>" + array("id", "Int32", "7") + "</CellData><Points>")));
+  const std::string cell_data = array("share", "Float32", "0.5") + array("pair", "Int32", "1 2", 2) +
+                                "<Array type=\"String\" Name=\"id\" format=\"ascii\">97 0</Array>";
+  const MeshFile file = read_vtu(whole(
+      replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>", "<CellData>" + cell_data + "</CellData><Points>")));
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out",
-                                         "point data 'names' left out", "cell data 'id' left out"));
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out", "point data 'names' left out",
+                          "cell data 'pair' left out", "cell data 'id' left out", "cell data 'share' left out"));
+  EXPECT_TRUE(file.cell_numbers.empty());
+}
+
+std::string with_cell_data(const std::string& piece, const std::string& data) {
+  return replaced(piece, "<Points>", "<CellData>" + data + "</CellData><Points>");
+}
+
+// Those of volume cells that are no ghosts, of all pieces.
+TEST(ReadVtu, KeepsIntegersOfCells) {
+  const std::string first = with_cell_data(
+      piece(4, kTetPoints, 3, "0 1 2 0 1 2 3 0 1 2 3", "3 7 11", "5 10 10", ""),
+      array("part", "Float64", "1 2 -3") + array("rank", "Int32", "4 5 6") + array("vtkGhostType", "UInt8", "0 0 1"));
+  const std::string second = with_cell_data(piece(4, "5 0 0  6 0 0  5 1 0  5 0 1", 1, "0 1 2 3", "4", "10", ""),
+                                            array("late", "Int32", "1") + array("part", "Int8", "9"));
+  const MeshFile one = read_vtu(whole(first));
+  ASSERT_EQ(one.cell_numbers.size(), 2u);
+  EXPECT_EQ(one.cell_numbers[0].name, "part");
+  EXPECT_THAT(one.cell_numbers[0].of_cells, ElementsAre(2));
+  const MeshFile file = read_vtu(whole(first + second));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(2, 9));
+  EXPECT_THAT(file.warnings, testing::IsSupersetOf({"cell data 'rank' left out", "cell data 'late' left out"}));
+}
+
+TEST(ReadVtu, KeepsTheFirstEightArraysOfCells) {
+  std::string data;
+  for (int i = 0; i < 9; ++i) data += array("n" + std::to_string(i), "Int32", "1");
+  const MeshFile file = read_vtu(whole(with_cell_data(tet(), data)));
+  EXPECT_EQ(file.cell_numbers.size(), 8u);
+  EXPECT_THAT(file.warnings, ElementsAre("cell data 'n8' left out"));
 }
 
 TEST(ReadVtu, TakesCellsOfSecondOrderByTheirCorners) {

@@ -77,7 +77,7 @@ TEST(TextScanner, RefusesWhatIsNoFiniteNumber) {
     TextScanner scanner(text);
     const auto [code, message] = thrown([&] { scanner.real("a coordinate"); });
     EXPECT_EQ(code, ErrorCode::kFileSyntax) << text;
-    EXPECT_THAT(message, HasSubstr("line 1: expected a coordinate, found " + quoted(text)));
+    EXPECT_THAT(message, HasSubstr("line 1: expected a coordinate, found " + in_quotes(text)));
   }
   for (const char* text : {"nan", "inf", "-inf", "1e400", "-1e400"}) {
     TextScanner scanner(text);
@@ -139,7 +139,7 @@ TEST(TextScanner, MessagesShowTokensShortAndPrintable) {
   EXPECT_EQ(printable("a\x01\xc3z"), "a??z");
   EXPECT_EQ(printable(std::string(40, 'x')), std::string(40, 'x'));
   EXPECT_EQ(printable(std::string(41, 'x')), std::string(40, 'x') + "...");
-  EXPECT_EQ(quoted("Faces"), "'Faces'");
+  EXPECT_EQ(in_quotes("Faces"), "'Faces'");
   EXPECT_TRUE(equals_ignoring_case("FaCes", "fAcEs"));
   EXPECT_FALSE(equals_ignoring_case("Faces", "Face"));
   EXPECT_FALSE(equals_ignoring_case("[", "{"));

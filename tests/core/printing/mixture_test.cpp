@@ -38,6 +38,8 @@ std::vector<float> mix(const Mixture& mixture, const std::vector<float>& values)
   return result;
 }
 
+Mixture mixture_of(const Printing& printing) { return {printing, printing.map}; }
+
 bool fits(const Mixture& mixture, const std::vector<float>& values) {
   std::vector<MixRow> rows(values.size());
   for (std::size_t c = 0; c < values.size(); ++c) rows[c].fill(values[c]);
@@ -47,7 +49,7 @@ bool fits(const Mixture& mixture, const std::vector<float>& values) {
 auto near(float value) { return FloatNear(value, 1e-5f); }
 
 TEST(Mixture, OfABlendIsLinearBetweenStopsAndHeldAtItsEnds) {
-  const Mixture mixture(printing_with(3, {BlendMap{0, {{10, 1}, {20, 3}, {40, 2}}}}));
+  const Mixture mixture = mixture_of(printing_with(3, {BlendMap{0, {{10, 1}, {20, 3}, {40, 2}}}}));
   EXPECT_THAT(mix(mixture, {10}), ElementsAre(1, 0, 0));
   EXPECT_THAT(mix(mixture, {12.5f}), ElementsAre(near(0.75f), 0, near(0.25f)));
   EXPECT_THAT(mix(mixture, {20}), ElementsAre(0, 0, 1));
@@ -63,7 +65,7 @@ TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
       const double x = static_cast<double>(i) / static_cast<double>(points - 1);
       curve.points.push_back({1000 * x, x * x});
     }
-    const Mixture mixture(printing_with(2, {curve}));
+    const Mixture mixture = mixture_of(printing_with(2, {curve}));
     for (double property = 0; property <= 1000; property += 7.3) {
       const double at = property / 1000 * static_cast<double>(points - 1), low = std::floor(at);
       const double step = static_cast<double>(points - 1);
@@ -78,7 +80,7 @@ TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
 TEST(Mixture, OfSharesIsScaledToMakeOne) {
   DirectMap direct;
   direct.shares = {{4, 2}, {7, 1}};
-  const Mixture mixture(printing_with(3, {direct}));
+  const Mixture mixture = mixture_of(printing_with(3, {direct}));
   EXPECT_THAT(mixture.channels(), ElementsAre(4, 7));
   EXPECT_THAT(mix(mixture, {0.25f, 0.75f}), ElementsAre(0.75f, 0.25f, 0));
   EXPECT_THAT(mix(mixture, {0.2f, 0.2f}), ElementsAre(0.5f, 0.5f, 0));
@@ -93,32 +95,38 @@ TEST(Mixture, LeavesTheRestToAMaterialOfItsOwn) {
   DirectMap direct;
   direct.shares = {{0, 1}, {1, 2}};
   direct.rest_material = 3;
-  const Mixture mixture(printing_with(3, {direct}));
+  const Mixture mixture = mixture_of(printing_with(3, {direct}));
   EXPECT_THAT(mix(mixture, {0.2f, 0.3f}), ElementsAre(near(0.2f), near(0.3f), near(0.5f)));
   EXPECT_THAT(mix(mixture, {1, 1}), ElementsAre(0.5f, 0.5f, 0));
   EXPECT_THAT(mix(mixture, {0, 0}), ElementsAre(0, 0, 1));
 }
 
 TEST(Mixture, OfOneMaterialNeedsNoMap) {
-  const Mixture mixture(printing_with(1, {}));
+  const Mixture mixture = mixture_of(printing_with(1, {}));
   EXPECT_TRUE(mixture.channels().empty());
   EXPECT_THAT(mix(mixture, {}), ElementsAre(1));
 }
 
+TEST(Mixture, OfAMaterialIsAllOfIt) {
+  const Mixture mixture = mixture_of(printing_with(3, {PureMap{2}}));
+  EXPECT_TRUE(mixture.channels().empty());
+  EXPECT_THAT(mix(mixture, {}), testing::ElementsAre(0, 1, 0));
+}
+
 TEST(Mixture, TellsWhatAStrictMapRefuses) {
-  const Mixture blend(printing_with(2, {BlendMap{0, {{10, 1}, {20, 2}}}}));
+  const Mixture blend = mixture_of(printing_with(2, {BlendMap{0, {{10, 1}, {20, 2}}}}));
   EXPECT_TRUE(fits(blend, {10}));
   EXPECT_TRUE(fits(blend, {20.05f}));
   EXPECT_FALSE(fits(blend, {9.9f}));
   EXPECT_FALSE(fits(blend, {std::numeric_limits<float>::quiet_NaN()}));
   DirectMap direct;
   direct.shares = {{0, 1}, {1, 2}};
-  EXPECT_TRUE(fits(Mixture(printing_with(2, {direct})), {0.4f, 0.6f}));
-  EXPECT_FALSE(fits(Mixture(printing_with(2, {direct})), {0.4f, 0.5f}));
-  EXPECT_FALSE(fits(Mixture(printing_with(2, {direct})), {-0.1f, 1}));
+  EXPECT_TRUE(fits(mixture_of(printing_with(2, {direct})), {0.4f, 0.6f}));
+  EXPECT_FALSE(fits(mixture_of(printing_with(2, {direct})), {0.4f, 0.5f}));
+  EXPECT_FALSE(fits(mixture_of(printing_with(2, {direct})), {-0.1f, 1}));
   direct.rest_material = 3;
-  EXPECT_TRUE(fits(Mixture(printing_with(3, {direct})), {0.4f, 0.5f}));
-  EXPECT_FALSE(fits(Mixture(printing_with(3, {direct})), {0.6f, 0.5f}));
+  EXPECT_TRUE(fits(mixture_of(printing_with(3, {direct})), {0.4f, 0.5f}));
+  EXPECT_FALSE(fits(mixture_of(printing_with(3, {direct})), {0.6f, 0.5f}));
 }
 
 Printing coloured(const std::vector<std::uint32_t>& colours) {
@@ -130,7 +138,7 @@ Printing coloured(const std::vector<std::uint32_t>& colours) {
 TEST(Mixture, OfAColourLooksLikeIt) {
   const std::vector<std::uint32_t> palette = {0x000000ff, 0xffffffff, 0x00ffffff, 0xff00ffff,
                                               0xffff00ff, 0xff0000ff, 0x00ff00ff, 0x0000ffff};
-  const Mixture mixture(coloured(palette));
+  const Mixture mixture = mixture_of(coloured(palette));
   std::mt19937 random(3);
   std::uniform_real_distribution<float> unit(0, 1);
   for (int i = 0; i < 500; ++i) {
@@ -151,7 +159,7 @@ TEST(Mixture, OfAColourLooksLikeIt) {
 }
 
 TEST(Mixture, OfAColourOutsideTakesTheNearestInside) {
-  const Mixture mixture(coloured({0x000000ff, 0xffffffff}));
+  const Mixture mixture = mixture_of(coloured({0x000000ff, 0xffffffff}));
   EXPECT_THAT(mix(mixture, {0, 0, 0}), ElementsAre(near(1), near(0)));
   EXPECT_THAT(mix(mixture, {1, 1, 1}), ElementsAre(near(0), near(1)));
   const std::vector<float> red = mix(mixture, {1, 0, 0});

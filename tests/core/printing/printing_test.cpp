@@ -19,6 +19,9 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 SolidSummary four_channels() {
   SolidSummary summary;
   summary.channels = {{"stiffness", 0, 100}, {"r", 0, 1}, {"g", 0, 1}, {"b", 0, 1}};
+  summary.cell_regions.resize(2);
+  summary.cell_regions[0].name = "core";
+  summary.cell_regions[1].name = "shell";
   return summary;
 }
 
@@ -123,6 +126,34 @@ INSTANTIATE_TEST_SUITE_P(
                             ErrorCode::kMaterialMapNonFinite, "printing.map.colour.full_value"},
                     Spoiled{"UnknownColourChannel", [](Printing& p) { colour(p).green = 7; },
                             ErrorCode::kChannelUnknown, "printing.map.colour.green_channel"},
+                    Spoiled{"UnknownPureMaterial", [](Printing& p) { p.map.kind = PureMap{4}; },
+                            ErrorCode::kMaterialUnknown, "printing.map.material"},
+                    Spoiled{"UnknownCellRegion",
+                            [](Printing& p) {
+                              p.cell_region_maps = {{2, {PureMap{1}}}};
+                            },
+                            ErrorCode::kCellRegionUnknown, "printing.cell_region_maps[0].cell_region"},
+                    Spoiled{"TwoMapsOfOneRegion",
+                            [](Printing& p) {
+                              p.cell_region_maps = {{1, {PureMap{1}}}, {1, {PureMap{2}}}};
+                            },
+                            ErrorCode::kMaterialMapInvalid, "printing.cell_region_maps[1].cell_region"},
+                    Spoiled{"EmptyMapOfARegion",
+                            [](Printing& p) {
+                              p.cell_region_maps = {{1, {}}};
+                            },
+                            ErrorCode::kMaterialMapMissing, "printing.cell_region_maps[0].map"},
+                    Spoiled{"BadMapOfARegion",
+                            [](Printing& p) {
+                              p.cell_region_maps = {{0, {PureMap{1}}}, {1, {BlendMap{0, {{0, 1}, {1, 9}}}}}};
+                            },
+                            ErrorCode::kMaterialUnknown, "printing.cell_region_maps[1].map.blend.stops[1].material"},
+                    Spoiled{"NoMapForTheOtherRegion",
+                            [](Printing& p) {
+                              p.map = {};
+                              p.cell_region_maps = {{1, {PureMap{1}}}};
+                            },
+                            ErrorCode::kMaterialMapMissing, "printing.map"},
                     Spoiled{"UnknownMethod", [](Printing& p) { p.halftone.method = static_cast<HalftoneMethod>(9); },
                             ErrorCode::kEnumValueUnknown, "printing.halftone.method"}),
     [](const testing::TestParamInfo<Spoiled>& info) { return info.param.name; });
@@ -136,7 +167,12 @@ TEST(ValidatePrinting, TakesEveryKindOfMap) {
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
   colour(printing);
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
+  printing.map.kind = PureMap{2};
+  EXPECT_NO_THROW(validate_printing(printing, four_channels()));
   printing.map = {};
+  printing.cell_region_maps = {{1, {PureMap{2}}}, {0, {BlendMap{1, {{0, 1}, {1, 2}}}}}};
+  EXPECT_NO_THROW(validate_printing(printing, four_channels()));
+  printing.cell_region_maps.clear();
   printing.materials.resize(1);
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
 }
@@ -149,6 +185,20 @@ TEST(SteepestSpan, IsThatOfTheSteepestSegment) {
   EXPECT_NEAR(steepest_span(printing.map), 50, 1e-9);
   direct(printing);
   EXPECT_EQ(steepest_span(printing.map), 1);
+}
+
+TEST(SteepestSpan, OfAChannelIsTheLeastOfItsMaps) {
+  Printing printing = good_printing();
+  printing.cell_region_maps = {{0, {PureMap{1}}}, {1, {BlendMap{0, {{0, 1}, {7, 2}}}}}, {2, {DirectMap{{{2, 1}}, 2}}}};
+  EXPECT_EQ(steepest_span(printing, 0), 7);
+  EXPECT_EQ(steepest_span(printing, 2), 1);
+  EXPECT_EQ(steepest_span(printing, 1), std::numeric_limits<double>::infinity());
+}
+
+TEST(ChannelsOf, NamesThoseOfAllMaps) {
+  Printing printing = good_printing();
+  printing.cell_region_maps = {{0, {PureMap{1}}}, {1, {DirectMap{{{2, 1}, {0, 2}}, 0}}}};
+  EXPECT_THAT(channels_of(printing), testing::ElementsAre(0, 2));
 }
 
 TEST(ChannelsOf, NamesEachOnce) {

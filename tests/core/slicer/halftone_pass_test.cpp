@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -161,13 +162,77 @@ TEST_P(HalftonePassTest, WindowsAreCropsOfTheLayer) {
   EXPECT_EQ(pass.histogram(), histogram);
 }
 
+/// The spans, cut at random.
+std::vector<RegionRun> random_regions(const std::vector<VoxelRun>& spans, std::uint8_t regions, std::mt19937& random) {
+  std::vector<RegionRun> runs;
+  for (const VoxelRun& span : spans) {
+    for (std::uint32_t x = span.begin; x < span.end;) {
+      const std::uint32_t end = std::min(span.end, x + 1 + static_cast<std::uint32_t>(random() % 50));
+      runs.push_back({{span.row, x, end}, static_cast<std::uint8_t>(random() % regions)});
+      x = end;
+    }
+  }
+  return runs;
+}
+
+TEST_P(HalftonePassTest, RegionsOfOneMapAreAsThoughThereWereNone) {
+  const LayerLattice lattice{0, 0, 0.05, 0.05, 190, 40};
+  const std::vector<VoxelRun> spans = random_spans(lattice, random_);
+  Printing by_region = printing();
+  by_region.cell_region_maps = {{2, by_region.map}, {0, by_region.map}};
+  const HalftonePlan plan(by_region, 0.05, 0.05, 0.05);
+  const LayerWindow all = window_of(lattice);
+  HalftonePass pass(plan);
+  const std::vector<RegionRun> runs = random_regions(spans, 3, random_);
+  pass.run({lattice, kLayer, kZMm, all, all}, runs, planes(all), {});
+  const std::vector<std::uint8_t> wanted = expected(lattice, spans);
+  EXPECT_TRUE(std::ranges::equal(pass.image().indices, wanted)) << "seed " << kSeed;
+}
+
+// Each voxel is chosen from what its own region's map mixes: with methods that carry no errors it is as in a layer
+// that has this map alone; with all of them a region has materials of its map only.
+TEST_P(HalftonePassTest, RegionsAreMixedByTheirOwnMaps) {
+  const LayerLattice lattice{0, 0, 0.05, 0.05, 190, 40};
+  const std::vector<VoxelRun> spans = random_spans(lattice, random_);
+  const std::vector<RegionRun> runs = random_regions(spans, 3, random_);
+  const LayerWindow all = window_of(lattice);
+  const HalftonePass::Place place{lattice, kLayer, kZMm, all, all};
+  Printing by_region = printing();
+  by_region.cell_region_maps = {{1, {PureMap{3}}}, {0, {BlendMap{2, {{0.2, 1}, {1.2, 2}}}}}};
+  const HalftonePlan plan(by_region, 0.05, 0.05, 0.05);
+  HalftonePass pass(plan);
+  pass.run(place, runs, planes(all), {});
+  const std::array<MaterialMap, 3> maps = {by_region.cell_region_maps[1].map, by_region.cell_region_maps[0].map,
+                                           by_region.map};
+  for (std::uint8_t region = 0; region < 3; ++region) {
+    Printing alone = printing();
+    alone.map = maps[region];
+    const HalftonePlan plan_alone(alone, 0.05, 0.05, 0.05);
+    std::vector<ContonePlane> own;
+    for (const std::uint32_t channel : channels_of(alone)) own.push_back(planes(all)[channel]);
+    HalftonePass pass_alone(plan_alone);
+    pass_alone.run(place, spans, own, {});
+    for (const RegionRun& run : runs) {
+      if (run.region != region) continue;
+      for (std::uint32_t x = run.begin; x < run.end; ++x) {
+        const std::uint8_t material = pass.image().indices[all.index(x, run.row)];
+        if (GetParam() != HalftoneMethod::kErrorDiffusion) {
+          ASSERT_EQ(material, pass_alone.image().indices[all.index(x, run.row)]) << x << ' ' << run.row;
+        } else if (region < 2) {
+          ASSERT_TRUE(region == 1 ? material == 3 : material <= 2) << x << ' ' << run.row;
+        }
+      }
+    }
+  }
+}
+
 TEST_P(HalftonePassTest, LayersCanBeCancelled) {
   const LayerLattice lattice{0, 0, 0.05, 0.05, 70, 4};
   const LayerWindow all = window_of(lattice);
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
   HalftonePass pass(plan_);
-  EXPECT_THROW(pass.run({lattice, kLayer, kZMm, all, all}, {}, planes(all), cancel), Error);
+  EXPECT_THROW(pass.run({lattice, kLayer, kZMm, all, all}, std::span<const VoxelRun>(), planes(all), cancel), Error);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, HalftonePassTest,
@@ -192,10 +257,11 @@ TEST(StrictHalftonePass, SaysWhereValuesGiveNoFractions) {
   }
   HalftonePass pass(plan);
   const HalftonePass::Place place{lattice, 7, 3.5, all, all};
-  pass.run(place, std::vector<VoxelRun>{{0, 0, 150}, {1, 0, 100}, {1, 101, 150}}, planes, {});
+  const std::vector<VoxelRun> good = {{0, 0, 150}, {1, 0, 100}, {1, 101, 150}}, bad = {{1, 70, 150}};
+  pass.run(place, good, planes, {});
   EXPECT_EQ(pass.histogram()[1], 299u);
   try {
-    pass.run(place, std::vector<VoxelRun>{{1, 70, 150}}, planes, {});
+    pass.run(place, bad, planes, {});
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kFractionsOutOfRange);

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The element sets of an Abaqus input file [Abaqus, Element definition: grouping elements into element sets]. *ELSET
+// lists elements and earlier sets, or with GENERATE first and last elements and steps; *ELEMENT names a set for its
+// elements. A part's set holds its elements in every instance. The assembly's sets hold those of one instance, or name
+// them as INSTANCE.SET and INSTANCE.NUMBER. Names count whatever their case.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "core/mesh/abaqus_lines.h"
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice {
+
+/// Whose elements a set's numbers are.
+struct AbaqusScope {
+  std::size_t part = 0;
+  std::string instance;  // "": of all instances of the part.
+
+  auto operator<=>(const AbaqusScope&) const = default;
+};
+
+/// A part's elements in the mesh.
+struct PlacedElements {
+  AbaqusScope scope;
+  std::vector<std::uint64_t> numbers;  // Of the elements,
+  std::uint32_t first_cell = 0;        // which are cells from this one on.
+};
+
+class AbaqusSets {
+ public:
+  /// The set of that name, a new one unless it has come before.
+  std::size_t open(const AbaqusScope& scope, std::string_view name);
+  void add(std::size_t set, std::uint64_t number);
+  /// A data line of *ELSET.
+  void add_entries(std::size_t set, bool generate, AbaqusLines& lines);
+
+  /// Hands over the sets that have cells, one for all of the same name. Names of the others go to `empty`. Throws
+  /// Error{kMeshTooLarge} where sets repeat cells without end.
+  void finish(const std::vector<PlacedElements>& placed, MeshFile& file, std::vector<std::string>& empty);
+
+ private:
+  struct Range {
+    std::uint64_t first = 0, last = 0, step = 1;
+  };
+  struct Member {
+    AbaqusScope scope{};
+    std::string set{};  // A set's name in capitals, or ...
+    Range numbers{};    // ... elements, if it is empty.
+  };
+  struct Set {
+    std::string name;  // As written first.
+    std::vector<Member> members;
+  };
+  using Key = std::pair<AbaqusScope, std::string>;  // Name in capitals.
+
+  std::vector<Set> sets_;
+  std::vector<AbaqusScope> scopes_;  // Of the sets.
+  std::map<Key, std::size_t> index_;
+};
+
+}  // namespace ccslice

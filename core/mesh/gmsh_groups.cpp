@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/gmsh_groups.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <iterator>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "core/base/echo.h"
+#include "core/mesh/text_scanner.h"
+
+namespace ccslice {
+namespace {
+
+constexpr int kVolume = 3;
+constexpr int kBoxReals = 6, kPointReals = 3;
+
+}  // namespace
+
+/// The names are text in binary files, too.
+void GmshGroups::read_names(GmshScanner& scanner) {
+  TextScanner& text = scanner.text();
+  const std::uint64_t count = text.count("the number of physical names");
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const auto dimension = text.integer("a physical group's dimension");
+    const std::int64_t tag = text.integer("a physical group's tag");
+    const std::string_view line = text.rest_of_line();
+    const std::size_t open = line.find('"'), close = line.rfind('"');
+    if (open == close) text.fail("a name in quotes", printable(line));
+    groups_.push_back({dimension, std::abs(tag), std::string(line.substr(open + 1, close - open - 1))});
+  }
+}
+
+void GmshGroups::read_entities(GmshScanner& scanner, bool partitioned) {
+  if (partitioned) {
+    (void)scanner.size("the number of partitions");
+    const std::uint64_t ghosts = scanner.size("the number of ghost entities");
+    for (std::uint64_t i = 0; i < ghosts; ++i) {
+      scanner.skip_integer("a ghost entity's tag");
+      scanner.skip_integer("a ghost entity's partition");
+    }
+  }
+  std::uint64_t counts[kVolume + 1];
+  for (std::uint64_t& count : counts) count = scanner.size("the number of entities");
+  for (int dimension = 0; dimension <= kVolume; ++dimension) {
+    for (std::uint64_t i = 0; i < counts[dimension]; ++i) read_entity(scanner, dimension, partitioned);
+  }
+}
+
+void GmshGroups::read_entity(GmshScanner& scanner, int dimension, bool partitioned) {
+  const std::int64_t tag = scanner.signed_integer("an entity's tag");
+  Volume volume;
+  if (partitioned) {
+    scanner.skip_integer("a parent's dimension");
+    volume.parent = scanner.signed_integer("a parent's tag");
+    const std::uint64_t partitions = scanner.size("the number of partitions");
+    for (std::uint64_t i = 0; i < partitions; ++i) scanner.skip_integer("a partition");
+  }
+  for (int i = 0; i < (dimension == 0 ? kPointReals : kBoxReals); ++i) (void)scanner.any_real("a coordinate");
+  const std::uint64_t groups = scanner.size("the number of physical groups");
+  for (std::uint64_t i = 0; i < groups; ++i) {
+    volume.groups.push_back(std::abs(scanner.signed_integer("a physical group's tag")));
+  }
+  if (dimension > 0) {
+    const std::uint64_t bounds = scanner.size("the number of entities of the boundary");
+    for (std::uint64_t i = 0; i < bounds; ++i) scanner.skip_integer("an entity of the boundary");
+  }
+  if (dimension == kVolume) volumes_[tag] = std::move(volume);
+}
+
+void GmshGroups::add_cell(std::int64_t volume, std::int64_t group) {
+  cell_volumes_.push_back(volume);
+  cell_groups_.push_back(std::abs(group));
+}
+
+std::string GmshGroups::name_of(std::int64_t tag) const {
+  const auto found =
+      std::ranges::find_if(groups_, [&](const Group& group) { return group.dimension == kVolume && group.tag == tag; });
+  return found == groups_.end() ? std::to_string(tag) : found->name;
+}
+
+void GmshGroups::finish(MeshFile& file) {
+  std::map<std::int64_t, std::vector<std::uint32_t>> cells_of;  // By tag.
+  const auto add = [&](std::uint32_t cell, std::int64_t tag) {
+    if (tag == 0) return;
+    std::vector<std::uint32_t>& cells = cells_of[tag];
+    if (cells.empty() || cells.back() != cell) cells.push_back(cell);
+  };
+  CellNumbers entity{"entity", {}};
+  for (std::uint32_t cell = 0; cell < cell_volumes_.size(); ++cell) {
+    add(cell, cell_groups_[cell]);
+    const auto volume = volumes_.find(cell_volumes_[cell]);
+    const bool known = volume != volumes_.end();
+    if (known) {
+      for (const std::int64_t tag : volume->second.groups) add(cell, tag);
+    }
+    entity.of_cells.push_back(known && volume->second.parent != 0 ? volume->second.parent : cell_volumes_[cell]);
+  }
+  file.cell_numbers.push_back(std::move(entity));
+  for (auto& [tag, cells] : cells_of) {
+    const std::string name = name_of(tag);
+    const auto same = std::ranges::find(file.cell_sets, name, &CellSet::name);
+    if (same == file.cell_sets.end()) {
+      file.cell_sets.push_back({name, std::move(cells)});
+      continue;
+    }
+    std::vector<std::uint32_t> both;
+    std::ranges::set_union(same->cells, cells, std::back_inserter(both));
+    same->cells = std::move(both);
+  }
+  std::vector<std::string> left_out;
+  for (const Group& group : groups_) {
+    if (group.dimension != kVolume || !cells_of.contains(group.tag)) left_out.push_back(printable(group.name));
+  }
+  if (left_out.empty()) return;
+  const auto named = std::span(left_out).first(std::min(left_out.size(), kMaxEchoItems));
+  file.warnings.push_back("physical groups without cells left out: " + echoed_list(named, left_out.size()));
+}
+
+}  // namespace ccslice

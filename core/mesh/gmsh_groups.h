@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which physical groups and which volume of the geometry the cells of a Gmsh file belong to [Gmsh reference manual, MSH
+// file format]. In version 2 every element names a group and a volume; in 4.1 the volume, whose groups $Entities or
+// $PartitionedEntities lists.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/mesh/gmsh_scanner.h"
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice {
+
+class GmshGroups {
+ public:
+  /// Between the names of their sections and the ends. Throw Error{kFileSyntax}.
+  void read_names(GmshScanner& scanner);
+  void read_entities(GmshScanner& scanner, bool partitioned);
+
+  /// The next cell is of this volume and, in version 2, of this group; 0: of none.
+  void add_cell(std::int64_t volume, std::int64_t group);
+
+  /// Hands over a set for each group of volumes that has cells, and the numbers "entity" of the volumes. Names of all
+  /// other groups are left out with a warning.
+  void finish(MeshFile& file);
+
+ private:
+  struct Group {
+    std::int64_t dimension;
+    std::int64_t tag;
+    std::string name;
+  };
+  struct Volume {
+    std::int64_t parent = 0;  // Of a part of a partitioned volume.
+    std::vector<std::int64_t> groups;
+  };
+  void read_entity(GmshScanner& scanner, int dimension, bool partitioned);
+  std::string name_of(std::int64_t tag) const;
+
+  std::vector<Group> groups_;  // That have names.
+  std::map<std::int64_t, Volume> volumes_;
+  std::vector<std::int64_t> cell_volumes_, cell_groups_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/abaqus_sets.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/mesh/cell_numbers.h"
+#include "core/mesh/read_abaqus.h"
+#include "tests/core/mesh/expect_error.h"
+
+namespace ccslice {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+const std::string kNodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+
+/// Tetrahedra of these numbers, all of the same nodes: readers don't look at their places.
+std::string tets(const std::vector<int>& numbers, const std::string& set = "") {
+  std::string text = "*ELEMENT, TYPE=C3D4" + (set.empty() ? "" : ", ELSET=" + set) + "\n";
+  for (const int number : numbers) text += std::to_string(number) + ", 1, 2, 3, 4\n";
+  return text;
+}
+
+std::map<std::string, std::vector<std::uint32_t>> sets_of(const std::string& text) {
+  std::map<std::string, std::vector<std::uint32_t>> sets;
+  for (const CellSet& set : read_abaqus(text).cell_sets) sets[set.name] = set.cells;
+  return sets;
+}
+
+TEST(AbaqusSets, ListElementsAndEarlierSets) {
+  EXPECT_THAT(sets_of(kNodes + "*ELSET, ELSET=early\n12, 10\n" + tets({10, 11, 12, 20, 22}) +
+                      "*ELSET, ELSET=\"Two words\"\n20, early, LATE\n*ELSET, elset=late\n11,\n22, 22, 99\n" +
+                      "*ELSET, ELSET=Early\n11\n"),
+              ElementsAre(Pair("Two words", ElementsAre(0, 1, 2, 3)), Pair("early", ElementsAre(0, 1, 2)),
+                          Pair("late", ElementsAre(1, 4))));
+}
+
+TEST(AbaqusSets, AreGenerated) {
+  EXPECT_THAT(sets_of(kNodes + tets({1, 2, 3, 4, 5, 6, 7}) +
+                      "*ELSET, ELSET=odd, GENERATE\n1, 7, 2\n*ELSET, ELSET=some, GENERATE\n2, 3\n6, 6\n"),
+              ElementsAre(Pair("odd", ElementsAre(0, 2, 4, 6)), Pair("some", ElementsAre(1, 2, 5))));
+}
+
+TEST(AbaqusSets, ComeWithTheElements) {
+  EXPECT_THAT(sets_of(kNodes + tets({5, 6, 8}, "a") + tets({1}) + tets({7, 9}, "B") + tets({2}, "A")),
+              ElementsAre(Pair("B", ElementsAre(4, 5)), Pair("a", ElementsAre(0, 1, 2, 6))));
+}
+
+const std::string kAssembly = "*PART, NAME=p\n" + kNodes + tets({1, 2}) + "*ELSET, ELSET=first\n1\n*END PART\n" +
+                              "*PART, NAME=q\n" + kNodes + tets({1, 2}) + "*ELSET, ELSET=first\n2\n*END PART\n" +
+                              "*ASSEMBLY, NAME=x\n*INSTANCE, NAME=p-1, PART=p\n*END INSTANCE\n" +
+                              "*INSTANCE, NAME=q-1, PART=q\n*END INSTANCE\n" +
+                              "*INSTANCE, NAME=p-2, PART=p\n9, 0, 0\n*END INSTANCE\n";
+
+TEST(AbaqusSets, OfAPartAreInEveryInstance) {
+  EXPECT_THAT(sets_of(kAssembly + "*END ASSEMBLY\n"), ElementsAre(Pair("first", ElementsAre(0, 3, 4))));
+}
+
+TEST(AbaqusSets, OfTheAssemblyAreOfOneInstance) {
+  EXPECT_THAT(sets_of(kAssembly + "*ELSET, ELSET=one, INSTANCE=P-2\n2\n*ELSET, ELSET=one, INSTANCE=q-1\n2\n" +
+                      "*ELSET, ELSET=named\np-1.2, p-2.first, nobody.first, p-1.nothing\n*END ASSEMBLY\n"),
+              ElementsAre(Pair("first", ElementsAre(0, 3, 4)), Pair("named", ElementsAre(1, 4)),
+                          Pair("one", ElementsAre(3, 5))));
+}
+
+TEST(AbaqusSets, WithoutCellsAreLeftOut) {
+  const MeshFile file = read_abaqus(kNodes + tets({1}) + "*ELSET, ELSET=none\n5\n*ELSET, ELSET=cae, INTERNAL\n1\n" +
+                                    "*ELSET, ELSET=itself\nitself, unknown\n");
+  EXPECT_THAT(file.cell_sets, IsEmpty());
+  EXPECT_THAT(file.warnings, ElementsAre("sets left out: cae, itself, none"));
+}
+
+TEST(AbaqusSets, ThatAreNoSetsNameTheLine) {
+  expect_error([] { read_abaqus(kNodes + tets({1}) + "*ELSET\n1\n"); }, ErrorCode::kFileSyntax, "line 8");
+  expect_error([] { read_abaqus(kNodes + tets({1}) + "*ELSET, ELSET=a\n1, 2x\n"); }, ErrorCode::kFileSyntax,
+               "line 9: expected an element's number, found '2x'");
+  expect_error([] { read_abaqus(kNodes + tets({1}) + "*ELSET, ELSET=a, GENERATE\n1, b\n"); }, ErrorCode::kFileSyntax,
+               "expected the last element, found 'b'");
+}
+
+// A set that holds the one before twice would have 2^n members.
+TEST(AbaqusSets, CannotRepeatCellsWithoutEnd) {
+  std::string text = kNodes + tets({1, 2, 3}) + "*ELSET, ELSET=s0, GENERATE\n1, 3\n";
+  for (int i = 1; i < 100; ++i) {
+    const std::string before = "s" + std::to_string(i - 1);
+    text += "*ELSET, ELSET=s" + std::to_string(i) + "\n" + before + ", " + before + "\n";
+  }
+  EXPECT_EQ(sets_of(text).size(), 100u);
+  std::string ranges = "*ELSET, ELSET=a, GENERATE\n";
+  for (int i = 0; i < 400'000; ++i) ranges += "1, 9\n";
+  expect_error(
+      [&] {
+        read_abaqus(kNodes + tets({1, 2, 3}) + ranges);
+      },
+      ErrorCode::kMeshTooLarge, "the element sets have more than");
+}
+
+}  // namespace
+}  // namespace ccslice
