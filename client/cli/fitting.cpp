@@ -10,7 +10,9 @@
 
 #include "client/cli/console.h"
 #include "client/cli/text_values.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
+#include "core/mesh/validate.h"
 #include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
@@ -50,6 +52,17 @@ std::string swelling_note(const Swelling& swelling) {
   if (swelling.edges > kRinging)
     note += ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh";
   return note;
+}
+
+/// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point.
+ControlMesh meant_by(ControlMesh fitted) {
+  const ConnectedMesh checked = validate_and_connect(fitted, {}, {});
+  if (!has_several_regions(fitted)) return mesh_of_limit_points(fitted);
+  ControlMesh limits = mesh_of_limit_points(split_cell_regions(fitted, checked.complex).mesh);
+  fitted.interpolating = false;
+  std::copy_n(limits.positions.begin(), fitted.positions.size(), fitted.positions.begin());
+  std::copy_n(limits.channel_values.begin(), fitted.channel_values.size(), fitted.channel_values.begin());
+  return fitted;
 }
 
 FitReport placed(FitReport report, const Similarity& similarity) {
@@ -101,7 +114,7 @@ FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
 }
 
 FittedMesh::FittedMesh(const ControlMesh& fitted)
-    : fit_(fitted, fit_options()), fitted_(fitted), meant_(mesh_of_limit_points(fitted)) {}
+    : fit_(fitted, fit_options()), fitted_(fitted), meant_(meant_by(fitted)) {}
 
 void FittedMesh::place(const Similarity& similarity) {
   similarity.apply(fitted_);

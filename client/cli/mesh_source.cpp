@@ -17,7 +17,6 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_numbers.h"
-#include "core/mesh/cell_regions.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
 
@@ -115,9 +114,6 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   ControlMesh checked = loaded.mesh;
   validate(checked);
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
-  if (changes.fit && has_several_regions(loaded.mesh)) {
-    throw UsageError("--interpolate can't fit meshes of several cell regions yet: leave it out, or --regions-from");
-  }
   std::optional<FittedMesh> pair = fit(changes, loaded.mesh, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   if (changes.sizing.places()) {

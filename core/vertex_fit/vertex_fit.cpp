@@ -12,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/limit/cell_index.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/offenders.h"
 #include "core/subdivision/limit_masks.h"
 
@@ -73,8 +74,12 @@ double diagonal(const ControlMesh& mesh) {
   return box.diagonal().norm();
 }
 
-CellComplex connect(ControlMesh& mesh, const FitOptions& options) {
-  return validate_and_connect(mesh, options.limits, options.cancel).complex;
+CellComplex connect(ControlMesh& mesh, std::vector<std::uint32_t>& origins, const FitOptions& options) {
+  CellComplex complex = validate_and_connect(mesh, options.limits, options.cancel).complex;
+  if (!has_several_regions(mesh)) return complex;
+  SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
+  origins = std::move(split.origins);
+  return make_cell_complex(split.mesh, options.cancel);
 }
 
 }  // namespace
@@ -90,12 +95,12 @@ std::vector<std::uint32_t> folding_control_cells(const LimitSolid& solid) {
 VertexFit::VertexFit(const ControlMesh& mesh, const FitOptions& options)
     : options_(options),
       mesh_(mesh),
-      complex_(connect(mesh_, options_)),
+      complex_(connect(mesh_, origins_, options_)),
       system_(complex_, options_.cancel),
       met_mm_(kMetShare * diagonal(mesh_)) {}
 
 ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report) const {
-  const Values positions = positions_of(mesh_);
+  const Values positions = of_copies(positions_of(mesh_));
   const Values gaps = positions - system_.limits(positions);
   ControlMesh fitted = vertices == FittedVertices::kAll ? fit_all(gaps) : fit_boundary(gaps);
   measure(fitted, report);
@@ -103,9 +108,9 @@ ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report)
 }
 
 double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
-  const Values values = channels_of(meant);
-  const Values solved = values + system_.solve(values - system_.limits(values));
-  const Values misses = (system_.limits(solved) - values).cwiseAbs();
+  const Values values = channels_of(meant), copies = of_copies(values);
+  const Values solved = values + of_vertices(system_.solve(copies - system_.limits(copies)));
+  const Values misses = (limits_of(solved) - values).cwiseAbs();
   fitted.channel_names = meant.channel_names;
   set_channels(solved, fitted);
   double largest = 0;
@@ -117,13 +122,41 @@ double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) co
 }
 
 std::vector<Vec3> VertexFit::limit_points(const ControlMesh& mesh) const {
-  const Values limits = system_.limits(positions_of(mesh));
+  const Values limits = limits_of(positions_of(mesh));
   std::vector<Vec3> points(mesh.vertex_count());
   for (std::size_t v = 0; v < points.size(); ++v) points[v] = limits.row(static_cast<Eigen::Index>(v)).transpose();
   return points;
 }
 
-ControlMesh VertexFit::moved(const Values& moves) const {
+Values VertexFit::of_copies(const Values& of_vertices) const {
+  if (origins_.empty()) return of_vertices;
+  Values values(static_cast<Eigen::Index>(origins_.size()), of_vertices.cols());
+  for (Eigen::Index k = 0; k < values.rows(); ++k) {
+    values.row(k) = of_vertices.row(static_cast<Eigen::Index>(origins_[static_cast<std::size_t>(k)]));
+  }
+  return values;
+}
+
+/// The means of copies.
+Values VertexFit::of_vertices(const Values& of_copies) const {
+  if (origins_.empty()) return of_copies;
+  const auto vertices = static_cast<Eigen::Index>(mesh_.vertex_count());
+  Values sums = Values::Zero(vertices, of_copies.cols());
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(vertices);
+  for (Eigen::Index k = 0; k < of_copies.rows(); ++k) {
+    const auto v = static_cast<Eigen::Index>(origins_[static_cast<std::size_t>(k)]);
+    sums.row(v) += of_copies.row(k);
+    ++counts[v];
+  }
+  return counts.cwiseInverse().asDiagonal() * sums;
+}
+
+Values VertexFit::limits_of(const Values& of_vertices) const {
+  return system_.limits(of_copies(of_vertices)).topRows(of_vertices.rows());
+}
+
+ControlMesh VertexFit::moved(const Values& moves_of_copies) const {
+  const Values moves = of_vertices(moves_of_copies);
   ControlMesh fitted = mesh_;
   fitted.interpolating = true;
   for (std::size_t v = 0; v < fitted.vertex_count(); ++v) {
@@ -156,7 +189,7 @@ void VertexFit::require_none(const std::vector<std::uint32_t>& folds) const {
   if (folds.empty()) return;
   Vec3 middle = Vec3::Zero();
   const auto corners = complex_.cell_vertices(CellId{folds.front()});
-  for (const VertexId v : corners) middle += mesh_.positions[v] / static_cast<double>(corners.size());
+  for (const VertexId v : corners) middle += position_of(v) / static_cast<double>(corners.size());
   Offenders offenders;
   for (const std::uint32_t c : folds) offenders.add(c);
   offenders.throw_if_any(ErrorCode::kMeshNotInterpolable, "a limit through all vertices of the boundary would fold in",
@@ -195,18 +228,26 @@ std::vector<std::uint32_t> VertexFit::folding_cells(const ControlMesh& mesh) con
   return folding_control_cells(*LimitSolid::prepare(std::move(positions_only), options));
 }
 
+/// The copies of all that are marked.
+void VertexFit::mark_copies(std::vector<std::uint8_t>& marked) const {
+  for (std::size_t k = mesh_.vertex_count(); k < origins_.size(); ++k) marked[origins_[k]] |= marked[k];
+  for (std::size_t k = mesh_.vertex_count(); k < origins_.size(); ++k) marked[k] = marked[origins_[k]];
+}
+
 std::vector<std::uint8_t> VertexFit::around(const std::vector<std::uint32_t>& cells, int rings) const {
   std::vector<std::uint8_t> marked(complex_.vertex_count(), 0);
   const auto mark = [&](CellId c) {
     for (const VertexId v : complex_.cell_vertices(c)) marked[v] = 1;
   };
   for (const std::uint32_t c : cells) mark(CellId{c});
+  mark_copies(marked);
   for (int ring = 0; ring < rings; ++ring) {
     const std::vector<std::uint8_t> before = marked;
     for (const VertexId v : complex_.vertices()) {
       if (!before[v]) continue;
       for (const CellId c : complex_.vertex_cells(v)) mark(c);
     }
+    mark_copies(marked);
   }
   return marked;
 }
@@ -232,7 +273,9 @@ void VertexFit::measure(const ControlMesh& fitted, FitReport& report) const {
 }
 
 Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
-  const std::vector<Vec3> middles = boundary_face_masks(complex_, options_.cancel).apply(fitted.positions);
+  std::vector<Vec3> positions = fitted.positions;
+  for (std::size_t k = positions.size(); k < origins_.size(); ++k) positions.push_back(positions[origins_[k]]);
+  const std::vector<Vec3> middles = boundary_face_masks(complex_, options_.cancel).apply(positions);
   Swelling most;
   std::size_t n = 0;
   for (const FaceId f : complex_.faces()) {
@@ -243,9 +286,9 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
     Vec3 middle = Vec3::Zero(), normal = Vec3::Zero();
     double edge = 0;
     for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Vec3 &from = mesh_.positions[ring[i]], &to = mesh_.positions[ring[(i + 1) % ring.size()]];
+      const Vec3 &from = position_of(ring[i]), &to = position_of(ring[(i + 1) % ring.size()]);
       middle += from / size;
-      normal += (from - mesh_.positions[ring[0]]).cross(to - mesh_.positions[ring[0]]);
+      normal += (from - position_of(ring[0])).cross(to - position_of(ring[0]));
       edge += (to - from).norm() / size;
     }
     const double distance = std::abs((limit - middle).dot(normal.normalized()));

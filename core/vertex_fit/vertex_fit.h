@@ -16,6 +16,10 @@
 // cells that fold and didn't, and from the fourth round on of ever more vertices around them, are halved, and the
 // system is solved again. With no share left anywhere it is the mesh as it came, so this ends; five rounds did for
 // every mesh met. Only cells are looked at: a limit that swells across a narrow gap may run into itself.
+//
+// CELL REGIONS are fitted as they are refined, each with vertices of its own on the interfaces (mesh/cell_regions.h),
+// which count as boundary. A limit point on an interface depends on the interface's control points alone, so all copies
+// of a vertex move alike; they get the mean of their moves, whose rounding differs.
 
 #pragma once
 
@@ -83,20 +87,26 @@ class VertexFit {
   double fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
 
  private:
+  VertexSystem::Values of_copies(const VertexSystem::Values& of_vertices) const;
+  VertexSystem::Values of_vertices(const VertexSystem::Values& of_copies) const;
+  VertexSystem::Values limits_of(const VertexSystem::Values& of_vertices) const;
   ControlMesh moved(const VertexSystem::Values& moves) const;
   ControlMesh fit_all(const VertexSystem::Values& gaps) const;
   void require_none(const std::vector<std::uint32_t>& folds) const;
   ControlMesh fit_boundary(const VertexSystem::Values& gaps) const;
   /// Prepares the mesh for it.
   std::vector<std::uint32_t> folding_cells(const ControlMesh& mesh) const;
-  /// Marks the vertices of these cells and, ring by ring, those of the cells around them.
+  /// Marks the vertices of these cells and, ring by ring, those of the cells around them; all copies alike.
   std::vector<std::uint8_t> around(const std::vector<std::uint32_t>& cells, int rings) const;
+  void mark_copies(std::vector<std::uint8_t>& marked) const;
+  const Vec3& position_of(VertexId copy) const { return mesh_.positions[origins_.empty() ? copy : origins_[copy]]; }
   void measure(const ControlMesh& fitted, FitReport& report) const;
   Swelling measure_swelling(const ControlMesh& fitted) const;
 
   FitOptions options_;
-  ControlMesh mesh_;  // As validate() leaves it.
-  CellComplex complex_;
+  ControlMesh mesh_;                    // As validate() leaves it.
+  std::vector<std::uint32_t> origins_;  // The vertex of each copy; none where there are no copies.
+  CellComplex complex_;                 // Of the copies.
   VertexSystem system_;
   double met_mm_;
 };

@@ -16,6 +16,7 @@
 #include "core/subdivision/refined_mesh.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -79,6 +80,41 @@ TEST(VertexFit, PassesThroughEveryVertexWithItsChannels) {
     }
   }
   EXPECT_GT(2 * fits, oracle::tiny_meshes().size());
+}
+
+// Each region is fitted as a mesh of its own would be.
+TEST(VertexFit, PassesThroughTheVerticesOfEveryRegion) {
+  std::size_t fits = 0;
+  for (const auto& [name, mesh] : oracle::region_meshes()) {
+    for (const FittedVertices vertices : {FittedVertices::kAll, FittedVertices::kBoundary}) {
+      try {
+        const VertexFit fit(mesh);
+        FitReport report;
+        ControlMesh fitted = fit.fit_positions(vertices, report);
+        const double miss = fit.fit_channels(mesh, fitted);
+        if (report.missed + report.inside_missed > 0 || miss > 1e-9) continue;
+        EXPECT_EQ(fitted.cell_regions, mesh.cell_regions) << name;
+        for (int region = 0; region < static_cast<int>(mesh.cell_region_names.size()); ++region) {
+          const ControlMesh meant = oracle::region_as_mesh(mesh, region);
+          const auto limits = brute_limits(oracle::region_as_mesh(fitted, region));
+          ASSERT_EQ(limits.size(), meant.vertex_count());
+          for (std::size_t v = 0; v < limits.size(); ++v) {
+            ASSERT_LT((limits[v].head<3>() - meant.positions[v]).norm(), 1e-6) << name << " vertex " << v;
+            for (std::size_t c = 0; c < meant.channel_count(); ++c) {
+              ASSERT_NEAR(limits[v][static_cast<Eigen::Index>(3 + c)],
+                          meant.channel_values[v * meant.channel_count() + c], 1e-5)
+                  << name << " vertex " << v;
+            }
+          }
+        }
+        ++fits;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kMeshNotInterpolable) << name << ": " << error.what();
+      }
+    }
+  }
+  EXPECT_GT(fits, oracle::region_meshes().size() / 2);
+  RecordProperty("fits", static_cast<int>(fits));
 }
 
 TEST(VertexFit, LeavesWhatTheLimitMeetsAlreadyAlone) {
