@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "client/cli/ccmesh.h"
@@ -16,6 +17,7 @@
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/mesh/cell_averages.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
@@ -31,9 +33,23 @@ void check_channel_names(const ControlMesh& mesh) {
   }
 }
 
-/// Makes cell regions if they are asked for, and says which numbers of cells are left out.
-void take_cell_numbers(const std::string& regions_from, MeshFile& file) {
+/// The names of NAME=average.
+std::vector<std::string> parse_cell_data(const std::vector<std::string>& texts) {
+  constexpr std::string_view kAverage = "=average";
+  std::vector<std::string> names;
+  for (const std::string& text : texts) {
+    if (!text.ends_with(kAverage) || text.size() == kAverage.size()) {
+      throw UsageError("--cell-data takes NAME=average, not '" + text + "'");
+    }
+    names.push_back(text.substr(0, text.size() - kAverage.size()));
+  }
+  return names;
+}
+
+/// Makes cell regions and channels as they are asked for, and says which numbers of cells are left out.
+void take_cell_numbers(const std::string& regions_from, const std::vector<std::string>& averaged, MeshFile& file) {
   if (!regions_from.empty()) make_cell_regions(regions_from, file);
+  for (const std::string& name : averaged) average_cell_numbers(name, file);
   if (regions_from.empty() && !file.cell_sets.empty()) {
     std::vector<std::string> names;
     for (const CellSet& set : file.cell_sets) {
@@ -44,8 +60,11 @@ void take_cell_numbers(const std::string& regions_from, MeshFile& file) {
   }
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
-    if (!varies || numbers.name == regions_from) continue;
-    file.warnings.push_back("the cells' '" + numbers.name + "' left out; --regions-from makes regions of it");
+    const bool taken = numbers.name == regions_from || std::ranges::find(averaged, numbers.name) != averaged.end();
+    if (!varies || taken) continue;
+    const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
+    file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
+                            (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }
 }
 
@@ -59,6 +78,7 @@ struct Changes {
   std::vector<Grade> grades;
   Sizing sizing;
   std::optional<FittedVertices> fit;
+  std::vector<std::string> averaged;  // Numbers of cells.
 };
 
 Changes parse_changes(const MeshOptions& options) {
@@ -70,6 +90,7 @@ Changes parse_changes(const MeshOptions& options) {
   }
   changes.sizing = parse_sizing(options.size);
   changes.fit = parse_fit(options.interpolate);
+  changes.averaged = parse_cell_data(options.cell_data);
   return changes;
 }
 
@@ -141,14 +162,14 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
   MeshFile file = read_any(bytes, options.mesh);
   LoadedMesh loaded;
-  take_cell_numbers(options.regions_from, file);
+  take_cell_numbers(options.regions_from, changes.averaged, file);
   loaded.mesh = std::move(file.mesh);
   loaded.warnings = std::move(file.warnings);
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
   apply_units(changes.sizing, loaded.mesh);
   const bool changed = !changes.grades.empty() || options.sharp.any() || changes.sizing.changes() ||
-                       changes.fit.has_value() || !options.regions_from.empty();
+                       changes.fit.has_value() || !options.regions_from.empty() || !changes.averaged.empty();
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
@@ -184,6 +205,12 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
                   ".msh; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus .inp, physical "
                   "groups in Gmsh .msh")
       ->group("Mesh");
+  command
+      .add_option("--cell-data", options.cell_data,
+                  "Make a material channel of a number that the file has for each cell: NAME=average gives each vertex "
+                  "the mean of its cells, weighted by their volumes. May be repeated")
+      ->allow_extra_args(false)
+      ->group("Mesh");
   add_size_options(command, options.size);
   add_sharp_options(command, options.sharp);
   add_fit_option(command, options.interpolate);
@@ -216,9 +243,10 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
   if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds ||
-      !options.interpolate.empty() || !options.regions_from.empty()) {
+      !options.interpolate.empty() || !options.regions_from.empty() || !options.cell_data.empty()) {
     throw UsageError(
-        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate, --regions-from and --allow-folds "
+        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate, --regions-from, --cell-data and "
+        "--allow-folds "
         "change a mesh file; " +
         options.mesh + " is on the server already");
   }

@@ -28,8 +28,9 @@ struct MeshOptions {
   SizeOptions size = {};
   SharpOptions sharp = {};
   bool allow_folds = false;
-  std::string interpolate = {};   // "", "all" or "boundary".
-  std::string regions_from = {};  // Numbers of cells in the file.
+  std::string interpolate = {};             // "", "all" or "boundary".
+  std::string regions_from = {};            // Numbers or sets of cells in the file.
+  std::vector<std::string> cell_data = {};  // NAME=average.
 };
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);

@@ -11,6 +11,7 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace ccslice {
 
@@ -30,14 +31,6 @@ std::string list_of(const std::vector<Named>& all) {
   return echoed_list(names, all.size());
 }
 
-std::string known_names(const MeshFile& file) {
-  if (file.cell_numbers.empty() && file.cell_sets.empty()) return "it has none";
-  std::string text;
-  if (!file.cell_numbers.empty()) text = "it has numbers called " + list_of(file.cell_numbers);
-  if (!file.cell_sets.empty()) text += (text.empty() ? "it has sets " : ", and sets ") + list_of(file.cell_sets);
-  return text;
-}
-
 void check_count(const std::string& what, std::size_t count, const MeshLimits& limits) {
   if (count <= limits.max_cell_regions) return;
   refuse(what + " more than " + std::to_string(limits.max_cell_regions) + ", which is the limit of cell regions");
@@ -45,15 +38,22 @@ void check_count(const std::string& what, std::size_t count, const MeshLimits& l
 
 void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, const MeshLimits& limits) {
   std::map<std::int64_t, std::uint8_t> regions;
-  for (const std::int64_t number : numbers.of_cells) {
-    regions.try_emplace(number);
+  std::vector<std::int64_t> whole;
+  for (const double number : numbers.of_cells) {
+    const std::optional<std::int64_t> integer = exact_integer(number);
+    if (!integer) {
+      refuse("'" + echoed(numbers.name) + "' is " + number_text(number) + " in cell " + std::to_string(whole.size()) +
+             "; regions are made of whole numbers only");
+    }
+    whole.push_back(*integer);
+    regions.try_emplace(*integer);
     check_count("'" + echoed(numbers.name) + "' has different numbers,", regions.size(), limits);
   }
   for (auto& [number, region] : regions) {
     region = static_cast<std::uint8_t>(mesh.cell_region_names.size());
     mesh.cell_region_names.push_back(std::to_string(number));
   }
-  for (const std::int64_t number : numbers.of_cells) mesh.cell_regions.push_back(regions.at(number));
+  for (const std::int64_t number : whole) mesh.cell_regions.push_back(regions.at(number));
 }
 
 /// The sets that are meant, none if one of the names is nobody's.
@@ -102,6 +102,14 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
 
 }  // namespace
 
+std::string known_cell_numbers(const MeshFile& file) {
+  if (file.cell_numbers.empty() && file.cell_sets.empty()) return "it has none";
+  std::string text;
+  if (!file.cell_numbers.empty()) text = "it has numbers called " + list_of(file.cell_numbers);
+  if (!file.cell_sets.empty()) text += (text.empty() ? "it has sets " : ", and sets ") + list_of(file.cell_sets);
+  return text;
+}
+
 std::optional<std::int64_t> exact_integer(double value) {
   constexpr double kMostExact = 1ll << 53;
   if (!(std::abs(value) <= kMostExact) || std::nearbyint(value) != value) return std::nullopt;
@@ -116,7 +124,7 @@ void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimit
   if (numbers != file.cell_numbers.end()) return make_regions_of_numbers(*numbers, mesh, limits);
   const std::vector<const CellSet*> sets = find_sets(names, file.cell_sets);
   if (sets.empty()) {
-    refuse("the file has no integers or sets called '" + echoed(names) + "' for its cells; " + known_names(file));
+    refuse("the file has no numbers or sets called '" + echoed(names) + "' for its cells; " + known_cell_numbers(file));
   }
   make_regions_of_sets(sets, mesh, limits);
 }

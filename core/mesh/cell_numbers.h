@@ -21,14 +21,17 @@ inline constexpr std::size_t kMostCellNumbers = 8;
 /// The integer that a value is.
 std::optional<std::int64_t> exact_integer(double value);
 
+/// "it has numbers called 'a', 'b', and sets 'c'", or "it has none".
+std::string known_cell_numbers(const MeshFile& file);
+
 /// Makes cell regions of
 ///
 ///   the numbers of that name   a region for each, in ascending order and called by it;
 ///   sets                       `names` are theirs, separated by commas, or "sets" for all: a region for each, in this
 ///                              order; cells that are in none of them become the region "rest".
 ///
-/// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if sets have a
-/// cell in common, or if there are more than limits.max_cell_regions.
+/// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if a number
+/// isn't whole, if sets have a cell in common, or if there are more than limits.max_cell_regions.
 void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimits& limits = {});
 
 }  // namespace ccslice

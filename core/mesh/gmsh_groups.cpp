@@ -98,7 +98,8 @@ void GmshGroups::finish(MeshFile& file) {
     if (known) {
       for (const std::int64_t tag : volume->second.groups) add(cell, tag);
     }
-    entity.of_cells.push_back(known && volume->second.parent != 0 ? volume->second.parent : cell_volumes_[cell]);
+    const std::int64_t tag = known && volume->second.parent != 0 ? volume->second.parent : cell_volumes_[cell];
+    entity.of_cells.push_back(static_cast<double>(tag));
   }
   file.cell_numbers.push_back(std::move(entity));
   for (auto& [tag, cells] : cells_of) {

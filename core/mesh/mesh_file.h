@@ -17,10 +17,10 @@
 
 namespace ccslice {
 
-/// An integer for each cell: regions, materials, parts.
+/// A number for each cell: regions, materials, parts, densities.
 struct CellNumbers {
-  std::string name;                    // Of the array, or what the format calls them.
-  std::vector<std::int64_t> of_cells;  // By cell of the mesh.
+  std::string name;              // Of the array, or what the format calls them.
+  std::vector<double> of_cells;  // By cell of the mesh.
 };
 
 /// Cells that the file gives a name: an element set, a physical group. Sets may have cells in common.
@@ -32,8 +32,8 @@ struct CellSet {
 struct MeshFile {
   ControlMesh mesh;
   std::vector<std::string> warnings;        // What the file held that was left out, a sentence each.
-  std::vector<CellNumbers> cell_numbers{};  // That cell regions can be made of (cell_numbers.h),
-  std::vector<CellSet> cell_sets{};         // and likewise.
+  std::vector<CellNumbers> cell_numbers{};  // For cell regions (cell_numbers.h) or channels (cell_averages.h).
+  std::vector<CellSet> cell_sets{};         // For cell regions.
 };
 
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };

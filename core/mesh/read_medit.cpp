@@ -118,7 +118,7 @@ class MeditReader {
     std::int64_t reference = 0;
     const auto end = std::from_chars(token.data(), token.data() + token.size(), reference).ptr;
     are_integers_ = are_integers_ && end == token.data() + token.size();
-    references_.of_cells.push_back(reference);
+    references_.of_cells.push_back(static_cast<double>(reference));
   }
 
   std::uint32_t read_vertex_id() {

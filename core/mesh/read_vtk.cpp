@@ -206,7 +206,7 @@ class VtkReader {
       return true;
     });
     for (CellNumbers& numbers : file_.cell_numbers) {
-      std::vector<std::int64_t> kept;
+      std::vector<double> kept;
       kept.reserve(cells.size());
       for (const std::uint32_t cell : cells) kept.push_back(numbers.of_cells[cell]);
       numbers.of_cells = std::move(kept);

@@ -8,7 +8,7 @@
 //
 // POINT_DATA: SCALARS, VECTORS and FIELD arrays become material channels, one for each component ("name", or "name.0",
 // "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids and strings are left out
-// and reported. Of CELL_DATA the first eight arrays of one integer a cell become MeshFile::cell_numbers; the others are
+// and reported. Of CELL_DATA the first eight arrays of one number a cell become MeshFile::cell_numbers; the others are
 // left out and reported.
 
 #pragma once

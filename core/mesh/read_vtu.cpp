@@ -7,7 +7,6 @@
 #include <array>
 #include <bit>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -290,7 +289,7 @@ void VtuReader::read_cell_data(pugi::xml_node piece, std::uint64_t count) {
   }
 }
 
-/// False if the array isn't one integer for each cell, or not every piece has it.
+/// False if the array isn't one number for each cell, or not every piece has it.
 bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
   const bool numeric = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0;
   if (!numeric || std::string_view(array.attribute("NumberOfComponents").as_string("1")) != "1") return false;
@@ -302,18 +301,15 @@ bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
   }
   const std::size_t before = file_.mesh.cell_count() - piece_cells_.size();
   if (found->of_cells.size() != before) return false;
-  std::vector<std::optional<std::int64_t>> values;
+  std::vector<double> values;
   VtuNumbers numbers = document_.open(array, count);
-  for (std::uint64_t cell = 0; cell < count; ++cell)
-    values.push_back(exact_integer(numbers.values().any_real("a value")));
+  for (std::uint64_t cell = 0; cell < count; ++cell) values.push_back(numbers.values().any_real("a value"));
   require_end(numbers);
-  for (const std::uint32_t cell : piece_cells_) {
-    if (values[cell]) found->of_cells.push_back(*values[cell]);
-  }
+  for (const std::uint32_t cell : piece_cells_) found->of_cells.push_back(values[cell]);
   return true;
 }
 
-/// Numbers that this piece hasn't, or that aren't whole.
+/// Numbers that this piece hasn't.
 void VtuReader::drop_partial_numbers() {
   std::erase_if(file_.cell_numbers, [&](const CellNumbers& numbers) {
     if (numbers.of_cells.size() == file_.mesh.cell_count()) return false;

@@ -221,14 +221,8 @@ class AttributeReader {
       return;
     }
     CellNumbers numbers{name, {}};
-    for (std::uint64_t cell = 0; cell < tuples; ++cell) {
-      if (const auto number = exact_integer(values_.any_real("a value"))) numbers.of_cells.push_back(*number);
-    }
-    if (numbers.of_cells.size() == tuples) {
-      numbers_.push_back(std::move(numbers));
-    } else {
-      found_.left_out.push_back(name);
-    }
+    for (std::uint64_t cell = 0; cell < tuples; ++cell) numbers.of_cells.push_back(values_.any_real("a value"));
+    numbers_.push_back(std::move(numbers));
   }
 
   VtkScanner& values_;

@@ -236,7 +236,41 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);
   EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");
-  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, CellRegionsArePrintedByTheirOwnMaps) {
+  const std::string mesh = CCSLICE_TEST_DATA_DIR "/meshes/regions.inp";
+  EXPECT_THAT(run({"info", mesh}).out,
+              HasSubstr("sets of cells left out: 'left', 'right', 'both', 'top', 'low'; --regions-from"));
+  const std::vector<std::string> slice = {"slice", mesh,         "--regions-from", "left",       "--pitch",
+                                          "0.1",   "--material", "soft=#ff0000",   "--material", "hard=#00ff00",
+                                          "-o",    path("p")};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), slice.begin(), slice.end());
+    return run(more);
+  };
+  const ProcessResult printed = with({"--map", "region:left=soft,rest=hard"});
+  EXPECT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_TRUE(std::filesystem::exists(path("p") + "/layer_0000_materials.png"));
+  EXPECT_THAT(with({"--map", "region:right=soft", "--map", "material:hard", "--force"}).err,
+              HasSubstr("there is no cell region \"right\"; the mesh has \"left\", \"rest\""));
+  EXPECT_THAT(run({"info", mesh, "--regions-from", "left,both"}).err, HasSubstr("is in both 'left' and 'both'"));
+}
+
+TEST_F(CommandLine, ChannelsComeFromNumbersOfCells) {
+  const std::string mesh = path("density.vtk");
+  cli::write_file(mesh,
+                  "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+                  "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n"
+                  "CELL_DATA 2\nSCALARS density double 1\nLOOKUP_TABLE default\n0.25\n0.75\n");
+  EXPECT_THAT(run({"info", mesh}).out, HasSubstr("the cells' 'density' left out; --cell-data makes a channel of it"));
+  const ProcessResult info = run({"info", mesh, "--cell-data", "density=average"});
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("density"));
+  EXPECT_EQ(run({"info", mesh, "--cell-data", "density"}).exit_code, cli::kExitUsage);
+  EXPECT_THAT(run({"info", mesh, "--cell-data", "mass=average"}).err,
+              HasSubstr("no numbers called 'mass' for its cells; it has numbers called 'density'"));
 }
 
 TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {

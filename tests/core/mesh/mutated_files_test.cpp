@@ -7,11 +7,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_averages.h"
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/sharpen.h"
 #include "core/mesh/validate.h"
@@ -34,6 +37,34 @@ void expect_consistent(const ControlMesh& mesh) {
                           [&](std::uint32_t vertex) { return vertex < mesh.vertex_count(); }));
 }
 
+/// Every way to make something of them gives a mesh or an Error, too.
+void use_cell_numbers(const MeshFile& file) {
+  std::vector<std::string> regions = {"sets"};
+  for (const CellNumbers& numbers : file.cell_numbers) {
+    EXPECT_EQ(numbers.of_cells.size(), file.mesh.cell_count()) << numbers.name;
+    regions.push_back(numbers.name);
+  }
+  for (const CellSet& set : file.cell_sets) {
+    EXPECT_TRUE(std::ranges::is_sorted(set.cells, std::ranges::less_equal()) && !set.cells.empty() &&
+                set.cells.back() < file.mesh.cell_count())
+        << set.name;
+    regions.push_back(set.name);
+  }
+  for (const std::string& name : regions) {
+    for (const bool average : {false, true}) {
+      MeshFile changed = file;
+      try {
+        average ? average_cell_numbers(name, changed) : make_cell_regions(name, changed);
+        expect_consistent(changed.mesh);
+        EXPECT_TRUE(average || changed.mesh.cell_regions.size() == changed.mesh.cell_count());
+        validate(changed.mesh);
+      } catch (const Error& error) {
+        EXPECT_NE(error.code(), ErrorCode::kInternal) << error.what();
+      }
+    }
+  }
+}
+
 class MutatedFiles : public testing::TestWithParam<const char*> {};
 
 TEST_P(MutatedFiles, GiveAMeshOrAnError) {
@@ -45,28 +76,35 @@ TEST_P(MutatedFiles, GiveAMeshOrAnError) {
   for (int mutation = 0; mutation < kMutations; ++mutation) {
     const std::string bytes = oracle::mutated(original, random);
     const std::size_t before = oracle::allocated_bytes();
+    const auto expect_little = [&] {
+      EXPECT_LT(oracle::allocated_bytes() - before, kMaxFixedBytes + kMaxBytesPerByte * bytes.size())
+          << "mutation " << mutation;
+    };
     try {
-      ControlMesh mesh = read_mesh(bytes).mesh;
-      expect_consistent(mesh);
+      MeshFile file = read_mesh(bytes);
+      expect_consistent(file.mesh);
       ++meshes;
-      validate(mesh);
+      const MeshFile as_read = file;
+      validate(file.mesh);
+      expect_little();
+      use_cell_numbers(as_read);
     } catch (const Error& error) {
       EXPECT_NE(error.code(), ErrorCode::kInternal) << error.what();
+      expect_little();
     }
-    EXPECT_LT(oracle::allocated_bytes() - before, kMaxFixedBytes + kMaxBytesPerByte * bytes.size())
-        << "mutation " << mutation;
   }
   EXPECT_GT(meshes, kMutations / 50) << "hardly any damage was harmless: does the file read at all?";
   EXPECT_LT(meshes, kMutations);
 }
 
 INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles,
-                         testing::Values("meshio.mesh", "house.ovm", "house.inp", "assembly.inp", "gmsh_ascii_2_2.msh",
-                                         "gmsh_binary_2_2.msh", "gmsh_ascii_4_1.msh", "gmsh_binary_4_1.msh",
-                                         "vtk_ascii_4_2.vtk", "vtk_ascii_5_1.vtk", "vtk_binary_4_2.vtk",
-                                         "vtk_binary_5_1.vtk", "meshio_binary_5_1.vtk", "vtk_ascii.vtu",
-                                         "vtk_binary.vtu", "vtk_binary_zlib.vtu", "vtk_binary_big_endian.vtu",
-                                         "vtk_appended_raw.vtu", "vtk_appended_raw_zlib.vtu", "vtk_appended_base64.vtu",
+                         testing::Values("meshio.mesh", "house.ovm", "house.inp", "assembly.inp", "regions.inp",
+                                         "gmsh_ascii_2_2.msh", "gmsh_binary_2_2.msh", "gmsh_ascii_4_1.msh",
+                                         "gmsh_binary_4_1.msh", "vtk_ascii_4_2.vtk", "vtk_ascii_5_1.vtk",
+                                         "vtk_binary_4_2.vtk", "vtk_binary_5_1.vtk", "meshio_binary_5_1.vtk",
+                                         "vtk_ascii.vtu", "vtk_binary.vtu", "vtk_binary_zlib.vtu",
+                                         "vtk_binary_big_endian.vtu", "vtk_appended_raw.vtu",
+                                         "vtk_appended_raw_zlib.vtu", "vtk_appended_base64.vtu",
                                          "vtk_appended_base64_zlib.vtu", "meshio_binary_zlib.vtu"),
                          [](const auto& info) {
                            std::string name = info.param;

@@ -71,8 +71,9 @@ TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
   EXPECT_THAT(file.warnings,
               ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out", "point data 'names' left out",
-                          "cell data 'pair' left out", "cell data 'id' left out", "cell data 'share' left out"));
-  EXPECT_TRUE(file.cell_numbers.empty());
+                          "cell data 'pair' left out", "cell data 'id' left out"));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(0.5));
 }
 
 std::string with_cell_data(const std::string& piece, const std::string& data) {
@@ -80,7 +81,7 @@ std::string with_cell_data(const std::string& piece, const std::string& data) {
 }
 
 // Those of volume cells that are no ghosts, of all pieces.
-TEST(ReadVtu, KeepsIntegersOfCells) {
+TEST(ReadVtu, KeepsNumbersOfCells) {
   const std::string first = with_cell_data(
       piece(4, kTetPoints, 3, "0 1 2 0 1 2 3 0 1 2 3", "3 7 11", "5 10 10", ""),
       array("part", "Float64", "1 2 -3") + array("rank", "Int32", "4 5 6") + array("vtkGhostType", "UInt8", "0 0 1"));
