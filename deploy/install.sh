@@ -8,6 +8,7 @@
 #   deploy/install.sh test           test frameworks, oracles, linters
 #   deploy/install.sh bench          benchmarks
 #   deploy/install.sh peers          other programs that benchmarks run beside ours
+#   deploy/install.sh cad            the mesh generator of docs/from-cad.md
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
@@ -69,6 +70,10 @@ readonly peers=(
   python3-vtk9
 )
 
+readonly cad=(
+  gmsh
+)
+
 readonly containers=(
   bsdextrautils
   buildah
@@ -121,7 +126,7 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench peers containers fuzz server server-slim client"
+readonly groups="build test bench peers cad containers fuzz server server-slim client"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -151,6 +156,7 @@ packages_of() {
       ;;
     bench) printf '%s\n' "${bench[@]}" ;;
     peers) printf '%s\n' "${peers[@]}" ;;
+    cad) printf '%s\n' "${cad[@]}" ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
     server) printf '%s\n' "${server[@]}" ;;

@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What takes too long for every change: random jobs by the thousands, every voxel of the real meshes, and clang-tidy.
+# What takes too long for every change: random jobs by the thousands, every voxel of the real meshes, interpolation under
+# sanitizers, the way from CAD, and clang-tidy.
 #
 #   tests/nightly.sh [FIRST [LAST]]    # seeds, DEFAULT: 1 10000
 #
@@ -18,7 +19,7 @@ reports=build/nightly
 failed=0
 
 cmake --preset release -D CCSLICE_BUILD_BENCHMARKS=ON
-cmake --build --preset release --parallel "$(nproc)" --target hostile_jobs error_analysis
+cmake --build --preset release --parallel "$(nproc)" --target ccslice ccsliced hostile_jobs error_analysis
 rm -rf "$reports"
 mkdir -p "$reports"
 
@@ -31,6 +32,16 @@ done
 
 echo "== Real meshes"
 build/release/tests/bench/error_analysis | tee "$reports/error_analysis.txt" || failed=1
+
+echo "== Interpolation under AddressSanitizer and UndefinedBehaviorSanitizer"
+cmake --preset asan
+cmake --build --preset asan --parallel "$(nproc)" --target interpolation_test
+ctest --preset asan --parallel "$(nproc)" --tests-regex interpolation_test || failed=1
+
+echo "== The commands of docs/from-cad.md"
+deploy/install.sh cad
+tests/docs/run_page.sh docs/from-cad.md >"$reports/from_cad.txt" 2>&1 || failed=1
+tail -1 "$reports/from_cad.txt"
 
 echo "== clang-tidy"
 tests/hygiene/check_tidy.sh || failed=1

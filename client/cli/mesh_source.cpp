@@ -60,9 +60,9 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<std::s
   }
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
-    const bool taken = numbers.name == regions_from || std::ranges::find(averaged, numbers.name) != averaged.end();
-    if (!varies || taken) continue;
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
+    const bool regions_made = whole && !regions_from.empty();
+    if (!varies || regions_made || std::ranges::find(averaged, numbers.name) != averaged.end()) continue;
     file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
                             (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }
