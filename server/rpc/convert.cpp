@@ -4,12 +4,12 @@
 #include "server/rpc/convert.h"
 
 #include "core/base/choice_text.h"
-#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/job/validate_placement.h"
 #include "core/output/pack_indices.h"
 #include "server/rpc/contract_value.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/find_named.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -150,15 +150,7 @@ Placement to_placement(const v1::Placement& message, const Box3& solid_box, cons
 }
 
 std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < solid.channels.size(); ++i) {
-    if (solid.channels[i].name == name) return static_cast<std::uint32_t>(i);
-    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.channels[i].name) + '"');
-  }
-  throw Error(ErrorCode::kChannelUnknown,
-              field + ": the mesh has no channel \"" + echoed(name) + "\"; it has " +
-                  (names.empty() ? "none" : echoed_list(names, solid.channels.size())),
-              field);
+  return find_named(solid.channels, name, ErrorCode::kChannelUnknown, "the mesh has no channel", "it", field);
 }
 
 GridRequest to_grid_request(const v1::GridSpec& message) {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "core/base/choice_text.h"
-#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "server/rpc/contract_value.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/find_named.h"
 
 namespace ccslice::server {
 namespace {
@@ -90,15 +90,8 @@ class MapReader {
 };
 
 std::uint8_t to_cell_region(const std::string& name, const SolidSummary& solid, const std::string& field) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < solid.cell_regions.size(); ++i) {
-    if (solid.cell_regions[i].name == name) return static_cast<std::uint8_t>(i);
-    if (i < kMaxEchoItems) names.push_back('"' + echoed(solid.cell_regions[i].name) + '"');
-  }
-  throw Error(ErrorCode::kCellRegionUnknown,
-              field + ": there is no cell region \"" + echoed(name) + "\"; the mesh has " +
-                  (names.empty() ? "none" : echoed_list(names, solid.cell_regions.size())),
-              field);
+  return static_cast<std::uint8_t>(find_named(solid.cell_regions, name, ErrorCode::kCellRegionUnknown,
+                                              "there is no cell region", "the mesh", field));
 }
 
 constexpr std::string_view kMethodPrefix = "HALFTONE_METHOD_";
@@ -174,15 +167,8 @@ class MapWriter {
 }  // namespace
 
 std::uint32_t to_material(const std::string& name, const Printing& printing, const std::string& field) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < printing.materials.size(); ++i) {
-    if (printing.materials[i].name == name) return static_cast<std::uint32_t>(i + 1);
-    if (i < kMaxEchoItems) names.push_back('"' + echoed(printing.materials[i].name) + '"');
-  }
-  throw Error(ErrorCode::kMaterialUnknown,
-              field + ": there is no material \"" + echoed(name) + "\"; printing.materials has " +
-                  (names.empty() ? "none" : echoed_list(names, printing.materials.size())),
-              field);
+  return 1 + find_named(printing.materials, name, ErrorCode::kMaterialUnknown, "there is no material",
+                        "printing.materials", field);
 }
 
 Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {

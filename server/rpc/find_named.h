@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What requests name: channels, cell regions, materials.
+
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+
+namespace ccslice::server {
+
+/// The index of the first item of that name. Throws Error{code}: "FIELD: COMPLAINT "NAME"; HOLDER has "A", "B"".
+template <typename Named>
+std::uint32_t find_named(const std::vector<Named>& all, const std::string& name, ErrorCode code,
+                         const std::string& complaint, const std::string& holder, const std::string& field) {
+  const auto found = std::ranges::find(all, name, &Named::name);
+  if (found != all.end()) return static_cast<std::uint32_t>(found - all.begin());
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < all.size() && i < kMaxEchoItems; ++i) names.push_back('"' + echoed(all[i].name) + '"');
+  throw Error(code,
+              field + ": " + complaint + " \"" + echoed(name) + "\"; " + holder + " has " +
+                  (names.empty() ? "none" : echoed_list(names, all.size())),
+              field);
+}
+
+}  // namespace ccslice::server
