@@ -14,10 +14,6 @@ bool shows_cell_regions(const SliceJob& job) {
                              [](const PlaneSpec& plane) { return plane.content == PlaneContent::kCellRegions; });
 }
 
-bool needs_cell_regions(const SliceJob& job) {
-  return shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
-}
-
 std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs_of_range(std::uint32_t first, std::uint32_t count) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> slabs;
   while (count > 0) {

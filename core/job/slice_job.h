@@ -47,8 +47,6 @@ VoxelRegion region_of(const SliceJob& job);
 
 /// Some plane shows cell regions.
 bool shows_cell_regions(const SliceJob& job);
-/// Some plane shows them, or the materials depend on them.
-bool needs_cell_regions(const SliceJob& job);
 
 /// Counts of the region's voxels.
 struct LayerStats {

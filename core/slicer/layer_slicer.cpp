@@ -112,6 +112,8 @@ struct LayerSlicer::State {
     return tracer.trace(plane, options);
   }
 
+  bool mixes_by_region() const { return halftone && !job.printing->cell_region_maps.empty(); }
+
   std::vector<RegionRun> cell_regions(const LayerShape& shape) const {
     const LimitSolid& solid = *shared->solid;
     if (solid.has_several_regions()) return find_regions(shape.contours.region_edges, shape.spans, lattice, scope.rows);
@@ -124,7 +126,7 @@ struct LayerSlicer::State {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows);
-    if (needs_cell_regions(job)) result.regions = cell_regions(result);
+    if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result);
     result.contours.region_edges = {};
     if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
     result.stats.contour_loops = result.contours.loops.size();
@@ -167,10 +169,10 @@ struct LayerSlicer::State {
   void choose_materials(const LayerShape& shape, Layer& layer, const CancellationToken& cancel) {
     if (!halftone) return;
     const HalftonePass::Place place{lattice, layer.index, layer.z_mm, scope.window, scope.region};
-    if (job.printing->cell_region_maps.empty()) {
-      halftone->run(place, shape.spans, planes.mixed(), cancel);
-    } else {
+    if (mixes_by_region()) {
       halftone->run(place, shape.regions, planes.mixed(), cancel);
+    } else {
+      halftone->run(place, shape.spans, planes.mixed(), cancel);
     }
     layer.stats.material_voxels = halftone->histogram();
   }
