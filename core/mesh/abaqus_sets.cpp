@@ -27,12 +27,31 @@ struct PlacedIndex {
     for (const std::uint64_t number : placed.numbers) cells.emplace_back(number, cell++);
     std::ranges::sort(cells);
   }
-  bool is_in(const AbaqusScope& scope) const {
-    return scope.instance.empty() ? elements.scope.part == scope.part : elements.scope.instance == scope.instance;
-  }
   bool has(std::uint32_t cell) const {
     return cell >= elements.first_cell && cell - elements.first_cell < elements.numbers.size();
   }
+};
+
+/// The places of a scope: of a part, or of an instance.
+class PlacesByScope {
+ public:
+  explicit PlacesByScope(const std::vector<PlacedElements>& placed) : places_(placed.begin(), placed.end()) {
+    for (const PlacedIndex& place : places_) {
+      if (place.cells.empty()) continue;
+      const AbaqusScope& scope = place.elements.scope;
+      of_scope_[{scope.part, {}}].push_back(&place);
+      if (!scope.instance.empty()) of_scope_[{0, scope.instance}].push_back(&place);
+    }
+  }
+  const std::vector<const PlacedIndex*>& of(const AbaqusScope& scope) const {
+    static const std::vector<const PlacedIndex*> kNone;
+    const auto found = of_scope_.find(scope);
+    return found == of_scope_.end() ? kNone : found->second;
+  }
+
+ private:
+  std::vector<PlacedIndex> places_;
+  std::map<AbaqusScope, std::vector<const PlacedIndex*>> of_scope_;
 };
 
 /// Whoever repeats all cells in set after set would take memory and time without end.
@@ -119,7 +138,7 @@ void AbaqusSets::add_entries(std::size_t set, bool generate, AbaqusLines& lines)
 }
 
 void AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& file, std::vector<std::string>& empty) {
-  std::vector<PlacedIndex> places(placed.begin(), placed.end());
+  const PlacesByScope places(placed);
   Members members(file.mesh.cell_count());
   std::vector<std::vector<std::uint32_t>> cells(sets_.size());
 
@@ -139,7 +158,11 @@ void AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& fil
     const auto known = index_.find({scope, name});
     if (known == index_.end() || known->second >= before) return;
     for (const std::uint32_t cell : cells[known->second]) {
-      if (place == nullptr || place->has(cell)) members.add(cell, found);
+      if (place == nullptr || place->has(cell)) {
+        members.add(cell, found);
+      } else {
+        members.count();
+      }
     }
   };
 
@@ -149,13 +172,14 @@ void AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& fil
     for (const Member& member : sets_[set].members) {
       const bool own_scope = member.scope == scopes_[set];
       if (!member.set.empty() && own_scope) add_set(member.scope, member.set, set, nullptr, cells[set]);
-      for (const PlacedIndex& place : places) {
-        if (!place.is_in(member.scope)) continue;
+      if (!member.set.empty() && own_scope) continue;
+      for (const PlacedIndex* place : places.of(member.scope)) {
+        members.count();
         if (member.set.empty()) {
-          add_numbers(member.numbers, place, cells[set]);
-        } else if (!own_scope) {
-          add_set({place.elements.scope.part, {}}, member.set, set, &place, cells[set]);
-          add_set({0, place.elements.scope.instance}, member.set, set, &place, cells[set]);
+          add_numbers(member.numbers, *place, cells[set]);
+        } else {
+          add_set({place->elements.scope.part, {}}, member.set, set, place, cells[set]);
+          add_set({0, place->elements.scope.instance}, member.set, set, place, cells[set]);
         }
       }
     }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <iterator>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -77,12 +76,6 @@ void GmshGroups::add_cell(std::int64_t volume, std::int64_t group) {
   cell_groups_.push_back(std::abs(group));
 }
 
-std::string GmshGroups::name_of(std::int64_t tag) const {
-  const auto found =
-      std::ranges::find_if(groups_, [&](const Group& group) { return group.dimension == kVolume && group.tag == tag; });
-  return found == groups_.end() ? std::to_string(tag) : found->name;
-}
-
 void GmshGroups::finish(MeshFile& file) {
   std::map<std::int64_t, std::vector<std::uint32_t>> cells_of;  // By tag.
   const auto add = [&](std::uint32_t cell, std::int64_t tag) {
@@ -102,16 +95,22 @@ void GmshGroups::finish(MeshFile& file) {
     entity.of_cells.push_back(static_cast<double>(tag));
   }
   file.cell_numbers.push_back(std::move(entity));
+  std::map<std::int64_t, std::string> names;
+  for (const Group& group : groups_) {
+    if (group.dimension == kVolume) names.try_emplace(group.tag, group.name);
+  }
+  std::map<std::string, std::size_t> set_of;  // By name, which several groups may have.
   for (auto& [tag, cells] : cells_of) {
-    const std::string name = name_of(tag);
-    const auto same = std::ranges::find(file.cell_sets, name, &CellSet::name);
-    if (same == file.cell_sets.end()) {
-      file.cell_sets.push_back({name, std::move(cells)});
-      continue;
-    }
-    std::vector<std::uint32_t> both;
-    std::ranges::set_union(same->cells, cells, std::back_inserter(both));
-    same->cells = std::move(both);
+    const auto known_name = names.find(tag);
+    const std::string name = known_name == names.end() ? std::to_string(tag) : known_name->second;
+    const auto [set, is_new] = set_of.try_emplace(name, file.cell_sets.size());
+    if (is_new) file.cell_sets.push_back({name, {}});
+    std::vector<std::uint32_t>& all = file.cell_sets[set->second].cells;
+    all.insert(all.end(), cells.begin(), cells.end());
+  }
+  for (CellSet& set : file.cell_sets) {
+    std::ranges::sort(set.cells);
+    set.cells.erase(std::ranges::unique(set.cells).begin(), set.cells.end());
   }
   std::vector<std::string> left_out;
   for (const Group& group : groups_) {

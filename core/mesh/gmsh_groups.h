@@ -42,7 +42,6 @@ class GmshGroups {
     std::vector<std::int64_t> groups;
   };
   void read_entity(GmshScanner& scanner, int dimension, bool partitioned);
-  std::string name_of(std::int64_t tag) const;
 
   std::vector<Group> groups_;  // That have names.
   std::map<std::int64_t, Volume> volumes_;

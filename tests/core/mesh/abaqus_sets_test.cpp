@@ -95,6 +95,11 @@ TEST(AbaqusSets, CannotRepeatCellsWithoutEnd) {
     text += "*ELSET, ELSET=s" + std::to_string(i) + "\n" + before + ", " + before + "\n";
   }
   EXPECT_EQ(sets_of(text).size(), 100u);
+  std::string many = "*PART, NAME=p\n" + kNodes + tets({1}) + "*ELSET, ELSET=a\n";
+  for (int i = 0; i < 2000; ++i) many += std::to_string(2 * i) + "\n";
+  many += "*END PART\n*ASSEMBLY, NAME=x\n";
+  for (int i = 0; i < 2000; ++i) many += "*INSTANCE, NAME=i" + std::to_string(i) + ", PART=p\n*END INSTANCE\n";
+  expect_error([&] { read_abaqus(many); }, ErrorCode::kMeshTooLarge, "the element sets have more than");
   std::string ranges = "*ELSET, ELSET=a, GENERATE\n";
   for (int i = 0; i < 400'000; ++i) ranges += "1, 9\n";
   expect_error(

@@ -49,6 +49,24 @@ TEST(GmshGroups, OfOneNameAreOneSet) {
   EXPECT_THAT(file.cell_sets[0].cells, ElementsAre(0, 1, 2));
 }
 
+// A hundred thousand names take no time to speak of.
+TEST(GmshGroups, MayBeMany) {
+  constexpr int kMany = 100'000;
+  std::string names = "$PhysicalNames\n" + std::to_string(kMany) + "\n", elements = std::to_string(kMany) + "\n";
+  for (int i = 1; i <= kMany; ++i) {
+    const std::string tag = std::to_string(i);
+    names += "3 " + tag + " \"g" + tag + "\"\n";
+    elements += tag + " 4 2 " + tag + " 1 1 2 3 4\n";
+  }
+  const MeshFile file = read_gmsh("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names +
+                                  "$EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+                                  "$Elements\n" +
+                                  elements + "$EndElements\n");
+  ASSERT_EQ(file.cell_sets.size(), std::size_t{kMany});
+  EXPECT_EQ(file.cell_sets.back().name, "g100000");
+  EXPECT_THAT(file.cell_sets.back().cells, ElementsAre(kMany - 1));
+}
+
 const std::string kNodes41 = "$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n";
 
 std::string version_41(const std::string& entities, const std::string& elements) {
