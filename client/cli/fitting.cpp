@@ -56,9 +56,9 @@ std::string swelling_note(const Swelling& swelling) {
 
 /// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point.
 ControlMesh meant_by(ControlMesh fitted) {
-  const ConnectedMesh checked = validate_and_connect(fitted, {}, {});
   if (!has_several_regions(fitted)) return mesh_of_limit_points(fitted);
-  ControlMesh limits = mesh_of_limit_points(split_cell_regions(fitted, checked.complex).mesh);
+  const ConnectedMesh checked = validate_and_connect(fitted, {}, {});
+  const ControlMesh limits = mesh_of_limit_points(split_cell_regions(fitted, checked.complex).mesh);
   fitted.interpolating = false;
   std::copy_n(limits.positions.begin(), fitted.positions.size(), fitted.positions.begin());
   std::copy_n(limits.channel_values.begin(), fitted.channel_values.size(), fitted.channel_values.begin());

@@ -15,6 +15,7 @@
 #include "client/cli/json.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/text_values.h"
+#include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_averages.h"
@@ -51,18 +52,14 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<std::s
   if (!regions_from.empty()) make_cell_regions(regions_from, file);
   for (const std::string& name : averaged) average_cell_numbers(name, file);
   if (regions_from.empty() && !file.cell_sets.empty()) {
-    std::vector<std::string> names;
-    for (const CellSet& set : file.cell_sets) {
-      if (names.size() < kMaxEchoItems) names.push_back("'" + echoed(set.name) + "'");
-    }
-    file.warnings.push_back("sets of cells left out: " + echoed_list(names, file.cell_sets.size()) +
+    file.warnings.push_back("sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
                             "; --regions-from NAME,NAME makes regions of them, --regions-from sets of all");
   }
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
     const bool regions_made = whole && !regions_from.empty();
-    if (!varies || regions_made || std::ranges::find(averaged, numbers.name) != averaged.end()) continue;
+    if (!varies || regions_made || contains(averaged, numbers.name)) continue;
     file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
                             (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }
@@ -246,8 +243,7 @@ bool names_mesh_id(const MeshOptions& options) {
       !options.interpolate.empty() || !options.regions_from.empty() || !options.cell_data.empty()) {
     throw UsageError(
         "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate, --regions-from, --cell-data and "
-        "--allow-folds "
-        "change a mesh file; " +
+        "--allow-folds change a mesh file; " +
         options.mesh + " is on the server already");
   }
   return true;

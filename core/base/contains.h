@@ -9,7 +9,7 @@
 
 namespace ccslice {
 
-/// For short lists of ids.
+/// For short lists of ids or names.
 template <typename Ids>
 bool contains(const Ids& ids, typename Ids::value_type id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ccslice {
 
@@ -23,5 +24,16 @@ std::string echoed(std::string_view text, std::size_t max_bytes = kMaxEchoBytes)
 
 /// "3, 17, 22": the first kMaxEchoItems of `items`, then "and N more" of `total`.
 std::string echoed_list(std::span<const std::string> items, std::size_t total);
+
+/// The list of the items' names, each between two of `quote`.
+template <typename Items>
+std::string echoed_names(const Items& items, char quote) {
+  std::vector<std::string> names;
+  for (const auto& item : items) {
+    if (names.size() == kMaxEchoItems) break;
+    names.push_back(quote + echoed(item.name) + quote);
+  }
+  return echoed_list(names, items.size());
+}
 
 }  // namespace ccslice

@@ -12,6 +12,7 @@
 #include "core/limit/prepare.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
+#include "core/mesh/face_cone.h"
 #include "core/mesh/validate.h"
 
 namespace ccslice {
@@ -118,14 +119,6 @@ std::array<Vec3, 4> corner_limits(const BoundarySurface& surface, std::uint32_t 
   const Vec3 origin = surface.corner_position(corner);
   surface.split(corner, patches);
   return {origin, patches[0].b[3].head<3>(), patches[2].b[15].head<3>(), patches[1].b[12].head<3>()};
-}
-
-/// Six times the volume between the origin and a face.
-double six_cones(std::span<const Vec3> ring) {
-  const auto cone = [&](std::size_t i, std::size_t j, std::size_t k) { return ring[i].dot(ring[j].cross(ring[k])); };
-  if (ring.size() == 3) return cone(0, 1, 2);
-  // Bilinear: the mean of the two ways to halve it.
-  return (cone(0, 1, 2) + cone(0, 2, 3) + cone(0, 1, 3) + cone(1, 2, 3)) / 2;
 }
 
 VertexLimit farthest_vertex(const LimitSolid::Data& data, const Mat3& map) {

@@ -57,6 +57,10 @@ std::string_view AbaqusKeyword::value_of(std::string_view parameter) const {
   return {};
 }
 
+bool AbaqusKeyword::has(std::string_view parameter) const {
+  return std::ranges::any_of(parameters, [&](const auto& known) { return known.first == parameter; });
+}
+
 AbaqusLines::AbaqusLines(std::string_view bytes, std::string path) {
   files_.push_back({std::move(path), {}, bytes});
   places_.push_back({0, 0, 0});

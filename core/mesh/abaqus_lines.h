@@ -30,6 +30,8 @@ struct AbaqusKeyword {
 
   /// The parameter's value, or "" if it isn't there.
   std::string_view value_of(std::string_view parameter) const;
+  /// Whether the parameter is there, with a value or without.
+  bool has(std::string_view parameter) const;
 };
 
 class AbaqusLines {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -22,13 +23,6 @@ constexpr std::uint8_t kInNone = 255;
 
 [[noreturn]] void refuse(const std::string& message) {
   throw Error(ErrorCode::kMeshBadCellRegion, message, "cell_regions");
-}
-
-template <typename Named>
-std::string list_of(const std::vector<Named>& all) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < all.size() && i < kMaxEchoItems; ++i) names.push_back("'" + echoed(all[i].name) + "'");
-  return echoed_list(names, all.size());
 }
 
 void check_count(const std::string& what, std::size_t count, const MeshLimits& limits) {
@@ -62,7 +56,7 @@ std::vector<const CellSet*> find_sets(const std::string& names, const std::vecto
   const auto add = [&](std::string_view name) {
     const auto found = std::ranges::find(all, name, &CellSet::name);
     if (found == all.end()) return false;
-    if (std::ranges::find(sets, &*found) == sets.end()) sets.push_back(&*found);
+    if (!contains(sets, &*found)) sets.push_back(&*found);
     return true;
   };
   if (add(names)) return sets;
@@ -92,11 +86,11 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
     }
     mesh.cell_region_names.push_back(sets[set]->name);
   }
-  if (std::ranges::find(mesh.cell_regions, kInNone) == mesh.cell_regions.end()) return;
+  if (!contains(mesh.cell_regions, kInNone)) return;
   check_count("the sets and the rest are", sets.size() + 1, limits);
   std::ranges::replace(mesh.cell_regions, kInNone, static_cast<std::uint8_t>(sets.size()));
   std::string rest = "rest";
-  while (std::ranges::find(mesh.cell_region_names, rest) != mesh.cell_region_names.end()) rest += '_';
+  while (contains(mesh.cell_region_names, rest)) rest += '_';
   mesh.cell_region_names.push_back(rest);
 }
 
@@ -105,8 +99,9 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
 std::string known_cell_numbers(const MeshFile& file) {
   if (file.cell_numbers.empty() && file.cell_sets.empty()) return "it has none";
   std::string text;
-  if (!file.cell_numbers.empty()) text = "it has numbers called " + list_of(file.cell_numbers);
-  if (!file.cell_sets.empty()) text += (text.empty() ? "it has sets " : ", and sets ") + list_of(file.cell_sets);
+  if (!file.cell_numbers.empty()) text = "it has numbers called " + echoed_names(file.cell_numbers, '\'');
+  if (!file.cell_sets.empty())
+    text += (text.empty() ? "it has sets " : ", and sets ") + echoed_names(file.cell_sets, '\'');
   return text;
 }
 

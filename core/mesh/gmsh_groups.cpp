@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <span>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -28,9 +28,9 @@ void GmshGroups::read_names(GmshScanner& scanner) {
     const auto dimension = text.integer("a physical group's dimension");
     const std::int64_t tag = text.integer("a physical group's tag");
     const std::string_view line = text.rest_of_line();
-    const std::size_t open = line.find('"'), close = line.rfind('"');
-    if (open == close) text.fail("a name in quotes", printable(line));
-    groups_.push_back({dimension, std::abs(tag), std::string(line.substr(open + 1, close - open - 1))});
+    const std::optional<std::string_view> name = between_quotes(line);
+    if (!name) text.fail("a name in quotes", printable(line));
+    groups_.push_back({dimension, std::abs(tag), std::string(*name)});
   }
 }
 
@@ -117,8 +117,7 @@ void GmshGroups::finish(MeshFile& file) {
     if (group.dimension != kVolume || !cells_of.contains(group.tag)) left_out.push_back(printable(group.name));
   }
   if (left_out.empty()) return;
-  const auto named = std::span(left_out).first(std::min(left_out.size(), kMaxEchoItems));
-  file.warnings.push_back("physical groups without cells left out: " + echoed_list(named, left_out.size()));
+  file.warnings.push_back("physical groups without cells left out: " + echoed_list(left_out, left_out.size()));
 }
 
 }  // namespace ccslice

@@ -30,7 +30,7 @@ class GmshScanner {
 
   /// An integer of four bytes in a binary file.
   std::uint64_t integer(std::string_view expected);
-  /// Likewise, negative ones too.
+  /// An integer of four bytes in a binary file, which may be negative.
   std::int64_t signed_integer(std::string_view expected);
   /// An integer of eight bytes in a binary file.
   std::uint64_t size(std::string_view expected);

@@ -41,7 +41,8 @@ struct Part {
   std::vector<Vec3> positions;
   UnfitNumbers unfit;
   std::vector<CellKind> kinds;
-  std::vector<std::uint64_t> numbers, corners, cell_marks;  // Of the cells, of their nodes; a place in the file.
+  std::vector<std::uint64_t> numbers, cell_marks;  // Of each cell: its number, and its place in the file.
+  std::vector<std::uint64_t> corners;              // Numbers of nodes.
 };
 
 struct Instance {
@@ -186,25 +187,21 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
   if (!set.empty()) set_ = sets_.open(scope(), set);
 }
 
-/// Those that Abaqus/CAE makes for itself are left out.
+/// Sets that Abaqus/CAE makes for itself (INTERNAL) are left out.
 void AbaqusReader::open_set(const AbaqusKeyword& keyword) {
   const std::string_view name = keyword.value_of("ELSET");
   if (name.empty()) lines_.fail("the name of the set (ELSET=...)", "none");
-  const auto has = [&](std::string_view parameter) {
-    return std::ranges::find(keyword.parameters, parameter, &decltype(keyword.parameters)::value_type::first) !=
-           keyword.parameters.end();
-  };
-  if (has("INTERNAL")) {
+  if (keyword.has("INTERNAL")) {
     other_sets_.insert(printable(name));
     return;
   }
   const std::string instance = abaqus_key(keyword.value_of("INSTANCE"));
   set_ = sets_.open(instance.empty() ? scope() : AbaqusScope{0, instance}, name);
-  generates_ = has("GENERATE");
+  generates_ = keyword.has("GENERATE");
   data_ = Data::kSet;
 }
 
-/// Of sets in a part or an instance, or outside of both.
+/// The scope of a set that is opened here: in a part, in an instance, or outside of both.
 AbaqusScope AbaqusReader::scope() const {
   if (in_instance_) return {0, instances_.back().name};
   return {current_, {}};
@@ -400,8 +397,7 @@ void AbaqusReader::warn() {
     names.erase("");
     if (names.empty()) return;
     const std::vector<std::string> all(names.begin(), names.end());
-    const auto named = std::span(all).first(std::min(all.size(), kMaxEchoItems));
-    file_.warnings.push_back(what + " left out: " + echoed_list(named, all.size()));
+    file_.warnings.push_back(what + " left out: " + echoed_list(all, all.size()));
   };
   const auto solids =
       std::ranges::count_if(instances_, [&](const Instance& instance) { return !parts_[instance.part].kinds.empty(); });

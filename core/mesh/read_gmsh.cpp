@@ -306,8 +306,7 @@ std::vector<std::string> GmshReader::read_strings() {
   std::vector<std::string> strings;
   for (std::uint64_t i = 0; i < count; ++i) {
     std::string_view line = scanner_.text().rest_of_line();
-    const std::size_t open = line.find('"'), close = line.rfind('"');
-    if (open != close) line = line.substr(open + 1, close - open - 1);
+    line = between_quotes(line).value_or(line);
     while (!line.empty() && (line.back() == '\r' || line.back() == '\n')) line.remove_suffix(1);
     strings.emplace_back(line);
   }

@@ -162,9 +162,9 @@ class OvmReader {
     if (!opens_property(entity)) scanner_.fail("a property (VProp, EProp, FProp, CProp, ...)", entity);
     const std::string_view type = scanner_.next("a type");
     const std::string_view rest = scanner_.rest_of_line();
-    const std::size_t open = rest.find('"'), close = rest.rfind('"');
-    if (open == std::string_view::npos || close == open) scanner_.fail("a name in quotation marks", rest);
-    const std::string name(rest.substr(open + 1, close - open - 1));
+    const std::optional<std::string_view> quoted = between_quotes(rest);
+    if (!quoted) scanner_.fail("a name in quotation marks", rest);
+    const std::string name(*quoted);
     const bool of_vertices = equals_ignoring_case(entity, "VProp");
     if (const std::size_t components = component_count(type); of_vertices && components > 0) {
       return read_channels(name, components);

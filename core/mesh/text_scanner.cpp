@@ -45,6 +45,12 @@ std::optional<std::uint64_t> parse_count(std::string_view token) {
 
 std::string in_quotes(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
 
+std::optional<std::string_view> between_quotes(std::string_view line) {
+  const std::size_t open = line.find('"'), close = line.rfind('"');
+  if (open == close) return std::nullopt;
+  return line.substr(open + 1, close - open - 1);
+}
+
 std::string printable(std::string_view token) {
   constexpr std::size_t kLongest = 40;
   std::string shown(token.substr(0, kLongest));

@@ -113,6 +113,9 @@ bool equals_ignoring_case(std::string_view a, std::string_view b);
 /// "'Faces'", for "expected 'Faces'".
 std::string in_quotes(std::string_view word);
 
+/// What stands between the first and the last quotation mark of the line. Nothing without two of them.
+std::optional<std::string_view> between_quotes(std::string_view line);
+
 /// A token fit for a message: cut to 40 bytes, unprintable bytes replaced by '?'.
 std::string printable(std::string_view token);
 

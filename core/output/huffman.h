@@ -23,8 +23,8 @@ struct HuffmanCode {
 };
 
 /// Codes of the symbols that occur. Where fewer than two do, others get a code too, so that it is always complete.
-/// REQUIRES: 2 <= counts.size() == codes.size() <= 288, the counts' sum below 2^32, max_length <= kLongestCode
-/// and enough.
+/// REQUIRES: 2 <= counts.size() == codes.size() <= 288, the counts' sum below 2^32,
+/// log2(counts.size()) <= max_length <= kLongestCode
 void make_huffman_codes(std::span<const std::uint32_t> counts, unsigned max_length, std::span<HuffmanCode> codes);
 
 /// The head of a block with codes of its own, from BFINAL on.

@@ -47,11 +47,9 @@ std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm
 HalftonePlan::HalftonePlan(const Printing& printing, double pitch_x_mm, double pitch_y_mm, double pitch_z_mm,
                            const CancellationToken& cancel)
     : printing_(printing) {
-  mixtures_.emplace_back(printing, printing.map);
-  for (const CellRegionMap& own : printing.cell_region_maps) {
-    mixture_of_region_[own.cell_region] = static_cast<std::uint16_t>(mixtures_.size());
-    mixtures_.emplace_back(printing, own.map);
-  }
+  for (const MaterialMap* map : maps_of(printing)) mixtures_.emplace_back(printing, *map);
+  std::uint16_t mixture = 0;
+  for (const CellRegionMap& own : printing.cell_region_maps) mixture_of_region_[own.cell_region] = ++mixture;
   if (const auto shape = mask_shape(printing, pitch_x_mm, pitch_y_mm, pitch_z_mm)) mask_ = shared_mask(*shape, cancel);
 }
 

@@ -45,7 +45,7 @@ class HalftonePlan {
 
   const Printing& printing() const noexcept { return printing_; }
   std::size_t material_count() const noexcept { return printing_.materials.size(); }
-  /// That of Printing::map first, then those of Printing::cell_region_maps.
+  /// One for each map, in the order of maps_of().
   std::span<const Mixture> mixtures() const noexcept { return mixtures_; }
   /// Which of them a cell region's voxels are mixed by.
   std::size_t mixture_of(std::uint8_t cell_region) const noexcept { return mixture_of_region_[cell_region]; }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/choice_text.h"
+#include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -201,27 +202,24 @@ struct SteepestSpan {
 
 void add_channels(const MaterialMap& map, std::vector<std::uint32_t>& channels) {
   for (const std::uint32_t channel : std::visit(ChannelList(), map.kind)) {
-    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) channels.push_back(channel);
+    if (!contains(channels, channel)) channels.push_back(channel);
   }
 }
 
-/// All of a printing, the general one first.
+}  // namespace
+
 std::vector<const MaterialMap*> maps_of(const Printing& printing) {
   std::vector<const MaterialMap*> maps = {&printing.map};
   for (const CellRegionMap& own : printing.cell_region_maps) maps.push_back(&own.map);
   return maps;
 }
 
-}  // namespace
-
 double steepest_span(const MaterialMap& map) { return std::visit(SteepestSpan(), map.kind); }
 
 double steepest_span(const Printing& printing, std::uint32_t channel) {
   double span = std::numeric_limits<double>::infinity();
   for (const MaterialMap* map : maps_of(printing)) {
-    const std::vector<std::uint32_t> channels = channels_of(*map);
-    if (std::find(channels.begin(), channels.end(), channel) == channels.end()) continue;
-    span = std::min(span, steepest_span(*map));
+    if (contains(channels_of(*map), channel)) span = std::min(span, steepest_span(*map));
   }
   return span;
 }

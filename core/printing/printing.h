@@ -124,9 +124,12 @@ struct Printing {
 /// The colours by material number, the background's first.
 std::vector<std::uint32_t> palette_of(const Printing& printing);
 
+/// All maps of a printing: that of Printing::map first, then those of Printing::cell_region_maps.
+std::vector<const MaterialMap*> maps_of(const Printing& printing);
+
 /// The channels that a map reads, each once, in the order of the map.
 std::vector<std::uint32_t> channels_of(const MaterialMap& map);
-/// Those that any of the maps reads, likewise.
+/// The channels that any map of the printing reads, each once, in the order of maps_of().
 std::vector<std::uint32_t> channels_of(const Printing& printing);
 
 /// By how much a channel's value changes where the map is steepest, for a fraction to go from 0 to 1. Infinite if the

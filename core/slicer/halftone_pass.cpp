@@ -24,14 +24,13 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
       halftoner_(plan),
       palette_(palette_of(plan.printing())),
       histogram_(plan.printing().materials.size()) {
-  const Printing& printing = plan.printing();
-  const std::vector<std::uint32_t> channels = channels_of(printing);
+  const std::vector<const MaterialMap*> maps = maps_of(plan.printing());
+  const std::vector<std::uint32_t> channels = channels_of(plan.printing());
   values_.resize(channels.size());
   for (std::size_t i = 0; i < plan.mixtures().size(); ++i) {
     const Mixture& mixture = plan.mixtures()[i];
-    const bool strict = (i == 0 ? printing.map : printing.cell_region_maps[i - 1].map).strict;
     const std::string field = i == 0 ? "map" : "cell_region_maps[" + std::to_string(i - 1) + "].map";
-    Source& source = sources_.emplace_back(Source{mixture, strict, "printing." + field + ".strict", {}});
+    Source& source = sources_.emplace_back(Source{mixture, maps[i]->strict, "printing." + field + ".strict", {}});
     for (const std::uint32_t channel : mixture.channels()) {
       source.planes.push_back(static_cast<std::size_t>(std::ranges::find(channels, channel) - channels.begin()));
     }

@@ -21,11 +21,9 @@ std::uint32_t find_named(const std::vector<Named>& all, const std::string& name,
                          const std::string& complaint, const std::string& holder, const std::string& field) {
   const auto found = std::ranges::find(all, name, &Named::name);
   if (found != all.end()) return static_cast<std::uint32_t>(found - all.begin());
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < all.size() && i < kMaxEchoItems; ++i) names.push_back('"' + echoed(all[i].name) + '"');
   throw Error(code,
               field + ": " + complaint + " \"" + echoed(name) + "\"; " + holder + " has " +
-                  (names.empty() ? "none" : echoed_list(names, all.size())),
+                  (all.empty() ? "none" : echoed_names(all, '"')),
               field);
 }
 

@@ -80,7 +80,7 @@ std::string with_cell_data(const std::string& piece, const std::string& data) {
   return replaced(piece, "<Points>", "<CellData>" + data + "</CellData><Points>");
 }
 
-// Those of volume cells that are no ghosts, of all pieces.
+// Numbers are kept of volume cells that are no ghosts, from all pieces.
 TEST(ReadVtu, KeepsNumbersOfCells) {
   const std::string first = with_cell_data(
       piece(4, kTetPoints, 3, "0 1 2 0 1 2 3 0 1 2 3", "3 7 11", "5 10 10", ""),
