@@ -4,7 +4,8 @@
 #include "core/mesh/abaqus_sets.h"
 
 #include <algorithm>
-#include <optional>
+#include <deque>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -82,122 +83,186 @@ void sort_unique(std::vector<std::uint32_t>& cells) {
 
 }  // namespace
 
+/// Finds the cells of the sets: first their own elements; then every set hands its cells on to those that name it, as
+/// long as one of them grows.
+class AbaqusSets::Resolver {
+ public:
+  Resolver(const AbaqusSets& sets, const std::vector<PlacedElements>& placed, std::size_t cell_count)
+      : sets_(sets), places_(placed), members_(cell_count), found_(sets.sets_.size()) {
+    for (std::size_t member = 0; member < sets.members_.size(); ++member) {
+      sets.members_[member].set.empty() ? add_numbers(sets.members_[member]) : add_uses(member);
+    }
+    for (std::size_t set = 0; set < found_.size(); ++set) enqueue(set);
+    while (!queue_.empty()) {
+      const std::size_t set = queue_.front();
+      queue_.pop_front();
+      hand_on(set);
+    }
+  }
+
+  const std::vector<std::uint32_t>& cells(std::size_t set) const { return found_[set].cells; }
+  const std::set<std::string>& unknown() const { return unknown_; }
+
+ private:
+  struct Use {
+    std::size_t by;            // The set that names this one.
+    const PlacedIndex* place;  // Only the cells of this place, unless it is null.
+  };
+  struct Found {
+    std::vector<std::uint32_t> cells;
+    std::size_t handed_on = 0;  // So many cells, all that there were.
+    std::vector<Use> uses;
+    bool queued = false;
+  };
+
+  void add_numbers(const Member& member) {
+    const Range& numbers = member.numbers;
+    for (const PlacedIndex* place : places_.of(member.scope)) {
+      members_.count();
+      auto element = std::ranges::lower_bound(place->cells, std::pair(numbers.first, std::uint32_t{0}));
+      for (; element != place->cells.end() && element->first <= numbers.last; ++element) {
+        if ((element->first - numbers.first) % numbers.step == 0) {
+          members_.add(element->second, found_[member.of].cells);
+        } else {
+          members_.count();
+        }
+      }
+    }
+  }
+
+  /// The member names a set of its own scope, or of the part of an instance.
+  void add_uses(std::size_t number) {
+    const Member& member = sets_.members_[number];
+    const std::string& instance = member.scope.instance;
+    bool known = add_use(number, member.scope, nullptr);
+    if (!instance.empty()) {
+      for (const PlacedIndex* place : places_.of(member.scope)) {
+        members_.count();
+        known |= add_use(number, {place->elements.scope.part, {}}, place);
+      }
+    }
+    if (!known) unknown_.insert(instance.empty() ? member.set : instance + "." + member.set);
+  }
+
+  /// Whether a set of that scope has come before the member.
+  bool add_use(std::size_t number, const AbaqusScope& scope, const PlacedIndex* place) {
+    const Member& member = sets_.members_[number];
+    const auto known = sets_.index_.find({scope, member.set});
+    if (known == sets_.index_.end() || sets_.sets_[known->second].first_member > number) return false;
+    if (known->second != member.of) found_[known->second].uses.push_back({member.of, place});
+    return true;
+  }
+
+  void enqueue(std::size_t set) {
+    if (!found_[set].queued) queue_.push_back(set);
+    found_[set].queued = true;
+  }
+
+  void hand_on(std::size_t set) {
+    Found& from = found_[set];
+    from.queued = false;
+    sort_unique(from.cells);
+    if (from.cells.size() == from.handed_on) return;
+    from.handed_on = from.cells.size();
+    for (const Use& use : from.uses) {
+      for (const std::uint32_t cell : from.cells) {
+        if (use.place == nullptr || use.place->has(cell)) {
+          members_.add(cell, found_[use.by].cells);
+        } else {
+          members_.count();
+        }
+      }
+      enqueue(use.by);
+    }
+  }
+
+  const AbaqusSets& sets_;
+  const PlacesByScope places_;
+  Members members_;
+  std::vector<Found> found_;  // By set.
+  std::deque<std::size_t> queue_;
+  std::set<std::string> unknown_;
+};
+
 std::size_t AbaqusSets::open(const AbaqusScope& scope, std::string_view name) {
   const auto [known, is_new] = index_.try_emplace({scope, abaqus_key(name)}, sets_.size());
-  if (is_new) {
-    sets_.push_back({std::string(name), {}});
-    scopes_.push_back(scope);
-  }
+  if (is_new) sets_.push_back({std::string(name), scope, members_.size()});
   return known->second;
 }
 
 void AbaqusSets::add(std::size_t set, std::uint64_t number) {
-  std::vector<Member>& members = sets_[set].members;
-  const bool goes_on = !members.empty() && members.back().set.empty() && members.back().scope == scopes_[set] &&
-                       members.back().numbers.step == 1 && members.back().numbers.last + 1 == number;
-  if (goes_on) {
-    members.back().numbers.last = number;
-  } else {
-    members.push_back({scopes_[set], {}, {number, number, 1}});
+  const AbaqusScope& scope = sets_[set].scope;
+  if (!members_.empty()) {
+    Member& last = members_.back();
+    const bool goes_on = last.of == set && last.set.empty() && last.scope == scope && last.numbers.step == 1 &&
+                         last.numbers.last + 1 == number;
+    if (goes_on) {
+      last.numbers.last = number;
+      return;
+    }
   }
+  members_.push_back({set, scope, {}, {number, number, 1}});
 }
 
-void AbaqusSets::add_entries(std::size_t set, bool generate, AbaqusLines& lines) {
+void AbaqusSets::add_entries(std::size_t set, const AbaqusScope& members, bool generate, AbaqusLines& lines) {
   const std::vector<std::string_view>& entries = lines.entries();
   const auto is_number = [](std::string_view text) { return !text.empty() && text[0] >= '0' && text[0] <= '9'; };
+  const auto add_one = [&](const AbaqusScope& scope, std::string_view entry) {
+    const std::uint64_t number = lines.count(entry, "an element's number");
+    members_.push_back({set, scope, {}, {number, number, 1}});
+  };
   if (generate) {
     if (entries[0].empty()) return;
     const std::uint64_t first = lines.count(entries[0], "the first element");
     const std::uint64_t last = entries.size() > 1 ? lines.count(entries[1], "the last element") : first;
     const bool has_step = entries.size() > 2 && !entries[2].empty();
     const std::uint64_t step = has_step ? lines.count(entries[2], "a step") : 1;
-    sets_[set].members.push_back({scopes_[set], {}, {first, last, std::max<std::uint64_t>(step, 1)}});
+    members_.push_back({set, members, {}, {first, last, std::max<std::uint64_t>(step, 1)}});
     return;
   }
   for (const std::string_view entry : entries) {
     if (entry.empty()) continue;
     if (is_number(entry)) {
-      add(set, lines.count(entry, "an element's number"));
+      add_one(members, entry);
       continue;
     }
     const std::string name = abaqus_key(entry);
     const std::size_t point = name.find('.');
-    if (index_.contains({scopes_[set], name}) || point == std::string::npos) {
-      sets_[set].members.push_back({scopes_[set], name, {}});
+    if (index_.contains({members, name}) || point == std::string::npos) {
+      members_.push_back({set, members, name, {}});
       continue;
     }
     const AbaqusScope instance{0, name.substr(0, point)};
     const std::string of_instance = name.substr(point + 1);
     if (is_number(of_instance)) {
-      const std::uint64_t number = lines.count(of_instance, "an element's number");
-      sets_[set].members.push_back({instance, {}, {number, number, 1}});
+      add_one(instance, of_instance);
     } else {
-      sets_[set].members.push_back({instance, of_instance, {}});
+      members_.push_back({set, instance, of_instance, {}});
     }
   }
 }
 
-void AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& file, std::vector<std::string>& empty) {
-  const PlacesByScope places(placed);
-  Members members(file.mesh.cell_count());
-  std::vector<std::vector<std::uint32_t>> cells(sets_.size());
-
-  const auto add_numbers = [&](const Range& numbers, const PlacedIndex& place, std::vector<std::uint32_t>& found) {
-    auto element = std::ranges::lower_bound(place.cells, std::pair(numbers.first, std::uint32_t{0}));
-    for (; element != place.cells.end() && element->first <= numbers.last; ++element) {
-      if ((element->first - numbers.first) % numbers.step == 0) {
-        members.add(element->second, found);
-      } else {
-        members.count();
-      }
-    }
-  };
-  /// Cells of an earlier set, those of one place if it is given.
-  const auto add_set = [&](const AbaqusScope& scope, const std::string& name, std::size_t before,
-                           const PlacedIndex* place, std::vector<std::uint32_t>& found) {
-    const auto known = index_.find({scope, name});
-    if (known == index_.end() || known->second >= before) return;
-    for (const std::uint32_t cell : cells[known->second]) {
-      if (place == nullptr || place->has(cell)) {
-        members.add(cell, found);
-      } else {
-        members.count();
-      }
-    }
-  };
-
+AbaqusSets::LeftOut AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& file) {
+  const Resolver resolver(*this, placed, file.mesh.cell_count());
   std::map<std::string, std::vector<std::uint32_t>> cells_of_name;
   std::vector<std::string> order;
   for (std::size_t set = 0; set < sets_.size(); ++set) {
-    for (const Member& member : sets_[set].members) {
-      const bool own_scope = member.scope == scopes_[set];
-      if (!member.set.empty() && own_scope) add_set(member.scope, member.set, set, nullptr, cells[set]);
-      if (!member.set.empty() && own_scope) continue;
-      for (const PlacedIndex* place : places.of(member.scope)) {
-        members.count();
-        if (member.set.empty()) {
-          add_numbers(member.numbers, *place, cells[set]);
-        } else {
-          add_set({place->elements.scope.part, {}}, member.set, set, place, cells[set]);
-          add_set({0, place->elements.scope.instance}, member.set, set, place, cells[set]);
-        }
-      }
-    }
-    sort_unique(cells[set]);
-    const std::string key = abaqus_key(sets_[set].name);
-    const auto [known, is_new] = cells_of_name.try_emplace(key);
-    known->second.insert(known->second.end(), cells[set].begin(), cells[set].end());
+    const std::vector<std::uint32_t>& cells = resolver.cells(set);
+    const auto [known, is_new] = cells_of_name.try_emplace(abaqus_key(sets_[set].name));
+    known->second.insert(known->second.end(), cells.begin(), cells.end());
     if (is_new) order.push_back(sets_[set].name);
   }
+  LeftOut left_out{{}, {resolver.unknown().begin(), resolver.unknown().end()}};
   for (const std::string& name : order) {
     std::vector<std::uint32_t>& found = cells_of_name.at(abaqus_key(name));
     sort_unique(found);
     if (found.empty()) {
-      empty.push_back(name);
+      left_out.empty.push_back(name);
     } else {
       file.cell_sets.push_back({name, std::move(found)});
     }
   }
+  return left_out;
 }
 
 }  // namespace ccslice

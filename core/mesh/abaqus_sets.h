@@ -41,30 +41,39 @@ class AbaqusSets {
   /// The set of that name, a new one unless it has come before.
   std::size_t open(const AbaqusScope& scope, std::string_view name);
   void add(std::size_t set, std::uint64_t number);
-  /// A data line of *ELSET.
-  void add_entries(std::size_t set, bool generate, AbaqusLines& lines);
+  /// A data line of *ELSET, whose numbers and names are those of `members`: the set's own scope, or an instance.
+  void add_entries(std::size_t set, const AbaqusScope& members, bool generate, AbaqusLines& lines);
 
-  /// Hands over the sets that have cells, one for all of the same name. Names of the others go to `empty`. Throws
-  /// Error{kMeshTooLarge} where sets repeat cells without end.
-  void finish(const std::vector<PlacedElements>& placed, MeshFile& file, std::vector<std::string>& empty);
+  /// What finish() couldn't hand over.
+  struct LeftOut {
+    std::vector<std::string> empty;    // Sets without cells.
+    std::vector<std::string> unknown;  // Names in data lines, of sets that hadn't come there.
+  };
+
+  /// Hands over the sets that have cells, one for all of the same name. A set named in a data line stands for all
+  /// that the file puts into it. Throws Error{kMeshTooLarge} where sets repeat cells without end.
+  LeftOut finish(const std::vector<PlacedElements>& placed, MeshFile& file);
 
  private:
+  class Resolver;
   struct Range {
     std::uint64_t first = 0, last = 0, step = 1;
   };
   struct Member {
+    std::size_t of;  // The set that it is added to.
     AbaqusScope scope{};
     std::string set{};  // A set's name in capitals, or ...
     Range numbers{};    // ... elements, if it is empty.
   };
   struct Set {
     std::string name;  // As written first.
-    std::vector<Member> members;
+    AbaqusScope scope;
+    std::size_t first_member;  // Members from this one on may name it.
   };
   using Key = std::pair<AbaqusScope, std::string>;  // Name in capitals.
 
   std::vector<Set> sets_;
-  std::vector<AbaqusScope> scopes_;  // Of the sets.
+  std::vector<Member> members_;  // Of all sets, in the order of the file.
   std::map<Key, std::size_t> index_;
 };
 

@@ -94,9 +94,10 @@ class AbaqusReader {
   std::uint64_t second_order_ = 0, cells_ = 0, nodes_ = 0;
   AbaqusSets sets_;
   std::optional<std::size_t> set_;  // That of the elements or data lines at hand.
+  AbaqusScope members_;             // Of the data lines.
   bool generates_ = false;
   std::vector<PlacedElements> placed_;
-  std::set<std::string> other_sets_, other_types_, other_keywords_;
+  std::set<std::string> other_sets_, unknown_sets_, other_types_, other_keywords_;
   MeshFile file_;
 };
 
@@ -108,9 +109,9 @@ MeshFile AbaqusReader::read() {
     throw Error(ErrorCode::kMeshEmpty, "the file has no solid elements (C3D4, C3D6, C3D8, ...); a solid needs them");
   }
   place_all();
-  std::vector<std::string> empty;
-  sets_.finish(placed_, file_, empty);
-  for (const std::string& name : empty) other_sets_.insert(printable(name));
+  const AbaqusSets::LeftOut left_out = sets_.finish(placed_, file_);
+  for (const std::string& name : left_out.empty) other_sets_.insert(printable(name));
+  for (const std::string& name : left_out.unknown) unknown_sets_.insert(printable(name));
   leave_out_unused_vertices({}, TextScanner(""), file_);
   warn();
   return std::move(file_);
@@ -196,7 +197,8 @@ void AbaqusReader::open_set(const AbaqusKeyword& keyword) {
     return;
   }
   const std::string instance = abaqus_key(keyword.value_of("INSTANCE"));
-  set_ = sets_.open(instance.empty() ? scope() : AbaqusScope{0, instance}, name);
+  set_ = sets_.open(scope(), name);
+  members_ = instance.empty() ? scope() : AbaqusScope{0, instance};
   generates_ = keyword.has("GENERATE");
   data_ = Data::kSet;
 }
@@ -252,7 +254,7 @@ void AbaqusReader::read_data() {
     case Data::kNodes: return read_node();
     case Data::kCells: return read_cell();
     case Data::kPlacement: return read_placement();
-    case Data::kSet: return sets_.add_entries(*set_, generates_, lines_);
+    case Data::kSet: return sets_.add_entries(*set_, members_, generates_, lines_);
     case Data::kSkipped: return;
   }
 }
@@ -411,6 +413,7 @@ void AbaqusReader::warn() {
   }
   note("elements of types", other_types_);
   note("sets", other_sets_);
+  note("members of sets, for no set of that name stands before them,", unknown_sets_);
   note("keywords", other_keywords_);
 }
 

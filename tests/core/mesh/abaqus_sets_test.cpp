@@ -72,11 +72,35 @@ TEST(AbaqusSets, OfTheAssemblyAreOfOneInstance) {
                           Pair("one", ElementsAre(3, 5))));
 }
 
+// A set that goes on later holds the sets that came since it was opened, and a set that is named all that it holds in the end.
+TEST(AbaqusSets, GoOnLater) {
+  EXPECT_THAT(sets_of(kNodes + tets({1, 2, 3}) + "*ELSET, ELSET=all\n1\n*ELSET, ELSET=second\n2\n" +
+                      "*ELSET, ELSET=all\nsecond\n*ELSET, ELSET=second\n3\n"),
+              ElementsAre(Pair("all", ElementsAre(0, 1, 2)), Pair("second", ElementsAre(1, 2))));
+}
+
+TEST(AbaqusSets, MayNameEachOther) {
+  EXPECT_THAT(
+      sets_of(kNodes + tets({1, 2, 3}) + "*ELSET, ELSET=a\n1\n*ELSET, ELSET=b\n2, a\n" +
+              "*ELSET, ELSET=c\n3, b\n*ELSET, ELSET=a\nc\n"),
+      ElementsAre(Pair("a", ElementsAre(0, 1, 2)), Pair("b", ElementsAre(0, 1, 2)), Pair("c", ElementsAre(0, 1, 2))));
+}
+
+// The assembly's set of an instance belongs to the assembly; its data lines name the sets of the instance's part.
+TEST(AbaqusSets, OfAnInstanceNameItsPartsSets) {
+  EXPECT_THAT(
+      sets_of(kAssembly + "*ELSET, ELSET=one, INSTANCE=p-2\nfirst\n*ELSET, ELSET=two\none, q-1.first\n" +
+              "*END ASSEMBLY\n"),
+      ElementsAre(Pair("first", ElementsAre(0, 3, 4)), Pair("one", ElementsAre(4)), Pair("two", ElementsAre(3, 4))));
+}
+
 TEST(AbaqusSets, WithoutCellsAreLeftOut) {
   const MeshFile file = read_abaqus(kNodes + tets({1}) + "*ELSET, ELSET=none\n5\n*ELSET, ELSET=cae, INTERNAL\n1\n" +
                                     "*ELSET, ELSET=itself\nitself, unknown\n");
   EXPECT_THAT(file.cell_sets, IsEmpty());
-  EXPECT_THAT(file.warnings, ElementsAre("sets left out: cae, itself, none"));
+  EXPECT_THAT(file.warnings, ElementsAre("sets left out: cae, itself, none",
+                                         "members of sets, for no set of that name stands before them, left out: "
+                                         "UNKNOWN"));
 }
 
 TEST(AbaqusSets, ThatAreNoSetsNameTheLine) {
