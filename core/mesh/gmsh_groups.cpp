@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/echo.h"
+#include "core/base/error.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
@@ -17,6 +18,9 @@ namespace {
 
 constexpr int kVolume = 3;
 constexpr int kBoxReals = 6, kPointReals = 3;
+// Whoever repeats all cells in group after group would take memory and time without end.
+constexpr std::uint64_t kMostRepeats = 256;  // Of every cell, in all groups together.
+constexpr std::uint64_t kFewMembers = 1 << 20;
 
 }  // namespace
 
@@ -68,7 +72,10 @@ void GmshGroups::read_entity(GmshScanner& scanner, int dimension, bool partition
     const std::uint64_t bounds = scanner.size("the number of entities of the boundary");
     for (std::uint64_t i = 0; i < bounds; ++i) scanner.skip_integer("an entity of the boundary");
   }
-  if (dimension == kVolume) volumes_[tag] = std::move(volume);
+  if (dimension != kVolume) return;
+  std::ranges::sort(volume.groups);
+  volume.groups.erase(std::ranges::unique(volume.groups).begin(), volume.groups.end());
+  volumes_[tag] = std::move(volume);
 }
 
 void GmshGroups::add_cell(std::int64_t volume, std::int64_t group) {
@@ -76,31 +83,47 @@ void GmshGroups::add_cell(std::int64_t volume, std::int64_t group) {
   cell_groups_.push_back(std::abs(group));
 }
 
-void GmshGroups::finish(MeshFile& file) {
-  std::map<std::int64_t, std::vector<std::uint32_t>> cells_of;  // By tag.
+/// The numbers of the cells' volumes, those of the whole volumes for cells of partitions.
+CellNumbers GmshGroups::entities() const {
+  CellNumbers entity{"entity", {}};
+  for (const std::int64_t tag : cell_volumes_) {
+    const auto volume = volumes_.find(tag);
+    const bool is_part = volume != volumes_.end() && volume->second.parent != 0;
+    entity.of_cells.push_back(static_cast<double>(is_part ? volume->second.parent : tag));
+  }
+  return entity;
+}
+
+GmshGroups::CellsOfTags GmshGroups::cells_of_tags() const {
+  const std::uint64_t most = kFewMembers + kMostRepeats * cell_volumes_.size();
+  std::uint64_t members = 0;
+  CellsOfTags cells_of;
   const auto add = [&](std::uint32_t cell, std::int64_t tag) {
     if (tag == 0) return;
+    if (++members > most) {
+      throw Error(ErrorCode::kMeshTooLarge, "the physical groups have more than " + std::to_string(most) +
+                                                " members; leave out those that repeat others");
+    }
     std::vector<std::uint32_t>& cells = cells_of[tag];
     if (cells.empty() || cells.back() != cell) cells.push_back(cell);
   };
-  CellNumbers entity{"entity", {}};
   for (std::uint32_t cell = 0; cell < cell_volumes_.size(); ++cell) {
     add(cell, cell_groups_[cell]);
     const auto volume = volumes_.find(cell_volumes_[cell]);
-    const bool known = volume != volumes_.end();
-    if (known) {
-      for (const std::int64_t tag : volume->second.groups) add(cell, tag);
-    }
-    const std::int64_t tag = known && volume->second.parent != 0 ? volume->second.parent : cell_volumes_[cell];
-    entity.of_cells.push_back(static_cast<double>(tag));
+    if (volume == volumes_.end()) continue;
+    for (const std::int64_t tag : volume->second.groups) add(cell, tag);
   }
-  file.cell_numbers.push_back(std::move(entity));
+  return cells_of;
+}
+
+/// Groups of the same name are one set.
+void GmshGroups::add_sets(const CellsOfTags& cells_of, MeshFile& file) const {
   std::map<std::int64_t, std::string> names;
   for (const Group& group : groups_) {
     if (group.dimension == kVolume) names.try_emplace(group.tag, group.name);
   }
-  std::map<std::string, std::size_t> set_of;  // By name, which several groups may have.
-  for (auto& [tag, cells] : cells_of) {
+  std::map<std::string, std::size_t> set_of;
+  for (const auto& [tag, cells] : cells_of) {
     const auto known_name = names.find(tag);
     const std::string name = known_name == names.end() ? std::to_string(tag) : known_name->second;
     const auto [set, is_new] = set_of.try_emplace(name, file.cell_sets.size());
@@ -112,6 +135,12 @@ void GmshGroups::finish(MeshFile& file) {
     std::ranges::sort(set.cells);
     set.cells.erase(std::ranges::unique(set.cells).begin(), set.cells.end());
   }
+}
+
+void GmshGroups::finish(MeshFile& file) {
+  file.cell_numbers.push_back(entities());
+  const CellsOfTags cells_of = cells_of_tags();
+  add_sets(cells_of, file);
   std::vector<std::string> left_out;
   for (const Group& group : groups_) {
     if (group.dimension != kVolume || !cells_of.contains(group.tag)) left_out.push_back(printable(group.name));

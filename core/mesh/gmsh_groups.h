@@ -28,7 +28,7 @@ class GmshGroups {
   void add_cell(std::int64_t volume, std::int64_t group);
 
   /// Hands over a set for each group of volumes that has cells, and the numbers "entity" of the volumes. Names of all
-  /// other groups are left out with a warning.
+  /// other groups are left out with a warning. Throws Error{kMeshTooLarge} where groups repeat cells without end.
   void finish(MeshFile& file);
 
  private:
@@ -41,7 +41,11 @@ class GmshGroups {
     std::int64_t parent = 0;  // Of a part of a partitioned volume.
     std::vector<std::int64_t> groups;
   };
+  using CellsOfTags = std::map<std::int64_t, std::vector<std::uint32_t>>;
   void read_entity(GmshScanner& scanner, int dimension, bool partitioned);
+  CellNumbers entities() const;
+  CellsOfTags cells_of_tags() const;
+  void add_sets(const CellsOfTags& cells_of, MeshFile& file) const;
 
   std::vector<Group> groups_;  // That have names.
   std::map<std::int64_t, Volume> volumes_;

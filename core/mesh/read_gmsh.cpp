@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -91,6 +92,8 @@ class GmshReader {
   std::uint64_t flat_ = 0, second_order_ = 0;
   Refused pyramids_, high_order_;
   GmshGroups groups_;
+  std::set<std::string> entity_sections_;  // Names of those that have come.
+  bool entities_broken_ = false;
   MeshFile file_;
 };
 
@@ -136,8 +139,10 @@ void GmshReader::read_section() {
   }
 }
 
-/// A mesh doesn't need them, so one goes on without them where a program has written them in its own way.
+/// A mesh doesn't need them, so one goes on without them where a program has written them in its own way. A second section of that kind, or one after a broken one, is passed over: a file of thousands that each run to its end
+/// would take quadratic time.
 void GmshReader::read_entities(const std::string& name) {
+  if (!entity_sections_.insert(name).second || entities_broken_) return skip_section(name);
   const GmshScanner begin = scanner_;
   try {
     scanner_.open_section();
@@ -146,6 +151,7 @@ void GmshReader::read_entities(const std::string& name) {
   } catch (const Error& error) {
     file_.warnings.push_back("physical groups may be incomplete, $" + name +
                              " isn't as Gmsh writes it: " + error.what());
+    entities_broken_ = true;
     scanner_ = begin;
     skip_section(name);
   }

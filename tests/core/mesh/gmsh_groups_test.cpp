@@ -101,6 +101,35 @@ TEST(GmshGroups, OfPartitionsAreThoseOfTheirVolumes) {
   EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(1, 2));
 }
 
+// A volume that names a group again and again has it once; one of too many groups for its cells is refused.
+TEST(GmshGroups, CannotRepeatCellsWithoutEnd) {
+  constexpr int kGroups = 3000, kCells = 3000;
+  std::string same, other, elements = "1 " + std::to_string(kCells) + " 1 3000\n3 1 4 " + std::to_string(kCells) + "\n";
+  for (int i = 1; i <= kGroups; ++i) {
+    same += " 7";
+    other += " " + std::to_string(i);
+  }
+  for (int i = 1; i <= kCells; ++i) elements += std::to_string(i) + " 1 2 3 4\n";
+  const auto entities = [&](const std::string& groups) {
+    return "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 " + std::to_string(kGroups) + groups + " 0\n$EndEntities\n";
+  };
+  const MeshFile file = read_gmsh(version_41(entities(same), elements));
+  ASSERT_EQ(file.cell_sets.size(), 1u);
+  EXPECT_EQ(file.cell_sets[0].cells.size(), std::size_t{kCells});
+  expect_error([&] { read_gmsh(version_41(entities(other), elements)); }, ErrorCode::kMeshTooLarge,
+               "the physical groups have more than");
+}
+
+TEST(GmshGroups, AreReadOnce) {
+  std::string odd;
+  for (int i = 0; i < 100; ++i) odd += "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 5 7 0\n$EndEntities\n";
+  const MeshFile broken = read_gmsh(version_41(odd, kElements));
+  EXPECT_THAT(broken.warnings, testing::ElementsAre(HasSubstr("physical groups may be incomplete"),
+                                                    HasSubstr("physical groups without cells left out")));
+  const MeshFile twice = read_gmsh(version_41(kEntities + odd, kElements));
+  EXPECT_EQ(twice.cell_sets.size(), 2u);
+}
+
 TEST(GmshGroups, AreDoneWithoutWhereTheEntitiesAreOdd) {
   const std::string odd = "$Entities\n0 0 0 1\n1 0 0 0 1 1 1 5 7 0\n$EndEntities\n";
   const MeshFile file = read_gmsh(version_41(odd, kElements));
