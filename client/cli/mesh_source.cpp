@@ -58,8 +58,7 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<std::s
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
-    const bool regions_made = whole && !regions_from.empty();
-    if (!varies || regions_made || contains(averaged, numbers.name)) continue;
+    if (!varies || numbers.name == regions_from || contains(averaged, numbers.name)) continue;
     file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
                             (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }

@@ -139,8 +139,9 @@ void GmshReader::read_section() {
   }
 }
 
-/// A mesh doesn't need them, so one goes on without them where a program has written them in its own way. A second section of that kind, or one after a broken one, is passed over: a file of thousands that each run to its end
-/// would take quadratic time.
+/// A mesh doesn't need them, so one goes on without them where a program has written them in its own way. A second
+/// section of that kind, or one after a broken one, is passed over: a file of thousands that each run to its end would
+/// take quadratic time.
 void GmshReader::read_entities(const std::string& name) {
   if (!entity_sections_.insert(name).second || entities_broken_) return skip_section(name);
   const GmshScanner begin = scanner_;

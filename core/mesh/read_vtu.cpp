@@ -238,14 +238,17 @@ void VtuReader::read_point_data(pugi::xml_node piece) {
   constexpr const char* kNoChannels[] = {"Normals", "Tensors", "TCoords", "GlobalIds", "PedigreeIds"};
   std::set<std::string> no_channels = {std::string(kGhosts)};
   for (const char* attribute : kNoChannels) no_channels.insert(data.attribute(attribute).value());
+  std::set<std::string> read;
   for (const pugi::xml_node array : data.children()) {
     if (array.type() != pugi::node_element) continue;
     const std::string name = array.attribute("Name").value();
     const bool numbers = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0;
     if (!numbers || no_channels.contains(name)) {
       left_out_.push_back("point data '" + printable(name) + "' left out");
-    } else {
+    } else if (read.insert(name).second) {
       read_channels(array, name);
+    } else {
+      left_out_.push_back("point data '" + printable(name) + "' comes twice in a piece: the first is read");
     }
   }
 }
@@ -281,11 +284,17 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
   require_end(numbers);
 }
 
+/// A name that comes again isn't read again: a small file that repeats a large array would take hours.
 void VtuReader::read_cell_data(pugi::xml_node piece, std::uint64_t count) {
+  std::set<std::string> read;
   for (const pugi::xml_node array : piece.child("CellData").children()) {
-    const std::string_view name = array.attribute("Name").value();
-    if (array.type() != pugi::node_element || name == kGhosts || read_cell_numbers(array, count)) continue;
-    left_out_.push_back("cell data '" + printable(name) + "' left out");
+    const std::string name = array.attribute("Name").value();
+    if (array.type() != pugi::node_element || name == kGhosts) continue;
+    if (!read.insert(name).second) {
+      left_out_.push_back("cell data '" + printable(name) + "' comes twice in a piece: the first is read");
+    } else if (!read_cell_numbers(array, count)) {
+      left_out_.push_back("cell data '" + printable(name) + "' left out");
+    }
   }
 }
 

@@ -24,6 +24,7 @@ namespace {
 using google::protobuf::Struct;
 using google::protobuf::Value;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST_F(CommandLine, HelpTeaches) {
   const ProcessResult help = run_alone({"--help"});
@@ -237,6 +238,18 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);
   EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");
   EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, NumbersOfCellsThatAreNotTakenAreTold) {
+  const std::string mesh = path("numbers.vtk");
+  cli::write_file(mesh,
+                  "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 float\n"
+                  "0 0 0 1 0 0 0 1 0 0 0 1 0 0 -1\nCELLS 2 10\n4 0 1 2 3\n4 0 2 1 4\nCELL_TYPES 2\n10 10\n"
+                  "CELL_DATA 2\nSCALARS part int 1\nLOOKUP_TABLE default\n1 2\n"
+                  "SCALARS rank int 1\nLOOKUP_TABLE default\n3 4\n");
+  const std::string out = run({"info", mesh, "--regions-from", "part"}).out;
+  EXPECT_THAT(out, HasSubstr("the cells' 'rank' left out; --regions-from"));
+  EXPECT_THAT(out, Not(HasSubstr("the cells' 'part' left out")));
 }
 
 TEST_F(CommandLine, CellRegionsArePrintedByTheirOwnMaps) {

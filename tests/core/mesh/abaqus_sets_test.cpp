@@ -72,7 +72,8 @@ TEST(AbaqusSets, OfTheAssemblyAreOfOneInstance) {
                           Pair("one", ElementsAre(3, 5))));
 }
 
-// A set that goes on later holds the sets that came since it was opened, and a set that is named all that it holds in the end.
+// A set that goes on later holds the sets that came since it was opened, and each of those stands for all that it
+// holds in the end.
 TEST(AbaqusSets, GoOnLater) {
   EXPECT_THAT(sets_of(kNodes + tets({1, 2, 3}) + "*ELSET, ELSET=all\n1\n*ELSET, ELSET=second\n2\n" +
                       "*ELSET, ELSET=all\nsecond\n*ELSET, ELSET=second\n3\n"),

@@ -97,6 +97,17 @@ TEST(ReadVtu, KeepsNumbersOfCells) {
   EXPECT_THAT(file.warnings, testing::IsSupersetOf({"cell data 'rank' left out", "cell data 'late' left out"}));
 }
 
+TEST(ReadVtu, ReadsArraysThatComeTwiceOnce) {
+  const std::string twice = array("a", "Int32", "1 2 3 4") + array("a", "Int32", "no numbers");
+  const MeshFile file = read_vtu(
+      whole(with_cell_data(tet(point_data(twice)), array("part", "Int32", "1") + array("part", "Int32", "no number"))));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(1));
+  EXPECT_THAT(file.warnings, ElementsAre("point data 'a' comes twice in a piece: the first is read",
+                                         "cell data 'part' comes twice in a piece: the first is read"));
+}
+
 TEST(ReadVtu, KeepsTheFirstEightArraysOfCells) {
   std::string data;
   for (int i = 0; i < 9; ++i) data += array("n" + std::to_string(i), "Int32", "1");
