@@ -9,14 +9,11 @@
 #include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/mesh/set_members.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
 namespace {
-
-constexpr std::uint64_t kMostRepeats = 256;  // Of every cell, in all sets together.
-constexpr std::uint64_t kFewMembers = 1 << 20;
 
 /// A part's elements in the mesh, by their numbers.
 struct PlacedIndex {
@@ -55,32 +52,6 @@ class PlacesByScope {
   std::map<AbaqusScope, std::vector<const PlacedIndex*>> of_scope_;
 };
 
-/// Whoever repeats all cells in set after set would take memory and time without end.
-class Members {
- public:
-  explicit Members(std::size_t cells) : most_(kFewMembers + kMostRepeats * cells) {}
-
-  void add(std::uint32_t cell, std::vector<std::uint32_t>& cells) {
-    count();
-    cells.push_back(cell);
-  }
-  void count() {
-    if (++members_ <= most_) return;
-    throw Error(ErrorCode::kMeshTooLarge, "the element sets have more than " + std::to_string(most_) +
-                                              " members; leave out those that repeat others");
-  }
-
- private:
-  const std::uint64_t most_;
-  std::uint64_t members_ = 0;
-};
-
-void sort_unique(std::vector<std::uint32_t>& cells) {
-  std::ranges::sort(cells);
-  const auto repeated = std::ranges::unique(cells);
-  cells.erase(repeated.begin(), repeated.end());
-}
-
 }  // namespace
 
 /// Finds the cells of the sets: first their own elements; then every set hands its cells on to those that name it, as
@@ -88,7 +59,7 @@ void sort_unique(std::vector<std::uint32_t>& cells) {
 class AbaqusSets::Resolver {
  public:
   Resolver(const AbaqusSets& sets, const std::vector<PlacedElements>& placed, std::size_t cell_count)
-      : sets_(sets), places_(placed), members_(cell_count), found_(sets.sets_.size()) {
+      : sets_(sets), places_(placed), members_(cell_count, "element sets"), found_(sets.sets_.size()) {
     for (std::size_t member = 0; member < sets.members_.size(); ++member) {
       sets.members_[member].set.empty() ? add_numbers(sets.members_[member]) : add_uses(member);
     }
@@ -178,7 +149,7 @@ class AbaqusSets::Resolver {
 
   const AbaqusSets& sets_;
   const PlacesByScope places_;
-  Members members_;
+  SetMembers members_;
   std::vector<Found> found_;  // By set.
   std::deque<std::size_t> queue_;
   std::set<std::string> unknown_;
@@ -190,8 +161,10 @@ std::size_t AbaqusSets::open(const AbaqusScope& scope, std::string_view name) {
   return known->second;
 }
 
-void AbaqusSets::add(std::size_t set, std::uint64_t number) {
-  const AbaqusScope& scope = sets_[set].scope;
+void AbaqusSets::add(std::size_t set, std::uint64_t number) { add_number(set, sets_[set].scope, number); }
+
+/// Numbers that follow each other are one member.
+void AbaqusSets::add_number(std::size_t set, const AbaqusScope& scope, std::uint64_t number) {
   if (!members_.empty()) {
     Member& last = members_.back();
     const bool goes_on = last.of == set && last.set.empty() && last.scope == scope && last.numbers.step == 1 &&
@@ -208,8 +181,7 @@ void AbaqusSets::add_entries(std::size_t set, const AbaqusScope& members, bool g
   const std::vector<std::string_view>& entries = lines.entries();
   const auto is_number = [](std::string_view text) { return !text.empty() && text[0] >= '0' && text[0] <= '9'; };
   const auto add_one = [&](const AbaqusScope& scope, std::string_view entry) {
-    const std::uint64_t number = lines.count(entry, "an element's number");
-    members_.push_back({set, scope, {}, {number, number, 1}});
+    add_number(set, scope, lines.count(entry, "an element's number"));
   };
   if (generate) {
     if (entries[0].empty()) return;

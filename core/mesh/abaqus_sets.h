@@ -70,6 +70,8 @@ class AbaqusSets {
     AbaqusScope scope;
     std::size_t first_member;  // Members from this one on may name it.
   };
+  void add_number(std::size_t set, const AbaqusScope& scope, std::uint64_t number);
+
   using Key = std::pair<AbaqusScope, std::string>;  // Name in capitals.
 
   std::vector<Set> sets_;

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/base/echo.h"
-#include "core/base/error.h"
+#include "core/mesh/set_members.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
@@ -18,9 +18,6 @@ namespace {
 
 constexpr int kVolume = 3;
 constexpr int kBoxReals = 6, kPointReals = 3;
-// Whoever repeats all cells in group after group would take memory and time without end.
-constexpr std::uint64_t kMostRepeats = 256;  // Of every cell, in all groups together.
-constexpr std::uint64_t kFewMembers = 1 << 20;
 
 }  // namespace
 
@@ -73,8 +70,7 @@ void GmshGroups::read_entity(GmshScanner& scanner, int dimension, bool partition
     for (std::uint64_t i = 0; i < bounds; ++i) scanner.skip_integer("an entity of the boundary");
   }
   if (dimension != kVolume) return;
-  std::ranges::sort(volume.groups);
-  volume.groups.erase(std::ranges::unique(volume.groups).begin(), volume.groups.end());
+  sort_unique(volume.groups);
   volumes_[tag] = std::move(volume);
 }
 
@@ -95,15 +91,11 @@ CellNumbers GmshGroups::entities() const {
 }
 
 GmshGroups::CellsOfTags GmshGroups::cells_of_tags() const {
-  const std::uint64_t most = kFewMembers + kMostRepeats * cell_volumes_.size();
-  std::uint64_t members = 0;
+  SetMembers members(cell_volumes_.size(), "physical groups");
   CellsOfTags cells_of;
   const auto add = [&](std::uint32_t cell, std::int64_t tag) {
     if (tag == 0) return;
-    if (++members > most) {
-      throw Error(ErrorCode::kMeshTooLarge, "the physical groups have more than " + std::to_string(most) +
-                                                " members; leave out those that repeat others");
-    }
+    members.count();
     std::vector<std::uint32_t>& cells = cells_of[tag];
     if (cells.empty() || cells.back() != cell) cells.push_back(cell);
   };
@@ -131,10 +123,7 @@ void GmshGroups::add_sets(const CellsOfTags& cells_of, MeshFile& file) const {
     std::vector<std::uint32_t>& all = file.cell_sets[set->second].cells;
     all.insert(all.end(), cells.begin(), cells.end());
   }
-  for (CellSet& set : file.cell_sets) {
-    std::ranges::sort(set.cells);
-    set.cells.erase(std::ranges::unique(set.cells).begin(), set.cells.end());
-  }
+  for (CellSet& set : file.cell_sets) sort_unique(set.cells);
 }
 
 void GmshGroups::finish(MeshFile& file) {

@@ -58,6 +58,7 @@ COVERED = {
     "abaqus_lines": ("read_abaqus_test", "keywords, continuations and includes"),
     "abaqus_types": ("read_abaqus_test", "a table; each row is read there"),
     "gmsh_elements": ("read_gmsh_test", "a table; each cell of it is read there"),
+    "set_members": ("abaqus_sets_test", "its bound is compared there and in gmsh_groups_test"),
     "gmsh_scanner": ("read_gmsh_test", "text and binary files are compared there"),
     "vtk_cells": ("read_vtk_test", "a section of the file"),
     "vtk_point_data": ("read_vtk_test", "a section of the file"),
