@@ -76,7 +76,17 @@ void GmshGroups::read_entity(GmshScanner& scanner, int dimension, bool partition
 
 void GmshGroups::add_cell(std::int64_t volume, std::int64_t group) {
   cell_volumes_.push_back(volume);
-  cell_groups_.push_back(std::abs(group));
+  add_last_cell_to(group);
+}
+
+bool GmshGroups::may_take_last_cell(std::int64_t volume, std::int64_t group) const {
+  if (cell_volumes_.empty() || volume == 0 || group == 0) return false;
+  const std::int64_t last = memberships_.back().group;
+  return cell_volumes_.back() == volume && last != 0 && last != std::abs(group);
+}
+
+void GmshGroups::add_last_cell_to(std::int64_t group) {
+  memberships_.push_back({static_cast<std::uint32_t>(cell_volumes_.size() - 1), std::abs(group)});
 }
 
 /// The numbers of the cells' volumes, those of the whole volumes for cells of partitions.
@@ -99,8 +109,8 @@ GmshGroups::CellsOfTags GmshGroups::cells_of_tags() const {
     std::vector<std::uint32_t>& cells = cells_of[tag];
     if (cells.empty() || cells.back() != cell) cells.push_back(cell);
   };
+  for (const Membership& membership : memberships_) add(membership.cell, membership.group);
   for (std::uint32_t cell = 0; cell < cell_volumes_.size(); ++cell) {
-    add(cell, cell_groups_[cell]);
     const auto volume = volumes_.find(cell_volumes_[cell]);
     if (volume == volumes_.end()) continue;
     for (const std::int64_t tag : volume->second.groups) add(cell, tag);

@@ -26,6 +26,10 @@ class GmshGroups {
 
   /// The next cell is of this volume and, in version 2, of this group; 0: of none.
   void add_cell(std::int64_t volume, std::int64_t group);
+  /// Whether the last cell is of this volume and stands in another group; false without a volume or a group.
+  bool may_take_last_cell(std::int64_t volume, std::int64_t group) const;
+  /// The last cell belongs to this group, too.
+  void add_last_cell_to(std::int64_t group);
 
   /// Hands over a set for each group of volumes that has cells, and the numbers "entity" of the volumes. Names of all
   /// other groups are left out with a warning. Throws Error{kMeshTooLarge} where groups repeat cells without end.
@@ -41,6 +45,10 @@ class GmshGroups {
     std::int64_t parent = 0;  // Of a part of a partitioned volume.
     std::vector<std::int64_t> groups;
   };
+  struct Membership {
+    std::uint32_t cell;
+    std::int64_t group;
+  };
   using CellsOfTags = std::map<std::int64_t, std::vector<std::uint32_t>>;
   void read_entity(GmshScanner& scanner, int dimension, bool partitioned);
   CellNumbers entities() const;
@@ -49,7 +57,8 @@ class GmshGroups {
 
   std::vector<Group> groups_;  // That have names.
   std::map<std::int64_t, Volume> volumes_;
-  std::vector<std::int64_t> cell_volumes_, cell_groups_;
+  std::vector<std::int64_t> cell_volumes_;
+  std::vector<Membership> memberships_;  // That stand with the elements, in the order of the cells.
 };
 
 }  // namespace ccslice

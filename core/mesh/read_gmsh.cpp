@@ -73,6 +73,9 @@ class GmshReader {
   void read_elements_4();
   const GmshElementType& element_type();
   bool read_element(const GmshElementType& type, bool tags_are_sizes);
+  bool is_last_cell_again(std::int64_t volume, std::int64_t group) const;
+  void drop_last_cell(const GmshElementType& type);
+  void count_cells();
   void read_node_data();
   void read_rows(std::uint64_t count, Field& field);
   std::vector<std::string> read_strings();
@@ -258,11 +261,29 @@ bool GmshReader::read_element(const GmshElementType& type, bool tags_are_sizes) 
   second_order_ += type.second_order;
   kinds_.push_back(type.kind);
   cell_marks_.push_back(scanner_.text().mark());
-  if (kinds_.size() > limits_.max_cells) {
-    scanner_.text().fail_with(ErrorCode::kMeshTooLarge,
-                              "more than " + std::to_string(limits_.max_cells) + " volume cells");
-  }
   return true;
+}
+
+/// Version 2 has one group an element: Gmsh writes a cell of several groups once for each, one after the other, with
+/// numbers of their own [GModelIO_MSH2.cpp, writeElementMSH].
+bool GmshReader::is_last_cell_again(std::int64_t volume, std::int64_t group) const {
+  if (kinds_.size() < 2 || kinds_.back() != kinds_[kinds_.size() - 2]) return false;
+  if (!groups_.may_take_last_cell(volume, group)) return false;
+  const auto corners = static_cast<std::ptrdiff_t>(corner_count(kinds_.back()));
+  return std::equal(corners_.end() - corners, corners_.end(), corners_.end() - 2 * corners);
+}
+
+void GmshReader::drop_last_cell(const GmshElementType& type) {
+  second_order_ -= type.second_order;
+  kinds_.pop_back();
+  cell_marks_.pop_back();
+  corners_.resize(corners_.size() - static_cast<std::size_t>(corner_count(type.kind)));
+}
+
+void GmshReader::count_cells() {
+  if (kinds_.size() <= limits_.max_cells) return;
+  scanner_.text().fail_with(ErrorCode::kMeshTooLarge,
+                            "more than " + std::to_string(limits_.max_cells) + " volume cells");
 }
 
 /// In a binary file elements of a type come in groups under one header.
@@ -284,7 +305,15 @@ void GmshReader::read_elements_2() {
         const std::int64_t tag = scanner_.signed_integer("a tag");
         if (t < group_and_volume.size()) group_and_volume[t] = tag;
       }
-      if (read_element(type, false)) groups_.add_cell(group_and_volume[1], group_and_volume[0]);
+      if (!read_element(type, false)) continue;
+      const auto [physical, volume] = group_and_volume;
+      if (is_last_cell_again(volume, physical)) {
+        drop_last_cell(type);
+        groups_.add_last_cell_to(physical);
+        continue;
+      }
+      groups_.add_cell(volume, physical);
+      count_cells();
     }
   }
 }
@@ -301,7 +330,9 @@ void GmshReader::read_elements_4() {
     const std::uint64_t count = scanner_.size("the number of elements in the block");
     for (std::uint64_t i = 0; i < count; ++i) {
       (void)scanner_.size("an element's tag");
-      if (read_element(type, true)) groups_.add_cell(entity, 0);
+      if (!read_element(type, true)) continue;
+      groups_.add_cell(entity, 0);
+      count_cells();
     }
   }
 }
