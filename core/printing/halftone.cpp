@@ -47,7 +47,8 @@ std::optional<VoxelShape> mask_shape(const Printing& printing, double pitch_x_mm
 HalftonePlan::HalftonePlan(const Printing& printing, double pitch_x_mm, double pitch_y_mm, double pitch_z_mm,
                            const CancellationToken& cancel)
     : printing_(printing) {
-  for (const MaterialMap* map : maps_of(printing)) mixtures_.emplace_back(printing, *map);
+  const std::shared_ptr<const ColourTable> colours = colour_table_of(printing, cancel);
+  for (const MaterialMap* map : maps_of(printing)) mixtures_.emplace_back(printing, *map, colours);
   std::uint16_t mixture = 0;
   for (const CellRegionMap& own : printing.cell_region_maps) mixture_of_region_[own.cell_region] = ++mixture;
   if (const auto shape = mask_shape(printing, pitch_x_mm, pitch_y_mm, pitch_z_mm)) mask_ = shared_mask(*shape, cancel);

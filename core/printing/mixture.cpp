@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "core/printing/colour_gamut.h"
+#include <utility>
 
 namespace ccslice {
 namespace {
 
 constexpr std::size_t kShortTable = 9;  // Stops.
-constexpr std::size_t kNodes = 33;      // Colours along each axis.
 
 /// NaN becomes low.
 float clamped(float value, float low, float high) noexcept { return std::min(std::max(low, value), high); }
@@ -35,10 +33,10 @@ void normalize(std::size_t materials, std::size_t first, Fractions& fractions) n
 
 }  // namespace
 
-Mixture::Mixture(const Printing& printing, const MaterialMap& map)
+Mixture::Mixture(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours)
     : material_count_(printing.materials.size()), channels_(channels_of(map)) {
   if (const auto* colour = std::get_if<ColourMap>(&map.kind)) {
-    make_table(*colour, printing);
+    make_table(*colour, std::move(colours));
   } else if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     make_table(*blend);
   } else if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
@@ -87,27 +85,14 @@ void Mixture::make_table(const DirectMap& map) {
   if (map.rest_material != 0) rest_ = map.rest_material - 1;
 }
 
-void Mixture::make_table(const ColourMap& map, const Printing& printing) {
+void Mixture::make_table(const ColourMap& map, std::shared_ptr<const ColourTable> colours) {
   kind_ = Kind::kColours;
   const auto row = [&](std::uint32_t channel) {
     return static_cast<std::size_t>(std::find(channels_.begin(), channels_.end(), channel) - channels_.begin());
   };
   colours_.rows = {row(map.red), row(map.green), row(map.blue)};
-  colours_.scale = static_cast<float>((kNodes - 1) / map.full_value);
-  std::vector<Vec3> palette;
-  for (const PrintMaterial& material : printing.materials) palette.push_back(linear_colour(material.rgba));
-  const ColourGamut gamut(palette);
-  std::array<double, kNodes> level;
-  for (std::size_t i = 0; i < kNodes; ++i) level[i] = linear_intensity(static_cast<double>(i) / (kNodes - 1));
-  for (std::size_t node = 0; node < kNodes * kNodes * kNodes; ++node) {
-    const ColourMix mix =
-        gamut.mix({level[node % kNodes], level[node / kNodes % kNodes], level[node / kNodes / kNodes]});
-    for (std::size_t m = 0; m < kMaxPrintMaterials; ++m) {
-      if (m == 0) colours_.weights.emplace_back();
-      colours_.weights.back()[m] = static_cast<float>(mix.weights[m]);
-    }
-    colours_.inside.push_back(mix.distance <= kStrictSlack);
-  }
+  colours_.scale = static_cast<float>((ColourTable::kNodes - 1) / map.full_value);
+  colours_.table = std::move(colours);
 }
 
 void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept {
@@ -169,28 +154,12 @@ void Mixture::mix_shares(std::span<const MixRow> values, Fractions& fractions) c
 
 void Mixture::mix_colours(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   for (std::size_t k = 0; k < kMixBlock; ++k) {
-    std::array<float, 3> part;
-    std::size_t node = 0, stride = 1;
-    std::array<std::size_t, 3> strides;
-    for (std::size_t axis = 0; axis < 3; ++axis, stride *= kNodes) {
-      const float at = clamped(values[colours_.rows[axis]][k] * colours_.scale, 0, kNodes - 1);
-      const std::size_t cell = std::min<std::size_t>(static_cast<std::size_t>(at), kNodes - 2);
-      part[axis] = at - static_cast<float>(cell);
-      node += cell * stride;
-      strides[axis] = stride;
+    std::array<float, 3> at;
+    for (std::size_t axis = 0; axis < at.size(); ++axis) {
+      at[axis] = clamped(values[colours_.rows[axis]][k] * colours_.scale, 0, ColourTable::kNodes - 1);
     }
-    std::array<float, kMaxPrintMaterials> sum{};
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      float weight = 1;
-      std::size_t at = node;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const bool upper = (corner >> axis & 1) != 0;
-        weight *= upper ? part[axis] : 1 - part[axis];
-        at += upper ? strides[axis] : 0;
-      }
-      for (std::size_t m = 0; m < kMaxPrintMaterials; ++m) sum[m] += weight * colours_.weights[at][m];
-    }
-    for (std::size_t m = 0; m < material_count_; ++m) fractions[m][k] = sum[m];
+    const ColourTable::Weights weights = colours_.table->weights(at);
+    for (std::size_t m = 0; m < material_count_; ++m) fractions[m][k] = weights[m];
   }
 }
 
@@ -220,14 +189,14 @@ bool Mixture::shares_fit(std::span<const MixRow> values, std::size_t voxel) cons
 }
 
 bool Mixture::colour_fits(std::span<const MixRow> values, std::size_t voxel) const noexcept {
-  std::size_t node = 0, stride = 1;
-  for (const std::size_t row : colours_.rows) {
-    const double at = values[row][voxel] * colours_.scale / (kNodes - 1);
+  constexpr double kLast = ColourTable::kNodes - 1;
+  std::array<double, 3> node;
+  for (std::size_t axis = 0; axis < node.size(); ++axis) {
+    const double at = values[colours_.rows[axis]][voxel] * colours_.scale / kLast;
     if (!(at >= -kStrictSlack && at <= 1 + kStrictSlack)) return false;
-    node += stride * static_cast<std::size_t>(std::lround(std::clamp(at, 0.0, 1.0) * (kNodes - 1)));
-    stride *= kNodes;
+    node[axis] = std::clamp(at, 0.0, 1.0) * kLast;
   }
-  return colours_.inside[node];
+  return colours_.table->is_reached(node);
 }
 
 }  // namespace ccslice

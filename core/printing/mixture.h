@@ -8,25 +8,25 @@
 //           clamp((v - v_s) / (v_s+1 - v_s), 0, 1) * (f_m,s+1 - f_m,s), without branches, for the usual short table; in
 //           long ones the segment is looked for from that of the voxel before;
 //   direct  f_m = v_m; a material that takes the rest gets max(0, 1 - sum);
-//   colour  weights of the palette (colour_gamut.h) at 33^3 colours, trilinear in between: any mix of mixes is one.
+//   colour  weights of the palette for the nearest colour that it reaches (colour_table.h).
 
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "core/printing/colour_table.h"
 #include "core/printing/printing.h"
 
 namespace ccslice {
 
 /// Voxels that are worked on together.
 inline constexpr std::size_t kMixBlock = 64;
-/// How far from fractions a strict map takes values.
-inline constexpr double kStrictSlack = 1.0 / 128;
 
 using MixRow = std::array<float, kMixBlock>;
 
@@ -35,8 +35,9 @@ using Fractions = std::array<MixRow, kMaxPrintMaterials>;
 
 class Mixture {
  public:
-  /// What one of the printing's maps mixes. REQUIRES: validate_printing() passes.
-  Mixture(const Printing& printing, const MaterialMap& map);
+  /// What one of the printing's maps mixes. `colours` is that of the printing, colour_table_of(). REQUIRES:
+  /// validate_printing() passes.
+  Mixture(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours);
 
   std::size_t material_count() const noexcept { return material_count_; }
   /// Those that evaluate() reads, in this order.
@@ -61,14 +62,13 @@ class Mixture {
   };
   struct Colours {
     std::array<std::size_t, 3> rows;
-    float scale;                                                 // From values to nodes.
-    std::vector<std::array<float, kMaxPrintMaterials>> weights;  // By blue, green, red.
-    std::vector<bool> inside;                                    // Some mix gives the node's colour, or nearly.
+    float scale;  // From values to nodes.
+    std::shared_ptr<const ColourTable> table;
   };
 
   void make_table(const BlendMap& map);
   void make_table(const CurveMap& map);
-  void make_table(const ColourMap& map, const Printing& printing);
+  void make_table(const ColourMap& map, std::shared_ptr<const ColourTable> colours);
   void make_table(const DirectMap& map);
   void finish_table();
 

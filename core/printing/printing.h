@@ -20,6 +20,8 @@
 namespace ccslice {
 
 inline constexpr std::size_t kMaxPrintMaterials = 8;
+/// How far from fractions a strict map takes values.
+inline constexpr double kStrictSlack = 1.0 / 128;
 inline constexpr std::size_t kMaxMaterialNameBytes = 64;
 inline constexpr std::size_t kMaxBlendStops = 64;
 inline constexpr std::size_t kMaxCurvePoints = 256;

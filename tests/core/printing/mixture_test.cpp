@@ -38,7 +38,7 @@ std::vector<float> mix(const Mixture& mixture, const std::vector<float>& values)
   return result;
 }
 
-Mixture mixture_of(const Printing& printing) { return {printing, printing.map}; }
+Mixture mixture_of(const Printing& printing) { return {printing, printing.map, colour_table_of(printing)}; }
 
 bool fits(const Mixture& mixture, const std::vector<float>& values) {
   std::vector<MixRow> rows(values.size());
