@@ -35,6 +35,10 @@ void read_ids(JsonScanner& scanner, RepeatedField<std::uint32_t>& ids) {
   read_numbers(scanner, ids, [&] { return scanner.integer("a vertex id (from 0)", 0, kLargest); });
 }
 
+void read_regions(JsonScanner& scanner, RepeatedField<std::uint32_t>& regions) {
+  read_numbers(scanner, regions, [&] { return scanner.integer("a cell region's index (from 0)", 0, kMostItems); });
+}
+
 int read_kind(JsonScanner& scanner) {
   constexpr std::string_view kExpected = "a cell's kind, such as \"CELL_KIND_HEX\"";
   if (!scanner.at_string()) return static_cast<int>(scanner.integer(kExpected, 0, std::numeric_limits<int>::max()));
@@ -59,9 +63,14 @@ void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
     case v1::ControlMesh::kSharpVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_vertices());
     case v1::ControlMesh::kCellRegionNamesFieldNumber:
       return for_each_item(scanner, [&] { mesh.add_cell_region_names(scanner.string("a cell region's name")); });
-    case v1::ControlMesh::kCellRegionsFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_cell_regions(),
-                          [&] { return scanner.integer("a cell region's index (from 0)", 0, kMostItems); });
+    case v1::ControlMesh::kCellRegionsFieldNumber: return read_regions(scanner, *mesh.mutable_cell_regions());
+    case v1::ControlMesh::kRegionValueVerticesFieldNumber:
+      return read_ids(scanner, *mesh.mutable_region_value_vertices());
+    case v1::ControlMesh::kRegionValueRegionsFieldNumber:
+      return read_regions(scanner, *mesh.mutable_region_value_regions());
+    case v1::ControlMesh::kRegionValuesFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_region_values(),
+                          [&] { return scanner.real_float("a channel's value in a region"); });
     case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(scanner.boolean("true or false"));
     case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(scanner.boolean("true or false"));
     default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
@@ -151,6 +160,9 @@ std::string to_json(const v1::ControlMesh& mesh) {
   write_list(json, "sharpVertices", mesh.sharp_vertices(), write_plain);
   write_list(json, "cellRegionNames", mesh.cell_region_names(), write_plain);
   write_list(json, "cellRegions", mesh.cell_regions(), write_plain);
+  write_list(json, "regionValueVertices", mesh.region_value_vertices(), write_plain);
+  write_list(json, "regionValueRegions", mesh.region_value_regions(), write_plain);
+  write_list(json, "regionValues", mesh.region_values(), write_real);
   if (mesh.allow_folds()) json.member("allowFolds", true);
   if (mesh.interpolating()) json.member("interpolating", true);
   return json.end_object().text();

@@ -18,6 +18,7 @@
 #include "client/cli/text_values.h"
 #include "client/cli/vtu_file.h"
 #include "core/mesh/cell_regions.h"
+#include "core/mesh/region_values.h"
 #include "core/subdivision/refined_mesh.h"
 
 namespace ccslice::cli {
@@ -60,11 +61,16 @@ MeshFormat format_of(const ConvertOptions& options) {
   throw UsageError("convert writes .ccmesh, .json or .vtu, not '" + options.output + "'; export writes .stl and .vtk");
 }
 
+/// The mesh with copies of the vertices on interfaces, which have channels of their own.
+ControlMesh split_regions(ControlMesh mesh) {
+  const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
+  return split_cell_regions(mesh, checked.complex).mesh;
+}
+
 /// The limit, by the limit points of cells that are refined so many times.
 std::string limit_as_vtu(ControlMesh mesh, int times) {
   constexpr std::size_t kMostCells = 20'000'000;
-  const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
-  if (has_several_regions(mesh)) mesh = split_cell_regions(mesh, checked.complex).mesh;
+  if (has_several_regions(mesh)) mesh = split_regions(std::move(mesh));
   const std::size_t cells = refined_cell_count(mesh, times);
   if (cells > kMostCells) {
     throw UsageError("--limit " + std::to_string(times) + " gives " + show_count(cells) + " cells, more than " +
@@ -76,7 +82,8 @@ std::string limit_as_vtu(ControlMesh mesh, int times) {
 std::string content_of(const LoadedMesh& mesh, MeshFormat format, std::optional<int> limit) {
   if (format == MeshFormat::kCcmesh) return mesh.bytes->bytes();
   if (format == MeshFormat::kJson) return to_json(to_proto(mesh.mesh));
-  return limit ? limit_as_vtu(mesh.mesh, *limit) : to_vtu(mesh.mesh);
+  if (limit) return limit_as_vtu(mesh.mesh, *limit);
+  return region_value_count(mesh.mesh) == 0 ? to_vtu(mesh.mesh) : to_vtu(split_regions(mesh.mesh));
 }
 
 void run_convert(Session& session, const ConvertOptions& options) {

@@ -54,14 +54,14 @@ std::string swelling_note(const Swelling& swelling) {
   return note;
 }
 
-/// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point.
+/// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point, and where channels
+/// jump values of their own.
 ControlMesh meant_by(ControlMesh fitted) {
   if (!has_several_regions(fitted)) return mesh_of_limit_points(fitted);
   const ConnectedMesh checked = validate_and_connect(fitted, {}, {});
-  const ControlMesh limits = mesh_of_limit_points(split_cell_regions(fitted, checked.complex).mesh);
+  const SplitMesh split = split_cell_regions(fitted, checked.complex);
   fitted.interpolating = false;
-  std::copy_n(limits.positions.begin(), fitted.positions.size(), fitted.positions.begin());
-  std::copy_n(limits.channel_values.begin(), fitted.channel_values.size(), fitted.channel_values.begin());
+  take_from_copies(split, mesh_of_limit_points(split.mesh), fitted);
   return fitted;
 }
 

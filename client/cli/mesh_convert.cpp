@@ -54,6 +54,15 @@ void require_multiple(int size, int of, const char* field) {
               field);
 }
 
+/// Numbers beyond those of regions become kNoCellRegion.
+std::vector<std::uint8_t> regions_from_proto(const google::protobuf::RepeatedField<std::uint32_t>& numbers) {
+  std::vector<std::uint8_t> regions;
+  for (const std::uint32_t region : numbers) {
+    regions.push_back(static_cast<std::uint8_t>(std::min<std::uint32_t>(region, kNoCellRegion)));
+  }
+  return regions;
+}
+
 }  // namespace
 
 v1::ControlMesh to_proto(const ControlMesh& mesh) {
@@ -72,6 +81,9 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   message.mutable_sharp_vertices()->Assign(mesh.sharp_vertices.begin(), mesh.sharp_vertices.end());
   for (const std::string& name : mesh.cell_region_names) message.add_cell_region_names(name);
   message.mutable_cell_regions()->Assign(mesh.cell_regions.begin(), mesh.cell_regions.end());
+  message.mutable_region_value_vertices()->Assign(mesh.region_value_vertices.begin(), mesh.region_value_vertices.end());
+  message.mutable_region_value_regions()->Assign(mesh.region_value_regions.begin(), mesh.region_value_regions.end());
+  message.mutable_region_values()->Assign(mesh.region_values.begin(), mesh.region_values.end());
   message.set_allow_folds(mesh.allow_folds);
   message.set_interpolating(mesh.interpolating);
   return message;
@@ -123,9 +135,10 @@ ControlMesh from_proto(const v1::ControlMesh& message) {
   }
   mesh.sharp_vertices.assign(message.sharp_vertices().begin(), message.sharp_vertices().end());
   mesh.cell_region_names.assign(message.cell_region_names().begin(), message.cell_region_names().end());
-  for (const std::uint32_t region : message.cell_regions()) {
-    mesh.cell_regions.push_back(static_cast<std::uint8_t>(std::min<std::uint32_t>(region, kNoCellRegion)));
-  }
+  mesh.cell_regions = regions_from_proto(message.cell_regions());
+  mesh.region_value_vertices.assign(message.region_value_vertices().begin(), message.region_value_vertices().end());
+  mesh.region_value_regions = regions_from_proto(message.region_value_regions());
+  mesh.region_values.assign(message.region_values().begin(), message.region_values().end());
   mesh.allow_folds = message.allow_folds();
   mesh.interpolating = message.interpolating();
   return mesh;

@@ -34,23 +34,34 @@ void check_channel_names(const ControlMesh& mesh) {
   }
 }
 
-/// The names of NAME=average.
-std::vector<std::string> parse_cell_data(const std::vector<std::string>& texts) {
-  constexpr std::string_view kAverage = "=average";
-  std::vector<std::string> names;
-  for (const std::string& text : texts) {
-    if (!text.ends_with(kAverage) || text.size() == kAverage.size()) {
-      throw UsageError("--cell-data takes NAME=average, not '" + text + "'");
+/// Numbers of cells that become a channel.
+struct CellMeans {
+  std::string name;
+  MeanOver over = MeanOver::kAllCells;
+};
+
+/// What NAME=average and NAME=by-region say.
+std::vector<CellMeans> parse_cell_data(const MeshOptions& options) {
+  std::vector<CellMeans> all;
+  for (const std::string& text : options.cell_data) {
+    const std::size_t sign = text.rfind('=');
+    const std::string how = sign == std::string::npos ? "" : text.substr(sign + 1);
+    if (sign == 0 || (how != "average" && how != "by-region")) {
+      throw UsageError("--cell-data takes NAME=average or NAME=by-region, not '" + text + "'");
     }
-    names.push_back(text.substr(0, text.size() - kAverage.size()));
+    const bool by_region = how == "by-region";
+    if (by_region && options.regions_from.empty()) {
+      throw UsageError("--cell-data " + text + " goes with --regions-from, which makes the regions");
+    }
+    all.push_back({text.substr(0, sign), by_region ? MeanOver::kEachRegion : MeanOver::kAllCells});
   }
-  return names;
+  return all;
 }
 
 /// Makes cell regions and channels as they are asked for, and says which numbers of cells are left out.
-void take_cell_numbers(const std::string& regions_from, const std::vector<std::string>& averaged, MeshFile& file) {
+void take_cell_numbers(const std::string& regions_from, const std::vector<CellMeans>& averaged, MeshFile& file) {
   if (!regions_from.empty()) make_cell_regions(regions_from, file);
-  for (const std::string& name : averaged) average_cell_numbers(name, file);
+  for (const CellMeans& means : averaged) average_cell_numbers(means.name, means.over, file);
   if (regions_from.empty() && !file.cell_sets.empty()) {
     file.warnings.push_back("sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
                             "; --regions-from NAME,NAME makes regions of them, --regions-from sets of all");
@@ -58,7 +69,8 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<std::s
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
-    if (!varies || numbers.name == regions_from || contains(averaged, numbers.name)) continue;
+    if (!varies || numbers.name == regions_from) continue;
+    if (std::ranges::find(averaged, numbers.name, &CellMeans::name) != averaged.end()) continue;
     file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
                             (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }
@@ -74,7 +86,7 @@ struct Changes {
   std::vector<Grade> grades;
   Sizing sizing;
   std::optional<FittedVertices> fit;
-  std::vector<std::string> averaged;  // Numbers of cells.
+  std::vector<CellMeans> averaged;
 };
 
 Changes parse_changes(const MeshOptions& options) {
@@ -86,7 +98,7 @@ Changes parse_changes(const MeshOptions& options) {
   }
   changes.sizing = parse_sizing(options.size);
   changes.fit = parse_fit(options.interpolate);
-  changes.averaged = parse_cell_data(options.cell_data);
+  changes.averaged = parse_cell_data(options);
   return changes;
 }
 
@@ -204,7 +216,8 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("--cell-data", options.cell_data,
                   "Make a material channel of a number that the file has for each cell: NAME=average gives each vertex "
-                  "the mean of its cells, weighted by their volumes. May be repeated")
+                  "the mean of its cells, weighted by their volumes; NAME=by-region the mean of its cells in each "
+                  "region of --regions-from, so that the channel jumps across interfaces. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   add_size_options(command, options.size);

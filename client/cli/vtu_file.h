@@ -15,7 +15,8 @@
 namespace ccslice::cli {
 
 /// Channels become point data, floats as they are. `control_cells`: by cell, cell data of that name; none if empty.
-/// Cell regions become cell data "cell_region", their indices.
+/// Cell regions become cell data "cell_region", their indices. Values of regions, region_values, have no place: split
+/// such a mesh first.
 /// Sharp edges and vertices have no place in the format.
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells = {});
 

@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/contains.h"
@@ -15,9 +17,11 @@
 #include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/cell_numbers.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/face_cone.h"
 #include "core/mesh/offenders.h"
+#include "core/mesh/region_values.h"
 
 namespace ccslice {
 namespace {
@@ -53,18 +57,50 @@ class VertexMean {
   double sum_ = 0, count_ = 0;  // Without weights, for vertices whose cells are all flat.
 };
 
-std::vector<VertexMean> vertex_means(const ControlMesh& mesh, const std::vector<double>& of_cells) {
-  std::vector<VertexMean> means(mesh.vertex_count());
-  std::size_t first = 0;
+using Place = std::pair<std::uint32_t, std::uint8_t>;  // A vertex and a region.
+
+/// Means over a vertex's cells in its first region, that of its lowest cell, and in each other one.
+struct RegionMeans {
+  std::vector<VertexMean> first;
+  std::map<Place, VertexMean> others;
+};
+
+/// `regions`: of the cells; none: all are of one.
+RegionMeans region_means(const ControlMesh& mesh, std::span<const std::uint8_t> regions,
+                         const std::vector<double>& of_cells) {
+  RegionMeans means{std::vector<VertexMean>(mesh.vertex_count()), {}};
+  std::vector<std::uint8_t> first_region(mesh.vertex_count(), kNoCellRegion);
+  std::size_t begin = 0;
   for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
     const CellKind kind = mesh.cell_kinds[cell];
     const auto count = static_cast<std::size_t>(corner_count(kind));
-    const std::span<const std::uint32_t> corners = std::span(mesh.cell_vertices).subspan(first, count);
+    const std::span<const std::uint32_t> corners = std::span(mesh.cell_vertices).subspan(begin, count);
     const double volume = volume_of(kind, corners, mesh.positions);
-    for (const std::uint32_t vertex : corners) means[vertex].add(of_cells[cell], volume);
-    first += count;
+    const std::uint8_t region = regions.empty() ? std::uint8_t{0} : regions[cell];
+    for (const std::uint32_t vertex : corners) {
+      if (first_region[vertex] == kNoCellRegion) first_region[vertex] = region;
+      VertexMean& mean = first_region[vertex] == region ? means.first[vertex] : means.others[{vertex, region}];
+      mean.add(of_cells[cell], volume);
+    }
+    begin += count;
   }
   return means;
+}
+
+/// Sets the last channel in these regions, where the others stay as they are.
+void set_last_channel(const std::map<Place, VertexMean>& means, ControlMesh& mesh) {
+  std::vector<float> rows;
+  for (const auto& [place, mean] : means) {
+    const auto row = values_in_region(mesh, place.first, place.second);
+    rows.insert(rows.end(), row.begin(), row.end());
+    rows.back() = static_cast<float>(mean.value());
+  }
+  clear_region_values(mesh);
+  std::size_t begin = 0;
+  for (const auto& [place, mean] : means) {
+    append_region_values(place.first, place.second, std::span(rows).subspan(begin, mesh.channel_count()), mesh);
+    begin += mesh.channel_count();
+  }
 }
 
 void require_floats(const CellNumbers& numbers) {
@@ -79,7 +115,7 @@ void require_floats(const CellNumbers& numbers) {
 
 }  // namespace
 
-void average_cell_numbers(const std::string& name, MeshFile& file) {
+void average_cell_numbers(const std::string& name, MeanOver over, MeshFile& file) {
   ControlMesh& mesh = file.mesh;
   const auto found = std::ranges::find(file.cell_numbers, name, &CellNumbers::name);
   if (found == file.cell_numbers.end()) {
@@ -90,12 +126,18 @@ void average_cell_numbers(const std::string& name, MeshFile& file) {
   if (contains(mesh.channel_names, name)) {
     throw Error(ErrorCode::kMeshBadChannel, "the mesh has a channel '" + echoed(name) + "' already", "channel_names");
   }
-  require_floats(*found);
-  NamedChannel channel{name, {}};
-  for (const VertexMean& mean : vertex_means(mesh, found->of_cells)) {
-    channel.values.push_back(static_cast<float>(mean.value()));
+  const bool by_region = over == MeanOver::kEachRegion;
+  if (by_region && mesh.cell_regions.empty()) {
+    throw Error(ErrorCode::kMeshBadCellRegion, "means of each region of '" + echoed(name) + "' need cell regions",
+                "cell_regions");
   }
+  require_floats(*found);
+  const RegionMeans means =
+      region_means(mesh, by_region ? mesh.cell_regions : std::vector<std::uint8_t>(), found->of_cells);
+  NamedChannel channel{name, {}};
+  for (const VertexMean& mean : means.first) channel.values.push_back(static_cast<float>(mean.value()));
   append_channels({&channel, 1}, mesh);
+  if (!means.others.empty()) set_last_channel(means.others, mesh);
 }
 
 }  // namespace ccslice

@@ -13,6 +13,7 @@
 
 #include "core/base/contains.h"
 #include "core/mesh/offenders.h"
+#include "core/mesh/region_values.h"
 
 namespace ccslice {
 
@@ -37,6 +38,7 @@ class Splitter {
   SplitMesh run() {
     split_.origins.resize(mesh_.vertex_count());
     std::iota(split_.origins.begin(), split_.origins.end(), 0u);
+    clear_region_values(split_.mesh);
     find_cell_begins();
     mark_junctions();
     split_vertices();
@@ -54,6 +56,7 @@ class Splitter {
   void number_fans(VertexId vertex, std::span<const CellId> cells);
   bool is_half_ball(VertexId vertex, std::span<const CellId> fan) const;
   std::uint32_t add_copy(VertexId vertex);
+  void set_channels(std::uint32_t copy, VertexId vertex, std::uint8_t region);
   std::span<std::uint32_t> copies_in(CellId cell);
   std::uint32_t copy_in(CellId cell, VertexId vertex);
   void keep_corner(VertexId vertex, std::span<const CellId> cells);
@@ -147,13 +150,15 @@ bool Splitter::is_half_ball(VertexId vertex, std::span<const CellId> fan) const 
 std::uint32_t Splitter::add_copy(VertexId vertex) {
   ControlMesh& mesh = split_.mesh;
   const auto copy = static_cast<std::uint32_t>(mesh.vertex_count());
-  const std::size_t channels = mesh.channel_count();
   mesh.positions.push_back(Vec3(mesh.positions[vertex]));
-  for (std::size_t c = 0; c < channels; ++c) {
-    mesh.channel_values.push_back(mesh_.channel_values[vertex * channels + c]);
-  }
+  mesh.channel_values.resize(mesh.channel_values.size() + mesh.channel_count());
   split_.origins.push_back(vertex);
   return copy;
+}
+
+void Splitter::set_channels(std::uint32_t copy, VertexId vertex, std::uint8_t region) {
+  const auto values = values_in_region(mesh_, vertex, region);
+  std::ranges::copy(values, split_.mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(copy * values.size()));
 }
 
 void Splitter::split_vertex(VertexId vertex) {
@@ -169,8 +174,9 @@ void Splitter::split_vertex(VertexId vertex) {
       pinched_.add(vertex);
       return;
     }
+    const std::uint32_t copy = first == 0 ? std::uint32_t{vertex} : add_copy(vertex);
+    set_channels(copy, vertex, region_of(mesh_, fan_.front()));
     if (first == 0) continue;
-    const std::uint32_t copy = add_copy(vertex);
     for (const CellId c : fan_) {
       *std::ranges::find(copies_in(c), std::uint32_t{vertex}) = copy;
     }
@@ -252,6 +258,24 @@ bool vertex_on_interface(const ControlMesh& mesh, const CellComplex& complex, Ve
 
 SplitMesh split_cell_regions(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel) {
   return Splitter(mesh, complex, cancel).run();
+}
+
+void take_from_copies(const SplitMesh& split, const ControlMesh& copies, ControlMesh& mesh) {
+  std::copy_n(copies.positions.begin(), mesh.positions.size(), mesh.positions.begin());
+  std::copy_n(copies.channel_values.begin(), mesh.channel_values.size(), mesh.channel_values.begin());
+  if (region_value_count(mesh) == 0) return;
+  const std::size_t channels = mesh.channel_count();
+  std::size_t begin = 0;
+  for (std::size_t cell = 0; cell < copies.cell_count(); ++cell) {
+    const auto count = static_cast<std::size_t>(corner_count(copies.cell_kinds[cell]));
+    for (const std::uint32_t copy : std::span(copies.cell_vertices).subspan(begin, count)) {
+      const auto row = region_value_row(mesh, split.origins[copy], mesh.cell_regions[cell]);
+      if (!row) continue;
+      std::ranges::copy(std::span(copies.channel_values).subspan(copy * channels, channels),
+                        mesh.region_values.begin() + static_cast<std::ptrdiff_t>(*row * channels));
+    }
+    begin += count;
+  }
 }
 
 }  // namespace ccslice

@@ -15,6 +15,9 @@
 // - A vertex on interfaces stays where it is, in every region, if three or more sharp edges meet there, or if some
 //   region has only some of those that do.
 //
+// Channels are continuous across an interface where both copies of a vertex have the same values, and jump where they
+// have values of their own (core/mesh/region_values.h).
+//
 // Cells keep their numbers. The first of a vertex's copies keeps the vertex's number, further ones follow after all
 // vertices.
 
@@ -41,7 +44,7 @@ struct InterfaceSide {
 };
 
 struct SplitMesh {
-  ControlMesh mesh;
+  ControlMesh mesh;                       // Without region_values, which its copies of vertices have.
   std::vector<std::uint32_t> origins;     // By vertex: which of the given mesh it is a copy of.
   std::vector<InterfaceSide> interfaces;  // By cell, then by side; each interface is here twice.
 };
@@ -62,5 +65,9 @@ bool vertex_on_interface(const ControlMesh& mesh, const CellComplex& complex, Ve
 /// REQUIRES: `complex` is the validated mesh's. Throws Error{kMeshNonManifoldRegion} if the cells of one region at a
 /// vertex don't form half-balls that have only the vertex in common, and Error{kCancelled}.
 SplitMesh split_cell_regions(const ControlMesh& mesh, const CellComplex& complex, const CancellationToken& cancel = {});
+
+/// Gives the mesh the positions and channels of the copies of its split mesh: of the first copies, and of each region
+/// where it has region_values. REQUIRES: `copies` has the cells of split.mesh.
+void take_from_copies(const SplitMesh& split, const ControlMesh& copies, ControlMesh& mesh);
 
 }  // namespace ccslice

@@ -4,13 +4,32 @@
 #include "core/mesh/channels.h"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice {
+
+namespace {
+
+/// Appends the channels' values to the rows, which are those of these vertices.
+void widen(std::size_t columns, std::span<const std::uint32_t> vertices, std::span<const NamedChannel> channels,
+           std::vector<float>& rows) {
+  std::vector<float> wide;
+  wide.reserve(vertices.size() * (columns + channels.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const auto row = rows.begin() + static_cast<std::ptrdiff_t>(i * columns);
+    wide.insert(wide.end(), row, row + static_cast<std::ptrdiff_t>(columns));
+    for (const NamedChannel& channel : channels) wide.push_back(channel.values[vertices[i]]);
+  }
+  rows = std::move(wide);
+}
+
+}  // namespace
 
 std::vector<NamedChannel> open_channels(const std::string& name, std::size_t components) {
   std::vector<NamedChannel> channels(components);
@@ -24,6 +43,9 @@ std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel)
   std::array<float, 2> range = {mesh.channel_values[channel], mesh.channel_values[channel]};
   for (std::size_t at = channel; at < mesh.channel_values.size(); at += mesh.channel_count()) {
     range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
+  }
+  for (std::size_t at = channel; at < mesh.region_values.size(); at += mesh.channel_count()) {
+    range = {std::min(range[0], mesh.region_values[at]), std::max(range[1], mesh.region_values[at])};
   }
   return range;
 }
@@ -52,16 +74,11 @@ void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh) 
                                             " values for " + std::to_string(mesh.vertex_count()) + " points");
   }
   if (channels.empty()) return;
-  const std::size_t old_count = mesh.channel_count();
-  std::vector<float> values;
-  values.reserve(mesh.vertex_count() * (old_count + channels.size()));
-  for (std::size_t vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
-    const auto row = mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * old_count);
-    values.insert(values.end(), row, row + static_cast<std::ptrdiff_t>(old_count));
-    for (const NamedChannel& channel : channels) values.push_back(channel.values[vertex]);
-  }
+  std::vector<std::uint32_t> all(mesh.vertex_count());
+  std::iota(all.begin(), all.end(), 0u);
+  widen(mesh.channel_count(), all, channels, mesh.channel_values);
+  widen(mesh.channel_count(), mesh.region_value_vertices, channels, mesh.region_values);
   for (const NamedChannel& channel : channels) mesh.channel_names.push_back(channel.name);
-  mesh.channel_values = std::move(values);
 }
 
 }  // namespace ccslice

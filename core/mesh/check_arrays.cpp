@@ -14,6 +14,7 @@
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 #include "core/mesh/offenders.h"
+#include "core/mesh/region_values.h"
 
 namespace ccslice {
 
@@ -201,6 +202,7 @@ void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const Cance
   check_channel_values(mesh, cancel);
   const std::string bound = "vertex ids run from 0 to " + std::to_string(mesh.vertex_count() - 1);
   check_usage(check_corners(mesh, bound, cancel), limits);
+  check_region_values(mesh);
   check_sharp_indices(mesh, bound);
 }
 

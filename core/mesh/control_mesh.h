@@ -29,7 +29,12 @@ struct ControlMesh {
   /// Named groups of cells with a sharp interface between them. None: the whole mesh is one, without a name.
   std::vector<std::string> cell_region_names;  // Distinct, not empty.
   std::vector<std::uint8_t> cell_regions;      // One per cell if there are names: an index into them. Else empty.
-  bool allow_folds = false;                    // Inverted cells become a warning instead of an error.
+  /// Channels that jump across interfaces: k pairs of a vertex and one of its regions, ascending, and the c values that
+  /// it has there, pair-major. Where a region has none, channel_values holds.
+  std::vector<std::uint32_t> region_value_vertices;
+  std::vector<std::uint8_t> region_value_regions;
+  std::vector<float> region_values;
+  bool allow_folds = false;  // Inverted cells become a warning instead of an error.
   /// The control points were fitted: the mesh that is meant is that of the vertices' limit points, with these cells.
   bool interpolating = false;
 

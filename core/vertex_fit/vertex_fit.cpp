@@ -7,13 +7,16 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/limit/cell_index.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/offenders.h"
+#include "core/mesh/region_values.h"
 #include "core/subdivision/limit_masks.h"
 
 namespace ccslice {
@@ -45,15 +48,27 @@ Values channels_of(const ControlMesh& mesh) {
   return values;
 }
 
-void set_channels(const Values& values, ControlMesh& mesh) {
+/// Row by row.
+std::vector<float> floats_of(const Values& values) {
   constexpr double kLargestFloat = std::numeric_limits<float>::max();
-  mesh.channel_values.resize(static_cast<std::size_t>(values.size()));
-  float* value = mesh.channel_values.data();
+  std::vector<float> floats;
+  floats.reserve(static_cast<std::size_t>(values.size()));
   for (Eigen::Index v = 0; v < values.rows(); ++v) {
     for (Eigen::Index c = 0; c < values.cols(); ++c) {
-      *value++ = static_cast<float>(std::clamp(values(v, c), -kLargestFloat, kLargestFloat));
+      floats.push_back(static_cast<float>(std::clamp(values(v, c), -kLargestFloat, kLargestFloat)));
     }
   }
+  return floats;
+}
+
+/// As a share of its column's range.
+double largest_miss(const Values& limits, const Values& values) {
+  double largest = 0;
+  for (Eigen::Index c = 0; c < values.cols(); ++c) {
+    const double range = values.col(c).maxCoeff() - values.col(c).minCoeff();
+    if (range > 0) largest = std::max(largest, (limits.col(c) - values.col(c)).cwiseAbs().maxCoeff() / range);
+  }
+  return largest;
 }
 
 std::vector<std::uint32_t> without(const std::vector<std::uint32_t>& cells, const std::vector<std::uint32_t>& known) {
@@ -108,17 +123,61 @@ ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report)
 }
 
 double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
+  fitted.channel_names = meant.channel_names;
+  if (region_value_count(meant) > 0) return fit_jumping_channels(meant, fitted);
   const Values values = channels_of(meant), copies = of_copies(values);
   const Values solved = values + of_vertices(system_.solve(copies - system_.limits(copies)));
-  const Values misses = (limits_of(solved) - values).cwiseAbs();
-  fitted.channel_names = meant.channel_names;
-  set_channels(solved, fitted);
-  double largest = 0;
-  for (Eigen::Index c = 0; c < solved.cols(); ++c) {
-    const double range = values.col(c).maxCoeff() - values.col(c).minCoeff();
-    if (range > 0) largest = std::max(largest, misses.col(c).maxCoeff() / range);
+  fitted.channel_values = floats_of(solved);
+  return largest_miss(limits_of(solved), values);
+}
+
+/// Every copy of a vertex has values of its own.
+double VertexFit::fit_jumping_channels(const ControlMesh& meant, ControlMesh& fitted) const {
+  const Values values = jumping_channels_of(meant);
+  set_jumping_channels(values + system_.solve(values - system_.limits(values)), fitted);
+  return largest_miss(system_.limits(jumping_channels_of(fitted)), values);
+}
+
+/// The region of a copy.
+std::uint8_t VertexFit::copy_region(VertexId copy) const {
+  return region_of(mesh_, complex_.vertex_cells(copy).front());
+}
+
+/// Of all copies.
+Values VertexFit::jumping_channels_of(const ControlMesh& mesh) const {
+  Values values(static_cast<Eigen::Index>(complex_.vertex_count()), static_cast<Eigen::Index>(mesh.channel_count()));
+  for (const VertexId copy : complex_.vertices()) {
+    const auto row = values_in_region(mesh, origin_of(copy), copy_region(copy));
+    for (Eigen::Index c = 0; c < values.cols(); ++c) {
+      values(static_cast<Eigen::Index>(copy), c) = row[static_cast<std::size_t>(c)];
+    }
   }
-  return largest;
+  return values;
+}
+
+/// Copies within a region, which touch in the vertex alone, get their mean.
+void VertexFit::set_jumping_channels(const Values& of_copies, ControlMesh& mesh) const {
+  struct Sum {
+    Eigen::RowVectorXd values;
+    double copies = 0;
+  };
+  std::map<std::pair<std::uint32_t, std::uint8_t>, Sum> sums;
+  std::vector<std::uint8_t> regions(mesh_.vertex_count(), 0);
+  for (const VertexId copy : complex_.vertices()) {
+    Sum& sum = sums[{origin_of(copy), copy_region(copy)}];
+    if (sum.copies == 0) {
+      ++regions[origin_of(copy)];
+      sum.values = Eigen::RowVectorXd::Zero(of_copies.cols());
+    }
+    sum.values += of_copies.row(static_cast<Eigen::Index>(copy));
+    ++sum.copies;
+  }
+  mesh.channel_values = floats_of(of_copies.topRows(static_cast<Eigen::Index>(mesh_.vertex_count())));
+  clear_region_values(mesh);
+  for (const auto& [place, sum] : sums) {
+    if (regions[place.first] < 2) continue;
+    append_region_values(place.first, place.second, floats_of(sum.values / sum.copies), mesh);
+  }
 }
 
 std::vector<Vec3> VertexFit::limit_points(const ControlMesh& mesh) const {
@@ -221,6 +280,7 @@ std::vector<std::uint32_t> VertexFit::folding_cells(const ControlMesh& mesh) con
   positions_only.allow_folds = true;
   positions_only.channel_names.clear();
   positions_only.channel_values.clear();
+  clear_region_values(positions_only);
   PrepareOptions options;
   options.limits = options_.limits;
   options.cancel = options_.cancel;

@@ -90,6 +90,10 @@ class VertexFit {
   VertexSystem::Values of_copies(const VertexSystem::Values& of_vertices) const;
   VertexSystem::Values of_vertices(const VertexSystem::Values& of_copies) const;
   VertexSystem::Values limits_of(const VertexSystem::Values& of_vertices) const;
+  double fit_jumping_channels(const ControlMesh& meant, ControlMesh& fitted) const;
+  std::uint8_t copy_region(VertexId copy) const;
+  VertexSystem::Values jumping_channels_of(const ControlMesh& mesh) const;
+  void set_jumping_channels(const VertexSystem::Values& of_copies, ControlMesh& mesh) const;
   ControlMesh moved(const VertexSystem::Values& moves) const;
   ControlMesh fit_all(const VertexSystem::Values& gaps) const;
   void require_none(const std::vector<std::uint32_t>& folds) const;
@@ -99,7 +103,8 @@ class VertexFit {
   /// Marks the vertices of these cells and, ring by ring, those of the cells around them; all copies alike.
   std::vector<std::uint8_t> around(const std::vector<std::uint32_t>& cells, int rings) const;
   void mark_copies(std::vector<std::uint8_t>& marked) const;
-  const Vec3& position_of(VertexId copy) const { return mesh_.positions[origins_.empty() ? copy : origins_[copy]]; }
+  std::uint32_t origin_of(VertexId copy) const { return origins_.empty() ? std::uint32_t{copy} : origins_[copy]; }
+  const Vec3& position_of(VertexId copy) const { return mesh_.positions[origin_of(copy)]; }
   void measure(const ControlMesh& fitted, FitReport& report) const;
   Swelling measure_swelling(const ControlMesh& fitted) const;
 

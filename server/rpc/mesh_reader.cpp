@@ -119,7 +119,23 @@ class MeshReader {
                           limits_.max_cell_region_name_bytes},
                          mesh_.cell_region_names);
       case Message::kCellRegionsFieldNumber:
-        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_cell_region(read_varint()); });
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
+          require_room(mesh_.cell_regions.size(), limits_.max_cells, "cell_regions", "cells");
+          add_region(read_varint(), "cell_regions", mesh_.cell_regions);
+        });
+      case Message::kRegionValueVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
+          require_room_for_pair(mesh_.region_value_vertices.size(), "region_value_vertices");
+          mesh_.region_value_vertices.push_back(read_varint());
+        });
+      case Message::kRegionValueRegionsFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
+          require_room_for_pair(mesh_.region_value_regions.size(), "region_value_regions");
+          add_region(read_varint(), "region_value_regions", mesh_.region_value_regions);
+        });
+      case Message::kRegionValuesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
+                             [this] { mesh_.region_values.push_back(read_fixed32()); });
       case Message::kChannelValuesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
                              [this] { mesh_.channel_values.push_back(read_fixed32()); });
@@ -213,17 +229,19 @@ class MeshReader {
     mesh_.sharp_vertices.push_back(vertex);
   }
 
-  void add_cell_region(std::uint32_t region) {
-    const std::size_t cell = mesh_.cell_regions.size();
-    require_room(cell, limits_.max_cells, "cell_regions", "cells");
+  void require_room_for_pair(std::size_t have, const char* field) const {
+    require_room(have, 8 * limits_.max_cells, field, "pairs of vertices and regions");
+  }
+
+  void add_region(std::uint32_t region, const char* list, std::vector<std::uint8_t>& regions) {
     if (region >= limits_.max_cell_regions) {
-      const std::string field = "cell_regions[" + std::to_string(cell) + "]";
+      const std::string field = list + ("[" + std::to_string(regions.size()) + "]");
       throw Error(ErrorCode::kMeshBadCellRegion,
                   field + " is " + std::to_string(region) + ", beyond the limit of " +
                       std::to_string(limits_.max_cell_regions) + " cell regions, counted from 0",
-                  field, {static_cast<std::int64_t>(cell)});
+                  field, {static_cast<std::int64_t>(regions.size())});
     }
-    mesh_.cell_regions.push_back(static_cast<std::uint8_t>(region));
+    regions.push_back(static_cast<std::uint8_t>(region));
   }
 
   /// What is named in a mesh, and the limits.

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "client/cli/exit_codes.h"
+#include "core/mesh/mesh_file.h"
 #include "tests/client/fake_slicer.h"
 
 namespace ccslice::client {
@@ -284,6 +285,33 @@ TEST_F(CommandLine, ChannelsComeFromNumbersOfCells) {
   EXPECT_EQ(run({"info", mesh, "--cell-data", "density"}).exit_code, cli::kExitUsage);
   EXPECT_THAT(run({"info", mesh, "--cell-data", "mass=average"}).err,
               HasSubstr("no numbers called 'mass' for its cells; it has numbers called 'density'"));
+}
+
+TEST_F(CommandLine, ChannelsOfRegionsJumpAtInterfaces) {
+  const std::string mesh = path("two.vtk");
+  cli::write_file(mesh,
+                  "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+                  "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n"
+                  "CELL_DATA 2\nSCALARS density double 1\nLOOKUP_TABLE default\n0.25\n0.75\n"
+                  "SCALARS part int 1\nLOOKUP_TABLE default\n4\n9\n");
+  const std::vector<std::string> by_region = {"--regions-from", "part", "--cell-data", "density=by-region"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), by_region.begin(), by_region.end());
+    return arguments;
+  };
+  EXPECT_THAT(run({"info", mesh, "--cell-data", "density=by-region"}).err, HasSubstr("goes with --regions-from"));
+  for (const char* name : {"two.json", "two.ccmesh", "two.vtu"}) {
+    EXPECT_EQ(run_alone(with({"convert", mesh, "-o", path(name)})).exit_code, 0);
+  }
+  const MeshFile doubled = read_mesh(read_file_bytes(path("two.vtu"), 1 << 20));
+  EXPECT_EQ(doubled.mesh.vertex_count(), 8u) << "each cell has vertices of its own";
+  const ProcessResult read = run_alone({"convert", path("two.json"), "-o", path("again.ccmesh")});
+  EXPECT_EQ(read.exit_code, 0) << read.err;
+  EXPECT_EQ(read_file_bytes(path("again.ccmesh"), 1 << 20), read_file_bytes(path("two.ccmesh"), 1 << 20));
+  const ProcessResult probe = run({"probe", path("two.ccmesh"), "--at", "0.25,0.25,0.25", "--at", "0.5,0.5,0.5"});
+  EXPECT_THAT(probe.out, AllOf(HasSubstr("0.25"), HasSubstr("0.75"))) << probe.err;
+  EXPECT_EQ(run(with({"slice", mesh, "--channel", "density", "--pitch", "0.05", "-o", path("jump")})).exit_code, 0);
+  EXPECT_EQ(run(with({"info", mesh, "--interpolate", "--grade", "up=z"})).exit_code, 0);
 }
 
 TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {

@@ -159,6 +159,48 @@ TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
   }
 }
 
+// One channel is each region's number, the other the height above 1000 times that.
+TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
+  constexpr double kStep = 1000;
+  const ControlMesh jumping =
+      with_jumping_channels(mesh(), {"region", "height"}, [&](std::uint32_t vertex, std::uint8_t region) {
+        return std::vector<float>{static_cast<float>(region),
+                                  static_cast<float>(mesh().positions[vertex].z() + kStep * region)};
+      });
+  const auto solid = LimitSolid::prepare(jumping);
+  SliceJob job = job_on(*solid, {61, 53, 29});
+  for (std::uint32_t c = 0; c < 2; ++c) {
+    PlaneSpec& plane = job.planes.emplace_back();
+    plane.content = PlaneContent::kChannel;
+    plane.channel = c;
+    plane.sample_type = SampleType::kFloat32;
+    plane.encoding = Encoding::kRaw;
+  }
+  SliceJob exact_job = job;
+  exact_job.material_tolerance = 0;
+  LayerSlicer exact(solid, exact_job), interpolating(solid, job);
+  const ChannelRange& heights = solid->summary().channels[1];
+  const double tolerance = (heights.max - heights.min) / 65536;
+  std::vector<std::size_t> met(region_count());
+  for (std::uint32_t k = 0; k < job.grid.extent.layers; k += 1 + job.grid.extent.layers / 8) {
+    const Layer layer = exact.slice(k, {}), fast = interpolating.slice(k, {});
+    const LayerView view(job, layer), fast_view(job, fast);
+    for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+      for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+        const std::uint8_t number = layer.planes[0].bytes[std::size_t{job.grid.extent.columns} * y + x];
+        if (number == 0) continue;
+        ++met[number - 1u];
+        ASSERT_NEAR(view.channel(0, x, y), number - 1, 1e-6) << x << " " << y << " " << k;
+        ASSERT_NEAR(fast_view.channel(0, x, y), number - 1, 1e-5) << x << " " << y << " " << k;
+        const double height = view.channel(1, x, y);
+        ASSERT_NEAR(height - kStep * (number - 1), view.centre(x, y).z(), 2e-3) << x << " " << y << " " << k;
+        ASSERT_NEAR(fast_view.channel(1, x, y), height, tolerance) << x << " " << y << " " << k;
+      }
+    }
+  }
+  for (const std::size_t count : met) EXPECT_GT(count, 100u);
+}
+
 TEST_P(CellRegions, SameBytesHoweverTheRangeIsSplit) {
   const auto solid = LimitSolid::prepare(mesh());
   const SliceJob job = job_on(*solid, {61, 53, 29});

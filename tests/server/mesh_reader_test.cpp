@@ -61,6 +61,9 @@ void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
   EXPECT_EQ(mesh.cell_region_names,
             std::vector<std::string>(message.cell_region_names().begin(), message.cell_region_names().end()));
   EXPECT_EQ(mesh.cell_regions, std::vector<std::uint8_t>(message.cell_regions().begin(), message.cell_regions().end()));
+  EXPECT_TRUE(std::ranges::equal(mesh.region_value_vertices, message.region_value_vertices()));
+  EXPECT_TRUE(std::ranges::equal(mesh.region_value_regions, message.region_value_regions()));
+  EXPECT_TRUE(std::ranges::equal(mesh.region_values, message.region_values()));
 }
 
 v1::ControlMesh some_mesh() {
@@ -73,6 +76,9 @@ v1::ControlMesh some_mesh() {
   mesh.set_interpolating(true);
   for (const char* name : {"core", "Hülle"}) mesh.add_cell_region_names(name);
   for (const std::uint32_t region : {1u, 0u, 254u}) mesh.add_cell_regions(region);
+  for (const std::uint32_t vertex : {0u, 77u, 0xffffffffu}) mesh.add_region_value_vertices(vertex);
+  for (const std::uint32_t region : {254u, 3u}) mesh.add_region_value_regions(region);
+  for (const float value : {0.5f, -3e38f}) mesh.add_region_values(value);
   return mesh;
 }
 
@@ -168,6 +174,7 @@ TEST(MeshReader, KeepsTheLimitsWhileItReads) {
   EXPECT_EQ(code_of("\x52\x81\x02" + std::string(257, 'x')), ErrorCode::kMeshBadCellRegion) << "cell_region_names";
   EXPECT_EQ(code_of("\x58\xff\x01"), ErrorCode::kMeshBadCellRegion) << "cell region 255";
   EXPECT_EQ(code_of("\x58\x80\x80\x04"), ErrorCode::kMeshBadCellRegion) << "cell region 65536";
+  EXPECT_EQ(code_of("\x68\xff\x01"), ErrorCode::kMeshBadCellRegion) << "255 in region_value_regions";
 }
 
 TEST(MeshReader, StopsWithin100MsOfACancel) {

@@ -75,6 +75,17 @@ ControlMesh cut_cubes(const ControlMesh& cubes, CellKind kind) {
   return cut;
 }
 
+/// What a vertex has in a region.
+void add_channels(const ControlMesh& mesh, std::uint32_t vertex, int region, ControlMesh& part) {
+  const std::size_t channels = mesh.channel_names.size();
+  auto first = mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * channels);
+  for (std::size_t i = 0; i < mesh.region_value_vertices.size(); ++i) {
+    if (mesh.region_value_vertices[i] != vertex || mesh.region_value_regions[i] != region) continue;
+    first = mesh.region_values.begin() + static_cast<std::ptrdiff_t>(i * channels);
+  }
+  part.channel_values.insert(part.channel_values.end(), first, first + static_cast<std::ptrdiff_t>(channels));
+}
+
 }  // namespace
 
 ControlMesh with_regions(ControlMesh mesh, int count, const RegionAt& region_at) {
@@ -88,6 +99,30 @@ ControlMesh with_regions(ControlMesh mesh, int count, const RegionAt& region_at)
     for (std::size_t i = 0; i < corners; ++i) sum += mesh.positions[mesh.cell_vertices[begin + i]];
     mesh.cell_regions.push_back(static_cast<std::uint8_t>(region_at(sum / static_cast<double>(corners))));
     begin += corners;
+  }
+  return mesh;
+}
+
+ControlMesh with_jumping_channels(ControlMesh mesh, const std::vector<std::string>& names,
+                                  const RegionValuesAt& values_at) {
+  std::map<std::uint32_t, std::set<std::uint8_t>> regions_of;
+  std::size_t begin = 0;
+  for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
+    const auto corners = static_cast<std::size_t>(corner_count(mesh.cell_kinds[c]));
+    for (std::size_t i = 0; i < corners; ++i) regions_of[mesh.cell_vertices[begin + i]].insert(mesh.cell_regions[c]);
+    begin += corners;
+  }
+  mesh.channel_names = names;
+  mesh.channel_values.clear();
+  for (const auto& [vertex, regions] : regions_of) {
+    for (const std::uint8_t region : regions) {
+      const std::vector<float> values = values_at(vertex, region);
+      std::vector<float>& all = region == *regions.begin() ? mesh.channel_values : mesh.region_values;
+      all.insert(all.end(), values.begin(), values.end());
+      if (region == *regions.begin()) continue;
+      mesh.region_value_vertices.push_back(vertex);
+      mesh.region_value_regions.push_back(region);
+    }
   }
   return mesh;
 }
@@ -119,6 +154,7 @@ ControlMesh region_as_mesh(const ControlMesh& mesh, int region) {
   };
 
   ControlMesh part;
+  part.channel_names = mesh.channel_names;
   std::map<std::uint32_t, std::uint32_t> number;
   std::size_t begin = 0;
   for (std::size_t c = 0; c < mesh.cell_count(); ++c) {
@@ -128,7 +164,10 @@ ControlMesh region_as_mesh(const ControlMesh& mesh, int region) {
       for (std::size_t i = 0; i < corners; ++i) {
         const std::uint32_t v = mesh.cell_vertices[begin + i];
         const auto [known, is_new] = number.try_emplace(v, static_cast<std::uint32_t>(part.positions.size()));
-        if (is_new) part.positions.push_back(mesh.positions[v]);
+        if (is_new) {
+          part.positions.push_back(mesh.positions[v]);
+          add_channels(mesh, v, region, part);
+        }
         part.cell_vertices.push_back(known->second);
       }
     }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/mesh/read_vtk.h"
+#include "core/mesh/region_values.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -35,7 +36,7 @@ TEST(CellAverages, AreWeightedByVolume) {
   MeshFile file = three_cells();
   file.mesh.channel_names = {"other"};
   for (int v = 0; v < 11; ++v) file.mesh.channel_values.push_back(static_cast<float>(v));
-  average_cell_numbers("density", file);
+  average_cell_numbers("density", MeanOver::kAllCells, file);
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("other", "density"));
   std::vector<float> density;
   for (std::size_t v = 0; v < 11; ++v) {
@@ -52,11 +53,11 @@ TEST(CellAverages, AreWeightedByVolume) {
 TEST(CellAverages, TurnedAndFlatCellsCountToo) {
   MeshFile file = three_cells();
   for (Vec3& p : file.mesh.positions) p.z() = -p.z();
-  average_cell_numbers("density", file);
+  average_cell_numbers("density", MeanOver::kAllCells, file);
   EXPECT_FLOAT_EQ(file.mesh.channel_values[5], 1.625f);
   MeshFile flat = three_cells();
   for (Vec3& p : flat.mesh.positions) p.z() = 0;
-  average_cell_numbers("density", flat);
+  average_cell_numbers("density", MeanOver::kAllCells, flat);
   EXPECT_FLOAT_EQ(flat.mesh.channel_values[5], 11 / 3.0f);
 }
 
@@ -65,7 +66,7 @@ TEST(CellAverages, OfAConstantAreConstant) {
     MeshFile file;
     file.mesh = mesh;
     file.cell_numbers = {{"new", std::vector<double>(mesh.cell_count(), 0.1)}};
-    average_cell_numbers("new", file);
+    average_cell_numbers("new", MeanOver::kAllCells, file);
     const std::size_t channels = file.mesh.channel_count();
     for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
       ASSERT_FLOAT_EQ(file.mesh.channel_values[channels * v + channels - 1], 0.1f) << name;
@@ -73,15 +74,41 @@ TEST(CellAverages, OfAConstantAreConstant) {
   }
 }
 
+// Two channels by region, and one over all cells between them.
+TEST(CellAverages, OfRegionsJump) {
+  MeshFile file = three_cells();
+  file.mesh.cell_region_names = {"a", "b"};
+  file.mesh.cell_regions = {1, 0, 0};
+  file.cell_numbers.push_back({"mass", {10, 20, 80}});
+  file.cell_numbers.push_back({"all", {1, 2, 8}});
+  average_cell_numbers("density", MeanOver::kEachRegion, file);
+  average_cell_numbers("all", MeanOver::kAllCells, file);
+  average_cell_numbers("mass", MeanOver::kEachRegion, file);
+  const ControlMesh& mesh = file.mesh;
+  EXPECT_THAT(mesh.region_value_vertices, ElementsAre(1, 2, 5, 6));
+  EXPECT_THAT(mesh.region_value_regions, ElementsAre(0, 0, 0, 0));
+  const float wedge_tet = (6 * 2 + 2 * 8) / 8.0f, hex_wedge = (24 * 1 + 6 * 2) / 30.0f;
+  const float all = (24 * 1 + 6 * 2 + 2 * 8) / 32.0f;
+  EXPECT_THAT(values_in_region(mesh, 1, 1), ElementsAre(1, FloatNear(hex_wedge, 1e-6f), 10));
+  EXPECT_THAT(values_in_region(mesh, 1, 0), ElementsAre(2, FloatNear(hex_wedge, 1e-6f), 20));
+  EXPECT_THAT(values_in_region(mesh, 5, 1), ElementsAre(1, FloatNear(all, 1e-6f), 10));
+  EXPECT_THAT(values_in_region(mesh, 5, 0),
+              ElementsAre(FloatNear(wedge_tet, 1e-6f), FloatNear(all, 1e-6f), FloatNear(10 * wedge_tet, 1e-5f)));
+  EXPECT_THAT(values_in_region(mesh, 10, 0), ElementsAre(8, 8, 80));
+}
+
 TEST(CellAverages, RefuseWhatIsNoNumberOrTaken) {
   MeshFile file = three_cells();
-  expect_error([&] { average_cell_numbers("mass", file); }, ErrorCode::kMeshBadChannel,
+  expect_error([&] { average_cell_numbers("mass", MeanOver::kAllCells, file); }, ErrorCode::kMeshBadChannel,
                "no numbers called 'mass' for its cells; it has numbers called 'density'");
+  expect_error([&] { average_cell_numbers("density", MeanOver::kEachRegion, file); }, ErrorCode::kMeshBadCellRegion,
+               "means of each region of 'density' need cell regions");
   file.cell_numbers[0].of_cells = {1, std::nan(""), 1e39};
-  expect_error([&] { average_cell_numbers("density", file); }, ErrorCode::kMeshNonFinite,
+  expect_error([&] { average_cell_numbers("density", MeanOver::kAllCells, file); }, ErrorCode::kMeshNonFinite,
                "'density' is no finite float in cells 1, 2");
   file.mesh.channel_names = {"density"};
-  expect_error([&] { average_cell_numbers("density", file); }, ErrorCode::kMeshBadChannel, "already");
+  expect_error([&] { average_cell_numbers("density", MeanOver::kAllCells, file); }, ErrorCode::kMeshBadChannel,
+               "already");
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ void use_cell_numbers(const MeshFile& file) {
     for (const bool average : {false, true}) {
       MeshFile changed = file;
       try {
-        average ? average_cell_numbers(name, changed) : make_cell_regions(name, changed);
+        average ? average_cell_numbers(name, MeanOver::kAllCells, changed) : make_cell_regions(name, changed);
         expect_consistent(changed.mesh);
         EXPECT_TRUE(average || changed.mesh.cell_regions.size() == changed.mesh.cell_count());
         validate(changed.mesh);
