@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
@@ -15,17 +16,22 @@
 
 #include "core/base/engine_version.h"
 #include "server/rpc/health_client.h"
-#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
+#include "server/service/logging.h"
 #include "server/service/options.h"
 
 namespace ccslice::server {
 namespace {
 
-/// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place.
+constexpr std::chrono::seconds kLastLines(1);  // What the log's reader has to take the last lines.
+
+/// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place. Neither a reader of the log that
+/// goes nor a terminal that closes ends the server.
 class StopSignals {
  public:
   StopSignals() {
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGHUP, SIG_IGN);
     sigemptyset(&signals_);
     sigaddset(&signals_, SIGTERM);
     sigaddset(&signals_, SIGINT);
@@ -51,7 +57,7 @@ class StopSignals {
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
   const bool all_left = server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
   spdlog::info(all_left ? "stopped" : "stopped without waiting for clients that don't read");
-  spdlog::default_logger()->flush();
+  flush_log(kLastLines);
   std::_Exit(0);  // Threads of gRPC's that wait for connections may sleep for ten seconds more.
 }
 

@@ -20,8 +20,8 @@
 #include "client/cli/output_file.h"
 #include "client/mesh_bytes.h"
 #include "core/mesh/models.h"
-#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
+#include "server/service/logging.h"
 #include "tests/client/local_server.h"
 #include "tests/client/process.h"
 

@@ -23,8 +23,8 @@
 #include "client/cli/placement.h"
 #include "client/client.h"
 #include "core/mesh/models.h"
-#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
+#include "server/service/logging.h"
 #include "tests/client/cutting_proxy.h"
 #include "tests/client/local_server.h"
 

@@ -22,8 +22,8 @@
 #include "client/mesh_bytes.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/mesh/models.h"
-#include "server/rpc/logging.h"
 #include "server/rpc/server.h"
+#include "server/service/logging.h"
 #include "tests/client/local_server.h"
 #include "tests/client/process.h"
 

@@ -68,6 +68,14 @@ TEST(ServerProcess, DrainsOnSigterm) {
   EXPECT_THAT(result.err, HasSubstr("stopped"));
 }
 
+TEST(ServerProcess, OutlivesItsTerminal) {
+  RunningServer server;
+  for (const int signal : {SIGHUP, SIGPIPE}) server.send_signal(signal);
+  EXPECT_FALSE(server.upload(make_block(1, 10)).empty());
+  server.send_signal(SIGTERM);
+  EXPECT_EQ(server.wait().exit_code, 0);
+}
+
 TEST(ServerProcess, CancelsWhatOutlastsTheGrace) {
   RunningServer server({"--shutdown-grace", "300ms"});
   RunningSlice slice(server, slice_request(server.upload(make_block(2, 10)), 0.005, 1000));
