@@ -20,7 +20,8 @@ namespace ccslice::server {
 inline constexpr std::size_t kLogQueueLines = 8192;
 
 /// Logs to this file from now on: plain lines, or one JSON object a line {"time", "level", "message"}. Messages are
-/// made safe (see log_text.h): they may hold what clients sent. REQUIRES: SIGPIPE is ignored, for a pipe's reader may go.
+/// made safe (see log_text.h), as they may hold what clients sent. REQUIRES: SIGPIPE is ignored, for the reader of a
+/// pipe may go.
 void set_up_logging(LogLevel level, LogFormat format, int descriptor = STDERR_FILENO);
 
 /// Waits until the lines so far are written, for so long at most; whether they are. REQUIRES: set_up_logging().
