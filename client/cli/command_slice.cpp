@@ -20,6 +20,7 @@
 #include "client/cli/printing.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
+#include "core/base/echo.h"
 #include "proto/job_fields.h"
 
 namespace ccslice::cli {
@@ -137,6 +138,22 @@ void report(const Session& session, const SliceOptions& options, const SliceResu
   }
 }
 
+/// Says which materials a job of all layers doesn't print.
+void warn_of_materials(const client::SliceOutcome& outcome) {
+  const auto& materials = outcome.header.printing().materials();
+  std::vector<std::string> used, unused;
+  for (int m = 0; m < materials.size(); ++m) {
+    const auto index = static_cast<std::size_t>(m);
+    const bool printed = index < outcome.material_voxels.size() && outcome.material_voxels[index] > 0;
+    (printed ? used : unused).push_back(echoed(materials[m].name()));
+  }
+  if (unused.empty() || used.empty()) return;
+  const std::string nowhere = "material" + std::string(unused.size() == 1 ? " " : "s ") +
+                              echoed_list(unused, unused.size()) + " came out nowhere";
+  print_note("warning: " + nowhere + (used.size() == 1 ? ": all voxels are of " + used.front() : "") +
+             "; if that isn't meant, compare the channels' ranges (ccslice info) with the --map");
+}
+
 /// What is left of the job after the layers that are there already.
 v1::SliceRangeRequest rest_of(const v1::SliceRangeRequest& request, const client::SliceOutcome& finished) {
   const auto layers = static_cast<std::uint32_t>(finished.layers);
@@ -209,6 +226,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   folder.finish(result.outcome, job.placement());
   result.written_bytes = folder.written_bytes();
   report(session, options, result);
+  if (!session.quiet() && request.layer_count() == plan.layer_count()) warn_of_materials(result.outcome);
 }
 
 }  // namespace

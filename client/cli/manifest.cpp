@@ -39,6 +39,7 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_AXES_MIXED_UP: return "axes_mixed_up";
     case v1::PLAN_WARNING_KIND_PRINTER_PITCH: return "printer_pitch";
     case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
+    case v1::PLAN_WARNING_KIND_VALUES_OFF_MAP: return "values_off_map";
     default: return "other";
   }
 }

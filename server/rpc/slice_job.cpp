@@ -7,12 +7,14 @@
 #include <cmath>
 #include <string>
 
+#include "core/base/echo.h"
 #include "core/base/engine_version.h"
 #include "core/base/number_text.h"
 #include "core/job/validate_job.h"
 #include "core/limit/deviation.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
+#include "core/printing/values_off_map.h"
 #include "proto/job_fields.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
@@ -146,6 +148,29 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
   }
 }
 
+void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
+  constexpr double kLeastShare = 0.01;
+  constexpr int kDigits = 4;
+  const auto range_text = [](double low, double high) {
+    return number_text(low, kDigits) + " to " + number_text(high, kDigits);
+  };
+  for (const ValuesOffMap& off : find_values_off_maps(printing, solid)) {
+    if (off.share < kLeastShare) continue;
+    const ChannelRange& channel = solid.summary().channels[off.channel];
+    std::string whose = "the material map";
+    for (const CellRegionMap& own : printing.cell_region_maps) {
+      if (&own.map != off.map) continue;
+      whose = "the map of cell region '" + echoed(solid.summary().cell_regions[own.cell_region].name) + "'";
+    }
+    add_warning(plan, v1::PLAN_WARNING_KIND_VALUES_OFF_MAP,
+                "channel '" + echoed(channel.name) + "' runs from " + range_text(channel.min, channel.max) + ", and " +
+                    whose + " covers " + range_text(off.covered[0], off.covered[1]) + ": about " +
+                    std::to_string(std::lround(100 * off.share)) +
+                    " % of the volume takes what the nearer end gives. If that isn't meant, let the map cover the "
+                    "channel");
+  }
+}
+
 }  // namespace
 
 SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
@@ -194,6 +219,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   warn_of_solid(job, solid.summary(), plan);
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_grid(job, plan);
+  if (job.printing) warn_of_values_off_maps(*job.printing, solid, plan);
   if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
   return plan;

@@ -192,6 +192,26 @@ TEST_F(CommandLine, PacksMaterialsAsGcvf) {
   }
 }
 
+// The channel runs from 0 to 1.
+TEST_F(CommandLine, SaysWhichMaterialsAreNotPrinted) {
+  const auto slice = [&](const std::string& map, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"slice",     box_,         "--pitch",   "1",          "--material",
+                                          "a=#ff0000", "--material", "b=#0000ff", "--material", "c=#00ff00",
+                                          "--map",     map,          "-o",        path("out"),  "--force"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProcessResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    return result.err;
+  };
+  const std::string one = slice("blend:gradient:30=a,90=b");
+  EXPECT_THAT(one, HasSubstr("channel 'gradient' runs from 0 to 1, and the material map covers 30 to 90: about 100 %"));
+  EXPECT_THAT(one, HasSubstr("materials b, c came out nowhere: all voxels are of a;"));
+  EXPECT_THAT(slice("blend:gradient:0=a,1=b"), HasSubstr("material c came out nowhere; if that isn't meant"));
+  EXPECT_EQ(slice("blend:gradient:0=a,0.5=b,1=c"), "");
+  EXPECT_EQ(slice("blend:gradient:0=a,1=b", {"--quiet"}), "");
+  EXPECT_EQ(slice("blend:gradient:0=a,1=b", {"--layers", "0..1"}), "");
+}
+
 TEST_F(CommandLine, RefusesToPackWhatAGcvfFileCannotSay) {
   const auto packed = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"slice",      box_,       "--layers", "0..1",

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -65,6 +66,31 @@ TEST_F(Materials, AreCountedAndAddUpToTheOccupancy) {
     EXPECT_NEAR(static_cast<double>(end.statistics().material_voxels(1)), 800, 80);
     EXPECT_EQ(sliced.planes.at(index)[0].size(), 400u);
   }
+}
+
+TEST_F(Materials, OfValuesOffTheMapAreWarnedOf) {
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(request_.mesh_id());
+  *request.mutable_grid() = request_.grid();
+  *request.mutable_planes() = request_.planes();
+  *request.mutable_printing() = request_.printing();
+  const auto warnings = [&] {
+    grpc::ClientContext context;
+    v1::PlanSlicesResponse plan;
+    EXPECT_TRUE(server_.stub().PlanSlices(&context, request, &plan).ok());
+    std::string text;
+    for (const v1::PlanWarning& warning : plan.warnings()) {
+      if (warning.kind() == v1::PLAN_WARNING_KIND_VALUES_OFF_MAP) text += warning.message();
+    }
+    return text;
+  };
+  EXPECT_EQ(warnings(), "");
+  for (auto& stop : *request.mutable_printing()->mutable_map()->mutable_blend()->mutable_stops()) {
+    stop.set_value(stop.value() / 100);
+  }
+  EXPECT_THAT(warnings(),
+              testing::AllOf(testing::HasSubstr("the material map covers 0 to 0.1: about 100 % of the volume"),
+                             testing::HasSubstr("takes what the nearer end gives")));
 }
 
 TEST_F(Materials, HaveMasks) {

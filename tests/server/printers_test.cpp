@@ -101,7 +101,7 @@ TEST_F(Printers, WarnOfTooManyMaterials) {
     material.set_name(std::to_string(i));
     material.set_rgba(0x1000 * (i + 1) + 0xff);
     v1::BlendStop& stop = *blend.add_stops();
-    stop.set_value(i);
+    stop.set_value(5 * i);  // x runs from 0 to 10.
     stop.set_material(std::to_string(i));
   }
   EXPECT_THAT(warnings(), testing::ElementsAre(v1::PLAN_WARNING_KIND_TOO_MANY_MATERIALS));

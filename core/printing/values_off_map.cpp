@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/printing/values_off_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <variant>
+
+#include "core/limit/limit_evaluator.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::uint32_t kMostPoints = 4096;
+constexpr int kMostPerEdge = 8;
+
+std::optional<std::array<double, 2>> covered_by(const MaterialMap& map) {
+  if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
+    if (blend->stops.size() < 2) return std::nullopt;
+    return std::array{blend->stops.front().value, blend->stops.back().value};
+  }
+  if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
+    if (curve->points.size() < 2) return std::nullopt;
+    return std::array{curve->points.front().property, curve->points.back().property};
+  }
+  if (const auto* colour = std::get_if<ColourMap>(&map.kind)) return std::array{0.0, colour->full_value};
+  if (std::holds_alternative<DirectMap>(map.kind)) return std::array{0.0, 1.0};
+  return std::nullopt;
+}
+
+bool is_off(double value, const std::array<double, 2>& covered) {
+  const double slack = kStrictSlack * (covered[1] - covered[0]);
+  return !(value >= covered[0] - slack && value <= covered[1] + slack);
+}
+
+/// Which of maps_of() a region's voxels take.
+std::size_t map_of(const Printing& printing, std::uint8_t region) {
+  const auto own = std::ranges::find(printing.cell_region_maps, region, &CellRegionMap::cell_region);
+  if (own == printing.cell_region_maps.end()) return 0;
+  return 1 + static_cast<std::size_t>(own - printing.cell_region_maps.begin());
+}
+
+/// Volumes of cells, by points in a regular grid of their parameters; of evenly spread ones where there are many cells.
+class VolumeSampler {
+ public:
+  explicit VolumeSampler(const LimitSolid& solid)
+      : solid_(solid),
+        step_(1 + (solid.cell_count() - 1) / kMostPoints),
+        per_edge_(std::clamp(static_cast<int>(std::cbrt(kMostPoints / solid.cell_count())), 1, kMostPerEdge)) {}
+
+  /// visit(cell, param, volume)
+  template <typename Visit>
+  void run(Visit&& visit) const {
+    LimitEvaluator evaluator(solid_);
+    const double points = per_edge_ * per_edge_ * per_edge_;
+    const auto at = [&](int i) { return (i + 0.5) / per_edge_; };
+    for (std::uint32_t cell = 0; cell < solid_.cell_count(); cell += step_) {
+      for (int k = 0; k < per_edge_ * per_edge_ * per_edge_; ++k) {
+        const CellParam param{cell,
+                              Vec3(at(k % per_edge_), at(k / per_edge_ % per_edge_), at(k / per_edge_ / per_edge_))};
+        visit(evaluator, param, std::abs(evaluator.sample(param).jacobian.determinant()) / points);
+      }
+    }
+  }
+
+ private:
+  const LimitSolid& solid_;
+  std::uint32_t step_;
+  int per_edge_;
+};
+
+}  // namespace
+
+std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid) {
+  const std::vector<const MaterialMap*> maps = maps_of(printing);
+  const std::vector<ChannelRange>& ranges = solid.summary().channels;
+  std::vector<ValuesOffMap> found;
+  for (const MaterialMap* map : maps) {
+    const auto covered = covered_by(*map);
+    if (!covered) continue;
+    for (const std::uint32_t channel : channels_of(*map)) {
+      if (!is_off(ranges[channel].min, *covered) && !is_off(ranges[channel].max, *covered)) continue;
+      found.push_back({map, channel, *covered, 0});
+    }
+  }
+  if (found.empty()) return found;
+  std::vector<double> channels(ranges.size()), volumes(maps.size());
+  VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
+    const std::size_t map = map_of(printing, solid.region_of(ControlCellId{solid.control_cell(at.cell)}));
+    evaluator.mat(at, channels);
+    volumes[map] += volume;
+    for (ValuesOffMap& off : found) {
+      if (off.map == maps[map] && is_off(channels[off.channel], off.covered)) off.share += volume;
+    }
+  });
+  for (ValuesOffMap& off : found) {
+    const auto map = static_cast<std::size_t>(std::ranges::find(maps, off.map) - maps.begin());
+    off.share = volumes[map] > 0 ? off.share / volumes[map] : 0;
+  }
+  std::erase_if(found, [](const ValuesOffMap& off) { return off.share == 0; });
+  return found;
+}
+
+}  // namespace ccslice

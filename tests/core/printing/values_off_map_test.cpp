@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/printing/values_off_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/cell_regions.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+/// A block of 4 x 4 x 4 sharp cells whose channel is z, from 0 to 40.
+ControlMesh block() {
+  ControlMesh mesh = oracle::box_mesh(4, 4, 4);
+  oracle::sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"z"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
+  return mesh;
+}
+
+Printing printing_with(MaterialMap map) {
+  Printing printing;
+  printing.materials = {{"soft", 0xff0000ff}, {"hard", 0x00ff00ff}, {"clear", 0x0000ffff}};
+  printing.map = std::move(map);
+  return printing;
+}
+
+TEST(ValuesOffMap, AreMeasuredInVolume) {
+  const auto solid = LimitSolid::prepare(block());
+  const double high = solid->summary().channels[0].max;
+  const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 4, 2}}}}), *solid);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].channel, 0u);
+  EXPECT_THAT(found[0].covered, ElementsAre(0, high / 4));
+  EXPECT_NEAR(found[0].share, 0.75, 0.03);
+  const auto all = find_values_off_maps(printing_with({ColourMap{0, 0, 0, high / 1000}}), *solid);
+  ASSERT_EQ(all.size(), 1u) << "a channel once";
+  EXPECT_NEAR(all[0].share, 1, 0.01);
+}
+
+TEST(ValuesOffMap, AreNotFoundWhereTheMapCoversThem) {
+  const auto solid = LimitSolid::prepare(block());
+  const double high = solid->summary().channels[0].max;
+  for (const MaterialMap& map :
+       {MaterialMap{BlendMap{0, {{0, 1}, {high, 2}}}}, MaterialMap{BlendMap{0, {{7, 1}}}}, MaterialMap{PureMap{2}},
+        MaterialMap{CurveMap{0, 1, 2, {{-1, 0}, {0.995 * high, 1}}}}, MaterialMap{ColourMap{0, 0, 0, high}}}) {
+    EXPECT_THAT(find_values_off_maps(printing_with(map), *solid), IsEmpty());
+  }
+}
+
+TEST(ValuesOffMap, AreThoseOfTheMapsOwnRegion) {
+  ControlMesh mesh = block();
+  const double middle = 0.5 * (mesh.positions.front().z() + mesh.positions.back().z());
+  mesh = oracle::with_regions(mesh, 2, [=](const Vec3& p) { return p.z() < middle ? 0 : 1; });
+  const auto solid = LimitSolid::prepare(mesh);
+  const double high = solid->summary().channels[0].max;
+  Printing printing = printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}});  // Covers the lower region.
+  printing.cell_region_maps.push_back({1, {DirectMap{{{0, 1}}, 2}}});
+  const auto found = find_values_off_maps(printing, *solid);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].map, &printing.cell_region_maps[0].map);
+  EXPECT_NEAR(found[0].share, 1, 1e-9);
+}
+
+TEST(ValuesOffMap, OfLargeMeshesAreSampled) {
+  ControlMesh mesh = oracle::box_mesh(20, 20, 20);
+  oracle::sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"z"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
+  const auto solid = LimitSolid::prepare(mesh);
+  const double high = solid->summary().channels[0].max;
+  const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}}), *solid);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].share, 0.5, 0.05);
+}
+
+}  // namespace
+}  // namespace ccslice
