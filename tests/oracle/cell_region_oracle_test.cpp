@@ -44,6 +44,17 @@ SliceJob job_on(const LimitSolid& solid, const Vec3& shares, const Placement& pl
   return job;
 }
 
+/// Raw floats of the first channels.
+void add_channel_planes(std::uint32_t count, SliceJob& job) {
+  for (std::uint32_t c = 0; c < count; ++c) {
+    PlaneSpec& plane = job.planes.emplace_back();
+    plane.content = PlaneContent::kChannel;
+    plane.channel = c;
+    plane.sample_type = SampleType::kFloat32;
+    plane.encoding = Encoding::kRaw;
+  }
+}
+
 /// Slices the mesh and compares each voxel with the contours of each region by itself.
 void expect_voxels_on_their_sides(const ControlMesh& mesh) {
   const std::size_t regions = mesh.cell_region_names.size();
@@ -130,13 +141,7 @@ TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
   SliceJob job = job_on(*solid, {61, 53, 29});
   job.planes.clear();
   job.planes.emplace_back().encoding = Encoding::kRaw;
-  for (std::uint32_t c = 0; c < 3; ++c) {
-    PlaneSpec& plane = job.planes.emplace_back();
-    plane.content = PlaneContent::kChannel;
-    plane.channel = c;
-    plane.sample_type = SampleType::kFloat32;
-    plane.encoding = Encoding::kRaw;
-  }
+  add_channel_planes(3, job);
   SliceJob exact_job = job;
   exact_job.material_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);
@@ -169,13 +174,7 @@ TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
       });
   const auto solid = LimitSolid::prepare(jumping);
   SliceJob job = job_on(*solid, {61, 53, 29});
-  for (std::uint32_t c = 0; c < 2; ++c) {
-    PlaneSpec& plane = job.planes.emplace_back();
-    plane.content = PlaneContent::kChannel;
-    plane.channel = c;
-    plane.sample_type = SampleType::kFloat32;
-    plane.encoding = Encoding::kRaw;
-  }
+  add_channel_planes(2, job);
   SliceJob exact_job = job;
   exact_job.material_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);
