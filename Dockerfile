@@ -44,8 +44,9 @@ COPY LICENSE NOTICE /usr/share/doc/ccslice/
 COPY deploy/install.sh /tmp/
 LABEL org.opencontainers.image.licenses="Apache-2.0"
 
-# The health check asks where CCSLICE_LISTEN says, so set that rather than --listen.
+# The health check asks where CCSLICE_LISTEN says, so set that rather than --listen. A container serves beyond itself.
 FROM runtime AS server-runtime
+ENV CCSLICE_LISTEN=0.0.0.0:50051
 EXPOSE 50051
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=5s --start-period=5s --retries=3 CMD ["/usr/local/bin/ccsliced", "--health-check"]

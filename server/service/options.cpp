@@ -95,7 +95,10 @@ OptionSpec choice_option(std::string flag, T ServerOptions::*member, std::vector
 
 const std::vector<OptionSpec>& option_specs() {
   static const std::vector<OptionSpec> specs = {
-      {"--listen", "HOST:PORT", "Address to serve on; port 0 takes a free one and logs it.",
+      {"--listen", "HOST:PORT",
+       "Address to serve on; port 0 takes a free one and logs it. 0.0.0.0:50051 is all addresses of this machine, "
+       "where "
+       "nothing but a proxy or a firewall protects the server.",
        [](ServerOptions& o, const std::string& v) { o.listen_address = parse_address(v); },
        [](const ServerOptions& o) { return o.listen_address; }},
       count_option("--threads", &ServerOptions::threads, 1024,

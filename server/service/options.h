@@ -25,7 +25,7 @@ enum class LogLevel { kDebug, kInfo, kWarning, kError };
 enum class LogFormat { kText, kJson };
 
 struct ServerOptions {
-  std::string listen_address = "0.0.0.0:50051";
+  std::string listen_address = "127.0.0.1:50051";
   std::size_t threads = 1;
   std::uint64_t cache_bytes = 0;
   std::chrono::milliseconds mesh_time_to_live{0};  // 0: meshes don't expire.

@@ -43,7 +43,7 @@ TEST(Options, FollowTheMachineByDefault) {
   EXPECT_EQ(options.threads, 6u);
   EXPECT_EQ(options.cache_bytes, 6ull << 30);
   EXPECT_EQ(options.max_message_bytes, 4u << 20);
-  EXPECT_EQ(options.listen_address, "0.0.0.0:50051");
+  EXPECT_EQ(options.listen_address, "127.0.0.1:50051") << "nothing protects it";
 }
 
 TEST(Options, LeaveMemoryForTheProcessItself) {
@@ -104,7 +104,8 @@ TEST(Options, ABudgetHoldsAtLeastOneOfWhatItIsFor) {
 
 TEST(Options, HealthCheckTakesAnAddressOrThatOfTheServer) {
   EXPECT_EQ(parse({"--health-check"}).command, Command::kHealthCheck);
-  EXPECT_EQ(parse({"--health-check"}).health_check_address, "localhost:50051");
+  EXPECT_EQ(parse({"--health-check"}).health_check_address, "127.0.0.1:50051");
+  EXPECT_EQ(parse({"--health-check", "--listen", "0.0.0.0:7"}).health_check_address, "localhost:7");
   EXPECT_EQ(parse({"--health-check"}, {{"CCSLICE_LISTEN", "127.0.0.1:7"}}).health_check_address, "127.0.0.1:7");
   EXPECT_EQ(parse({"--health-check", "there:1"}).health_check_address, "there:1");
   EXPECT_THAT(fault({"--health-check", "there"}), HasSubstr("--health-check takes an address"));
