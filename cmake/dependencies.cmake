@@ -26,9 +26,8 @@ if(CCSLICE_BUILD_SERVER OR CCSLICE_BUILD_CLIENT)
   find_package(gRPC REQUIRED CONFIG)
 endif()
 
-if(CCSLICE_BUILD_SERVER)
-  find_package(spdlog REQUIRED CONFIG)
-endif()
+# server/service, which is built without gRPC, too.
+find_package(spdlog REQUIRED CONFIG)
 
 if(CCSLICE_BUILD_TESTS)
   find_package(GTest REQUIRED CONFIG)
