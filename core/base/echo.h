@@ -19,8 +19,11 @@ inline constexpr std::size_t kMaxEchoBytes = 64;
 inline constexpr std::size_t kMaxEchoItems = 8;
 
 /// `text` cut to `max_bytes` where need be, between characters of UTF-8, with "..." after the cut. Control characters
-/// become '?'.
+/// (utf8.h) and bytes that aren't UTF-8 become '?'.
 std::string echoed(std::string_view text, std::size_t max_bytes = kMaxEchoBytes);
+
+/// `text` for a terminal: as echoed(), but whole, and with its line ends and tabs.
+std::string harmless(std::string_view text);
 
 /// "3, 17, 22": the first kMaxEchoItems of `items`, then "and N more" of `total`.
 std::string echoed_list(std::span<const std::string> items, std::size_t total);

@@ -77,6 +77,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kRegionOutOfGrid: return "REGION_OUT_OF_GRID";
     case ErrorCode::kCellRegionsMissing: return "CELL_REGIONS_MISSING";
     case ErrorCode::kCellRegionUnknown: return "CELL_REGION_UNKNOWN";
+    case ErrorCode::kOutsideSampleInvalid: return "OUTSIDE_SAMPLE_INVALID";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

@@ -89,6 +89,7 @@ enum class ErrorCode : int {
   kRegionOutOfGrid = 242,         // A region outside of the grid.
   kCellRegionsMissing = 243,      // A plane of cell regions of a mesh that has none.
   kCellRegionUnknown = 244,       // A map for a cell region that the mesh doesn't have.
+  kOutsideSampleInvalid = 245,    // What is to be outside is no sample of the plane.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

@@ -6,12 +6,13 @@
 // the id of anything else becomes one unless its type is written: VertexId{n}. An id reads as its number, so it indexes
 // arrays and goes into messages as it is. Nothing of this is left at run time.
 //
-// Where a number is the contract's, in CellParam, in errors and in summaries, and in a control mesh's own arrays, it
+// Where a number is the contract's, in errors, and in a control mesh's own arrays and what is reported of them, it
 // stays a bare one: whoever reads it there names what it is.
 
 #pragma once
 
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 #include <vector>
@@ -26,6 +27,11 @@ class Id {
   constexpr explicit Id(std::uint32_t number) : number_(number) {}
   constexpr operator std::uint32_t() const { return number_; }  // NOLINT(google-explicit-constructor): on purpose.
   friend constexpr auto operator<=>(Id, Id) = default;
+  /// So many ids on, for loops that skip some.
+  constexpr Id& operator+=(std::uint32_t step) {
+    number_ += step;
+    return *this;
+  }
 
  private:
   std::uint32_t number_ = 0;
@@ -45,7 +51,11 @@ using CellId = Id<struct ComplexCellKind>;
 /// A cell of the control mesh, as a limit-ready cell remembers it.
 using ControlCellId = Id<struct ControlCellKind>;
 
-/// The ids 0 to count - 1, in order.
+// Ids in a prepared solid.
+using LimitCellId = Id<struct LimitCellKind>;
+using BoundaryFaceId = Id<struct BoundaryFaceKind>;  // In BoundarySurface::faces_and_interfaces().
+
+/// The ids 0 to count - 1, or begin to end - 1, in order.
 template <typename Id>
 class IdRange {
  public:
@@ -63,19 +73,20 @@ class IdRange {
     std::uint32_t number_;
   };
 
-  constexpr explicit IdRange(std::uint32_t count) : count_(count) {}
-  constexpr Iterator begin() const { return Iterator{0}; }
-  constexpr Iterator end() const { return Iterator{count_}; }
-  constexpr std::uint32_t size() const { return count_; }
+  constexpr explicit IdRange(std::size_t count) : end_(static_cast<std::uint32_t>(count)) {}
+  constexpr IdRange(Id begin, Id end) : begin_(begin), end_(end) {}
+  constexpr Iterator begin() const { return Iterator{begin_}; }
+  constexpr Iterator end() const { return Iterator{end_}; }
+  constexpr std::uint32_t size() const { return end_ - begin_; }
   std::vector<Id> to_vector() const {
     std::vector<Id> ids;
-    ids.reserve(count_);
+    ids.reserve(size());
     for (const Id id : *this) ids.push_back(id);
     return ids;
   }
 
  private:
-  std::uint32_t count_;
+  std::uint32_t begin_ = 0, end_;
 };
 
 }  // namespace ccslice

@@ -23,6 +23,8 @@ inline Lanes multiply_add(Lanes a, double b, Lanes c) noexcept { return _mm256_f
 
 inline Lanes round_up(Lanes lanes) noexcept { return _mm256_ceil_pd(lanes); }
 
+inline Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
+
 /// Bit k: lane k of a comparison holds.
 template <typename Comparison>
 unsigned lanes_of(Comparison holds) noexcept {

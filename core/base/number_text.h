@@ -18,8 +18,8 @@ inline std::string number_text(double value, int significant_digits) {
   return text;
 }
 
-/// With as many digits as tell it from every other double: for numbers that are refused, so that one just beyond a
-/// limit doesn't look like the limit.
+/// The number with as many digits as tell it from every other double: for numbers that are refused, so that one just
+/// beyond a limit doesn't look like the limit.
 inline std::string number_text(double value) {
   constexpr int kFewestDigits = 10, kEnoughDigits = 17;
   std::string text;

@@ -7,7 +7,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
+
+#include "core/base/ids.h"
 
 namespace ccslice {
 
@@ -22,7 +23,7 @@ using Box3 = Eigen::AlignedBox3d;
 
 /// A parameter of the limit volume: limit cell i and (u,v,w) in [0,1]^3, in the cell's own frame [Luu19, 3].
 struct CellParam {
-  std::uint32_t cell = 0;
+  LimitCellId cell;
   Vec3 uvw = Vec3::Zero();
 };
 

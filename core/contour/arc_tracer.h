@@ -18,7 +18,7 @@
 
 namespace ccslice {
 
-/// In a leaf's box and in the plane.
+/// A point of an arc, in a leaf's box and in the plane.
 struct ArcPoint {
   double s = 0, t = 0;     // In [0,1]^2.
   Vec2 xy = Vec2::Zero();  // Along the plane's axes, mm.

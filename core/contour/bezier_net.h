@@ -45,7 +45,7 @@ struct AffineMap {
 BezierNet net_of(const BezierPatch& patch);
 BezierNet transformed(const BezierPatch& patch, const AffineMap& map);
 
-/// Those over [i/2, (i+1)/2] x [j/2, (j+1)/2], at i + 2 j.
+/// The nets over [i/2, (i+1)/2] x [j/2, (j+1)/2], at i + 2 j.
 std::array<BezierNet, 4> quarters_of(const BezierNet& net);
 
 struct CoefficientHull {
@@ -57,9 +57,9 @@ CoefficientHull hull_of(const NetCoefficients& net);
 struct ChordBound {
   double ss = 0, st = 0, tt = 0;  // Bounds of |S_ss| / 8, |S_st| / 4, |S_tt| / 8.
 
-  /// For any line or triangle in the unit square.
+  /// The bound for any line or triangle in the unit square.
   double whole() const { return ss + st + tt; }
-  /// For a line from p to p + (ds, dt) in it.
+  /// The bound for a line from p to p + (ds, dt) in the unit square.
   double along(double ds, double dt) const { return ss * ds * ds + st * std::abs(ds * dt) + tt * dt * dt; }
 };
 ChordBound chord_bound(const BezierNet& net);
@@ -72,7 +72,7 @@ BezierCurve side_curve(const BezierNet& net, int side);
 void set_side_curve(BezierNet& net, int side, const BezierCurve& curve);
 
 double evaluate(const std::array<double, 4>& cubic, double u);
-/// At the middle of the unit square.
+/// The value at the middle of the unit square.
 double evaluate_middle(const NetCoefficients& net);
 
 /// The coefficients of corner 0-3 in a net: (0,0), (1,0), (1,1), (0,1).

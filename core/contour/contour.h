@@ -44,8 +44,8 @@ struct SlicePlane {
 };
 
 struct ContourPoint {
-  std::uint32_t face = 0;  // Index into BoundarySurface::faces(): the limit patch.
-  double s = 0;            // Parameters of the point in that face's frame: the paper's (u,v).
+  BoundaryFaceId face;  // The limit patch.
+  double s = 0;         // Parameters of the point in that face's frame: the paper's (u,v).
   double t = 0;
   Vec2 xy = Vec2::Zero();  // In the plane's coordinates, mm.
 };

@@ -32,9 +32,9 @@ ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, 
   const BoundarySurface surface(solid);
   const Vec3 direction = placement.linear().transpose() * normal;
   const double offset = placement.translation().dot(normal);
-  const auto face_count = static_cast<std::uint32_t>(surface.faces_and_interfaces().size());
-  intervals_.reserve(face_count);
-  for (std::uint32_t face = 0; face < face_count; ++face) {
+  const IdRange<BoundaryFaceId> faces(surface.faces_and_interfaces().size());
+  intervals_.reserve(faces.size());
+  for (const BoundaryFaceId face : faces) {
     poll();
     const Box3& box = surface.hull_box(face);
     const double middle = direction.dot(box.center()) + offset;
@@ -54,13 +54,14 @@ double ContourIndex::set_reach(std::size_t begin, std::size_t end) {
   return intervals_[middle].reach = std::max({below, above, intervals_[middle].high});
 }
 
-void ContourIndex::faces_at(double height_mm, std::vector<std::uint32_t>& faces) const {
+void ContourIndex::faces_at(double height_mm, std::vector<BoundaryFaceId>& faces) const {
   faces.clear();
   find(0, intervals_.size(), height_mm, faces);
   std::sort(faces.begin(), faces.end());
 }
 
-void ContourIndex::find(std::size_t begin, std::size_t end, double height_mm, std::vector<std::uint32_t>& faces) const {
+void ContourIndex::find(std::size_t begin, std::size_t end, double height_mm,
+                        std::vector<BoundaryFaceId>& faces) const {
   if (begin == end) return;
   const std::size_t middle = begin + (end - begin) / 2;
   const Interval& interval = intervals_[middle];

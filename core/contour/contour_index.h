@@ -34,17 +34,17 @@ class ContourIndex {
   double margin_mm() const noexcept { return 0.01 * lift_mm(); }
 
   /// Writes the faces whose hulls may hold points at height = point . normal, in ascending order.
-  void faces_at(double height_mm, std::vector<std::uint32_t>& faces) const;
+  void faces_at(double height_mm, std::vector<BoundaryFaceId>& faces) const;
 
  private:
   struct Interval {
     double low, high;  // Heights.
     double reach;      // Largest `high` of the range whose middle this is.
-    std::uint32_t face;
+    BoundaryFaceId face;
   };
 
   double set_reach(std::size_t begin, std::size_t end);
-  void find(std::size_t begin, std::size_t end, double height_mm, std::vector<std::uint32_t>& faces) const;
+  void find(std::size_t begin, std::size_t end, double height_mm, std::vector<BoundaryFaceId>& faces) const;
 
   Placement placement_;
   Vec3 normal_;

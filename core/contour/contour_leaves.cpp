@@ -26,7 +26,7 @@ void ContourLeaves::start(const LeafCriteria& criteria) {
   leaves_.clear();
 }
 
-void ContourLeaves::collect(std::span<const std::uint32_t> faces, const LeafCriteria& criteria) {
+void ContourLeaves::collect(std::span<const BoundaryFaceId> faces, const LeafCriteria& criteria) {
   start(criteria);
   for (std::size_t k = 0; k < faces.size(); ++k) {
     if (k % 32 == 0) criteria_.cancel.throw_if_cancelled();

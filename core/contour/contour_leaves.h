@@ -50,7 +50,7 @@ class ContourLeaves {
   explicit ContourLeaves(const BoundarySurface& surface) : tree_(surface) {}
 
   /// Forgets the last layer. `faces`: those that the plane may meet, ascending.
-  void collect(std::span<const std::uint32_t> faces, const LeafCriteria& criteria);
+  void collect(std::span<const BoundaryFaceId> faces, const LeafCriteria& criteria);
 
   std::span<const ContourLeaf> leaves() const { return leaves_; }
   /// Valid until the next collect().

@@ -30,7 +30,7 @@ AffineMap axes_map(const ContourIndex& index, const SlicePlane& plane) {
   return {axes * index.placement().linear(), axes * index.placement().translation()};
 }
 
-/// On the rim of a leaf, walked counter-clockwise.
+/// Where the plane crosses the rim of a leaf, walked counter-clockwise.
 struct RimCrossing {
   std::uint32_t id = 0;
   bool rises = false;   // From below to above.
@@ -75,7 +75,7 @@ struct ContourTracer::State {
   std::vector<RegionEdge> region_edges;
   std::vector<ContourPoint> between;  // The points of an arc between its ends.
   std::vector<RimCrossing> rim;
-  std::vector<std::uint32_t> faces;
+  std::vector<BoundaryFaceId> faces;
   double height_mm = 0, tolerance_mm = 0;
   Vec2 origin = Vec2::Zero();  // The plane's, along its axes.
 };

@@ -9,8 +9,8 @@ namespace ccslice {
 namespace {
 
 constexpr double kUnit = 1.0 / kSurfaceOne;
-constexpr int kMaxSteps = 100;
-constexpr double kSmallestStep = 1e-15;
+constexpr int kMaxHalvings = 100;
+constexpr double kSmallestInterval = 1e-15;
 constexpr int kLastLevel = 52;  // Pieces towards an irregular vertex; what remains is shorter than rounding.
 
 double slope(const std::array<double, 4>& cubic, double u) {
@@ -25,12 +25,12 @@ double root(const std::array<double, 4>& z, double low, double high) {
   if (side_of(f_low) == side_of(f_high)) return std::abs(f_low) < std::abs(f_high) ? low : high;
   const bool rising = side_of(f_high) == PlaneSide::kAbove;
   double u = low - f_low * (high - low) / (f_high - f_low);
-  for (int step = 0; step < kMaxSteps && high - low > kSmallestStep; ++step) {
+  for (int step = 0; step < kMaxHalvings && high - low > kSmallestInterval; ++step) {
     const double f = evaluate(z, u);
     ((side_of(f) == PlaneSide::kAbove) == rising ? high : low) = u;
     double next = u - f / slope(z, u);
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
-    if (std::abs(next - u) <= kSmallestStep) return next;
+    if (std::abs(next - u) <= kSmallestInterval) return next;
     u = next;
   }
   return u;
@@ -41,7 +41,7 @@ double root(const std::array<double, 4>& z, double low, double high) {
 void SideSolver::start(const AffineMap& to_axes, double height_mm) {
   to_axes_ = to_axes;
   height_mm_ = height_mm;
-  irregular_face_ = ~std::uint32_t{0};
+  irregular_face_ = kNoFace;
 }
 
 double SideSolver::height(const LeafSurface& leaf, int side, std::uint32_t s, std::uint32_t t) {
@@ -87,7 +87,7 @@ SideSolver::Piece SideSolver::piece_of(const LeafSurface& leaf, int side, double
   return piece;
 }
 
-const BezierCurve& SideSolver::irregular_piece(std::uint32_t face, int axis, int level) {
+const BezierCurve& SideSolver::irregular_piece(BoundaryFaceId face, int axis, int level) {
   if (face != irregular_face_) {
     irregular_face_ = face;
     irregular_.clear();

@@ -40,19 +40,21 @@ class SideSolver {
   SidePoint crossing(const LeafSurface& leaf, int side, const SideEnd& from, const SideEnd& to);
 
  private:
+  static constexpr BoundaryFaceId kNoFace{~std::uint32_t{0}};
+
   struct Piece {
     BezierCurve curve;          // Heights are above the plane.
     double begin = 0, end = 1;  // Along the side, in the face's frame.
   };
 
   Piece piece_of(const LeafSurface& leaf, int side, double position);
-  /// Along s (axis 0) or t (axis 1) over [2^-(level+1), 2^-level] from the irregular vertex of a face.
-  const BezierCurve& irregular_piece(std::uint32_t face, int axis, int level);
+  /// The side's piece along s (axis 0) or t (axis 1) over [2^-(level+1), 2^-level] from the irregular vertex of a face.
+  const BezierCurve& irregular_piece(BoundaryFaceId face, int axis, int level);
 
   const BoundarySurface& surface_;
   AffineMap to_axes_;
   double height_mm_ = 0;
-  std::uint32_t irregular_face_ = ~std::uint32_t{0};
+  BoundaryFaceId irregular_face_ = kNoFace;
   IrregularCorner corner_;  // The corner of irregular_face_, split as often as there are pieces.
   std::vector<std::array<BezierCurve, 2>> irregular_;  // By level, then by axis.
 };

@@ -13,7 +13,7 @@ std::array<std::uint32_t, 4> SurfaceVertices::enter_middles(const SurfaceBox& bo
           insert(box.face, box.s + half, box.t + box.size).first, insert(box.face, box.s, box.t + half).first};
 }
 
-void SurfaceVertices::enter_coarser_middles(std::uint32_t face, std::vector<std::uint32_t>& middles) {
+void SurfaceVertices::enter_coarser_middles(BoundaryFaceId face, std::vector<std::uint32_t>& middles) {
   for (const FaceSide& side : surface_.faces_and_interfaces()[face].sides) {
     std::uint32_t begin = std::min(side.t_begin, side.t_end);
     std::uint32_t length = std::max(side.t_begin, side.t_end) - begin;

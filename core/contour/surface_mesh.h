@@ -26,7 +26,7 @@ inline constexpr std::uint32_t kSmallestBox = 8;
 
 /// A dyadic box of a face's frame, fixed point: [s, s + size] x [t, t + size].
 struct SurfaceBox {
-  std::uint32_t face = 0;
+  BoundaryFaceId face;
   std::uint32_t s = 0, t = 0;
   std::uint32_t size = kSurfaceOne;
 
@@ -62,18 +62,18 @@ class SurfaceVertices {
   void clear() { table_.clear(); }
   std::size_t size() const { return table_.size(); }
 
-  std::pair<std::uint32_t, bool> insert(std::uint32_t face, std::uint32_t s, std::uint32_t t) {
+  std::pair<std::uint32_t, bool> insert(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) {
     return table_.insert(surface_.key(face, s, t));
   }
   /// The vertex's id, or kNone.
-  std::uint32_t find(std::uint32_t face, std::uint32_t s, std::uint32_t t) const {
+  std::uint32_t find(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) const {
     return table_.find(surface_.key(face, s, t));
   }
 
   /// Enters the middles of a box's sides: of side 0-3.
   std::array<std::uint32_t, 4> enter_middles(const SurfaceBox& box);
   /// Enters what coarser neighbours must know about a face when its boxes are halved, and appends it.
-  void enter_coarser_middles(std::uint32_t face, std::vector<std::uint32_t>& middles);
+  void enter_coarser_middles(BoundaryFaceId face, std::vector<std::uint32_t>& middles);
 
   /// Calls visit(side, from, to) for each finest edge round a leaf, counter-clockwise. REQUIRES: the leaf's corners and
   /// all halvings of its neighbours are entered.

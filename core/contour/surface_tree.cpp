@@ -30,7 +30,10 @@ bool has_one_strict_sign(const SlopeCoefficients& slopes) {
   return values.minCoeff() > 0 || values.maxCoeff() < 0;
 }
 
-/// The height rises along the gradient at the middle.
+/// The height z rises everywhere along (a, b), its gradient at the middle: a z_s + b z_t has positive coefficients
+/// only, hence positive values. A closed level line has two points on some line along (a, b), where z would be the
+/// same. If z rises along any direction, it most likely does along this one. z_s has degree (2, 3) and z_t (3, 2):
+/// raised to (3, 3) they can be added.
 bool rises_along_middle_gradient(const SlopeCoefficients& along_s, const SlopeCoefficients& along_t) {
   NetCoefficients z_s, z_t;
   for (int row = 0; row < 4; ++row) raise_degree(&along_s[3 * row], 1, &z_s[4 * row], 1);
@@ -42,6 +45,8 @@ bool rises_along_middle_gradient(const SlopeCoefficients& along_s, const SlopeCo
   return true;
 }
 
+/// Differences of neighbouring coefficients are the coefficients of the slopes, but for a factor of 3. If they have one
+/// sign, so has the slope in the whole box, and each level line is a graph over the other parameter.
 LevelLines level_lines_of(const NetCoefficients& z) {
   SlopeCoefficients along_s, along_t;  // [3 * row + column]; [4 * row + column].
   for (int row = 0; row < 4; ++row) {
@@ -55,7 +60,7 @@ LevelLines level_lines_of(const NetCoefficients& z) {
   return rises_along_middle_gradient(along_s, along_t) ? LevelLines::kOpen : LevelLines::kUnknown;
 }
 
-/// Bilinear between its corners, but for sides 1 and 2.
+/// A net that is bilinear between its corners, but for sides 1 and 2.
 BezierNet corner_net(const Vec3& origin, const BezierCurve& right, const BezierCurve& top) {
   BezierNet net;
   const auto bilinear = [](double p00, double p10, double p11, double p01, int k) {
@@ -89,7 +94,7 @@ bool SurfaceTree::start(const AffineMap& to_axes, std::size_t nodes_of_last_laye
   return true;
 }
 
-const SurfaceTree::Face& SurfaceTree::face_of(std::uint32_t id) {
+const SurfaceTree::Face& SurfaceTree::face_of(BoundaryFaceId id) {
   if (face_slots_[id] != kNone) return faces_[face_slots_[id]];
   Face face;
   face.first_middle = static_cast<std::uint32_t>(middles_.size());
@@ -107,7 +112,7 @@ const SurfaceTree::Face& SurfaceTree::face_of(std::uint32_t id) {
   return faces_.emplace_back(face);
 }
 
-std::span<const std::uint32_t> SurfaceTree::coarser_middles(std::uint32_t id) {
+std::span<const std::uint32_t> SurfaceTree::coarser_middles(BoundaryFaceId id) {
   const Face& face = face_of(id);
   return std::span(middles_).subspan(face.first_middle, face.middle_count);
 }

@@ -29,7 +29,7 @@ enum class LevelLines : std::uint8_t {
   kUnknown,
   kOpen,      // None is closed: the height rises in some direction of the box.
   kAcrossS,   // The height rises (or falls) strictly along s: each is a graph s(t).
-  kAcrossT,   // ... along t: each is a graph t(s).
+  kAcrossT,   // The height rises (or falls) strictly along t: each is a graph t(s).
   kAcrossST,  // Both.
 };
 
@@ -68,17 +68,18 @@ class SurfaceTree {
   /// A remainder has children once stand_in() has asked for them.
   const BezierNet& net(std::uint32_t id) const { return nets_[id]; }
 
-  std::uint32_t root(std::uint32_t face) { return face_of(face).root; }
+  std::uint32_t root(BoundaryFaceId face) { return face_of(face).root; }
   /// Vertices that coarser neighbours put on the sides of a face.
-  std::span<const std::uint32_t> coarser_middles(std::uint32_t face);
+  std::span<const std::uint32_t> coarser_middles(BoundaryFaceId face);
 
   const SurfaceNode& examine(std::uint32_t id);
   /// Splits a remainder, and narrows its heights to those of its quarters.
   std::uint32_t children(std::uint32_t id);
-  /// Gives a remainder a net: bilinear, but for the sides 1 and 2 that it shares with its siblings.
+  /// Gives a remainder a net: bilinear, but for the sides 1 and 2 that it shares with its siblings, so that contours
+  /// pass from them without a gap. It is for remainders smaller than the tolerance, where any net in the hull does.
   /// REQUIRES: it is no root.
   void stand_in(std::uint32_t id);
-  /// At 1/4 and 3/4 of sides 0, 1, 2, 3.
+  /// The vertices at 1/4 and 3/4 of sides 0, 1, 2, 3.
   const std::array<std::uint32_t, 8>& quarters(std::uint32_t id);
 
  private:
@@ -87,7 +88,7 @@ class SurfaceTree {
     std::uint32_t first_middle = 0, middle_count = 0;
   };
 
-  const Face& face_of(std::uint32_t face);
+  const Face& face_of(BoundaryFaceId face);
   std::uint32_t add_node(const SurfaceBox& box, const BezierNet& net);
   std::uint32_t add_remainder(const SurfaceBox& box, std::uint32_t ring);
   void add_quarters_of_net(std::uint32_t id);

@@ -20,7 +20,7 @@ constexpr std::size_t kPiecesPerPoll = 256;
 
 /// A place on the surface, as a face's leaf knows it.
 struct SurfacePlace {
-  std::uint32_t face = 0;
+  BoundaryFaceId face;
   std::uint32_t s = 0, t = 0;
   Vec3 position = Vec3::Zero();  // World.
 };
@@ -50,7 +50,7 @@ class Tessellator {
   TessellationSummary emit(const std::function<void(const TessellationChunk&)>& deliver);
 
  private:
-  void collect_irregular(std::uint32_t face);
+  void collect_irregular(BoundaryFaceId face);
   void collect_box(const BezierNet& net, const SurfaceBox& box);
   void add(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle);
   void check_count(std::uint64_t triangles) const;
@@ -76,8 +76,7 @@ class Tessellator {
 };
 
 void Tessellator::collect() {
-  const auto face_count = static_cast<std::uint32_t>(surface_.faces().size());
-  for (std::uint32_t face = 0; face < face_count; ++face) {
+  for (const BoundaryFaceId face : surface_.face_ids()) {
     if (face % 32 == 0) options_.cancel.throw_if_cancelled();
     if (surface_.faces()[face].regular) {
       collect_box(transformed(surface_.regular_patch(face), to_world_), SurfaceBox{.face = face});
@@ -95,7 +94,7 @@ void Tessellator::collect() {
   check_count(triangles);
 }
 
-void Tessellator::collect_irregular(std::uint32_t face) {
+void Tessellator::collect_irregular(BoundaryFaceId face) {
   surface_.irregular_corner(face, corner_);
   SurfaceBox box{.face = face};
   std::array<Vec3, 4> corners;
@@ -138,7 +137,7 @@ void Tessellator::add(const SurfaceBox& box, const std::array<Vec3, 4>& corners,
   for (int k = 0; k < 4; ++k) {
     const auto [s, t] = box.corner(k);
     const std::uint32_t vertex = vertices_.insert(box.face, s, t).first;
-    places_.resize(vertices_.size(), SurfacePlace{.face = kNoNumber});
+    places_.resize(vertices_.size(), SurfacePlace{.face = BoundaryFaceId{kNoNumber}});
     if (places_[vertex].face == kNoNumber) places_[vertex] = {box.face, s, t, corners[k]};
   }
 }

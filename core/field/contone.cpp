@@ -17,6 +17,24 @@ std::size_t bytes_per_sample(SampleType type) noexcept {
   return type == SampleType::kUint8 ? 1 : type == SampleType::kUint16 ? 2 : 4;
 }
 
+std::array<std::uint8_t, 4> bytes_of(double sample, SampleType type) noexcept {
+  std::array<std::uint8_t, 4> bytes{};
+  if (type == SampleType::kFloat32) {
+    const auto number = static_cast<float>(sample);
+    std::memcpy(bytes.data(), &number, sizeof number);
+  } else {
+    const auto number = static_cast<std::uint16_t>(sample);
+    std::memcpy(bytes.data(), &number, bytes_per_sample(type));
+  }
+  return bytes;
+}
+
+/// REQUIRES: `zeros` are 0, and room for whole samples.
+void fill(std::span<std::uint8_t> zeros, std::span<const std::uint8_t> sample) noexcept {
+  if (std::ranges::all_of(sample, [](std::uint8_t byte) { return byte == 0; })) return;
+  for (std::size_t i = 0; i < zeros.size(); i += sample.size()) std::memcpy(&zeros[i], sample.data(), sample.size());
+}
+
 /// Values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, k >= first, clamped to [low, high].
 struct CubicRow {
   std::uint32_t first;
@@ -96,7 +114,8 @@ ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
     : channel_(spec.channel),
       type_(spec.sample_type),
       range_(value_range(spec, channel)),
-      channel_range_{channel.min, channel.max} {
+      channel_range_{channel.min, channel.max},
+      outside_(bytes_of(spec.outside_sample, spec.sample_type)) {
   if (type_ == SampleType::kFloat32) return;
   const std::uint32_t largest = type_ == SampleType::kUint8 ? 255 : 65535;
   factor_ = range_.max > range_.min ? largest / (range_.max - range_.min) : 0;
@@ -112,7 +131,9 @@ void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const Cancel
   samples_.reserve(size);
   while (samples_.size() < size) {
     cancel.throw_if_cancelled();
-    samples_.resize(std::min(size, samples_.size() + kPieceBytes));
+    const std::size_t begin = samples_.size();
+    samples_.resize(std::min(size, begin + kPieceBytes));
+    fill(std::span(samples_).subspan(begin), std::span(outside_).first(bytes_per_sample(type_)));
   }
 }
 

@@ -5,7 +5,8 @@
 //
 //   integer sample = floor((value - min) / (max - min) * largest + 1/2), clamped to [0, largest]
 //
-// so halves round up, and 0 and `largest` stand for min and max. Voxels that nobody sets are 0, whatever min is.
+// so halves round up, and 0 and `largest` stand for min and max. Voxels that nobody sets are spec.outside_sample, which
+// is a sample and not a value.
 
 #pragma once
 
@@ -34,7 +35,7 @@ class ContonePlane {
   /// REQUIRES: spec.content is kChannel, spec.sample_type isn't kBit.
   ContonePlane(const PlaneSpec& spec, const ChannelRange& channel);
 
-  /// All samples 0. Throws Error{kCancelled}.
+  /// All samples as outside. Throws Error{kCancelled}.
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// Sets voxel `index` (width * y + x) from the values of all channels.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;
@@ -56,6 +57,7 @@ class ContonePlane {
   SampleType type_;
   ValueRange range_;
   ValueRange channel_range_;
+  std::array<std::uint8_t, 4> outside_{};   // The sample of voxels outside; as many bytes as it has.
   double factor_ = 0, low_ = 0, high_ = 0;  // Integer samples per unit of value, and where they are clamped.
   std::uint32_t width_ = 0;
   std::uint32_t height_ = 0;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kHintReach = 16;  // Columns.
 
-/// Those of entries, which ascend, at columns [low, high].
+/// The entries at columns [low, high], of some that ascend.
 std::span<const RowEntry> within(std::span<const RowEntry> entries, std::int64_t low, std::int64_t high) {
   const auto below = [](const RowEntry& entry, std::int64_t column) { return entry.point < column; };
   const auto begin = std::lower_bound(entries.begin(), entries.end(), low, below);

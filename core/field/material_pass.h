@@ -39,7 +39,7 @@ class MaterialPass {
   void start_layer();
   /// Sets the samples of those of a run's voxels that the target's planes hold, and counts. Throws Error{kCancelled}.
   void solve(const LayerTarget& target, const VoxelRun& run, const std::optional<CellParam>& hint = {});
-  /// The same, from a hint that, if there is one, is better than what neighbours say.
+  /// Does as solve() does, from a hint that, if there is one, is better than what neighbours say.
   void solve_from(const LayerTarget& target, const HintedRun& run);
   /// Gives voxels that weren't reached their samples. `spans`: all voxels inside, as rasterize() yields them.
   /// kNeedsWholeLayer if the planes hold such voxels, but not the whole layer. Throws Error{kCancelled}, and
@@ -59,10 +59,10 @@ class MaterialPass {
   MaterialField* field_;
   SolvedRow solved_;
   UnresolvedVoxels unresolved_;
-  std::optional<std::uint32_t> row_;     // The row at hand,
-  std::vector<RowEntry> entries_;        // its entries and ends of runs, by column,
-  std::vector<RowEntry> entries_below_;  // The same of the row below.
-  std::vector<RowEntry> beside_;         // The latter, numbered from the run's first voxel.
+  std::optional<std::uint32_t> row_;     // The row at hand.
+  std::vector<RowEntry> entries_;        // Its entries and ends of runs, by column.
+  std::vector<RowEntry> entries_below_;  // Entries and ends of runs of the row below.
+  std::vector<RowEntry> beside_;         // Those of the row below, numbered from the run's first voxel.
 };
 
 }  // namespace ccslice

@@ -30,7 +30,8 @@ class NearestSolved {
                 std::uint64_t most_rows = kMostRows);
 
   bool empty() const noexcept { return runs_.empty(); }
-  /// By the distance between centres in mm; ties: lower row, then lower column. REQUIRES: !empty().
+  /// The nearest solved voxel, by the distance between centres in mm; ties: lower row, then lower column. REQUIRES:
+  /// !empty().
   Voxel nearest(std::uint32_t x, std::uint32_t y) noexcept;
 
  private:

@@ -20,7 +20,7 @@ namespace ccslice {
 class UnresolvedVoxels {
  public:
   void clear() { runs_.clear(); }
-  /// By row, then by column.
+  /// REQUIRES: calls come by row, then by column.
   void add(std::uint32_t row, std::uint32_t column);
 
   /// Gives them their samples and counts them. `spans`: all voxels inside; those that weren't added are solved. Nothing

@@ -71,7 +71,7 @@ void transform(Value& v0, Value& v1, Value& v2, Value& v3, Value& v4) noexcept {
   v4 = (outer - 4 * inner + 6 * middle) * (1.0 / 12);
 }
 
-/// Likewise along a row: each value times its column of the matrix.
+/// The same transform along a row in registers: each value times its column of the matrix.
 void transform_row(std::array<Lanes, 2>& row) noexcept {
   constexpr std::array<std::array<Lanes, 2>, kBlockNodes> kColumns = {
       {{{{1.0 / 6, -1.0 / 3, 1.0 / 4, -1.0 / 6}, {1.0 / 12, 0, 0, 0}}},
@@ -87,10 +87,9 @@ void transform_row(std::array<Lanes, 2>& row) noexcept {
   row = sums;
 }
 
-Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
-
-/// By axis. What has a degree along the other axes counts as many times as that grows beyond the block. Of cubic
-/// coordinates the first four degrees: what they have of degree 4 is rounding.
+/// Sums of coefficients by their degree along an axis, for each axis. A coefficient that has a degree along the other
+/// axes counts as many times as that degree grows beyond the block. Cubic coordinates have four sums: what they have of
+/// degree 4 is rounding.
 template <std::size_t Size>
 std::array<Coordinate<Size>, 3> sums_by_degree(const BlockGrid& grid, const Degrees& growth) noexcept {
   const Lanes along_row{growth[0], growth[1], growth[2], growth[3]};

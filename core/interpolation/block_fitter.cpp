@@ -13,11 +13,10 @@ namespace ccslice {
 namespace {
 
 // Keeps the fit defined where terms coincide; far below any tolerance.
-constexpr double kRidge = 1e-11;
+constexpr double kRidgeOfBlock = 1e-11;
 constexpr std::size_t kEvenGroups = kBlockGroups / 2;
 constexpr double kSurelyFits = 0.5;  // As a share of what is allowed: errors predicted to be below it count as fitting.
 constexpr double kAsGoodAsAll = 4;   // Times what halving along all axes leaves: fewer axes do.
-constexpr unsigned kAllAxes = 7;
 constexpr unsigned kFitDegree = 3;
 
 /// A polynomial of degree 4 along an axis: its values at the nodes -> its coefficients of Chebyshev polynomials.
@@ -45,7 +44,7 @@ double left_by_halving(unsigned degree, unsigned others) {
   return std::ldexp(sum, -static_cast<int>(degree));
 }
 
-/// By the axes to halve along, then by term.
+/// What halving leaves of a term's error; by the axes to halve along, then by term.
 using LeftOfTerms = std::array<std::array<double, kBlockPoints>, kAllAxes + 1>;
 
 LeftOfTerms left_of_terms() {
@@ -85,7 +84,7 @@ void BlockFitter::fill_normal_row(std::size_t r) noexcept {
     }
     for (std::size_t k = 0; k < kLanes; ++k) row[first + k] = sum(sums[k]);
   }
-  row[r] += kRidge * kEvenBlockNodes;
+  row[r] += kRidgeOfBlock * kEvenBlockNodes;
 }
 
 /// A = U^T D U, in place: row r of U D right of the diagonal.

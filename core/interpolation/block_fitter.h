@@ -15,6 +15,9 @@
 
 namespace ccslice {
 
+/// A set of axes as bits, bit a for axis a: all three.
+inline constexpr unsigned kAllAxes = 7;
+
 /// Fits many channels over the same places.
 class BlockFitter {
  public:

@@ -47,7 +47,7 @@ std::size_t number_of(const Frame& frame) {
   return (frame.axis[0] * std::size_t{3} + frame.axis[1]) * 8 + frame.origin;
 }
 
-/// By number_of(frame).
+/// The slots in each frame, by number_of(frame).
 std::vector<SlotsInFrame> slots_in_all_frames(BlockPlaces places) {
   constexpr std::array<std::array<std::uint8_t, 3>, 6> kAxes = {
       {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};

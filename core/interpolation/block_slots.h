@@ -56,7 +56,7 @@ inline Vec3 at_slot(const std::array<BlockValues, 3>& values, std::size_t slot) 
   return {values[0][group][lane], values[1][group][lane], values[2][group][lane]};
 }
 
-/// By slot of a cell's block, that of the same place where axes are those of the cell's frame.
+/// For each slot of a cell's block, the slot of the same place where axes are those of the cell's frame.
 using SlotsInFrame = std::array<std::uint8_t, kBlockSlots>;
 const SlotsInFrame& slots_in_frame(const Frame& frame, BlockPlaces places);
 

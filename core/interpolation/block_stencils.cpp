@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kFewestCells = 32;  // Making stencils takes as long as sampling some blocks without them.
 constexpr double kSmallestBox = 0.25;     // Along each axis: smaller ones are many.
-constexpr std::size_t kMostBytes = 16 << 20;
+constexpr std::size_t kMostBytesOfStencils = 16 << 20;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ const LimitStencils& BlockStencils::at(const LimitCell& cell, const ParamBox& bo
   }
   LimitStencils stencils(data_, cell, framed);
   bytes_ += stencils.memory_bytes();
-  if (bytes_ > kMostBytes) {
+  if (bytes_ > kMostBytesOfStencils) {
     stencils_.clear();
     bytes_ = stencils.memory_bytes();
   }

@@ -32,7 +32,7 @@ class BlockStencils {
 
   /// Whether they pay. Depends on the solid and the box alone. REQUIRES: the cell isn't regular.
   bool are_worth_it(const LimitCell& cell, const ParamBox& box) const;
-  /// By slot (block_slots.h) of the block in the cell's frame. Valid until the next call.
+  /// The stencils of a box, by slot (block_slots.h) of the block in the cell's frame. Valid until the next call.
   const LimitStencils& at(const LimitCell& cell, const ParamBox& box, BlockPlaces places);
   /// Memory of what is kept.
   std::size_t memory_bytes() const noexcept { return bytes_; }

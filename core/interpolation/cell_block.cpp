@@ -30,7 +30,7 @@ std::size_t node_of(std::size_t n, const PatchPlace& place) {
          n / (kBlockNodes * kBlockNodes) * kBlockStride[place.axis[2]];
 }
 
-/// By a box's nodes along an axis, those of a box that holds it at the same parameters.
+/// For each of a box's nodes along an axis, the node at the same parameter of a box that holds it.
 using SharedNodes = std::array<std::size_t, kBlockNodes>;
 constexpr std::size_t kNotShared = kBlockNodes;
 
@@ -57,7 +57,7 @@ void for_each_four_numbers(std::size_t channels, Visit visit) {
 }
 
 /// The patch that holds the whole box, if one does: patches are boxes of parameters, too.
-std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
+std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, LimitCellId cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;
   const LimitCell& limit_cell = data.cells[cell];
   const Vec3 middle = 0.5 * (box.low + box.high), half = (0.5 - kInwards) * (box.high - box.low);
@@ -89,20 +89,20 @@ CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::u
       stencils_(evaluator.solid().data()),
       values_(evaluator.solid().channel_count()) {}
 
-bool CellBlockSampler::is_in_one_patch(std::uint32_t cell, const ParamBox& box) const {
+bool CellBlockSampler::is_in_one_patch(LimitCellId cell, const ParamBox& box) const {
   return patch_of_box(evaluator_->solid().data(), cell, box).has_value();
 }
 
-void CellBlockSampler::sample(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+void CellBlockSampler::sample(LimitCellId cell, const ParamBox& box, CellBlock& block) {
   sample_box(cell, box, BlockPlaces::kNodes, block);
   for (const std::size_t slot : kRepeatingSlots) copy_slot(block, block_slot(repeated_node(slot)), block, slot);
 }
 
-void CellBlockSampler::sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+void CellBlockSampler::sample_between_nodes(LimitCellId cell, const ParamBox& box, CellBlock& block) {
   sample_box(cell, box, BlockPlaces::kBetweenNodes, block);
 }
 
-void CellBlockSampler::sample_box(std::uint32_t cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
+void CellBlockSampler::sample_box(LimitCellId cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
   block.values.resize(channels_.size());
   const LimitSolid::Data& data = evaluator_->solid().data();
   const bool at_nodes = places == BlockPlaces::kNodes;
@@ -191,7 +191,7 @@ void CellBlockSampler::sample_patch_between_nodes(const Patch& patch, const Patc
   }
 }
 
-/// By the ring of control points, in its own frame.
+/// Samples by the ring of control points, in its own frame.
 void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
   const LimitSolid::Data& data = evaluator_->solid().data();
   const LimitStencils& stencils = stencils_.at(cell, box, places);
@@ -221,7 +221,7 @@ void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, B
   });
 }
 
-void CellBlockSampler::sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept {
+void CellBlockSampler::sample_patches(LimitCellId cell, std::size_t slots, CellBlock& block) noexcept {
   const LimitSolid::Data& data = evaluator_->solid().data();
   std::size_t wanted = 0;
   for (std::size_t slot = 0; slot < slots; ++slot) {
@@ -245,7 +245,7 @@ void CellBlockSampler::sample_patches(std::uint32_t cell, std::size_t slots, Cel
 }
 
 /// Copies the nodes that the last kept block which holds the box has, too: the same parameters, sampled alike.
-void CellBlockSampler::copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block) {
+void CellBlockSampler::copy_known(LimitCellId cell, const ParamBox& box, CellBlock& block) {
   const auto holds = [&](const Sampled& whole) {
     return whole.cell == cell && (whole.box.low.array() <= box.low.array()).all() &&
            (whole.box.high.array() >= box.high.array()).all();
@@ -271,8 +271,8 @@ void CellBlockSampler::copy_known(std::uint32_t cell, const ParamBox& box, CellB
   }
 }
 
-/// For the box's halves.
-void CellBlockSampler::keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block) {
+/// Keeps the block for the box's halves.
+void CellBlockSampler::keep(LimitCellId cell, const ParamBox& box, const CellBlock& block) {
   if (kept_count_ == kMostKept) return;
   if (kept_.size() == kept_count_) kept_.emplace_back();
   kept_[kept_count_++] = {cell, box, block};
@@ -295,7 +295,7 @@ void CellBlockSampler::sample_slots(const Patch& patch, const std::array<std::si
   }
 }
 
-void CellBlockSampler::sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept {
+void CellBlockSampler::sample_singular(LimitCellId cell, std::size_t slot, CellBlock& block) noexcept {
   const std::size_t group = slot / kLanes, lane = slot % kLanes;
   const Vec3 position = evaluator_->geo_and_mat({cell, at_slot(parameters_, slot)}, values_);
   for (int a = 0; a < 3; ++a) block.position[static_cast<std::size_t>(a)][group][lane] = position[a];

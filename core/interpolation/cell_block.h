@@ -35,35 +35,35 @@ class CellBlockSampler {
   /// REQUIRES: evaluator outlives this.
   CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels);
 
-  void sample(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void sample(LimitCellId cell, const ParamBox& box, CellBlock& block);
   /// Position and channels are tricubic in the box's parameters.
-  bool is_in_one_patch(std::uint32_t cell, const ParamBox& box) const;
+  bool is_in_one_patch(LimitCellId cell, const ParamBox& box) const;
   /// Fills the first kGroupsBetweenNodes groups: on each edge of the box half way between its first and its last two
   /// nodes.
-  void sample_between_nodes(std::uint32_t cell, const ParamBox& box, CellBlock& block);
+  void sample_between_nodes(LimitCellId cell, const ParamBox& box, CellBlock& block);
 
  private:
   struct Sampled {
-    std::uint32_t cell;
+    LimitCellId cell;
     ParamBox box;
     CellBlock block;
   };
 
-  void sample_box(std::uint32_t cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
-  // In one patch.
+  void sample_box(LimitCellId cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
+  // A block in one patch.
   void sample_patch_at_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
                              CellBlock& block) const noexcept;
   void sample_patch_between_nodes(const Patch& patch, const PatchPlace& place, const ParamBox& box,
                                   CellBlock& block) const noexcept;
-  // By stencils.
+  // A block by stencils.
   void sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block);
-  // Patch by patch.
+  // A block patch by patch.
   void place_parameters(const ParamBox& box, BlockPlaces places);
-  void copy_known(std::uint32_t cell, const ParamBox& box, CellBlock& block);
-  void keep(std::uint32_t cell, const ParamBox& box, const CellBlock& block);
-  void sample_patches(std::uint32_t cell, std::size_t slots, CellBlock& block) noexcept;
+  void copy_known(LimitCellId cell, const ParamBox& box, CellBlock& block);
+  void keep(LimitCellId cell, const ParamBox& box, const CellBlock& block);
+  void sample_patches(LimitCellId cell, std::size_t slots, CellBlock& block) noexcept;
   void sample_slots(const Patch& patch, const std::array<std::size_t, kLanes>& slots, CellBlock& block) const noexcept;
-  void sample_singular(std::uint32_t cell, std::size_t slot, CellBlock& block) noexcept;
+  void sample_singular(LimitCellId cell, std::size_t slot, CellBlock& block) noexcept;
 
   LimitEvaluator* evaluator_;
   const std::vector<std::uint32_t> channels_;

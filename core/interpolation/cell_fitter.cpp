@@ -16,23 +16,24 @@ namespace ccslice {
 namespace {
 
 constexpr double kSmallestPiece = 64;        // Nodes of fewer voxels aren't halved any more.
-constexpr double kSmallestPredicted = 16;    // Nor are nodes whose pieces would have fewer than this.
-constexpr double kSmallestAmbiguous = 2048;  // Nor nodes of fewer that may fold.
+constexpr double kSmallestPredicted = 16;    // Nodes whose pieces would have fewer than this aren't either.
+constexpr double kSmallestAmbiguous = 2048;  // Nodes of fewer that may fold aren't either.
 constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
-constexpr double kMostRows = 1024;           // A piece spans at most so many rows.
+constexpr double kMostRowsOfPiece = 1024;    // A piece spans at most so many rows.
 constexpr double kMostReach = 8;             // A piece may be followed by so many columns at most.
-constexpr double kMargin = 0.06;  // As a share of a node's size: how far its faces may reach beyond its samples' box.
-constexpr double kMarginOfHalf = 0.2;  // The same beyond its parent's samples' box.
-constexpr unsigned kAllAxes = 7;
+constexpr double kMarginOfNode =
+    0.06;  // As a share of a node's size: how far its faces may reach beyond its samples' box.
+constexpr double kMarginOfHalf = 0.2;  // How far a half's faces may reach beyond its parent's samples' box.
 
 /// How many times errors of cubics grow at this share of the thickness beyond what they were fitted to: like the fourth
-/// Chebyshev polynomial.
+/// Chebyshev polynomial T_4(x) = 8 x^4 - 8 x^2 + 1 at x = 1 + 2 share. What a good cubic leaves of a smooth function is
+/// mostly of degree 4, and of all such polynomials that stay below 1 on [-1, 1] this one grows fastest outside.
 double growth_beyond(double share) {
   const double square = (1 + 2 * share) * (1 + 2 * share);
   return 8 * square * (square - 1) + 1;
 }
 
-/// The share of the thickness beyond which errors have grown so many times.
+/// The share of the thickness beyond which errors have grown so many times: growth_beyond() solved for the share.
 double share_of_growth(double growth) { return 0.5 * (std::sqrt(0.5 + 0.5 * std::sqrt(0.5 + 0.5 * growth)) - 1); }
 
 /// Bit a if the a-th of the numbers is above this share of the largest.
@@ -54,31 +55,31 @@ CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const Interpolat
       channels_(spec.channels),
       blocks_(*solid_, spec) {}
 
-void CellFitter::examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node) {
+void CellFitter::examine(LimitCellId cell, std::vector<CellNode>& nodes, std::uint32_t node) {
   sample(cell, nodes[node].parameters);
   const BlockShape shape = shape_of(points_);
   CellNode examined = nodes[node];
-  examined.bounds = examined.bounds.intersection(grown(shape.box, kMargin));
+  examined.bounds = examined.bounds.intersection(grown(shape.box, kMarginOfNode));
   const unsigned axes = fit_or_split(cell, shape, examined);
   nodes[node] = std::move(examined);
   if (axes != 0) append_halves(nodes, node, axes);
 }
 
 /// Fills places_ and values_, and the points.
-void CellFitter::sample(std::uint32_t cell, const ParamBox& box) {
+void CellFitter::sample(LimitCellId cell, const ParamBox& box) {
   blocks_.sample(cell, box, places_, values_);
   for (std::size_t n = 0; n < points_.size(); ++n) points_[n] = at_slot(places_, block_slot(n));
 }
 
 /// Makes a piece of the node, or a hole. Or else returns the axes to halve it along.
-unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node) {
+unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, CellNode& node) {
   node.kind = CellNode::Kind::kHole;
-  const Box3 around = grown(shape.box, kMargin);
+  const Box3 around = grown(shape.box, kMarginOfNode);
   if (solid_->index().is_ambiguous(around.transformed(mesh_of_voxel_))) {
     return shape.voxels > kSmallestAmbiguous ? kAllAxes : 0;
   }
   if (shape.flat) return 0;
-  if (shape.box.diagonal().y() > kMostRows) return kAllAxes;
+  if (shape.box.diagonal().y() > kMostRowsOfPiece) return kAllAxes;
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
   const double growth = growth_beyond(shape.bulge.maxCoeff());
   const Between between = what_is_known_between(cell, node.parameters);
@@ -105,14 +106,14 @@ unsigned CellFitter::fit_or_split(std::uint32_t cell, const BlockShape& shape, C
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
-CellFitter::Between CellFitter::what_is_known_between(std::uint32_t cell, const ParamBox& box) const {
+CellFitter::Between CellFitter::what_is_known_between(LimitCellId cell, const ParamBox& box) const {
   if (blocks_.is_in_one_patch(cell, box)) return Between::kOnePatch;
   return solid_->cell_class(cell) == CellClass::kLine ? Between::kResiduals : Between::kNothing;
 }
 
 /// Makes a piece of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
-std::shared_ptr<const CellPiece> CellFitter::make_piece(std::uint32_t cell, const BlockShape& shape,
-                                                        const ParamBox& box, const VoxelFrame& frame, double error) {
+std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const BlockShape& shape, const ParamBox& box,
+                                                        const VoxelFrame& frame, double error) {
   // The error is what it may have grown to as far off as the triangles miss the faces.
   const double beyond =
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
@@ -150,7 +151,7 @@ bool CellFitter::is_steep_at(const VoxelFrame& frame, std::size_t axis, bool hig
 }
 
 /// Axes along which polynomials_ are off between the nodes. Overwrites places_ and values_. REQUIRES: they fit.
-unsigned CellFitter::axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame) {
+unsigned CellFitter::axes_off_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame) {
   constexpr double kLikeTheWorst = 0.6;
   blocks_.sample_between_nodes(cell, box, places_, values_);
   enter_frame(frame, kGroupsBetweenNodes, places_);
@@ -199,8 +200,7 @@ unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double
 
 /// Fills polynomials_. Returns the error as a share of what is allowed, of the first channel that is beyond it: a bound
 /// where there is one, beyond the node too.
-double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, Between between,
-                       double beyond) {
+double CellFitter::fit(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, Between between, double beyond) {
   enter_frame(frame, kBlockGroups, places_);
   fitter_.factorize(places_);
   const bool bounded = between != Between::kNothing;
@@ -225,7 +225,7 @@ double CellFitter::fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame
 }
 
 /// REQUIRES: a node of a line cell, its places in the frame. False if it is too thin.
-bool CellFitter::place_residuals(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, double beyond) {
+bool CellFitter::place_residuals(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, double beyond) {
   if (!blocks_.find_residuals(cell, box, residuals_)) return false;
   residual_bound_.set_block(places_, residuals_, frame.scale.asDiagonal() * mesh_of_voxel_.linear().inverse());
   residual_growth_ = growth_beyond(beyond);
@@ -261,7 +261,7 @@ void CellFitter::append_halves(std::vector<CellNode>& nodes, std::uint32_t node,
   nodes[node].end_child = static_cast<std::uint32_t>(nodes.size());
 }
 
-/// By those of the nodes at hand that are its own, too.
+/// A box around a half, by those of the samples at hand that are its own, too.
 Box3 CellFitter::bounds_of_half(unsigned child, unsigned axes) const {
   constexpr std::size_t kMiddle = kBlockNodes / 2;
   Box3 box;

@@ -45,11 +45,11 @@ namespace ccslice {
 
 /// A cell's parameters about the middle of one of its nodes, to first order.
 struct ParameterMap {
-  Vec3 voxel = Vec3::Zero();  // The middle,
+  Vec3 voxel = Vec3::Zero();  // The middle.
   Vec3 uvw = Vec3::Zero();    // Parameters of the middle.
   Mat3 slope = Mat3::Zero();
 
-  /// Within the cell.
+  /// About the parameter of a place, clipped to the cell.
   Vec3 operator()(const Vec3& at) const { return (uvw + slope * (at - voxel)).cwiseMax(0).cwiseMin(1); }
 };
 
@@ -87,23 +87,23 @@ class CellFitter {
 
   /// Makes the node a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `nodes` are
   /// of this cell.
-  void examine(std::uint32_t cell, std::vector<CellNode>& nodes, std::uint32_t node);
+  void examine(LimitCellId cell, std::vector<CellNode>& nodes, std::uint32_t node);
 
  private:
   /// What is known of errors between a node's samples.
   enum class Between : std::uint8_t { kOnePatch, kResiduals, kNothing };
 
-  void sample(std::uint32_t cell, const ParamBox& box);
-  unsigned fit_or_split(std::uint32_t cell, const BlockShape& shape, CellNode& node);
-  [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(std::uint32_t cell, const BlockShape& shape,
+  void sample(LimitCellId cell, const ParamBox& box);
+  unsigned fit_or_split(LimitCellId cell, const BlockShape& shape, CellNode& node);
+  [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(LimitCellId cell, const BlockShape& shape,
                                                             const ParamBox& box, const VoxelFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
-  Between what_is_known_between(std::uint32_t cell, const ParamBox& box) const;
+  Between what_is_known_between(LimitCellId cell, const ParamBox& box) const;
   unsigned axes_to_halve(const BlockShape& shape, double error, double growth) const;
-  double fit(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, Between between, double beyond);
-  bool place_residuals(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame, double beyond);
+  double fit(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, Between between, double beyond);
+  bool place_residuals(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, double beyond);
   double with_residuals(std::size_t channel, double error, double allowed);
-  unsigned axes_off_between_nodes(std::uint32_t cell, const ParamBox& box, const VoxelFrame& frame);
+  unsigned axes_off_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame);
   bool is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
   void append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const;

@@ -23,7 +23,7 @@ std::size_t CellNodes::memory_bytes() const {
   return bytes;
 }
 
-std::shared_ptr<CellNodes> CellNodeStore::nodes_of(std::uint32_t cell, const Box3& bounds) {
+std::shared_ptr<CellNodes> CellNodeStore::nodes_of(LimitCellId cell, const Box3& bounds) {
   const std::scoped_lock lock(mutex_);
   if (const auto known = by_cell_.find(cell); known != by_cell_.end()) {
     kept_.splice(kept_.begin(), kept_, known->second);
@@ -38,7 +38,7 @@ std::shared_ptr<CellNodes> CellNodeStore::nodes_of(std::uint32_t cell, const Box
   return nodes;
 }
 
-void CellNodeStore::set_memory(std::uint32_t cell, const CellNodes& nodes) {
+void CellNodeStore::set_memory(LimitCellId cell, const CellNodes& nodes) {
   const std::size_t bytes = nodes.memory_bytes();
   const std::scoped_lock lock(mutex_);
   const auto known = by_cell_.find(cell);

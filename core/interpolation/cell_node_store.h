@@ -33,15 +33,15 @@ class CellNodeStore {
   explicit CellNodeStore(std::size_t most_bytes) : most_bytes_(most_bytes) {}
 
   /// A cell that isn't kept starts as a single unknown node. `bounds`: hold the cell, in voxels.
-  [[nodiscard]] std::shared_ptr<CellNodes> nodes_of(std::uint32_t cell, const Box3& bounds);
+  [[nodiscard]] std::shared_ptr<CellNodes> nodes_of(LimitCellId cell, const Box3& bounds);
   /// Takes note of a cell's memory, if these nodes are still kept. REQUIRES: the caller holds their mutex.
-  void set_memory(std::uint32_t cell, const CellNodes& nodes);
+  void set_memory(LimitCellId cell, const CellNodes& nodes);
 
   std::size_t memory_bytes() const;
 
  private:
   struct Kept {
-    std::uint32_t cell;
+    LimitCellId cell;
     std::size_t bytes;
     std::shared_ptr<CellNodes> nodes;
   };
@@ -55,7 +55,7 @@ class CellNodeStore {
   std::unordered_map<std::uint32_t, std::list<Kept>::iterator> by_cell_;
 };
 
-/// With room for what a few slabs of a job need.
+/// A store with room for what a few slabs of a job need.
 [[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store();
 
 }  // namespace ccslice

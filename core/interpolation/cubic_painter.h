@@ -51,8 +51,8 @@ class CubicPainter {
   /// REQUIRES: target outlives the painter; each of its planes shows one of the channels.
   CubicPainter(const LayerTarget& target, std::uint32_t layer, std::span<const ChannelTolerance> channels);
 
-  /// Those of the voxels [begin, end) of a row that the planes hold; counts them as interpolated. `cubics`: in the
-  /// layer, by channel.
+  /// Paints those of the voxels [begin, end) of a row that the planes hold; counts them as interpolated. `cubics`: in
+  /// the layer, by channel.
   void paint(const VoxelFrame& frame, const CubicInLayer* cubics, std::uint32_t row, std::uint32_t begin,
              std::uint32_t end) const {
     const VoxelRun part = target_.window.clipped({row, begin, end});

@@ -57,7 +57,7 @@ inline std::array<double, 4> along_row(const CubicPolynomial& polynomial, double
 double bound_along_row(const std::array<double, 4>& row, double from, double to) noexcept;
 
 double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
-/// By central differences: exact to about a millionth of the third derivatives.
+/// The gradient by central differences: exact to about a millionth of the third derivatives.
 Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 
 /// The terms at four places, each times `one`.

@@ -18,7 +18,7 @@ using Matrix = Eigen::MatrixXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Row = Eigen::RowVectorXd;
 using Place = Eigen::Array2d;
-/// By degree of Bernstein polynomials, or along nodes.
+/// A number for each degree of Bernstein polynomials, or for each node along an axis.
 using AlongNodes = Eigen::Matrix<double, kBlockNodes, 1>;
 using OnNodes = Eigen::Matrix<double, kBlockNodes, kBlockNodes>;
 
@@ -27,7 +27,7 @@ constexpr int kLevelsBelowSquares = 18, kMostLevels = 48;  // What is left then 
 constexpr double kSmallPart = 0.2;                         // Of a square.
 constexpr double kNothing = 1e-9;                          // Of the largest residual, where cross approximation ends,
 constexpr double kRounding = 1e-13;                        // or in all.
-constexpr std::size_t kMostBytes = 8 << 20;
+constexpr std::size_t kMostBytesOfLines = 8 << 20;
 
 /// Lagrange's polynomials of degree 4, at equidistant nodes from 0 to 1.
 AlongNodes lagrange(double at) {
@@ -234,7 +234,7 @@ std::array<Lanes, 4> bezier_weights(double from, double to) {
 
 }  // namespace
 
-std::optional<LineBox> find_line_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box) {
+std::optional<LineBox> find_line_box(const LimitSolid::Data& data, LimitCellId cell, const ParamBox& box) {
   const LimitCell& limit_cell = data.cells[cell];
   if (limit_cell.cell_class == CellClass::kRegular) return std::nullopt;
   const PatchPlace place = find_patch(data, limit_cell, 0.5 * (box.low + box.high));
@@ -318,7 +318,7 @@ std::size_t PlanarResiduals::memory_bytes() const noexcept {
 LineResiduals::LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels)
     : data_(data), channels_(std::move(channels)), builder_(data, data.dimension) {}
 
-bool LineResiduals::find(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals) {
+bool LineResiduals::find(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals) {
   const std::optional<LineBox> line_box = find_line_box(data_, cell, box);
   if (!line_box) return false;
   const Known& of_box = known(*line_box);
@@ -387,7 +387,7 @@ std::shared_ptr<const PlanarResiduals> LineResiduals::planar(std::uint32_t op, c
 
 void LineResiduals::forget_beyond_most(std::size_t bytes) {
   bytes_ += bytes;
-  if (bytes_ <= kMostBytes) return;
+  if (bytes_ <= kMostBytesOfLines) return;
   known_.clear();
   planar_.clear();
   bytes_ = bytes;

@@ -59,7 +59,7 @@ struct LineBox {
 };
 
 /// The line (sub-)cell's part that the box is, if it lies in one.
-std::optional<LineBox> find_line_box(const LimitSolid::Data& data, std::uint32_t cell, const ParamBox& box);
+std::optional<LineBox> find_line_box(const LimitSolid::Data& data, LimitCellId cell, const ParamBox& box);
 
 /// A rectangle of planar parameters.
 struct Rectangle {
@@ -123,7 +123,7 @@ class LineResiduals {
   LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels);
 
   /// False if the box doesn't lie in one line (sub-)cell, or is too thin.
-  bool find(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals);
+  bool find(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:
   struct Known {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t kRunsAhead = 8;
+constexpr std::size_t kRowsOfRunsAhead = 8;
 constexpr std::uint32_t kMostShort = 32;   // Voxels of a short run. A tile would cost more than inverting them.
 constexpr std::uint32_t kMostLong = 1024;  // Voxels of all longer runs in kRowsTogether rows: fewer need no tiles.
 
@@ -99,7 +99,7 @@ void PieceCover::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t row
   for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
   by_row_.resize(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    if (r + kRunsAhead < runs.size()) prefetch(&by_row_[row_begins_[runs[r + kRunsAhead].row + 1]]);
+    if (r + kRowsOfRunsAhead < runs.size()) prefetch(&by_row_[row_begins_[runs[r + kRowsOfRunsAhead].row + 1]]);
     by_row_[row_begins_[runs[r].row + 1]++] = runs[r];
   }
 }

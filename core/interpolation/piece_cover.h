@@ -37,7 +37,7 @@ class PieceCover {
   /// Has all voxels of the rows inverted. `spans`: as resolve() had them.
   void invert(const RowRange& rows, std::span<const VoxelRun> spans);
 
-  /// By row, then by column.
+  /// Painted runs, by row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
   /// Unpainted runs that are inverted one by one: short ones in small holes or beside pieces, and others where there
   /// are few of them. By row, then by column, and so are all other runs here.

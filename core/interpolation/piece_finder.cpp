@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 #include "core/base/prefetch.h"
@@ -16,7 +15,8 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint32_t kTimesTogether = 4;  // Groups are so many times larger than the one before, up to whole slabs.
-constexpr double kMargin = 0.2;  // As a share of a cell's size: how far its nodes' bounds may reach beyond its box.
+constexpr double kMarginOfCell = 0.2;  // How far nodes' bounds may reach beyond their cell's box, as a share of it.
+constexpr std::uint32_t kNodesPerPoll = 64;
 
 }  // namespace
 
@@ -42,7 +42,7 @@ void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const Cancellati
   layers_together_ = std::min(kTimesTogether * layers_together_, kSlabLayers);
 }
 
-/// Those that aren't small, whose boxes meet the group, and whose pieces or holes may meet the rows; by id.
+/// Finds the cells that aren't small, whose boxes meet the group, and whose pieces or holes may meet the rows; by id.
 void PieceFinder::collect_cells(const SmallCells& small) {
   const BoxTree& boxes = solid_->index().cell_boxes;
   const Box3 layers(Vec3(-1, -1, group_.first_layer - 1.0),
@@ -51,19 +51,19 @@ void PieceFinder::collect_cells(const SmallCells& small) {
   if (small.are_all()) return;
   boxes.any_meeting(layers.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
     const Box3 voxels = boxes.box(cell).transformed(voxel_of_mesh_);
-    if (voxels.intersects(layers) && meets_rows(voxels)) cells_.push_back(cell);
+    if (voxels.intersects(layers) && meets_rows(voxels)) cells_.emplace_back(cell);
     return false;
   });
-  std::erase_if(cells_, [&](std::uint32_t cell) { return small.contain(cell); });
+  std::erase_if(cells_, [&](LimitCellId cell) { return small.contain(cell); });
   std::sort(cells_.begin(), cells_.end());
 }
 
 bool PieceFinder::meets_rows(const Box3& cell) const {
-  const double margin = kMargin * cell.diagonal().norm() + 1;
+  const double margin = kMarginOfCell * cell.diagonal().norm() + 1;
   return cell.max().y() + margin >= rows_.begin && cell.min().y() - margin <= rows_.end;
 }
 
-Box3 PieceFinder::bounds_of(std::uint32_t cell) const {
+Box3 PieceFinder::bounds_of(LimitCellId cell) const {
   const Box3 box = solid_->index().cell_boxes.box(cell).transformed(voxel_of_mesh_);
   return Box3(box.min() - Vec3::Ones(), box.max() + Vec3::Ones());
 }
@@ -71,35 +71,42 @@ Box3 PieceFinder::bounds_of(std::uint32_t cell) const {
 /// Cells that another worker has in hand come last: what it finds out needn't be found out again.
 void PieceFinder::collect_nodes(const CancellationToken& cancel) {
   busy_cells_.clear();
-  for (const std::uint32_t cell : cells_) {
+  for (const LimitCellId cell : cells_) {
+    cancel.throw_if_cancelled();
     const std::shared_ptr<CellNodes> known = store_->nodes_of(cell, bounds_of(cell));
-    if (const std::unique_lock lock(known->mutex, std::try_to_lock); lock) {
-      collect_nodes_of(cell, *known, cancel);
+    if (std::unique_lock lock(known->mutex, std::try_to_lock); lock) {
+      collect_nodes_of(cell, *known, lock, cancel);
     } else {
       busy_cells_.push_back(cell);
     }
   }
-  for (const std::uint32_t cell : busy_cells_) {
+  for (const LimitCellId cell : busy_cells_) {
+    cancel.throw_if_cancelled();
     const std::shared_ptr<CellNodes> known = store_->nodes_of(cell, bounds_of(cell));
-    const std::scoped_lock lock(known->mutex);
-    collect_nodes_of(cell, *known, cancel);
+    std::unique_lock lock(known->mutex);
+    collect_nodes_of(cell, *known, lock, cancel);
   }
   std::ranges::stable_sort(group_.pieces, {}, &Found::cell);
 }
 
-/// Pieces and holes that meet the group. What isn't known yet is examined, and kept.
-void PieceFinder::collect_nodes_of(std::uint32_t cell, CellNodes& known, const CancellationToken& cancel) {
+/// Pieces and holes that meet the group. What isn't known yet is examined, and kept. `lock` is that of the nodes; it is
+/// let go of now and then, while others may add nodes too.
+void PieceFinder::collect_nodes_of(LimitCellId cell, CellNodes& known, std::unique_lock<std::mutex>& lock,
+                                   const CancellationToken& cancel) {
   std::vector<CellNode>& nodes = known.nodes;
-  bool examined = false;
+  std::uint32_t examined = 0;
   nodes_.assign(1, 0);
   while (!nodes_.empty()) {
     const std::uint32_t at = nodes_.back();
     nodes_.pop_back();
     if (!meets_group(nodes[at].bounds)) continue;
     if (nodes[at].kind == CellNode::Kind::kUnknown) {
-      cancel.throw_if_cancelled();
-      fitter_.examine(cell, nodes, at);
-      examined = true;
+      if (++examined % kNodesPerPoll == 0) {
+        lock.unlock();
+        cancel.throw_if_cancelled();
+        lock.lock();
+      }
+      if (nodes[at].kind == CellNode::Kind::kUnknown) fitter_.examine(cell, nodes, at);
       if (!meets_group(nodes[at].bounds)) continue;
     }
     const CellNode& node = nodes[at];
@@ -112,7 +119,7 @@ void PieceFinder::collect_nodes_of(std::uint32_t cell, CellNodes& known, const C
     }
     for (std::uint32_t child = node.end_child; child > node.first_child; --child) nodes_.push_back(child - 1);
   }
-  if (examined) store_->set_memory(cell, known);
+  if (examined > 0) store_->set_memory(cell, known);
 }
 
 bool PieceFinder::meets_group(const Box3& voxels) const {

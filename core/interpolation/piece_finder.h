@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -37,7 +38,7 @@ class PieceFinder {
 
  private:
   struct Found {
-    std::uint32_t cell;
+    LimitCellId cell;
     double low, high;  // Layers that the piece's node may meet.
     std::shared_ptr<const CellPiece> piece;
   };
@@ -50,9 +51,10 @@ class PieceFinder {
 
   void collect_cells(const SmallCells& small);
   bool meets_rows(const Box3& cell) const;
-  Box3 bounds_of(std::uint32_t cell) const;
+  Box3 bounds_of(LimitCellId cell) const;
   void collect_nodes(const CancellationToken& cancel);
-  void collect_nodes_of(std::uint32_t cell, CellNodes& known, const CancellationToken& cancel);
+  void collect_nodes_of(LimitCellId cell, CellNodes& known, std::unique_lock<std::mutex>& lock,
+                        const CancellationToken& cancel);
   bool meets_group(const Box3& voxels) const;
   void scan_pieces(SlabPieces& pieces, const CancellationToken& cancel);
 
@@ -66,7 +68,7 @@ class PieceFinder {
 
   // Scratch memory.
   Group group_;  // At hand.
-  std::vector<std::uint32_t> cells_, busy_cells_;
+  std::vector<LimitCellId> cells_, busy_cells_;
   std::vector<std::uint32_t> nodes_;  // To look at, of the cell at hand: the last one next.
   BlockRaster raster_;
   std::vector<BlockRun> scanned_;

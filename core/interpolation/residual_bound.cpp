@@ -11,8 +11,6 @@
 namespace ccslice {
 namespace {
 
-Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
-
 using ByInterval = std::array<Lanes, 3>;
 
 /// Derivatives of a cubic at four places. The third ones are the same everywhere.

@@ -8,7 +8,7 @@
 
 namespace ccslice {
 
-// Of a channel's tolerance:
+// Shares of a channel's tolerance:
 
 /// A bound of a piece's error. What it leaves is for places where two pieces meet: they may differ by it. With 0.85
 /// the coyote's materials took 1.18 times as long as before there were bounds.
@@ -22,19 +22,19 @@ inline constexpr double kSampledPieceShare = 0.55;
 inline constexpr double kBetweenSamplesShare = 0.7;
 /// A bound of a tile's error. A tenth is left for what steep materials change beside the boundary.
 inline constexpr double kTileShare = 0.9;
-/// The same formula where it is no bound, as a particle isn't in one patch.
+/// What the formula of a tile's bound yields where it bounds nothing, as a particle isn't in one patch.
 inline constexpr double kSampledTileShare = 0.5;
 
-// Of a block's thickness:
+// Shares of a block's thickness:
 
 /// How far faces may bulge beyond flat triangles between neighbouring samples. Errors of cubics have grown threefold
 /// there.
 inline constexpr double kMostBulge = 0.05;
-/// The same of both arcs of a face and its twist together. When only the larger arc counted, voxels of thin saddles
-/// were 1.4 times beyond the tolerance.
+/// How far a face may miss its triangles by both of its arcs and its twist together. When only the larger arc counted,
+/// voxels of thin saddles were 1.4 times beyond the tolerance.
 inline constexpr double kMostMiss = 4 * kMostBulge;
-/// How far they may between the samples that larger triangles take. Without that limit, voxels of thin pieces of the
-/// engine were up to 17 % beyond the tolerance.
+/// How far faces may bulge between the samples that larger triangles take. Without that limit, voxels of thin pieces of
+/// the engine were up to 17 % beyond the tolerance.
 inline constexpr double kMostCoarseBulge = 0.01;
 /// How far a piece may be followed beyond its triangles.
 inline constexpr double kMostReachShare = 0.1;

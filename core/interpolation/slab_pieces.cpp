@@ -41,7 +41,7 @@ std::uint32_t SlabPieces::start_group(std::uint32_t first_layer, std::uint32_t m
   return end;
 }
 
-void SlabPieces::add_piece(std::uint32_t cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs) {
+void SlabPieces::add_piece(LimitCellId cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs) {
   const auto index = static_cast<std::uint32_t>(pieces_.size());
   const auto first_beyond = static_cast<std::uint32_t>(beyonds_.size());
   beyonds_.insert(beyonds_.end(), piece->beyond.begin(), piece->beyond.end());
@@ -72,7 +72,8 @@ bool SlabPieces::is_in_large_hole(const Vec3& voxel) const {
          group.hole_boxes.any_meeting(Box3(voxel, voxel), [&](std::uint32_t h) { return !group.holes[h].map; });
 }
 
-/// By the hole whose middle is nearest; of several, in the lowest cell, or else the first by its middle's coordinates.
+/// It is guessed by the map of the hole whose middle is nearest; of several, in the lowest cell, or else the first by
+/// its middle's coordinates.
 std::optional<CellParam> SlabPieces::parameter_in_hole(const Vec3& voxel) const {
   if (is_in_large_hole(voxel)) return std::nullopt;
   std::optional<CellParam> nearest;

@@ -33,7 +33,7 @@ struct PieceRun : VoxelRun {
   std::uint32_t piece;
 };
 
-/// Those whose centres are in the piece.
+/// A run of voxels whose centres are in the piece.
 struct ScannedRun : PieceRun {
   float before, after;  // BlockRun::before, BlockRun::after.
 };
@@ -64,7 +64,7 @@ class SlabPieces {
 
   // About layers that were found, and their voxels:
 
-  /// By piece.
+  /// The layer's runs, by piece.
   std::span<const ScannedRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
   /// Some box that was left out may hold the voxel's centre.
   bool is_in_hole(const Vec3& voxel) const;
@@ -79,13 +79,13 @@ class SlabPieces {
   bool agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const;
   /// The voxel may lie off the solid, beside a piece whose polynomials can't be followed there.
   bool may_be_beyond(std::uint32_t piece, const Vec3& voxel) const;
-  /// None of the voxels of a row may, from one to another.
+  /// None of the voxels of a row, from one to another, may be beyond.
   bool none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const;
 
   // For the finder:
 
   struct Hole {
-    std::uint32_t cell;
+    LimitCellId cell;
     std::shared_ptr<const ParameterMap> map;  // Null, unless its few voxels are best inverted one by one.
   };
 
@@ -96,7 +96,7 @@ class SlabPieces {
   /// that is found. Forgets pieces of a group that was started and never finished.
   [[nodiscard]] std::uint32_t start_group(std::uint32_t first_layer, std::uint32_t most_layers);
   /// `runs`: of layers of the group.
-  void add_piece(std::uint32_t cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs);
+  void add_piece(LimitCellId cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs);
   /// Its layers are found. `hole_boxes`: in voxels, of the holes, in their order. Throws Error{kCancelled}.
   void finish_group(std::uint32_t first_layer, std::uint32_t end_layer, std::vector<Hole> holes,
                     std::span<const Box3> hole_boxes, const CancellationToken& cancel);
@@ -105,7 +105,7 @@ class SlabPieces {
   static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
 
   struct Source {
-    std::uint32_t cell;
+    LimitCellId cell;
     std::shared_ptr<const CellPiece> piece;
   };
   struct Group {

@@ -26,7 +26,7 @@ SmallCells::SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement&
                solid_->index().irregular_volumes.most < smallest_irregular_mm3_),
       voxel_in_mesh_mm_(mesh_of_voxel_.linear().colwise().norm().maxCoeff()) {}
 
-bool SmallCells::contain(std::uint32_t cell) const {
+bool SmallCells::contain(LimitCellId cell) const {
   const bool regular = solid_->cell_class(cell) == CellClass::kRegular;
   return solid_->index().volume_mm3(cell) < (regular ? smallest_regular_mm3_ : smallest_irregular_mm3_);
 }
@@ -35,7 +35,7 @@ bool SmallCells::any_at(const Vec3& voxel) const {
   if (!are_some_ || are_all_) return are_all_;
   const Vec3 point = mesh_of_voxel_ * voxel, margin = Vec3::Constant(voxel_in_mesh_mm_);
   return solid_->index().cell_boxes.any_meeting(Box3(point - margin, point + margin),
-                                                [&](std::uint32_t cell) { return contain(cell); });
+                                                [&](std::uint32_t cell) { return contain(LimitCellId{cell}); });
 }
 
 }  // namespace ccslice

@@ -19,7 +19,7 @@ class SmallCells {
   SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel);
 
   bool are_all() const { return are_all_; }
-  bool contain(std::uint32_t cell) const;
+  bool contain(LimitCellId cell) const;
   /// Some small cell may hold the voxel's centre: its box does, or nearly.
   bool any_at(const Vec3& voxel) const;
 

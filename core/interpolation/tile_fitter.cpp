@@ -89,7 +89,7 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
   return worst;
 }
 
-/// As a share of what it may be.
+/// A bound of the error over a particle, as a share of what it may be.
 double TileFitter::bound_over(const TileParticle& particle, double enough) {
   const double share = particle.one_patch ? kTileShare : kSampledTileShare;
   in_frame_ = particle.places;

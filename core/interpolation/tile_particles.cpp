@@ -58,15 +58,15 @@ void TileParticles::leave(const Range& range) { members_.resize(range.first); }
 
 /// Whole cells first. False if there are more than `most`.
 bool TileParticles::collect(const Box3& box, std::size_t most) {
-  std::vector<std::uint32_t> cells;
+  std::vector<LimitCellId> cells;
   const bool too_many =
       solid_->index().cell_boxes.any_meeting(box.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
-        cells.push_back(cell);
+        cells.emplace_back(cell);
         return cells.size() > most;
       });
   if (too_many) return false;
   std::sort(cells.begin(), cells.end());
-  return std::ranges::all_of(cells, [&](std::uint32_t cell) { return add_meeting(sample(cell, {}), box, most); });
+  return std::ranges::all_of(cells, [&](LimitCellId cell) { return add_meeting(sample(cell, {}), box, most); });
 }
 
 /// Adds the particle to the members, if it meets the box, or its halves, if it sticks out far.
@@ -90,7 +90,7 @@ bool TileParticles::add_meeting(std::uint32_t particle, const Box3& box, std::si
   return add_meeting(first, box, most) && add_meeting(first + 1, box, most);
 }
 
-std::uint32_t TileParticles::sample(std::uint32_t cell, const ParamBox& parameters) {
+std::uint32_t TileParticles::sample(LimitCellId cell, const ParamBox& parameters) {
   if (used_ == pool_.size()) pool_.push_back(std::make_unique<TileParticle>());
   TileParticle& particle = *pool_[used_];
   particle.cell = cell;
@@ -104,7 +104,7 @@ std::uint32_t TileParticles::sample(std::uint32_t cell, const ParamBox& paramete
   return static_cast<std::uint32_t>(used_++);
 }
 
-/// Along the axis of its parameters that goes farthest along an axis of the voxels.
+/// Halves it along the axis of its parameters that goes farthest along an axis of the voxels.
 void TileParticles::halve(std::uint32_t particle, Eigen::Index voxel_axis) {
   constexpr std::size_t kHalf = kBlockNodes / 2, kMiddle = std::tuple_size_v<BlockPoints> / 2;
   const ParamBox whole = pool_[particle]->parameters;
@@ -119,7 +119,7 @@ void TileParticles::halve(std::uint32_t particle, Eigen::Index voxel_axis) {
   ParamBox low = whole, high = whole;
   low.high[axis] = high.low[axis] = 0.5 * (whole.low[axis] + whole.high[axis]);
   pool_[particle]->first_child = static_cast<std::uint32_t>(used_);
-  const std::uint32_t cell = pool_[particle]->cell;
+  const LimitCellId cell = pool_[particle]->cell;
   sample(cell, low);
   sample(cell, high);
 }

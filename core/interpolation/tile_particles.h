@@ -27,7 +27,7 @@ namespace ccslice {
 inline constexpr double kParticleMargin = 0.06;
 
 struct TileParticle {
-  std::uint32_t cell;
+  LimitCellId cell;
   std::uint32_t first_child = 0;  // Its halves, if they were needed.
   ParamBox parameters;
   bool one_patch;
@@ -49,13 +49,13 @@ class TileParticles {
 
   /// Forgets all particles.
   void clear();
-  /// Those that meet a box (between the centres of its outer voxels), which lies in the one that `around` is of. Not
-  /// known if there are so many that `voxels` are inverted as quickly.
+  /// Enters the particles that meet a box (between the centres of its outer voxels), which lies in the one that
+  /// `around` is of. Not known if there are so many that `voxels` are inverted as quickly.
   Range enter(const Box3& box, std::uint64_t voxels, const Range& around);
   /// Forgets what was found since the range's box was entered.
   void leave(const Range& range);
 
-  /// Their numbers, for operator[].
+  /// The numbers of a range's particles, for operator[].
   std::span<const std::uint32_t> members(const Range& range) const {
     return std::span(members_).subspan(range.first, range.end - range.first);
   }
@@ -69,7 +69,7 @@ class TileParticles {
  private:
   [[nodiscard]] bool collect(const Box3& box, std::size_t most);
   [[nodiscard]] bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
-  std::uint32_t sample(std::uint32_t cell, const ParamBox& parameters);
+  std::uint32_t sample(LimitCellId cell, const ParamBox& parameters);
   void halve(std::uint32_t particle, Eigen::Index voxel_axis);
 
   std::shared_ptr<const LimitSolid> solid_;

@@ -46,7 +46,7 @@ VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec)
       sampler_(*evaluator_, channel_ids(spec.channels)),
       residuals_(solid.data(), channel_ids(spec.channels)) {}
 
-void VoxelBlocks::sample(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
+void VoxelBlocks::sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                          std::vector<BlockValues>& values) {
   block_.values.swap(values);
   sampler_.sample(cell, box, block_);
@@ -54,7 +54,7 @@ void VoxelBlocks::sample(std::uint32_t cell, const ParamBox& box, BlockPlacesInV
   place(kBlockGroups, places);
 }
 
-void VoxelBlocks::sample_between_nodes(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
+void VoxelBlocks::sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                                        std::vector<BlockValues>& values) {
   block_.values.swap(values);
   sampler_.sample_between_nodes(cell, box, block_);
@@ -62,7 +62,7 @@ void VoxelBlocks::sample_between_nodes(std::uint32_t cell, const ParamBox& box, 
   place(kGroupsBetweenNodes, places);
 }
 
-bool VoxelBlocks::find_residuals(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals) {
+bool VoxelBlocks::find_residuals(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals) {
   return residuals_.find(cell, box, residuals);
 }
 

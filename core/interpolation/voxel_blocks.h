@@ -37,15 +37,15 @@ class VoxelBlocks {
   VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec);
 
   /// Position and channels are tricubic in the box's parameters.
-  bool is_in_one_patch(std::uint32_t cell, const ParamBox& box) const { return sampler_.is_in_one_patch(cell, box); }
-  /// At the nodes. `values`: of the spec's channels.
-  void sample(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
-  /// The first kGroupsBetweenNodes groups.
-  void sample_between_nodes(std::uint32_t cell, const ParamBox& box, BlockPlacesInVoxels& places,
+  bool is_in_one_patch(LimitCellId cell, const ParamBox& box) const { return sampler_.is_in_one_patch(cell, box); }
+  /// Samples at the nodes. `values`: of the spec's channels.
+  void sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
+  /// Samples between the nodes: the first kGroupsBetweenNodes groups.
+  void sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                             std::vector<BlockValues>& values);
   /// What interpolation at the nodes leaves out of a box that isn't in one patch, in mm of the mesh. False if the box
   /// is too thin. REQUIRES: a line cell.
-  bool find_residuals(std::uint32_t cell, const ParamBox& box, BlockResiduals& residuals);
+  bool find_residuals(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:
   void place(std::size_t groups, BlockPlacesInVoxels& places) const;

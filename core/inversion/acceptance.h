@@ -31,8 +31,8 @@ class Acceptance {
   double at(const Mat3& inverse_jacobian) const noexcept {
     return std::clamp(kAcceptOfCell / inverse_jacobian.norm(), least_mm_, most_mm_);
   }
-  /// The same for the middle of a cell.
-  double in_cell(std::uint32_t cell) const noexcept;
+  /// What positions may be off in a cell, by the Jacobian in its middle. mm.
+  double in_cell(LimitCellId cell) const noexcept;
   /// What doubles can reach, with room.
   double least_mm() const noexcept { return least_mm_; }
 

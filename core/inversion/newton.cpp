@@ -98,7 +98,7 @@ std::array<Interval, 3> bounds_at(const Vec3& uvw, bool regular) noexcept {
 }
 
 /// The soft clip never arrives at a face: if the best parameter nearly lies on one, the face itself may be better.
-void snap(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& point, NewtonResult& best) noexcept {
+void snap(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& point, NewtonResult& best) noexcept {
   Vec3 snapped = best.uvw;
   for (int a = 0; a < 3; ++a) {
     if (snapped[a] < kSnap) snapped[a] = 0;
@@ -111,7 +111,7 @@ void snap(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& point, Newt
 
 }  // namespace
 
-NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
+NewtonResult newton_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
                             const Acceptance& acceptance, Patience patience) noexcept {
   const bool regular = evaluator.solid().cell_class(cell) == CellClass::kRegular;
   const double accept_mm = acceptance.in_cell(cell);

@@ -28,7 +28,7 @@ enum class Patience : int { kQuick = 1, kLong = 4 };
 
 /// Stops when the residual is accepted, or when it stagnates. Beside singular lines, where long ways in parameters are
 /// short ones in space, it goes on until the steps are short as well. Always returns the best parameter met.
-NewtonResult newton_in_cell(LimitEvaluator& evaluator, std::uint32_t cell, const Vec3& start, const Vec3& point,
+NewtonResult newton_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
                             const Acceptance& acceptance, Patience patience = Patience::kLong) noexcept;
 
 }  // namespace ccslice

@@ -37,7 +37,7 @@ Vec3 start_parameter(std::size_t index, int per_axis) {
 
 struct Candidate {
   double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
-  std::uint32_t cell;
+  LimitCellId cell;
   Vec3 start;
 };
 
@@ -93,7 +93,8 @@ struct PointInverter::State {
       return a.distance < b.distance;
     };
     candidates.clear();
-    index.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t cell) {
+    index.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t item) {
+      const LimitCellId cell{item};
       if (!wanted(cell)) return;
       const CellMap& map = index.cell_maps[cell];
       const Vec3 guess = map(point);
@@ -111,7 +112,7 @@ struct PointInverter::State {
   }
 
   /// The nearest of a few interior starts.
-  Vec3 nearest_start(std::uint32_t cell, const Vec3& point) noexcept {
+  Vec3 nearest_start(LimitCellId cell, const Vec3& point) noexcept {
     double nearest_distance = std::numeric_limits<double>::infinity();
     Vec3 nearest = Vec3::Constant(0.5);
     for (std::size_t i = 0; i < 8; ++i) {
@@ -125,7 +126,7 @@ struct PointInverter::State {
   }
 
   /// One Newton run, if any is left. True if it found the point.
-  bool run(std::uint32_t cell, const Vec3& start, const Vec3& point, InversionResult& best,
+  bool run(LimitCellId cell, const Vec3& start, const Vec3& point, InversionResult& best,
            Patience patience = Patience::kLong) noexcept {
     if (runs_left == 0) return false;
     --runs_left;
@@ -137,8 +138,8 @@ struct PointInverter::State {
     return found.accepted;
   }
 
-  /// From several of the 64 interior starts of a cell, the nearest first.
-  bool search_thoroughly(std::uint32_t cell, const Vec3& point, InversionResult& best) noexcept {
+  /// Runs Newton's method from several of the 64 interior starts of a cell, the nearest first.
+  bool search_thoroughly(LimitCellId cell, const Vec3& point, InversionResult& best) noexcept {
     std::array<std::pair<double, std::size_t>, kStarts> starts;
     if (runs_left == 0) return false;
     for (std::size_t i = 0; i < kStarts; ++i) {
@@ -179,7 +180,7 @@ struct PointInverter::State {
   }
 
   /// How far from a cell the foot of the perpendicular is the answer.
-  double just_outside_mm(std::uint32_t cell) const noexcept {
+  double just_outside_mm(LimitCellId cell) const noexcept {
     const double of_cell = kJustOutsideOfCell * index.cell_maps[cell].thickness_mm();
     return std::min({options.outside_mm, kJustOutside * options.accept_mm, of_cell});
   }
@@ -194,7 +195,7 @@ struct PointInverter::State {
     InversionResult foot = best;
     if (!drop_perpendicular(point, std::countr_zero(sides), foot) || !(foot.residual_mm <= most)) return false;
     foot.full = true;
-    collect(point, Order::kNearest, [&](std::uint32_t cell) { return cell != foot.at.cell; });
+    collect(point, Order::kNearest, [&](LimitCellId cell) { return cell != foot.at.cell; });
     for (const Candidate& c : candidates) {
       if (c.distance > kFarthestOfCell) break;
       InversionResult other = foot;
@@ -234,12 +235,12 @@ struct PointInverter::State {
     return best;
   }
 
-  bool folds(std::uint32_t cell) const noexcept {
+  bool folds(LimitCellId cell) const noexcept {
     return std::binary_search(index.fold_cells.begin(), index.fold_cells.end(), cell);
   }
 
   /// REQUIRES: the point is near folds.
-  bool may_hold(std::uint32_t cell, const Vec3& point) const noexcept {
+  bool may_hold(LimitCellId cell, const Vec3& point) const noexcept {
     const CellMap& map = index.cell_maps[cell];
     const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
     return index.hulls_near_folds.may_hold(cell, map(point), margin);
@@ -260,7 +261,7 @@ struct PointInverter::State {
     const InversionResult bound = best;
     best.full = true;
     const std::uint32_t below = !bounded ? solid.cell_count() : hint->cell + folds(hint->cell);
-    collect(point, Order::kLowestCell, [&](std::uint32_t cell) { return cell < below && may_hold(cell, point); });
+    collect(point, Order::kLowestCell, [&](LimitCellId cell) { return cell < below && may_hold(cell, point); });
     best.residual_mm = std::numeric_limits<double>::infinity();
     for (const Candidate& c : candidates) {
       if (search_near_folds(c, point, best)) return best;
@@ -277,7 +278,7 @@ struct PointInverter::State {
     InversionResult lower = found;
     lower.residual_mm = std::numeric_limits<double>::infinity();
     collect(point, Order::kLowestPart,
-            [&](std::uint32_t cell) { return index.parts[cell] < index.parts[found.at.cell]; });
+            [&](LimitCellId cell) { return index.parts[cell] < index.parts[found.at.cell]; });
     for (const Candidate& c : candidates) {
       if (run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower)) return lower;
     }

@@ -18,7 +18,10 @@ namespace {
 
 constexpr int kNodeSteps = 6;  // Newton's method starts close, so few steps are enough.
 constexpr int kCorrections = 3;
-constexpr double kMostTurn = 0.5;         // ||I - J(from)^-1 J(to)||: beyond, nodes must lie closer.
+// ||I - J(from)^-1 J(to)||: beyond, nodes must lie closer. If J changes by a share d between two nodes, the inverses
+// interpolated there are off by about t (1 - t) d^2, so that each correction leaves a sixteenth of the error or so at
+// most.
+constexpr double kMostTurn = 0.5;
 constexpr std::int64_t kBesideReach = 8;  // Points.
 constexpr double kReach = 0.5;            // How far beyond the patch its polynomials are followed, in its parameters.
 
@@ -101,6 +104,7 @@ std::uint32_t RowInverter::march(Node from, const CellParam& at, CellParam& next
   std::uint32_t stride = kRowStride;
   while (from.point + 1 < count_) {
     const std::uint32_t ahead = std::min(stride, count_ - 1 - from.point);
+    // To second order: the curve's bend is that between the last two nodes.
     const Vec3 guess = from.local + ahead * (from.slope + 0.5 * ahead * bend);
     Node to;
     if (!make_node(from.point + ahead, guess, to) || !solve_between(from, to)) {
@@ -147,7 +151,8 @@ bool RowInverter::solve_between(const Node& from, const Node& to) {
   return true;
 }
 
-/// Points from.point + 1 + begin + lane; lanes after the last point repeat it.
+/// Guesses for the points from.point + 1 + begin + lane; lanes after the last point repeat it. The cubic Hermite
+/// polynomial has q and its slopes at both nodes, so its error falls with the fourth power of their distance.
 RowInverter::Guess RowInverter::guess_between(const Node& from, const Node& to, std::uint32_t begin) const {
   const double count = to.point - from.point;
   Lanes ahead;
@@ -167,7 +172,7 @@ RowInverter::Guess RowInverter::guess_between(const Node& from, const Node& to, 
   return guess;
 }
 
-/// Until the residuals are accepted.
+/// Moves the parameters until the residuals are accepted. False if they aren't after kCorrections.
 bool RowInverter::correct(const Guess& guess, LanePoint& local) {
   local = guess.local;
   for (int n = 0;; ++n) {
@@ -226,8 +231,8 @@ CellParam RowInverter::in_cell(const CellParam& at, const Vec3& local) const {
   return result;
 }
 
-/// For the point after the k-th, from a place in or beside the patch of `at`: that place, unless it lies beyond the
-/// cell and the row beside entered another patch near there.
+/// A hint for the point after the k-th, from a place in or beside the patch of `at`: that place, unless it lies beyond
+/// the cell and the row beside entered another patch near there.
 CellParam RowInverter::hint_after(std::uint32_t k, const CellParam& at, const Vec3& local) {
   CellParam result = in_cell(at, local);
   if (!in_unit_cube(result.uvw)) {

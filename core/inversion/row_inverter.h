@@ -82,8 +82,8 @@ class RowInverter {
   [[nodiscard]] std::optional<CellParam> enter(std::uint32_t k, const std::optional<CellParam>& hint, Node& node);
   void keep(const Node& node);
   [[nodiscard]] std::optional<CellParam> solve_alone(std::uint32_t k, const std::optional<CellParam>& hint);
-  /// From a node at the parameter `at` on, as far as its patch goes. Returns the number of points solved after it;
-  /// `next` guesses the parameter of the point that follows.
+  /// Solves from a node at the parameter `at` on, as far as its patch goes. Returns the number of points solved after
+  /// it; `next` guesses the parameter of the point that follows.
   std::uint32_t march(Node from, const CellParam& at, CellParam& next);
   bool make_node(std::uint32_t k, const Vec3& guess, Node& node) const;
   [[nodiscard]] bool solve_between(const Node& from, const Node& to);

@@ -22,9 +22,10 @@ struct PrinterProfile {
   Vec3 tray_mm = Vec3::Zero();      // 0: no bound.
   std::uint32_t max_materials = 0;  // Besides the background. 0: no bound.
   std::uint32_t min_layers = 0;
+  double smallest_feature_mm = 0;  // 0: two voxels. We know of none that is published for those below.
 };
 
-/// By name.
+/// All profiles, by name.
 std::span<const PrinterProfile> printer_profiles();
 
 /// Null if there is none of that name.

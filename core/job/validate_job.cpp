@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,7 @@ class PlaneCheck {
       case PlaneContent::kCellRegions: return check_cell_regions(summary);
     }
     if (plane_.range) check_range(*plane_.range);
+    check_outside_sample();
     const auto obstacle = encoding_obstacle(plane_.sample_type, plane_.encoding, channel_count(plane_));
     if (obstacle) refuse(ErrorCode::kEncodingUnsupported, ".encoding", std::string(*obstacle));
   }
@@ -124,6 +126,7 @@ class PlaneCheck {
   /// Checks a plane of numbers. `most`: of so many materials or cell regions.
   void check_numbers(std::size_t most) const {
     if (plane_.range) check_range(*plane_.range);
+    check_outside_sample();
     if (const auto obstacle = index_encoding_obstacle(plane_.sample_type, plane_.encoding, most)) {
       const bool fits = !index_encoding_obstacle(plane_.sample_type, Encoding::kRaw, most);
       refuse(ErrorCode::kEncodingUnsupported, fits ? ".encoding" : ".sample_type", std::string(*obstacle));
@@ -153,6 +156,24 @@ class PlaneCheck {
       refuse_range("empty (min " + number_text(range.min) + ", max " + number_text(range.max) +
                    "); min must be below max");
     }
+  }
+
+  void check_outside_sample() const {
+    const double sample = plane_.outside_sample;
+    const auto refuse_sample = [&](const std::string& what) {
+      refuse(ErrorCode::kOutsideSampleInvalid, ".outside_sample", what);
+    };
+    if (sample == 0) return;
+    if (plane_.content != PlaneContent::kChannel && plane_.content != PlaneContent::kChannels) {
+      refuse_sample("only channels have another one than 0; leave it out");
+    }
+    if (!has_integer_samples()) {
+      if (std::isnan(sample) || std::abs(sample) <= std::numeric_limits<float>::max()) return;
+      refuse_sample(number_text(sample) + " is no FLOAT32; give a number that is, or NaN");
+    }
+    const double largest = plane_.sample_type == SampleType::kUint8 ? 255 : 65535;
+    if (sample >= 0 && sample <= largest && std::floor(sample) == sample) return;
+    refuse_sample(number_text(sample) + " is no sample; give a whole number from 0 to " + number_text(largest));
   }
 
   const PlaneSpec& plane_;

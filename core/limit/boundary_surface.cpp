@@ -40,7 +40,7 @@ std::span<const BoundaryFace> BoundarySurface::faces() const noexcept {
 
 std::span<const BoundaryFace> BoundarySurface::faces_and_interfaces() const noexcept { return data_->faces; }
 
-BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
+BezierPatch BoundarySurface::regular_patch(BoundaryFaceId face) const noexcept {
   const SurfaceFaceRing& record = data_->face_rings[face];
   const auto ring = data_->ring(record);
   BezierPatch net;
@@ -49,9 +49,9 @@ BezierPatch BoundarySurface::regular_patch(std::uint32_t face) const noexcept {
   return net;
 }
 
-const Box3& BoundarySurface::hull_box(std::uint32_t face) const noexcept { return data_->face_hulls[face]; }
+const Box3& BoundarySurface::hull_box(BoundaryFaceId face) const noexcept { return data_->face_hulls[face]; }
 
-void BoundarySurface::irregular_corner(std::uint32_t face, IrregularCorner& corner) const {
+void BoundarySurface::irregular_corner(BoundaryFaceId face, IrregularCorner& corner) const {
   const SurfaceFaceRing& record = data_->face_rings[face];
   corner.op = record.op;
   corner.level = 0;
@@ -79,7 +79,7 @@ Vec3 BoundarySurface::corner_position(const IrregularCorner& corner) const noexc
   return position.head<3>();
 }
 
-SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept {
+SurfaceKey BoundarySurface::key(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) const noexcept {
   const BoundaryFace& f = data_->faces[face];
   const bool s_end = s == 0 || s == kSurfaceOne, t_end = t == 0 || t == kSurfaceOne;
   if (s_end && t_end) return f.corners[t == 0 ? (s == 0 ? 0 : 1) : (s == 0 ? 3 : 2)];
@@ -92,7 +92,7 @@ SurfaceKey BoundarySurface::key(std::uint32_t face, std::uint32_t s, std::uint32
           along(interval.t_begin, interval.t_end, side < 2 ? forward : kSurfaceOne - forward), 0};
 }
 
-CellParam BoundarySurface::cell_param(std::uint32_t face, double s, double t) const noexcept {
+CellParam BoundarySurface::cell_param(BoundaryFaceId face, double s, double t) const noexcept {
   const BoundaryFace& f = data_->faces[face];
   const Vec3 origin = corner_uvw(f.cell_corner[0]);
   return {f.cell, origin + s * (corner_uvw(f.cell_corner[1]) - origin) + t * (corner_uvw(f.cell_corner[3]) - origin)};

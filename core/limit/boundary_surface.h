@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/ids.h"
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/cell_regions.h"
@@ -47,7 +48,7 @@ struct FaceSide {
 };
 
 struct BoundaryFace {
-  std::uint32_t cell = 0;      // Limit cell.
+  LimitCellId cell;
   std::uint8_t cell_side = 0;  // 2 * axis + (at 1), in the cell's frame: u=0, u=1, v=0, v=1, w=0, w=1.
   bool regular = true;
   std::array<SurfaceKey, 4> corners;        // At (0,0), (1,0), (1,1), (0,1).
@@ -80,15 +81,16 @@ class BoundarySurface {
   explicit BoundarySurface(const LimitSolid::Data& data) : data_(&data) {}
 
   std::span<const BoundaryFace> faces() const noexcept;
+  IdRange<BoundaryFaceId> face_ids() const noexcept { return IdRange<BoundaryFaceId>{faces().size()}; }
   /// The same, then the interfaces of cell regions, each once, as the region of the lower number has it. All below
   /// takes faces of either kind.
   std::span<const BoundaryFace> faces_and_interfaces() const noexcept;
   /// REQUIRES: faces_and_interfaces()[face].regular.
-  BezierPatch regular_patch(std::uint32_t face) const noexcept;
+  BezierPatch regular_patch(BoundaryFaceId face) const noexcept;
   /// Control points whose convex hull holds the face's surface: their box.
-  const Box3& hull_box(std::uint32_t face) const noexcept;
+  const Box3& hull_box(BoundaryFaceId face) const noexcept;
   /// REQUIRES: it isn't regular. Writes the whole face (level 0). Reuses the memory of `corner`.
-  void irregular_corner(std::uint32_t face, IrregularCorner& corner) const;
+  void irregular_corner(BoundaryFaceId face, IrregularCorner& corner) const;
   /// Splits off the three regular patches of the next level, over the boxes (in units of 2^-(level+1)) at (1,0), (0,1)
   /// and (1,1), and leaves in `corner` what remains. A ring that was mapped affinely gives patches mapped alike.
   void split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches) const;
@@ -96,9 +98,9 @@ class BoundarySurface {
   Vec3 corner_position(const IrregularCorner& corner) const noexcept;
 
   /// The key of the dyadic place (s,t), fixed point, of a face: on sides and corners the shared key.
-  SurfaceKey key(std::uint32_t face, std::uint32_t s, std::uint32_t t) const noexcept;
+  SurfaceKey key(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) const noexcept;
   /// (s,t) of a face -> (u,v,w) of its cell. s, t in [0,1].
-  CellParam cell_param(std::uint32_t face, double s, double t) const noexcept;
+  CellParam cell_param(BoundaryFaceId face, double s, double t) const noexcept;
 
  private:
   const LimitSolid::Data* data_;

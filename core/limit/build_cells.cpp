@@ -117,10 +117,11 @@ class Builder {
   std::vector<SurfaceFaceRing> interface_rings_;
   std::uint32_t next_vertex_root_ = 0;
   std::uint32_t next_edge_root_ = 0;
-  std::size_t needed_cells_ = 0;  // For what reserve() asks: limit cells after one refinement at most, ...
-  std::size_t needed_twice_refined_cells_ = 0;  // ... limit cells after two or more, ...
-  std::size_t needed_faces_ = 0;                // ... boundary faces ...
-  std::size_t needed_operator_bytes_ = 0;       // ... and operators.
+  // For what reserve() asks:
+  std::size_t needed_cells_ = 0;                // Limit cells after one refinement at most.
+  std::size_t needed_twice_refined_cells_ = 0;  // Limit cells after two or more.
+  std::size_t needed_faces_ = 0;                // Boundary faces.
+  std::size_t needed_operator_bytes_ = 0;       // Bytes of operators.
 };
 
 /// Refined cells with their share of the levels above.
@@ -376,7 +377,7 @@ void Builder::add_boundary_faces(std::size_t level, CellId cell) {
     const SurfaceRing ring = surface_walkers_[level].walk(face);
     const auto cycle = at.complex.face_vertices(face);
     BoundaryFace record;
-    record.cell = static_cast<std::uint32_t>(data_.cells.size() - 1);
+    record.cell = LimitCellId{static_cast<std::uint32_t>(data_.cells.size() - 1)};
     record.cell_side = side;
     record.regular = ring.regular;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -398,7 +399,7 @@ void Builder::add_boundary_faces(std::size_t level, CellId cell) {
   }
 }
 
-/// After all faces of the boundary; and finds the hulls of both.
+/// Puts interfaces after all faces of the boundary, and finds the hulls of both.
 void Builder::append_interfaces() {
   data_.boundary_face_count = static_cast<std::uint32_t>(data_.faces.size());
   data_.faces.insert(data_.faces.end(), interfaces_.begin(), interfaces_.end());

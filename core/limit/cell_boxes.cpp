@@ -51,7 +51,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
   for_each_range(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellRange& range) {
     options.cancel.throw_if_cancelled();
-    for (std::uint32_t c = range.begin; c < range.end; ++c) {
+    for (const LimitCellId c : range.cells) {
       CellMap& map = data.cell_maps[c];
       map = cell_map(data, data.cells[c], builder);
       visit_hull(data.cells[c], builder, [&](const Vec3& point) {
@@ -60,7 +60,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
       });
     }
   });
-  for (std::uint32_t c = 0; c < count; ++c) {
+  for (const LimitCellId c : IdRange<LimitCellId>(count)) {
     const bool is_regular = data.cells[c].cell_class == CellClass::kRegular;
     CellVolumes& volumes = is_regular ? data.regular_volumes : data.irregular_volumes;
     const double volume = data.volume_mm3(c);

@@ -33,7 +33,7 @@ void append_pieces(const BezierVolume& net, Halvings left, CellHulls& parts) {
   append_pieces(high, left, parts);
 }
 
-/// So that all parts are about as large.
+/// How often to halve a patch along each axis, so that all parts are about as large.
 Halvings halvings_of(const LimitCell& cell, const PatchPath& path, int halvings) {
   if (cell.cell_class == CellClass::kRegular) return {halvings, halvings, halvings};
   const int across = std::max(0, halvings - 1 - path.level - path.line_level - (path.level > 0 || path.line_child > 0));
@@ -64,7 +64,7 @@ CellHulls hulls_near(const LimitSolid::Data& data, const std::vector<bool>& near
   const std::size_t most = CellHulls::kMost + CellHulls::kMostPerCell * data.cells.size();
   PatchBuilder builder(data, kPositionDimension);
   CellHulls parts;
-  for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
+  for (const LimitCellId c : IdRange<LimitCellId>(data.cells.size())) {
     if (c % kCancelPeriod == 0) cancel.throw_if_cancelled();
     parts.start_cell();
     if (near[c]) append_parts(data.cell_maps[c], data.cells[c], halvings, builder, parts);
@@ -89,7 +89,7 @@ void CellHulls::finish() {
 void find_hulls_near_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
   if (data.fold_boxes.size() == 0) return;
   std::vector<bool> near;
-  for (std::uint32_t c = 0; c < data.cells.size(); ++c) {
+  for (const LimitCellId c : IdRange<LimitCellId>(data.cells.size())) {
     near.push_back(data.fold_boxes.any_meeting(data.cell_boxes.box(c), [](std::uint32_t) { return true; }));
   }
   for (int halvings = 2; halvings > 0 && data.hulls_near_folds.size() == 0; --halvings) {

@@ -23,7 +23,7 @@ class CellHulls {
   static constexpr std::size_t kMost = 8192, kMostPerCell = 32;
 
   /// False if the cell comes nowhere within `margin` (by axis) of the guess.
-  bool may_hold(std::uint32_t cell, const Vec3& guess, const Vec3& margin) const noexcept {
+  bool may_hold(LimitCellId cell, const Vec3& guess, const Vec3& margin) const noexcept {
     if (first_.empty() || first_[cell] == first_[cell + 1]) return true;
     const Eigen::Array3f low = (guess - margin).cast<float>().array(), high = (guess + margin).cast<float>().array();
     for (std::uint32_t part = first_[cell]; part < first_[cell + 1]; ++part) {

@@ -44,19 +44,19 @@ struct CellVolumes {
 struct CellIndex {
   std::vector<CellMap> cell_maps;  // By cell.
   CellVolumes regular_volumes, irregular_volumes;
-  BoxTree cell_boxes;                     // Bounding boxes of the cells' limits, mesh frame.
-  BoxTree fold_boxes;                     // Boxes of the cells that fold, or may fold.
-  std::vector<std::uint32_t> fold_cells;  // Those cells, ascending.
-  CellHulls hulls_near_folds;             // Hulls of the cells whose boxes meet those of fold_boxes.
-  BoxTree overlap_boxes;                  // Boxes of the cells that may overlap a separate part of the solid.
-  std::vector<std::uint32_t> parts;       // By cell: its part, numbered by first cells. Empty if no parts overlap.
+  BoxTree cell_boxes;                   // Bounding boxes of the cells' limits, mesh frame.
+  BoxTree fold_boxes;                   // Boxes of the cells that fold, or may fold.
+  std::vector<LimitCellId> fold_cells;  // Those cells, ascending.
+  CellHulls hulls_near_folds;           // Hulls of the cells whose boxes meet those of fold_boxes.
+  BoxTree overlap_boxes;                // Boxes of the cells that may overlap a separate part of the solid.
+  std::vector<std::uint32_t> parts;     // By cell: its part, numbered by first cells. Empty if no parts overlap.
 
   /// The solid may fold in this box, or separate parts of it may overlap there: a point may have several parameters.
   bool is_ambiguous(const Box3& box) const noexcept {
     const auto any = [](std::uint32_t) { return true; };
     return fold_boxes.any_meeting(box, any) || overlap_boxes.any_meeting(box, any);
   }
-  double volume_mm3(std::uint32_t cell) const { return 1 / std::abs(cell_maps[cell].inverse_jacobian.determinant()); }
+  double volume_mm3(LimitCellId cell) const { return 1 / std::abs(cell_maps[cell].inverse_jacobian.determinant()); }
 };
 
 }  // namespace ccslice

@@ -15,11 +15,14 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "core/base/ids.h"
+
 namespace ccslice {
 
-/// Cells [begin, end), the number-th range.
+/// The number-th range.
 struct CellRange {
-  std::uint32_t number = 0, begin = 0, end = 0;
+  std::uint32_t number;
+  IdRange<LimitCellId> cells;
 };
 
 inline constexpr std::uint32_t kCellsPerRange = 256;
@@ -31,7 +34,7 @@ template <typename MakeWorker, typename Work>
 void for_each_range(std::uint32_t cells, int threads, MakeWorker make_worker, Work work) {
   const auto range = [&](std::uint32_t number) {
     const std::uint32_t begin = number * kCellsPerRange;
-    return CellRange{number, begin, std::min(begin + kCellsPerRange, cells)};
+    return CellRange{number, {LimitCellId{begin}, LimitCellId{std::min(begin + kCellsPerRange, cells)}}};
   };
   const std::uint32_t count = range_count(cells);
   if (threads <= 1 || count <= 1) {

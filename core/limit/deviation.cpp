@@ -82,7 +82,8 @@ double flux(const BezierPatch& patch, double floor) {
   return (table.weight * sum).sum();
 }
 
-/// The same over the cone from `apex` to a cubic Bezier curve, the curve running counter-clockwise.
+/// The integral of (z - floor) dx dy over the cone from `apex` to a cubic Bezier curve, the curve running
+/// counter-clockwise.
 double cone_flux(const PaddedPoint* curve, std::size_t stride, const Vec3& apex, double floor) {
   const GaussTable& table = gauss();
   const Nodes x = along_curve(table.value, curve, stride, 0, apex.x());
@@ -94,7 +95,7 @@ double cone_flux(const PaddedPoint* curve, std::size_t stride, const Vec3& apex,
 }
 
 /// The integral over an irregular face, with a cone instead of what remains after `levels` levels.
-double irregular_flux(const BoundarySurface& surface, std::uint32_t face, int levels, double floor,
+double irregular_flux(const BoundarySurface& surface, BoundaryFaceId face, int levels, double floor,
                       IrregularCorner& corner) {
   std::array<BezierPatch, 3> patches;
   surface.irregular_corner(face, corner);
@@ -109,7 +110,7 @@ double irregular_flux(const BoundarySurface& surface, std::uint32_t face, int le
 }
 
 /// The limit points of a face's four corners.
-std::array<Vec3, 4> corner_limits(const BoundarySurface& surface, std::uint32_t face, IrregularCorner& corner) {
+std::array<Vec3, 4> corner_limits(const BoundarySurface& surface, BoundaryFaceId face, IrregularCorner& corner) {
   if (surface.faces()[face].regular) {
     const BezierPatch patch = surface.regular_patch(face);
     return {patch.b[0].head<3>(), patch.b[3].head<3>(), patch.b[15].head<3>(), patch.b[12].head<3>()};
@@ -178,10 +179,10 @@ template <typename Visit>
 void for_each_flux(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
                    const CancellationToken& cancel, Visit visit) {
   if (faces.empty()) return;
-  const double floor = surface.hull_box(0).center().z();
+  const double floor = surface.hull_box(BoundaryFaceId{0}).center().z();
   PeriodicPoll poll(cancel, 256);
   IrregularCorner corner;
-  for (std::uint32_t face = 0; face < faces.size(); ++face) {
+  for (const BoundaryFaceId face : IdRange<BoundaryFaceId>(faces.size())) {
     poll();
     visit(faces[face], faces[face].regular ? flux(surface.regular_patch(face), floor)
                                            : irregular_flux(surface, face, levels, floor, corner));
@@ -218,7 +219,7 @@ void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data)
   std::vector<bool> found(data.summary.control_vertices);
   std::vector<std::pair<std::uint32_t, Vec3>> limits;
   IrregularCorner corner;
-  for (std::uint32_t face = 0; face < surface.faces().size(); ++face) {
+  for (const BoundaryFaceId face : surface.face_ids()) {
     poll();
     const auto& keys = surface.faces()[face].corners;
     const auto is_wanted = [&](const SurfaceKey& key) {

@@ -96,12 +96,12 @@ class CellSearch {
 
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
-  std::vector<std::vector<std::pair<std::uint32_t, FoldFinding>>> found(range_count(count));
+  std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count));
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
   for_each_range(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellRange& range) {
-    search->start_range(range.end - range.begin);
-    for (std::uint32_t c = range.begin; c < range.end; ++c) {
+    search->start_range(range.cells.size());
+    for (const LimitCellId c : range.cells) {
       const FoldFinding worst = search->examine(data.cells[c]);
       if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
     }

@@ -67,12 +67,15 @@ void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, Lim
   PeriodicPoll poll(cancel, 64);
   std::vector<std::uint32_t> part_of;
   if (number_parts(mesh, poll, part_of) < 2) return;
-  const auto part = [&](std::uint32_t cell) { return part_of[data.cells[cell].control_cell]; };
+  const auto part = [&](LimitCellId cell) { return part_of[data.cells[cell].control_cell]; };
+  const IdRange<LimitCellId> cells(data.cells.size());
   std::vector<Box3> overlapping;
-  for (std::uint32_t cell = 0; cell < data.cells.size(); ++cell) {
+  for (const LimitCellId cell : cells) {
     poll();
     std::size_t own = 0;
-    const auto is_foreign = [&](std::uint32_t other) { return part(other) != part(cell) || ++own > kMostOfOwnPart; };
+    const auto is_foreign = [&](std::uint32_t other) {
+      return part(LimitCellId{other}) != part(cell) || ++own > kMostOfOwnPart;
+    };
     if (data.cell_boxes.any_meeting(data.cell_boxes.box(cell), is_foreign)) {
       overlapping.push_back(data.cell_boxes.box(cell));
     }
@@ -80,7 +83,7 @@ void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, Lim
   if (overlapping.empty()) return;
   data.overlap_boxes = BoxTree(overlapping, cancel);
   data.parts.reserve(data.cells.size());
-  for (std::uint32_t cell = 0; cell < data.cells.size(); ++cell) data.parts.push_back(part(cell));
+  for (const LimitCellId cell : cells) data.parts.push_back(part(cell));
 }
 
 }  // namespace ccslice

@@ -225,7 +225,8 @@ void FoldSearch::set_up(const BezierVolume& net) {
   whole.least = least_of(whole.b);
 }
 
-/// Along the axis where it helps most; the half with the smaller coefficient ends on top. False if all are used up.
+/// Halves it along the axis where it helps most; the half with the smaller coefficient ends on top. False if all are
+/// used up.
 bool FoldSearch::halve_top() {
   parts_.emplace_back();
   Part &high = parts_[parts_.size() - 2], &low = parts_.back();

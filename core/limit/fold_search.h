@@ -27,7 +27,7 @@ namespace ccslice {
 /// Tricubic Bezier net, points padded to one register; index i + 4 j + 16 k. mm, mesh frame.
 using BezierVolume = std::array<Eigen::Vector4d, 64>;
 
-/// By its two halves along an axis.
+/// Writes the nets of the two halves along an axis.
 void halve_net(const BezierVolume& net, std::size_t axis, BezierVolume& low, BezierVolume& high);
 
 enum class FoldVerdict : std::uint8_t { kUnfolded, kUndecided, kFolds };

@@ -81,7 +81,7 @@ struct LimitEvaluator::State {
         limit(data.dimension),
         patches(data.dimension - 3, patch_cache_bytes) {}
 
-  const Patch& patch(std::uint32_t cell, const PatchPath& path) noexcept {
+  const Patch& patch(LimitCellId cell, const PatchPath& path) noexcept {
     return patches.get(std::uint64_t{cell} << 32 | path.packed(), [&](double* points, double* channels) {
       builder.build(data.cells[cell], path, grid.data());
       load_patch(grid.data(), data.dimension, points, channels);
@@ -89,7 +89,7 @@ struct LimitEvaluator::State {
   }
 
   /// Position and channels on an irregular line or vertex itself, by the limit rows.
-  const std::vector<double>& singular(std::uint32_t cell, const PatchPlace& place) noexcept {
+  const std::vector<double>& singular(LimitCellId cell, const PatchPlace& place) noexcept {
     if (place.at_vertex) {
       builder.limit_at_vertex(data.cells[cell], limit.data());
     } else {
@@ -147,7 +147,7 @@ const Patch* LimitEvaluator::patch_at(const CellParam& at, PatchPlace& place) no
   return place.at_vertex || place.at_line ? nullptr : &state_->patch(at.cell, place.path);
 }
 
-const Patch& LimitEvaluator::patch(std::uint32_t cell, const PatchPlace& place) noexcept {
+const Patch& LimitEvaluator::patch(LimitCellId cell, const PatchPlace& place) noexcept {
   return state_->patch(cell, place.path);
 }
 

@@ -46,7 +46,7 @@ class LimitEvaluator {
   /// Valid until the next call.
   const Patch* patch_at(const CellParam& at, PatchPlace& place) noexcept;
   /// The patch at a place of the cell that find_patch() yielded. REQUIRES: on no irregular line or vertex itself.
-  const Patch& patch(std::uint32_t cell, const PatchPlace& place) noexcept;
+  const Patch& patch(LimitCellId cell, const PatchPlace& place) noexcept;
 
   const LimitSolid& solid() const noexcept;
 

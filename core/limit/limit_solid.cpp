@@ -53,10 +53,10 @@ LimitSolid::~LimitSolid() = default;
 const SolidSummary& LimitSolid::summary() const noexcept { return data_->summary; }
 std::size_t LimitSolid::channel_count() const noexcept { return data_->dimension - 3; }
 std::uint32_t LimitSolid::cell_count() const noexcept { return static_cast<std::uint32_t>(data_->cells.size()); }
-CellClass LimitSolid::cell_class(std::uint32_t cell) const noexcept { return data_->cells[cell].cell_class; }
-std::uint32_t LimitSolid::control_cell(std::uint32_t cell) const noexcept { return data_->cells[cell].control_cell; }
+CellClass LimitSolid::cell_class(LimitCellId cell) const noexcept { return data_->cells[cell].cell_class; }
+ControlCellId LimitSolid::control_cell(LimitCellId cell) const noexcept { return data_->cells[cell].control_cell; }
 
-std::uint8_t LimitSolid::boundary_sides(std::uint32_t cell) const noexcept { return data_->cells[cell].boundary_sides; }
+std::uint8_t LimitSolid::boundary_sides(LimitCellId cell) const noexcept { return data_->cells[cell].boundary_sides; }
 bool LimitSolid::has_several_regions() const noexcept { return data_->has_several_regions; }
 std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
   return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/base/ids.h"
 #include "core/base/types.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
@@ -37,10 +38,10 @@ struct ChannelRange {
 
 /// A place where the limit volume folds (det J <= 0).
 struct FoldPlace {
-  std::uint32_t cell = 0;          // Limit cell.
-  std::uint32_t control_cell = 0;  // The control cell that it came from.
-  Vec3 position = Vec3::Zero();    // mm, mesh frame.
-  double determinant = 0;          // Determinant of the Jacobian there, mm^3 per unit parameter volume.
+  LimitCellId cell;
+  ControlCellId control_cell;    // The control cell that it came from.
+  Vec3 position = Vec3::Zero();  // mm, mesh frame.
+  double determinant = 0;        // Determinant of the Jacobian there, mm^3 per unit parameter volume.
 };
 
 /// A boundary vertex of the control mesh and its own point of the limit surface. mm.
@@ -119,15 +120,16 @@ class LimitSolid {
   const SolidSummary& summary() const noexcept;
   std::size_t channel_count() const noexcept;
   std::uint32_t cell_count() const noexcept;
-  CellClass cell_class(std::uint32_t cell) const noexcept;
-  std::uint32_t control_cell(std::uint32_t cell) const noexcept;
+  IdRange<LimitCellId> cells() const noexcept { return IdRange<LimitCellId>{cell_count()}; }
+  CellClass cell_class(LimitCellId cell) const noexcept;
+  ControlCellId control_cell(LimitCellId cell) const noexcept;
 
   /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure; takes about a
   /// microsecond for every boundary face. Throws Error{kCancelled}.
   Box3 placed_bounding_box(const Placement& placement, const CancellationToken& cancel = {}) const;
 
   /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
-  std::uint8_t boundary_sides(std::uint32_t cell) const noexcept;
+  std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;
   /// The region of a control cell; 0 in a mesh without named regions.

@@ -40,7 +40,7 @@ class WeightTable {
     for (std::size_t n = 0; n < width(); ++n) target[n] = a[n] * b[n];
   }
 
-  /// The same weights at each of these places.
+  /// Gives the points these weights at each of the places.
   void set_columns(const Range& places, const std::vector<double>& weights) {
     for (std::size_t p = 0; p < weights.size(); ++p) {
       for (std::size_t n = places.begin; n < places.end; ++n) at(p, n) = weights[p];
@@ -89,7 +89,8 @@ struct VertexLevel {
   std::span<const std::uint32_t> shared;  // Numbers in the star of the corner's shared points.
 };
 
-/// From the patches up to the ring.
+/// Goes from the patches up to the ring. Places are sorted by depth, so that all that lie below a level are the first
+/// ones of those at it: one table holds them, and each level is one pass over rows of neighbouring columns.
 class StencilWalk {
  public:
   StencilWalk(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed) : data_(data) {
@@ -129,7 +130,7 @@ class StencilWalk {
     return sub_cell << 24 | std::uint64_t{!at.at_line} << 16 | (kDeepest - path.line_level) << 8 | path.line_child;
   }
 
-  /// As far from the range's begin as the predicate holds.
+  /// The range's first places, as far as the predicate holds.
   template <typename Predicate>
   Range prefix(const Range& range, Predicate holds) const {
     Range result{range.begin, range.begin};
@@ -251,8 +252,8 @@ class StencilWalk {
   }
 
   const LimitSolid::Data& data_;
-  std::vector<PatchPlace> places_;    // In order,
-  std::vector<std::size_t> columns_;  // Where each of those asked for is among them.
+  std::vector<PatchPlace> places_;    // In the order of depth.
+  std::vector<std::size_t> columns_;  // Where each of the places asked for is among them.
 };
 
 }  // namespace

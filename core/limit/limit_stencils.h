@@ -7,7 +7,13 @@
 // weights depend on the neighbourhood alone (its operator), not on where the points are; so all cells of a
 // neighbourhood share those of a box of parameters, and a block is one product of a matrix with the ring's points. They
 // are found by the same walk the other way round, from patches' basis functions up to the ring, for all places
-// together.
+// together: with A_k the rows that lead from level k - 1 to level k, b a patch's basis functions at a place and P the
+// ring's points, the limit is
+//
+//   b^T (A_n ... (A_2 (A_1 P)))  =  (((b^T A_n) ... A_2) A_1) P,
+//
+// where the left side needs the points and the right side's brackets, the weights, don't. On the irregular line or
+// vertex itself the limit row takes the place of b^T A_n ... A_1.
 //
 // Private to the core.
 
@@ -31,7 +37,7 @@ inline constexpr std::size_t kStencilStrip = 2 * kLanes;
 /// Immutable: may be shared.
 class LimitStencils {
  public:
-  /// At parameters in the cell's frame (Frame::to_framed). REQUIRES: `cell` isn't regular.
+  /// The stencils at parameters in the cell's frame (Frame::to_framed). REQUIRES: `cell` isn't regular.
   LimitStencils(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed);
 
   /// Calls put(strip, first, last) for each strip of places. The ring's points have four numbers each: first[d] holds

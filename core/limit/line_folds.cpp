@@ -46,7 +46,7 @@ Ring child_of(const PlanarOperator& line, std::size_t child, const Ring& ring) {
 
 template <std::size_t kCount>
 using Polynomial = std::array<double, kCount>;  // Bernstein coefficients.
-using Curve = std::array<Vec3, 4>;              // Likewise.
+using Curve = std::array<Vec3, 4>;              // Bernstein coefficients of a cubic.
 
 /// Cubic B-spline coefficients -> Bernstein coefficients.
 Curve to_bernstein(const Curve& k) {

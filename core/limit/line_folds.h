@@ -43,8 +43,8 @@ namespace ccslice {
 /// One solid, one thread.
 class LineFolds {
  public:
-  static constexpr int kLevels = 8;       // Below the ring that is given.
-  static constexpr int kLastLevels = 32;  // Likewise, where det J depends on the level: beyond, no voxel shows it.
+  static constexpr int kLevels = 8;       // Levels below the ring that is given.
+  static constexpr int kLastLevels = 32;  // Levels where det J depends on the level: beyond, no voxel shows it.
   static constexpr int kFinest = 256;     // Parts of w; what can't be told there is undecided.
 
   /// At how many places and levels to look: as many as the kind of line needs, or at one.

@@ -28,8 +28,8 @@ inline constexpr int kMaxPatchLevel = 40;
 struct PatchPath {
   std::uint8_t level = 0;       // Vertex cells: levels descended at the irregular corner.
   std::uint8_t child = 0;       // Vertex cells: the outer sub-cell (1 to 7).
-  std::uint8_t line_level = 0;  // Line cells and line sub-cells.
-  std::uint8_t line_child = 0;  // Likewise: 1 to 3, or 0 in regular sub-cells.
+  std::uint8_t line_level = 0;  // Line cells and line sub-cells: levels descended at the line.
+  std::uint8_t line_child = 0;  // Line cells and line sub-cells: the outer patch (1 to 3); 0 in regular sub-cells.
 
   std::uint32_t packed() const {
     return static_cast<std::uint32_t>(level) | static_cast<std::uint32_t>(child) << 8 |
@@ -44,8 +44,8 @@ struct PatchPlace {
   Vec3 local;
   std::array<std::uint8_t, 3> axis;
   Vec3 factor;
-  bool at_vertex = false;  // Within 2^-kMaxPatchLevel of the irregular vertex ...
-  bool at_line = false;    // ... or of the irregular line: `local`'s third coordinate still counts.
+  bool at_vertex = false;  // Within 2^-kMaxPatchLevel of the irregular vertex.
+  bool at_line = false;    // Within that of the irregular line: `local`'s third coordinate still counts.
 };
 
 /// A sample of the patch, in the cell's parameters.
@@ -107,7 +107,7 @@ class PatchBuilder {
   void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
   /// Has the four layers of a line cell or sub-cell in `line_layers_`; returns its operator.
   std::uint32_t load_line(const LimitCell& cell, const PatchPath& path) noexcept;
-  /// The same, and copies them to `a_`.
+  /// Does as load_line() does, and copies the layers to `a_`.
   std::uint32_t copy_line(const LimitCell& cell, const PatchPath& path) noexcept;
   /// The line cell or sub-cell whose layers are in `a_`.
   template <typename OnPatch, typename OnRest>

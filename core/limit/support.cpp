@@ -47,7 +47,7 @@ void halve(const Heights& h, std::size_t stride, Heights& low, Heights& high) {
 
 struct BoundedFace {
   double bound;
-  std::uint32_t face;
+  BoundaryFaceId face;
   bool operator<(const BoundedFace& other) const {
     return bound != other.bound ? bound < other.bound : face > other.face;
   }
@@ -63,7 +63,7 @@ class Search {
     std::vector<BoundedFace> faces;
     faces.reserve(surface_.faces().size());
     double lowest = std::numeric_limits<double>::infinity();
-    for (std::uint32_t f = 0; f < surface_.faces().size(); ++f) {
+    for (const BoundaryFaceId f : surface_.face_ids()) {
       poll_();
       const Box3& box = surface_.hull_box(f);
       faces.push_back({direction_.cwiseMax(0).dot(box.max()) + direction_.cwiseMin(0).dot(box.min()), f});
@@ -72,7 +72,7 @@ class Search {
     std::make_heap(faces.begin(), faces.end());
     tolerance_ = std::max(1e-10 * (faces.front().bound - lowest), std::numeric_limits<double>::min());
     while (!faces.empty() && faces.front().bound > best_ + tolerance_) {
-      const std::uint32_t face = faces.front().face;
+      const BoundaryFaceId face = faces.front().face;
       surface_.faces()[face].regular ? search(surface_.regular_patch(face)) : search_irregular(face);
       std::pop_heap(faces.begin(), faces.end());
       faces.pop_back();
@@ -99,7 +99,7 @@ class Search {
     search(low_first ? high : low, depth + 1);
   }
 
-  void search_irregular(std::uint32_t face) {
+  void search_irregular(BoundaryFaceId face) {
     IrregularCorner corner;
     std::array<BezierPatch, 3> patches;
     surface_.irregular_corner(face, corner);

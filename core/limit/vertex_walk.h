@@ -26,7 +26,7 @@ class VertexWalk {
 
   /// Starts at the ring of a vertex cell, whose points are to be written to the result: its star's, then its own.
   std::span<double> start(std::uint32_t op) noexcept;
-  /// To the sub-cell at the vertex.
+  /// Goes on to the sub-cell at the vertex.
   void descend() noexcept;
   /// Writes the points of an outer sub-cell (1 to 7) as its rows have them, phantoms zero.
   const CornerOperator::Child& make_child(std::size_t number, double* out) noexcept;

@@ -62,8 +62,8 @@ class AbaqusSets {
   struct Member {
     std::size_t of;  // The set that it is added to.
     AbaqusScope scope{};
-    std::string set{};  // A set's name in capitals, or ...
-    Range numbers{};    // ... elements, if it is empty.
+    std::string set{};  // A set's name in capitals; empty if elements are added.
+    Range numbers{};    // Elements, if `set` is empty.
   };
   struct Set {
     std::string name;  // As written first.

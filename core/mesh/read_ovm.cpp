@@ -170,7 +170,8 @@ class OvmReader {
       return read_channels(name, components);
     }
     while (!scanner_.at_end() && !opens_property(scanner_.peek())) scanner_.rest_of_line();
-    file_.warnings.push_back("property '" + name + "' (" + printable(entity) + " " + printable(type) + ") left out");
+    file_.warnings.push_back("property '" + printable(name) + "' (" + printable(entity) + " " + printable(type) +
+                             ") left out");
   }
 
   void read_channels(const std::string& name, std::size_t components) {

@@ -33,7 +33,7 @@ class UnfitNumbers {
     for (double& number : position) number = coordinate(numbers.any_real(kWhat), vertex, kWhat, scanner);
     return position;
   }
-  /// The same for files that no TextScanner reads.
+  /// A coordinate of `vertex`, for files that no TextScanner reads.
   double coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
                     std::string_view token);
 

@@ -217,7 +217,7 @@ void ZlibStream::State::match_bytes() {
     const std::size_t length = equal_units(unit + at - distance, unit + at, unit + std::min(end, at + kLongestMatch));
     block.add(at - literals_begin, length, length, distance);
     at += length;
-    // So that a long run goes on at the shortest distance.
+    // The match's end is entered so that a long run goes on at the shortest distance.
     if (at + kLongKey <= end) places[long_hash(unit + at - 1)] = static_cast<std::uint32_t>(origin + at - 1);
     literals_begin = at;
     misses = 0;

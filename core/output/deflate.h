@@ -35,7 +35,8 @@ class ZlibStream {
 
   /// Forgets everything; units are bytes from now on.
   void start_bytes();
-  /// Likewise; units are indices of `palette`, at most 255 colours. Every `row_units` units begin with kSeparator.
+  /// Forgets everything; from now on units are indices of `palette`, at most 255 colours. Every `row_units` units begin
+  /// with kSeparator.
   void start_colours(std::span<const Colour> palette, std::size_t row_units);
 
   /// REQUIRES: started; units within the palette. How units are split over calls makes no difference.

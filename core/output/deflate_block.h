@@ -27,13 +27,13 @@ class DeflateBlock {
  public:
   static constexpr std::size_t kLongestMatch = 258;
 
-  /// So many units as they are, then a match of `match_units` units, at most kLongestMatch. `length`: its bytes, 3 to
-  /// kLongestMatch; `distance`: how many bytes before it the same ones begin, 1 to 32768.
+  /// Adds so many units as they are, then a match of `match_units` units, at most kLongestMatch. `length`: its bytes, 3
+  /// to kLongestMatch; `distance`: how many bytes before it the same ones begin, 1 to 32768.
   void add(std::size_t literals, std::size_t match_units, std::size_t length, std::size_t distance) {
     sequences_.push_back({static_cast<std::uint32_t>(literals), static_cast<std::uint16_t>(match_units),
                           static_cast<std::uint16_t>(length), static_cast<std::uint16_t>(distance - 1)});
   }
-  /// So many units as they are.
+  /// Adds so many units as they are.
   void add(std::size_t literals) { sequences_.push_back({static_cast<std::uint32_t>(literals), 0, 0, 0}); }
   /// The most bytes that write() takes for units of that many bytes in all.
   static constexpr std::size_t largest(std::size_t unit_bytes) {

@@ -101,6 +101,10 @@ std::uint32_t crc32_of(std::span<const std::uint8_t> bytes) { return crc32_by_pi
 
 EncodedPlane PlaneEncoder::encode(const SampleImage& image, Encoding encoding, const CancellationToken& cancel) {
   refuse(encoding_obstacle(image.type, encoding, channel_count(image)));
+  if (find_encoding(encoding)->has_alpha &&
+      image.inside.size() != sample_bytes(SampleType::kBit, image.width, image.height)) {
+    throw Error(ErrorCode::kInternal, "a plane with alpha doesn't know what is inside");
+  }
   return checked_plane(image, cancel,
                        [&] { return find_encoding(encoding)->encode_samples(state_->codecs, image, cancel); });
 }
@@ -110,7 +114,7 @@ EncodedPlane PlaneEncoder::encode(const IndexImage& image, SampleType type, Enco
   refuse(index_encoding_obstacle(type, encoding, image.palette.size() - 1));
   require_known_materials(image);
   pack_indices(image, bits_per_index(type), state_->packed, cancel);
-  const SampleImage packed{type, image.width, image.height, state_->packed};
+  const SampleImage packed{type, image.width, image.height, state_->packed, {}, image.pitch};
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_indices(state_->codecs, image, packed, cancel); });
 }
@@ -119,7 +123,7 @@ EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, std::uint32_t ma
                                        const CancellationToken& cancel) {
   refuse(encoding_obstacle(SampleType::kBit, encoding));
   pack_mask(image, material, state_->packed, cancel);
-  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed};
+  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed, {}, image.pitch};
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_mask(state_->codecs, packed, cancel); });
 }

@@ -24,7 +24,7 @@ std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t h
 [[nodiscard]] std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding,
                                                                 std::uint32_t channels = 1);
 
-/// Likewise for the numbers of so many materials.
+/// Why the numbers of so many materials can't be encoded so, and what to ask for instead; nothing if they can.
 [[nodiscard]] std::optional<std::string_view> index_encoding_obstacle(SampleType type, Encoding encoding,
                                                                       std::size_t materials);
 
@@ -46,7 +46,7 @@ class PlaneEncoder {
   /// kInternal for a number beyond the palette too: no file is made of colours that weren't asked for.
   [[nodiscard]] EncodedPlane encode(const IndexImage& image, SampleType type, Encoding encoding,
                                     const CancellationToken& cancel = {});
-  /// Which voxels are of one material, as kBit; 1 bit a voxel in PNG. Likewise.
+  /// Which voxels are of one material, as kBit; 1 bit a voxel in PNG. REQUIRES and throws what the one above does.
   [[nodiscard]] EncodedPlane encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
                                          const CancellationToken& cancel = {});
 

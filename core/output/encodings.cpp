@@ -17,6 +17,8 @@ using Bytes = EncodingTraits::Bytes;
 constexpr EncodingLimit kNoMaterials = {0,
                                         "materials are numbers with colours; ask for PNG, RGBA PNG, raw or raw zstd"};
 
+constexpr EncodingLimit kOneWithAlpha = {1, "one channel has alpha; ask for EXR or raw zstd, or for a plane each"};
+
 Bytes copy(PlaneCodecs&, const SampleImage& image, const CancellationToken& cancel) {
   Bytes copied;
   copied.reserve(image.samples.size());
@@ -37,6 +39,10 @@ Bytes grey_png(PlaneCodecs& codecs, const SampleImage& image, const Cancellation
   return codecs.png.grey(image, cancel);
 }
 
+Bytes grey_alpha_png(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  return codecs.png.grey_alpha(image, cancel);
+}
+
 Bytes bitmap_png(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
   return codecs.png.bitmap(image, cancel);
 }
@@ -50,7 +56,7 @@ Bytes rgba_png(PlaneCodecs& codecs, const IndexImage& image, const SampleImage&,
   return codecs.png.rgba(image, cancel);
 }
 
-/// Of encodings that don't care what the samples mean.
+/// For encodings that don't care what the samples mean.
 template <EncodingTraits::Samples& encode>
 Bytes packed(PlaneCodecs& codecs, const IndexImage&, const SampleImage& samples, const CancellationToken& cancel) {
   return encode(codecs, samples, cancel);
@@ -65,6 +71,8 @@ bool all_types(SampleType) noexcept { return true; }
 bool integers(SampleType type) noexcept { return type != SampleType::kFloat32; }
 bool floats(SampleType type) noexcept { return type == SampleType::kFloat32; }
 bool no_type(SampleType) noexcept { return false; }
+bool whole_bytes(SampleType type) noexcept { return type == SampleType::kUint8 || type == SampleType::kUint16; }
+bool channel_types(SampleType type) noexcept { return whole_bytes(type) || floats(type); }
 
 bool always() noexcept { return true; }
 
@@ -116,6 +124,25 @@ constexpr std::array kEncodings = {
                    .materials = kNoMaterials,
                    .is_built = image_files_available,
                    .encode_samples = image_file<Encoding::kExr>},
+    EncodingTraits{.encoding = Encoding::kPngAlpha,
+                   .name = "PNG_ALPHA",
+                   .has_alpha = true,
+                   .takes = whole_bytes,
+                   .type_remedy = "PNG has alpha for channels of UINT8 and UINT16; ask for those, for PNG without, or "
+                                  "for TIFF_ALPHA",
+                   .channels = kOneWithAlpha,
+                   .materials = kNoMaterials,
+                   .is_built = always,
+                   .encode_samples = grey_alpha_png},
+    EncodingTraits{.encoding = Encoding::kTiffAlpha,
+                   .name = "TIFF_ALPHA",
+                   .has_alpha = true,
+                   .takes = channel_types,
+                   .type_remedy = "TIFF has alpha for channels; ask for TIFF without",
+                   .channels = kOneWithAlpha,
+                   .materials = kNoMaterials,
+                   .is_built = image_files_available,
+                   .encode_samples = image_file<Encoding::kTiffAlpha>},
 };
 
 }  // namespace

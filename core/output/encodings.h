@@ -42,6 +42,7 @@ struct EncodingTraits {
   std::string_view name;     // Of the contract's value, without PLANE_ENCODING_.
   bool compressed = true;    // Typical parts take fewer bytes than their samples.
   bool widens_bits = false;  // kBit takes 8 bits a voxel.
+  bool has_alpha = false;    // Takes SampleImage::inside, and that of kChannel alone.
 
   /// Samples of occupancies, masks and channels, and what to ask for instead of other types.
   bool (*takes)(SampleType type) noexcept;

@@ -7,6 +7,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <cstring>
 #include <string>
 
 #include "core/base/error.h"
@@ -27,7 +28,8 @@ void keep_openimageio_serial() {
 
 const char* name_of(Encoding format) {
   switch (format) {
-    case Encoding::kTiff: return "tiff";
+    case Encoding::kTiff:
+    case Encoding::kTiffAlpha: return "tiff";
     case Encoding::kExr: return "openexr";
     default: throw Error(ErrorCode::kInternal, "a picture file asked of an encoding that is none");
   }
@@ -47,10 +49,12 @@ OIIO::TypeDesc type_of(SampleType type) {
 }
 
 OIIO::ImageSpec spec_of(Encoding format, const SampleImage& image) {
+  const bool has_alpha = format == Encoding::kTiffAlpha;
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
-                       static_cast<int>(channel_count(image)), type_of(image.type));
-  // Samples are written as they are: no channel is alpha, whatever its name, and none is premultiplied or divided.
-  spec.alpha_channel = spec.z_channel = -1;
+                       has_alpha ? 2 : static_cast<int>(channel_count(image)), type_of(image.type));
+  // Samples are written as they are: no channel is alpha for its name, and none is premultiplied or divided.
+  spec.alpha_channel = has_alpha ? 1 : -1;
+  spec.z_channel = -1;
   spec.attribute("oiio:UnassociatedAlpha", 1);
   spec.attribute("compression", "zip");
   // The writers stamp the time unless told one. TIFF drops a date that is no text; EXR takes an empty one.
@@ -63,6 +67,14 @@ OIIO::ImageSpec spec_of(Encoding format, const SampleImage& image) {
   spec.attribute("tiff:zipquality", 1);
   spec.attribute("tiff:RowsPerStrip", static_cast<int>(kStripRows));
   if (image.type == SampleType::kBit) spec.attribute("oiio:BitsPerSample", 1);
+  if (image.pitch.x_mm > 0 && image.pitch.y_mm > 0) {
+    constexpr double kInchMm = 25.4;
+    spec.attribute("ResolutionUnit", "in");
+    spec.attribute("XResolution", static_cast<float>(kInchMm / image.pitch.x_mm));
+    spec.attribute("YResolution", static_cast<float>(kInchMm / image.pitch.y_mm));
+    // Without it, the writer takes the one for the other.
+    spec.attribute("PixelAspectRatio", static_cast<float>(image.pitch.x_mm / image.pitch.y_mm));
+  }
   return spec;
 }
 
@@ -81,8 +93,36 @@ void unpack_bits(const SampleImage& image, std::uint32_t y_begin, std::uint32_t 
   }
 }
 
+// Each sample of some rows with its alpha behind it.
+template <typename Sample>
+void add_alpha(const SampleImage& image, Sample opaque, std::uint32_t y_begin, std::uint32_t y_end,
+               std::vector<std::uint8_t>& out) {
+  const std::size_t inside_bytes = image.inside.size() / image.height;
+  out.resize(2 * sizeof(Sample) * image.width * (y_end - y_begin));
+  std::uint8_t* to = out.data();
+  const std::uint8_t* from = image.samples.data() + sizeof(Sample) * image.width * y_begin;
+  for (std::uint32_t y = y_begin; y < y_end; ++y) {
+    const std::uint8_t* inside = image.inside.data() + inside_bytes * y;
+    for (std::size_t x = 0; x < image.width; ++x) {
+      const Sample alpha = inside[x / 8] >> (7 - x % 8) & 1 ? opaque : Sample{0};
+      std::memcpy(to, from, sizeof alpha);
+      std::memcpy(to + sizeof alpha, &alpha, sizeof alpha);
+      from += sizeof alpha;
+      to += 2 * sizeof alpha;
+    }
+  }
+}
+
+void add_alpha(const SampleImage& image, std::uint32_t y_begin, std::uint32_t y_end, std::vector<std::uint8_t>& out) {
+  switch (image.type) {
+    case SampleType::kUint8: return add_alpha(image, std::uint8_t{255}, y_begin, y_end, out);
+    case SampleType::kUint16: return add_alpha(image, std::uint16_t{65535}, y_begin, y_end, out);
+    default: return add_alpha(image, 1.0f, y_begin, y_end, out);
+  }
+}
+
 // Band by band, so that a cancel is noticed in between.
-void write_rows(const SampleImage& image, OIIO::ImageOutput& output, const CancellationToken& cancel) {
+void write_rows(const SampleImage& image, bool has_alpha, OIIO::ImageOutput& output, const CancellationToken& cancel) {
   const OIIO::TypeDesc type = type_of(image.type);
   const std::uint64_t row_bytes = std::uint64_t{image.width} * channel_count(image) * type.size();
   const auto strips = static_cast<std::uint32_t>(std::max<std::uint64_t>(1, kBandBytes / (row_bytes * kStripRows)));
@@ -94,6 +134,9 @@ void write_rows(const SampleImage& image, OIIO::ImageOutput& output, const Cance
     const std::uint8_t* rows = image.samples.data() + row_bytes * y;
     if (image.type == SampleType::kBit) {
       unpack_bits(image, y, y_end, grey);
+      rows = grey.data();
+    } else if (has_alpha) {
+      add_alpha(image, y, y_end, grey);
       rows = grey.data();
     }
     if (!output.write_scanlines(static_cast<int>(y), static_cast<int>(y_end), 0, type, rows)) fail(output.geterror());
@@ -114,7 +157,7 @@ std::vector<std::uint8_t> encode_image_file(Encoding format, const SampleImage& 
   if (!output) fail(OIIO::geterror());
   if (!output->set_ioproxy(&sink)) fail(output->geterror());
   if (!output->open("layer", spec_of(format, image))) fail(output->geterror());
-  write_rows(image, *output, cancel);
+  write_rows(image, format == Encoding::kTiffAlpha, *output, cancel);
   if (!output->close()) fail(output->geterror());
   // A TIFF of one channel is complete here, yet leaves an error about Exif data that it hasn't got. Taking it keeps
   // OpenImageIO from reporting it.

@@ -20,7 +20,7 @@ namespace ccslice {
 
 enum class PlaneContent : std::uint8_t {
   kOccupancy,     // 1 bit a voxel.
-  kChannel,       // One material channel, contone; outside voxels are 0.
+  kChannel,       // One material channel, contone.
   kChannels,      // Several, kFloat32: the values of a voxel follow each other.
   kMaterials,     // The material's number, 0 outside: kBit, kUint2, kUint4, kUint8.
   kMaterialMask,  // kBit: which voxels are of one material.
@@ -30,19 +30,21 @@ enum class PlaneContent : std::uint8_t {
 enum class SampleType : std::uint8_t {
   kBit,      // Packed rows, most significant bit first, rows padded to whole bytes.
   kUint8,    // round((value - min) / (max - min) * 255), clamped; a material's number as it is.
-  kUint16,   // Likewise with 65535; little-endian in raw data.
+  kUint16,   // As kUint8 with 65535 for 255; little-endian in raw data.
   kFloat32,  // The value itself, little-endian IEEE 754.
   kUint2,    // Materials' numbers in 2 bits, packed like kBit.
-  kUint4,    // Likewise in 4 bits.
+  kUint4,    // Materials' numbers in 4 bits, packed like kBit.
 };
 
 enum class Encoding : std::uint8_t {
-  kRaw,      // Rows of samples, row 0 first, no padding but that of kBit.
-  kRawZstd,  // The same bytes as one zstd frame.
-  kPng,      // 8 or 16 bit grey; kBit becomes 8 bit, 0 or 255. Not for kFloat32. Materials: indexed.
-  kTiff,     // 1, 8, 16 bit or float grey. Not for kChannels.
-  kExr,      // OpenEXR with named channels. kFloat32 only.
-  kPngRgba,  // Materials only: 4 bytes a voxel, of the materials' and the background's colours.
+  kRaw,        // Rows of samples, row 0 first, no padding but that of kBit.
+  kRawZstd,    // The bytes of kRaw as one zstd frame.
+  kPng,        // 8 or 16 bit grey; kBit becomes 8 bit, 0 or 255. Not for kFloat32. Materials: indexed.
+  kTiff,       // 1, 8, 16 bit or float grey. Not for kChannels.
+  kExr,        // OpenEXR with named channels. kFloat32 only.
+  kPngRgba,    // Materials only: 4 bytes a voxel, of the materials' and the background's colours.
+  kPngAlpha,   // kChannel: grey and alpha, 8 or 16 bit each; alpha is 0 outside and the largest number inside.
+  kTiffAlpha,  // kChannel: grey and alpha, 8 or 16 bit each or float; alpha as in kPngAlpha, 1 inside for floats.
 };
 
 struct ValueRange {
@@ -58,6 +60,12 @@ struct PlaneSpec {
   Encoding encoding = Encoding::kRawZstd;
   std::optional<ValueRange> range;  // kChannel as integers: what 0 and the largest integer stand for. Default: the
                                     // channel's range in the control mesh (a constant channel maps to 0).
+  double outside_sample = 0;        // kChannel, kChannels: the sample of voxels outside, as it is stored.
+};
+
+/// The size of a pixel in mm, for files that can say it. 0: unknown.
+struct PixelPitch {
+  double x_mm = 0, y_mm = 0;
 };
 
 /// The samples of a plane, rows from 0 up, as SampleType lays them out. Not owned.
@@ -67,6 +75,8 @@ struct SampleImage {
   std::uint32_t height = 0;
   std::span<const std::uint8_t> samples;
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
+  PixelPitch pitch = {};
+  std::span<const std::uint8_t> inside = {};  // For encodings with alpha: which voxels are, laid out as kBit.
 };
 
 /// A layer of numbers, of materials or of cell regions, rows from 0 up. Not owned.
@@ -75,6 +85,7 @@ struct IndexImage {
   std::uint32_t height = 0;
   std::span<const std::uint8_t> indices;   // width * height.
   std::span<const std::uint32_t> palette;  // 0xRRGGBBAA, sRGB: the background's colour, then one for each material.
+  PixelPitch pitch = {};
 };
 
 /// Samples of a voxel.
@@ -82,7 +93,7 @@ inline std::uint32_t channel_count(const SampleImage& image) {
   return image.channel_names.empty() ? 1 : static_cast<std::uint32_t>(image.channel_names.size());
 }
 
-/// Likewise of a plane.
+/// Samples of a voxel of the plane.
 inline std::uint32_t channel_count(const PlaneSpec& plane) {
   return plane.content == PlaneContent::kChannels ? static_cast<std::uint32_t>(plane.channels.size()) : 1;
 }

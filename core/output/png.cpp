@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "core/output/pack_indices.h"
@@ -15,8 +17,8 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint8_t kGrey = 0, kIndexed = 3, kRgba = 6;  // Colour types.
-constexpr std::uint8_t kFilterNone = 0, kFilterUp = 2;      // Filter types.
+constexpr std::uint8_t kGrey = 0, kIndexed = 3, kGreyAlpha = 4, kRgba = 6;  // Colour types.
+constexpr std::uint8_t kFilterNone = 0, kFilterUp = 2;                      // Filter types.
 
 void put_number(std::uint32_t number, std::vector<std::uint8_t>& out) {
   for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(number >> shift));
@@ -30,16 +32,33 @@ void put_chunk(std::string_view type, std::span<const std::uint8_t> data, std::v
   put_number(libdeflate_crc32(0, out.data() + begin, out.size() - begin), out);
 }
 
-/// Signature and IHDR.
-std::vector<std::uint8_t> begin_file(std::uint32_t width, std::uint32_t height, std::uint32_t bits,
-                                     std::uint8_t colour_type) {
+/// Pixels a metre, of which PNG has whole ones.
+std::uint32_t pixels_a_metre(double pitch_mm) {
+  constexpr double kMetreMm = 1000, kMost = std::numeric_limits<std::int32_t>::max();  // PNG's own limit.
+  return static_cast<std::uint32_t>(std::clamp(std::round(kMetreMm / pitch_mm), 1.0, kMost));
+}
+
+void put_resolution(const PixelPitch& pitch, std::vector<std::uint8_t>& file) {
+  if (pitch.x_mm <= 0 || pitch.y_mm <= 0) return;
+  constexpr std::uint8_t kMetre = 1;
+  std::vector<std::uint8_t> data;
+  put_number(pixels_a_metre(pitch.x_mm), data);
+  put_number(pixels_a_metre(pitch.y_mm), data);
+  data.push_back(kMetre);
+  put_chunk("pHYs", data, file);
+}
+
+/// Signature, IHDR and pHYs, for an image of either kind.
+template <typename Image>
+std::vector<std::uint8_t> begin_file(const Image& image, std::uint32_t bits, std::uint8_t colour_type) {
   std::vector<std::uint8_t> file = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   std::vector<std::uint8_t> header;
-  put_number(width, header);
-  put_number(height, header);
+  put_number(image.width, header);
+  put_number(image.height, header);
   // Deflate, filters by row, not interlaced.
   header.insert(header.end(), {static_cast<std::uint8_t>(bits), colour_type, 0, 0, 0});
   put_chunk("IHDR", header, file);
+  put_resolution(image.pitch, file);
   return file;
 }
 
@@ -87,22 +106,42 @@ void spread_row(const SampleImage& image, std::uint32_t y, std::span<std::uint8_
 
 }  // namespace
 
-std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const CancellationToken& cancel) {
-  const std::size_t row_bytes = png_row_bytes(image);
+/// Rows as the differences to those above. spread(y, row) writes row y.
+template <typename Spread>
+void PngEncoder::append_rows(std::uint32_t rows, std::size_t row_bytes, const CancellationToken& cancel,
+                             Spread&& spread) {
   above_.assign(row_bytes, 0);
   std::vector<std::uint8_t> here(row_bytes);
   row_.resize(1 + row_bytes);
   row_[0] = kFilterUp;
   stream_.start_bytes();
-  for (std::uint32_t y = 0; y < image.height; ++y) {
+  for (std::uint32_t y = 0; y < rows; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    spread_row(image, y, here);
+    spread(y, std::span(here));
     for (std::size_t i = 0; i < row_bytes; ++i) row_[1 + i] = static_cast<std::uint8_t>(here[i] - above_[i]);
     stream_.append(row_);
     std::swap(here, above_);
   }
-  return end_file(begin_file(image.width, image.height, image.type == SampleType::kUint16 ? 16 : 8, kGrey),
-                  stream_.finish());
+}
+
+std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const CancellationToken& cancel) {
+  append_rows(image.height, png_row_bytes(image), cancel,
+              [&](std::uint32_t y, std::span<std::uint8_t> row) { spread_row(image, y, row); });
+  return end_file(begin_file(image, image.type == SampleType::kUint16 ? 16 : 8, kGrey), stream_.finish());
+}
+
+std::vector<std::uint8_t> PngEncoder::grey_alpha(const SampleImage& image, const CancellationToken& cancel) {
+  const std::size_t grey_bytes = png_row_bytes(image), bytes = grey_bytes / image.width;
+  std::vector<std::uint8_t> grey(grey_bytes);
+  append_rows(image.height, 2 * grey_bytes, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
+    spread_row(image, y, grey);
+    const std::uint8_t* inside = image.inside.data() + image.inside.size() / image.height * y;
+    for (std::size_t x = 0; x < image.width; ++x) {
+      std::copy_n(&grey[bytes * x], bytes, &row[2 * bytes * x]);
+      std::fill_n(&row[2 * bytes * x + bytes], bytes, inside[x / 8] >> (7 - x % 8) & 1 ? 255 : 0);
+    }
+  });
+  return end_file(begin_file(image, image.type == SampleType::kUint16 ? 16 : 8, kGreyAlpha), stream_.finish());
 }
 
 void PngEncoder::append_plain_rows(const SampleImage& image, const CancellationToken& cancel) {
@@ -118,13 +157,13 @@ void PngEncoder::append_plain_rows(const SampleImage& image, const CancellationT
 
 std::vector<std::uint8_t> PngEncoder::bitmap(const SampleImage& image, const CancellationToken& cancel) {
   append_plain_rows(image, cancel);
-  return end_file(begin_file(image.width, image.height, 1, kGrey), stream_.finish());
+  return end_file(begin_file(image, 1, kGrey), stream_.finish());
 }
 
 std::vector<std::uint8_t> PngEncoder::indexed(const SampleImage& image, std::span<const std::uint32_t> palette,
                                               const CancellationToken& cancel) {
   append_plain_rows(image, cancel);
-  std::vector<std::uint8_t> file = begin_file(image.width, image.height, bits_per_index(image.type), kIndexed);
+  std::vector<std::uint8_t> file = begin_file(image, bits_per_index(image.type), kIndexed);
   put_palette(palette, file);
   return end_file(std::move(file), stream_.finish());
 }
@@ -139,7 +178,7 @@ std::vector<std::uint8_t> PngEncoder::rgba(const IndexImage& image, const Cancel
     stream_.append(kFilter);
     stream_.append(image.indices.subspan(std::size_t{image.width} * y, image.width));
   }
-  return end_file(begin_file(image.width, image.height, 8, kRgba), stream_.finish());
+  return end_file(begin_file(image, 8, kRgba), stream_.finish());
 }
 
 }  // namespace ccslice

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// PNG files (ISO/IEC 15948) of layers, row 0 on top. They hold the picture and nothing else: no date, gamma or program,
-// so equal layers are equal files, on every machine (deflate.h).
+// PNG files (ISO/IEC 15948) of layers, row 0 on top. They hold the picture, its resolution (pHYs, where the pitch is
+// known) and nothing else: no date, gamma or program, so equal layers are equal files, on every machine (deflate.h).
 //
 //   grey    8 and 16 bits: each row as its difference to the row above, which graded channels make small; 1 bit: as it
 //   is; indexed 1, 2, 4 or 8 bits with PLTE, and tRNS if a colour isn't opaque: as it is; RGBA    8 bits a component:
@@ -28,6 +28,8 @@ class PngEncoder {
 
   /// kBit becomes 8 bits, 0 or 255. REQUIRES: kBit, kUint8 or kUint16, one sample a voxel.
   std::vector<std::uint8_t> grey(const SampleImage& image, const CancellationToken& cancel);
+  /// Each sample with its alpha. REQUIRES: kUint8 or kUint16, one sample a voxel, image.inside.
+  std::vector<std::uint8_t> grey_alpha(const SampleImage& image, const CancellationToken& cancel);
   /// REQUIRES: kBit. One bit a voxel.
   std::vector<std::uint8_t> bitmap(const SampleImage& image, const CancellationToken& cancel);
   /// `image`: packed numbers, all within the palette of 0xRRGGBBAA. REQUIRES: as many colours as their bits hold at
@@ -38,6 +40,8 @@ class PngEncoder {
   std::vector<std::uint8_t> rgba(const IndexImage& image, const CancellationToken& cancel);
 
  private:
+  template <typename Spread>
+  void append_rows(std::uint32_t rows, std::size_t row_bytes, const CancellationToken& cancel, Spread&& spread);
   void append_plain_rows(const SampleImage& image, const CancellationToken& cancel);
 
   ZlibStream stream_;

@@ -125,7 +125,7 @@ class Pattern {
     plane_highs_[z] = *std::max_element(highs, highs + kEdge);
   }
 
-  /// Where the energy and what balances the planes come first.
+  /// The plane whose energy, with what balances the planes, comes first.
   template <typename Before>
   std::size_t best_plane(const std::array<std::int32_t, kEdge>& extremes, const Before& before) const {
     std::array<std::int64_t, kEdge> balanced;
@@ -215,8 +215,10 @@ class MaskCache {
         entries_.splice(entries_.begin(), entries_, entry);
         return entry->mask;
       }
-      cancel.throw_if_cancelled();
       made_.wait_for(lock, kPollInterval);
+      lock.unlock();
+      cancel.throw_if_cancelled();
+      lock.lock();
     }
     entries_.push_front({shape, nullptr});
     lock.unlock();

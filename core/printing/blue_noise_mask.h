@@ -37,8 +37,8 @@ struct VoxelShape {
   double x = 1, y = 1, z = 1;
 };
 
-/// That of a pitch, rounded to steps of 2^(1/64) and no longer or shorter than 8 : 1, so that nearly equal pitches
-/// share a mask. REQUIRES: positive, finite.
+/// The shape for a pitch, rounded to steps of 2^(1/64) and no longer or shorter than 8 : 1, so that nearly equal
+/// pitches share a mask. REQUIRES: positive, finite.
 VoxelShape voxel_shape(double pitch_x_mm, double pitch_y_mm, double pitch_z_mm);
 
 class BlueNoiseMask {

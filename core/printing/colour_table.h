@@ -27,7 +27,7 @@ class ColourTable {
   /// Throws Error{kCancelled}.
   explicit ColourTable(const std::vector<PrintMaterial>& palette, const CancellationToken& cancel = {});
 
-  /// Of a colour in nodes: red, green and blue from 0 to kNodes - 1, as sRGB values. REQUIRES: within these.
+  /// The mix for a colour in nodes: red, green and blue from 0 to kNodes - 1, as sRGB values. REQUIRES: within these.
   Weights weights(const std::array<float, 3>& at) const noexcept;
 
   /// Whether some mix gives the nearest node's colour, or nearly.

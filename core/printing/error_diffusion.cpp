@@ -74,7 +74,8 @@ float start_error(std::uint32_t bits, float fraction) noexcept {
          kMeanOfTwo.of(fraction, root, roots, 2);
 }
 
-/// Likewise for many. They add up to 0, and there are none for materials that are absent.
+/// Errors for many materials that come from outside. They add up to 0, and there are none for materials that are
+/// absent.
 Lanes8 start_errors(std::uint32_t bits, const Lanes8& fractions) noexcept {
   const Lanes8 root = _mm256_sqrt_ps(fractions);
   const Lanes8 width_root = _mm256_sqrt_ps(_mm256_sqrt_ps(fractions * (1 - fractions)));

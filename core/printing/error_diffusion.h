@@ -70,7 +70,7 @@ class ErrorDiffusion {
   // negated.
   std::vector<float> here_, below_;
   std::vector<Errors> many_here_, many_below_;
-  std::vector<std::uint8_t> inside_here_, inside_above_;  // Likewise: 1 inside the solid, where runs have come.
+  std::vector<std::uint8_t> inside_here_, inside_above_;  // By column: 1 inside the solid, where runs have come.
   std::int64_t next_ = kNowhere;                          // The column that the last error goes on to.
   float error_ = 0;
   Errors many_error_{};

@@ -13,7 +13,7 @@ namespace {
 
 static_assert(kMixBlock == kMaskEdge, "a block of a row has the thresholds of a row of the mask");
 
-// So that seeds of neighbouring numbers have nothing to do with each other.
+// Mixed, so that seeds of neighbouring numbers have nothing to do with each other.
 std::uint32_t shift(std::uint64_t seed, std::uint64_t axis) {
   return seed == 0 ? 0 : static_cast<std::uint32_t>(mix64(mix64(seed) + axis) % kMaskEdge);
 }

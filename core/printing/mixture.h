@@ -40,7 +40,7 @@ class Mixture {
   Mixture(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours);
 
   std::size_t material_count() const noexcept { return material_count_; }
-  /// Those that evaluate() reads, in this order.
+  /// The channels that evaluate() reads, in this order.
   const std::vector<std::uint32_t>& channels() const noexcept { return channels_; }
 
   /// values[c][k]: of channels()[c] at voxel k. All kMixBlock voxels are computed, whatever the values are.

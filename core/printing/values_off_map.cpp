@@ -57,7 +57,7 @@ class VolumeSampler {
     LimitEvaluator evaluator(solid_);
     const double points = per_edge_ * per_edge_ * per_edge_;
     const auto at = [&](int i) { return (i + 0.5) / per_edge_; };
-    for (std::uint32_t cell = 0; cell < solid_.cell_count(); cell += step_) {
+    for (LimitCellId cell; cell < solid_.cell_count(); cell += step_) {
       for (int k = 0; k < per_edge_ * per_edge_ * per_edge_; ++k) {
         const CellParam param{cell,
                               Vec3(at(k % per_edge_), at(k / per_edge_ % per_edge_), at(k / per_edge_ / per_edge_))};
@@ -89,7 +89,7 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
   if (found.empty()) return found;
   std::vector<double> channels(ranges.size()), volumes(maps.size());
   VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
-    const std::size_t map = map_of(printing, solid.region_of(ControlCellId{solid.control_cell(at.cell)}));
+    const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
     evaluator.mat(at, channels);
     volumes[map] += volume;
     for (ValuesOffMap& off : found) {

@@ -10,6 +10,8 @@
 namespace ccslice {
 namespace {
 
+constexpr std::uint32_t kRowsPerPoll = 64;
+
 /// An edge passes a row of voxel centres: the first `column` centres of the row lie to its left.
 struct RowCrossing {
   std::uint32_t column;
@@ -50,10 +52,15 @@ void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std
 
 }  // namespace
 
-std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows) {
-  CrossingRows<RowCrossing> crossings(lattice, [&](auto&& visit) { for_each_edge(contours, lattice, rows, visit); });
+std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows,
+                                const CancellationToken& cancel) {
+  auto crossings =
+      crossing_rows<RowCrossing>(lattice, [&](auto&& visit) { for_each_edge(contours, lattice, rows, visit); });
   std::vector<VoxelRun> spans;
-  for (std::uint32_t row = 0; row < lattice.height; ++row) append_spans(row, crossings.sorted_row(row), spans);
+  for (std::uint32_t row = 0; row < lattice.height; ++row) {
+    if (row % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    append_spans(row, crossings.sorted_row(row), spans);
+  }
   return spans;
 }
 

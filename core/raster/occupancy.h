@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/contour/contour.h"
 #include "core/raster/voxel_runs.h"
 
@@ -43,7 +44,9 @@ struct LayerLattice {
 
 /// Maximal runs of voxels inside, by row, then by column. A centre exactly on a contour belongs to the side of larger x
 /// (of larger y on horizontal edges): half-open, so that abutting solids share no voxel. `rows`: those wanted.
-std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows = {});
+/// Throws Error{kCancelled}.
+std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& lattice, const RowRange& rows = {},
+                                const CancellationToken& cancel = {});
 
 BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height);
 

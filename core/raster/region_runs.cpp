@@ -62,9 +62,10 @@ class RegionWindings {
 }  // namespace
 
 std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span<const VoxelRun> spans,
-                                    const LayerLattice& lattice, const RowRange& rows) {
+                                    const LayerLattice& lattice, const RowRange& rows,
+                                    const CancellationToken& cancel) {
   const RowFinder row_from(lattice, rows);
-  CrossingRows<RegionCrossing> crossings(lattice, [&](auto&& visit) {
+  auto crossings = crossing_rows<RegionCrossing>(lattice, [&](auto&& visit) {
     for (const RegionEdge& edge : edges) {
       const std::uint32_t from = row_from(edge.from), to = row_from(edge.to);
       if (from < to) visit(edge.from, edge.to, from, to, RegionCrossing{0, edge.left, edge.right});
@@ -73,6 +74,7 @@ std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span
   });
   std::vector<RegionRun> runs;
   for (std::size_t k = 0; k < spans.size();) {
+    cancel.throw_if_cancelled();
     const std::uint32_t row = spans[k].row;
     RegionWindings windings(crossings.sorted_row(row));
     for (; k < spans.size() && spans[k].row == row; ++k) {

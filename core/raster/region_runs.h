@@ -23,8 +23,10 @@ struct RegionRun : VoxelRun {
 
 /// The spans, parted where regions meet; by row, then by column. `spans`: as rasterize() yields them for `rows`. Voxels
 /// that rounding (1e-9 of the part) leaves in no region take that of the voxel to their left, or else to their right.
+/// Throws Error{kCancelled}.
 std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span<const VoxelRun> spans,
-                                    const LayerLattice& lattice, const RowRange& rows = {});
+                                    const LayerLattice& lattice, const RowRange& rows = {},
+                                    const CancellationToken& cancel = {});
 
 /// 1 + the region of each voxel of the window, 0 where none is inside; rows from 0 up.
 void draw_regions(std::span<const RegionRun> runs, const LayerWindow& window, std::vector<std::uint8_t>& numbers);

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/raster/occupancy.h"
@@ -78,38 +79,74 @@ class RisingEdge {
 };
 
 /// Crossings of edges with rows, sorted into their rows. A Crossing has a `column`: so many centres of the row lie to
-/// the edge's left.
-template <class Crossing>
+/// the edge's left. Tall edges pass tens of thousands of rows each, so crossings are held for a BAND of rows at a time:
+/// a million of them, or a few times as many as there are edges.
+///
+/// for_each_edge(visit) calls visit(low, high, begin, end, crossing) for each edge that passes rows [begin, end), in
+/// the same order each time: from `low` to `high` in y, with a crossing that lacks its column.
+template <class Crossing, class ForEachEdge>
 class CrossingRows {
  public:
-  /// for_each_edge(visit) calls visit(low, high, begin, end, crossing) for each edge that passes rows [begin, end), in
-  /// the same order each time: from `low` to `high` in y, with a crossing that lacks its column.
-  template <class ForEachEdge>
-  CrossingRows(const LayerLattice& lattice, ForEachEdge&& for_each_edge) : row_begin_(lattice.height + std::size_t{2}) {
-    for_each_edge([&](const Vec2&, const Vec2&, std::uint32_t begin, std::uint32_t end, const Crossing&) {
-      for (std::uint32_t row = begin; row < end; ++row) ++row_begin_[row + 2];
+  /// REQUIRES: the lattice outlives this.
+  CrossingRows(const LayerLattice& lattice, ForEachEdge for_each_edge)
+      : lattice_(lattice), for_each_edge_(std::move(for_each_edge)), row_begin_(lattice.height + std::size_t{3}) {
+    std::size_t edges = 0;
+    for_each_edge_([&](const Vec2&, const Vec2&, std::uint32_t begin, std::uint32_t end, const Crossing&) {
+      ++edges;
+      ++row_begin_[std::size_t{begin} + 2];
+      --row_begin_[std::size_t{end} + 2];  // Differences: what comes before is larger.
     });
-    for (std::size_t row = 2; row < row_begin_.size(); ++row) row_begin_[row] += row_begin_[row - 1];
-    crossings_.resize(row_begin_.back());
-    for_each_edge([&](const Vec2& low, const Vec2& high, std::uint32_t begin, std::uint32_t end, Crossing crossing) {
-      const RisingEdge rising(low, high, lattice);
-      for (std::uint32_t row = begin; row < end; ++row) {
-        crossing.column = rising.columns_left(row);
-        crossings_[row_begin_[row + 1]++] = crossing;
-      }
-    });
+    std::size_t in_row = 0;
+    for (std::size_t row = 2; row < row_begin_.size(); ++row) {
+      in_row += row_begin_[row];
+      row_begin_[row] = row_begin_[row - 1] + in_row;
+    }
+    most_in_band_ = std::max(kMostInBand, kMostPerEdge * edges);
+    crossings_.reserve(std::min(most_in_band_, row_begin_.back()));
   }
 
-  /// Those of a row, by column.
+  /// The crossings of a row, by column. REQUIRES: rows ascend from call to call.
   std::span<const Crossing> sorted_row(std::uint32_t row) {
-    const std::span<Crossing> in_row(crossings_.data() + row_begin_[row], crossings_.data() + row_begin_[row + 1]);
+    if (row >= band_end_) fill_band(row);
+    Crossing* const band = crossings_.data();
+    const std::span<Crossing> in_row(band + (row_begin_[row] - first_), band + (row_begin_[row + 1] - first_));
     std::sort(in_row.begin(), in_row.end(), [](const Crossing& a, const Crossing& b) { return a.column < b.column; });
     return in_row;
   }
 
  private:
-  std::vector<std::size_t> row_begin_;  // Row r begins at [r] once all crossings are there.
-  std::vector<Crossing> crossings_;
+  static constexpr std::size_t kMostInBand = 1 << 20, kMostPerEdge = 4;
+
+  void fill_band(std::uint32_t first_row) {
+    first_ = row_begin_[std::size_t{first_row} + 1];
+    row_begin_[first_row] = first_;  // If rows before were left out.
+    std::uint32_t end_row = first_row + 1;
+    while (end_row < lattice_.height && row_begin_[std::size_t{end_row} + 2] - first_ <= most_in_band_) ++end_row;
+    crossings_.resize(row_begin_[std::size_t{end_row} + 1] - first_);
+    for_each_edge_([&](const Vec2& low, const Vec2& high, std::uint32_t begin, std::uint32_t end, Crossing crossing) {
+      const RisingEdge rising(low, high, lattice_);
+      const std::uint32_t end_in_band = std::min(end, end_row);
+      for (std::uint32_t row = std::max(begin, first_row); row < end_in_band; ++row) {
+        crossing.column = rising.columns_left(row);
+        crossings_[row_begin_[row + 1]++ - first_] = crossing;
+      }
+    });
+    band_end_ = end_row;
+  }
+
+  const LayerLattice& lattice_;
+  ForEachEdge for_each_edge_;
+  // Of all crossings, by row: row r begins at [r] up to the end of the last band, and at [r + 1] beyond it.
+  std::vector<std::size_t> row_begin_;
+  std::size_t most_in_band_ = 0;
+  std::uint32_t band_end_ = 0;
+  std::size_t first_ = 0;            // Where the band begins among all crossings.
+  std::vector<Crossing> crossings_;  // Of the band.
 };
+
+template <class Crossing, class ForEachEdge>
+CrossingRows<Crossing, ForEachEdge> crossing_rows(const LayerLattice& lattice, ForEachEdge for_each_edge) {
+  return {lattice, std::move(for_each_edge)};
+}
 
 }  // namespace ccslice

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/output/encodings.h"
 #include "core/output/region_colours.h"
 
 namespace ccslice {
@@ -85,6 +86,7 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
                                               std::span<const RegionRun> regions, const Arrangement& arrangement,
                                               const CancellationToken& cancel) {
   std::vector<EncodedPlane> planes;
+  const PixelPitch pitch{job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
   std::span<const ContonePlane> left = std::span(contone_).first(shown_);
   BitImage bits;
   std::vector<std::uint8_t> indices;
@@ -92,6 +94,7 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
     materials.indices = arrange(materials.indices, 1, arrangement, indices, cancel);
     materials.width = arrangement.to.columns;
     materials.height = arrangement.to.rows;
+    materials.pitch = pitch;
   }
   std::vector<std::uint8_t> ordered_regions;
   std::span<const std::uint8_t> region_numbers;
@@ -102,7 +105,7 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
   }
   for (const PlaneSpec& plane : job_.planes) {
     if (plane.content == PlaneContent::kCellRegions) {
-      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_};
+      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_, pitch};
       planes.push_back(encoder_.encode(numbers, plane.sample_type, plane.encoding, cancel));
       continue;
     }
@@ -124,7 +127,12 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
       image = arranged_samples(left.first(names.size()), arrangement, cancel);
       image.channel_names = names;
       left = left.subspan(names.size());
+      if (find_encoding(plane.encoding)->has_alpha) {
+        if (bits.bits.empty()) bits = arranged_bits(spans, arrangement);
+        image.inside = bits.bits;
+      }
     }
+    image.pitch = pitch;
     planes.push_back(encoder_.encode(image, plane.encoding, cancel));
   }
   return planes;

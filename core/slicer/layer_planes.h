@@ -39,11 +39,11 @@ class LayerPlanes {
   /// REQUIRES: both outlive this.
   LayerPlanes(const SliceJob& job, const SolidSummary& solid);
 
-  /// Those of shown_channels(), then those of mixed_channels().
+  /// The planes of shown_channels(), then those of mixed_channels().
   std::span<ContonePlane> channels() { return contone_; }
   std::span<const ContonePlane> mixed() const { return std::span(contone_).subspan(shown_); }
 
-  /// All samples 0. Throws Error{kCancelled}.
+  /// All samples as outside. Throws Error{kCancelled}.
   void clear(const LayerWindow& window, const CancellationToken& cancel);
 
   /// The job's pictures, in its order. `spans`: voxels inside, as rasterize() yields them; `materials`: the halftoned

@@ -76,8 +76,8 @@ struct LayerSlicer::State {
   std::optional<HalftonePass> halftone;
   // Present if the job wants a channel:
   std::unique_ptr<MaterialField> field;
-  std::optional<MaterialPass> materials;  // Every voxel inverted, or ...
-  std::optional<SlabMaterials> slabs;     // ... interpolated, slab by slab.
+  std::optional<MaterialPass> materials;  // If every voxel is inverted.
+  std::optional<SlabMaterials> slabs;     // If materials are interpolated, slab by slab.
   std::uint32_t slab_first = 0;
   std::vector<std::optional<LayerShape>> slab;  // Those of its layers that were met.
   std::unique_ptr<State> whole;                 // For layers of a region that need others of their voxels.
@@ -114,9 +114,11 @@ struct LayerSlicer::State {
 
   bool mixes_by_region() const { return halftone && !job.printing->cell_region_maps.empty(); }
 
-  std::vector<RegionRun> cell_regions(const LayerShape& shape) const {
+  std::vector<RegionRun> cell_regions(const LayerShape& shape, const CancellationToken& cancel) const {
     const LimitSolid& solid = *shared->solid;
-    if (solid.has_several_regions()) return find_regions(shape.contours.region_edges, shape.spans, lattice, scope.rows);
+    if (solid.has_several_regions()) {
+      return find_regions(shape.contours.region_edges, shape.spans, lattice, scope.rows, cancel);
+    }
     std::vector<RegionRun> runs;
     for (const VoxelRun& span : shape.spans) runs.push_back({span, solid.region_of(ControlCellId{0})});
     return runs;
@@ -125,8 +127,8 @@ struct LayerSlicer::State {
   LayerShape shape(std::uint32_t layer, const CancellationToken& cancel) {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
-    result.spans = rasterize(result.contours, lattice, scope.rows);
-    if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result);
+    result.spans = rasterize(result.contours, lattice, scope.rows, cancel);
+    if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result, cancel);
     result.contours.region_edges = {};
     if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
     result.stats.contour_loops = result.contours.loops.size();

@@ -29,8 +29,8 @@ struct Frame {
     const bool even = axis[1] == (axis[0] + 1) % 3;
     return even == (std::popcount(origin) % 2 == 0);
   }
-  /// Of three things along the cell's axes, the one along a framed axis. In registers: numbers written one by one to
-  /// memory and read back in pairs would stall.
+  /// The one of x, y and z, which belong to the cell's axes, that belongs to a framed axis. It stays in registers:
+  /// numbers written one by one to memory and read back in pairs would stall.
   template <typename T>
   constexpr T along(std::size_t framed, T x, T y, T z) const {
     return axis[framed] == 0 ? x : axis[framed] == 1 ? y : z;

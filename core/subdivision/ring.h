@@ -106,7 +106,7 @@ class RingWalker {
   /// the first `sides` faces of a cell.
   std::vector<Framed> walk(const Framed& start, unsigned sides, std::span<const VertexId> core);
   NumberedCells cells_at(const Framed& start, std::span<const VertexId> core);
-  /// At the `core` vertices. REQUIRES: the ring's points have their numbers.
+  /// Finds the sharp edges and vertices at the `core` vertices. REQUIRES: the ring's points have their numbers.
   void collect_sharp_features(std::span<const VertexId> core, std::vector<std::array<std::uint32_t, 2>>& edges,
                               std::vector<std::uint32_t>& vertices) const;
   void number(VertexId vertex, std::vector<VertexId>& points);

@@ -38,7 +38,7 @@ class SurfaceWalker {
   /// The ring of a boundary face, with its irregular corner, if any, at the origin. REQUIRES: a quad whose vertices are
   /// complete. Throws Error{kInternal} if it has two irregular corners (its cell wasn't limit-ready).
   SurfaceRing walk(FaceId face);
-  /// As above, but with the face's vertex `start` at the origin whatever is irregular.
+  /// The ring of a boundary face, but with the face's vertex `start` at the origin whatever is irregular.
   SurfaceRing irregular_ring(FaceId face, std::uint8_t start);
 
  private:

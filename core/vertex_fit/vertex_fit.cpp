@@ -61,7 +61,7 @@ std::vector<float> floats_of(const Values& values) {
   return floats;
 }
 
-/// As a share of its column's range.
+/// The largest difference between the two, as a share of its column's range.
 double largest_miss(const Values& limits, const Values& values) {
   double largest = 0;
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
@@ -71,8 +71,8 @@ double largest_miss(const Values& limits, const Values& values) {
   return largest;
 }
 
-std::vector<std::uint32_t> without(const std::vector<std::uint32_t>& cells, const std::vector<std::uint32_t>& known) {
-  std::vector<std::uint32_t> rest;
+std::vector<ControlCellId> without(const std::vector<ControlCellId>& cells, const std::vector<ControlCellId>& known) {
+  std::vector<ControlCellId> rest;
   std::ranges::set_difference(cells, known, std::back_inserter(rest));
   return rest;
 }
@@ -99,9 +99,9 @@ CellComplex connect(ControlMesh& mesh, std::vector<std::uint32_t>& origins, cons
 
 }  // namespace
 
-std::vector<std::uint32_t> folding_control_cells(const LimitSolid& solid) {
-  std::vector<std::uint32_t> cells;
-  for (const std::uint32_t cell : solid.index().fold_cells) cells.push_back(solid.control_cell(cell));
+std::vector<ControlCellId> folding_control_cells(const LimitSolid& solid) {
+  std::vector<ControlCellId> cells;
+  for (const LimitCellId cell : solid.index().fold_cells) cells.push_back(solid.control_cell(cell));
   std::ranges::sort(cells);
   cells.erase(std::ranges::unique(cells).begin(), cells.end());
   return cells;
@@ -143,7 +143,7 @@ std::uint8_t VertexFit::copy_region(VertexId copy) const {
   return region_of(mesh_, complex_.vertex_cells(copy).front());
 }
 
-/// Of all copies.
+/// The channels of `mesh` at all copies: a row for each.
 Values VertexFit::jumping_channels_of(const ControlMesh& mesh) const {
   Values values(static_cast<Eigen::Index>(complex_.vertex_count()), static_cast<Eigen::Index>(mesh.channel_count()));
   for (const VertexId copy : complex_.vertices()) {
@@ -233,9 +233,9 @@ ControlMesh VertexFit::fit_all(const Values& gaps) const {
   }
   missed.throw_if_any(ErrorCode::kMeshNotInterpolable, "no control points take the limit through", kVertices,
                       "keep edges sharp, or such places back", "positions_mm");
-  std::vector<std::uint32_t> folds = folding_cells(fitted);
+  std::vector<ControlCellId> folds = folding_cells(fitted);
   if (folds.empty()) return fitted;
-  const std::vector<std::uint32_t> folding_before = folding_cells(mesh_);
+  const std::vector<ControlCellId> folding_before = folding_cells(mesh_);
   folds = without(folds, folding_before);
   if (folds.empty()) return fitted;
   fitted = moved(system_.solve_boundary(gaps));
@@ -244,13 +244,13 @@ ControlMesh VertexFit::fit_all(const Values& gaps) const {
   return fitted;
 }
 
-void VertexFit::require_none(const std::vector<std::uint32_t>& folds) const {
+void VertexFit::require_none(const std::vector<ControlCellId>& folds) const {
   if (folds.empty()) return;
   Vec3 middle = Vec3::Zero();
   const auto corners = complex_.cell_vertices(CellId{folds.front()});
   for (const VertexId v : corners) middle += position_of(v) / static_cast<double>(corners.size());
   Offenders offenders;
-  for (const std::uint32_t c : folds) offenders.add(c);
+  for (const ControlCellId c : folds) offenders.add(c);
   offenders.throw_if_any(ErrorCode::kMeshNotInterpolable, "a limit through all vertices of the boundary would fold in",
                          kCells, "the first is near " + place_text(middle) + "; keep such places back, or edges sharp",
                          "cell_vertices");
@@ -258,12 +258,12 @@ void VertexFit::require_none(const std::vector<std::uint32_t>& folds) const {
 
 ControlMesh VertexFit::fit_boundary(const Values& gaps) const {
   Eigen::VectorXd shares = Eigen::VectorXd::Ones(gaps.rows());
-  std::vector<std::uint32_t> folding_before;
+  std::vector<ControlCellId> folding_before;
   for (int round = 0; round < kMostRounds; ++round) {
     ControlMesh fitted = moved(system_.solve_boundary(shares.asDiagonal() * gaps));
-    const std::vector<std::uint32_t> folding = folding_cells(fitted);
+    const std::vector<ControlCellId> folding = folding_cells(fitted);
     if (!folding.empty() && round == 0) folding_before = folding_cells(mesh_);
-    const std::vector<std::uint32_t> folds = without(folding, folding_before);
+    const std::vector<ControlCellId> folds = without(folding, folding_before);
     if (folds.empty()) return fitted;
     const std::vector<std::uint8_t> marked = around(folds, std::max(0, round - kFirstWiderRound + 1));
     for (std::size_t v = 0; v < marked.size(); ++v) {
@@ -275,7 +275,7 @@ ControlMesh VertexFit::fit_boundary(const Values& gaps) const {
   return moved(Values::Zero(gaps.rows(), gaps.cols()));
 }
 
-std::vector<std::uint32_t> VertexFit::folding_cells(const ControlMesh& mesh) const {
+std::vector<ControlCellId> VertexFit::folding_cells(const ControlMesh& mesh) const {
   ControlMesh positions_only = mesh;
   positions_only.allow_folds = true;
   positions_only.channel_names.clear();
@@ -294,12 +294,12 @@ void VertexFit::mark_copies(std::vector<std::uint8_t>& marked) const {
   for (std::size_t k = mesh_.vertex_count(); k < origins_.size(); ++k) marked[k] = marked[origins_[k]];
 }
 
-std::vector<std::uint8_t> VertexFit::around(const std::vector<std::uint32_t>& cells, int rings) const {
+std::vector<std::uint8_t> VertexFit::around(const std::vector<ControlCellId>& cells, int rings) const {
   std::vector<std::uint8_t> marked(complex_.vertex_count(), 0);
   const auto mark = [&](CellId c) {
     for (const VertexId v : complex_.cell_vertices(c)) marked[v] = 1;
   };
-  for (const std::uint32_t c : cells) mark(CellId{c});
+  for (const ControlCellId c : cells) mark(CellId{c});
   mark_copies(marked);
   for (int ring = 0; ring < rings; ++ring) {
     const std::vector<std::uint8_t> before = marked;

@@ -37,21 +37,21 @@ namespace ccslice {
 
 enum class FittedVertices : std::uint8_t {
   kAll,       // The limit passes through every vertex; where it would fold, through those of the boundary only.
-  kBoundary,  // Through those of the boundary that can be met without folds; inside, control points follow.
+  kBoundary,  // It passes through those of the boundary that can be met without folds; inside, control points follow.
 };
 
 /// A face of the boundary between whose corners the limit stands off farthest, by the length of its edges.
 struct Swelling {
   Vec3 place = Vec3::Zero();  // The middle of the face's limit, mm.
   double distance_mm = 0;     // From the mean of its corners along its normal.
-  double edges = 0;           // The same in edge lengths, of the mean of its edges.
+  double edges = 0;           // That distance as a multiple of the mean length of its edges.
 };
 
 struct FitReport {
-  std::size_t missed = 0;         // Vertices of the boundary that the limit doesn't pass through, ...
-  VertexLimit farthest;           // ... and the vertex of the boundary that is farthest from its limit point.
-  std::size_t inside_missed = 0;  // The same inside, ...
-  double inside_mm = 0;           // ... and how far they are at most.
+  std::size_t missed = 0;         // Vertices of the boundary that the limit doesn't pass through.
+  VertexLimit farthest;           // The vertex of the boundary that is farthest from its limit point.
+  std::size_t inside_missed = 0;  // Vertices inside that the limit doesn't pass through.
+  double inside_mm = 0;           // The largest distance of a vertex inside from its limit point.
   Swelling swelling;              // Where the limit swells most.
 };
 
@@ -65,7 +65,7 @@ struct FitOptions {
 };
 
 /// The control cells that fold somewhere in the limit, or that can't be told to fold or not; ascending.
-std::vector<std::uint32_t> folding_control_cells(const LimitSolid& solid);
+std::vector<ControlCellId> folding_control_cells(const LimitSolid& solid);
 
 class VertexFit {
  public:
@@ -96,12 +96,12 @@ class VertexFit {
   void set_jumping_channels(const VertexSystem::Values& of_copies, ControlMesh& mesh) const;
   ControlMesh moved(const VertexSystem::Values& moves) const;
   ControlMesh fit_all(const VertexSystem::Values& gaps) const;
-  void require_none(const std::vector<std::uint32_t>& folds) const;
+  void require_none(const std::vector<ControlCellId>& folds) const;
   ControlMesh fit_boundary(const VertexSystem::Values& gaps) const;
   /// Prepares the mesh for it.
-  std::vector<std::uint32_t> folding_cells(const ControlMesh& mesh) const;
+  std::vector<ControlCellId> folding_cells(const ControlMesh& mesh) const;
   /// Marks the vertices of these cells and, ring by ring, those of the cells around them; all copies alike.
-  std::vector<std::uint8_t> around(const std::vector<std::uint32_t>& cells, int rings) const;
+  std::vector<std::uint8_t> around(const std::vector<ControlCellId>& cells, int rings) const;
   void mark_copies(std::vector<std::uint8_t>& marked) const;
   std::uint32_t origin_of(VertexId copy) const { return origins_.empty() ? std::uint32_t{copy} : origins_[copy]; }
   const Vec3& position_of(VertexId copy) const { return mesh_.positions[origin_of(copy)]; }

@@ -46,6 +46,8 @@ Eigen::MatrixXd solve_masks(const Matrix& masks, const Eigen::MatrixXd& right, c
   return solve_columns(right, cancel, [&](const Vector& column) -> Vector {
     const Vector solved = solver.solve(column);
     if (solver.info() == Eigen::Success && solved.norm() <= kMostAmplified * column.norm()) return solved;
+    // Started from zero, conjugate gradients never leave the span of the matrix's rows, so that they end at the
+    // solution with the smallest moves. A preconditioner would measure moves by other weights.
     Eigen::LeastSquaresConjugateGradient<Matrix, Eigen::IdentityPreconditioner> least_squares;
     least_squares.setTolerance(kSolved);
     least_squares.setMaxIterations(kMostLeastSquaresSteps);

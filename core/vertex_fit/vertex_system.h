@@ -37,7 +37,8 @@ class VertexSystem {
 
   /// Moves of control points by which all limit points move like that, to 1e-10 of the largest column's norm.
   Values solve(const Values& moves) const;
-  /// The same on the boundary. Control points inside follow those around them: harmonic, by the graph of the edges.
+  /// Moves by which the limit points of the boundary move like that, to 1e-10 likewise. Control points inside follow
+  /// those around them: harmonic, by the graph of the edges.
   Values solve_boundary(const Values& moves) const;
 
  private:

@@ -16,7 +16,7 @@
 namespace ccslice {
 namespace {
 
-constexpr int kLines = 6, kCells = 5, kLayers = 7;
+constexpr int kLines = 6, kCellsOfLine = 5, kLayers = 7;
 constexpr double kLinerHardness = 1, kBlockHardness = 0.2;
 
 /// Half the frame's extent and the bores' half-width, layer by layer.
@@ -46,8 +46,8 @@ class Engine {
 
   ControlMesh build() && {
     for (int k = 0; k < kLayers; ++k) {
-      for (int j = 0; j < kCells; ++j) {
-        for (int i = 0; i < kCells; ++i) add_cells(i, j, k);
+      for (int j = 0; j < kCellsOfLine; ++j) {
+        for (int i = 0; i < kCellsOfLine; ++i) add_cells(i, j, k);
       }
     }
     const Box3 limit(Vec3(-23.31295, -23.45, 0), Vec3(23.31295, 23.45, 20.6));
@@ -119,7 +119,7 @@ class Engine {
 
   ModelBuilder builder_;
   Vertex frame_[kLayers + 1][kLines][kLines] = {};
-  std::array<Vertex, 4> bores_[kLayers + 1][kCells][kCells] = {};
+  std::array<Vertex, 4> bores_[kLayers + 1][kCellsOfLine][kCellsOfLine] = {};
 };
 
 }  // namespace
