@@ -5,13 +5,16 @@
 // 2 wrong options.
 
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <iostream>
+#include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/engine_version.h"
@@ -19,6 +22,7 @@
 #include "server/rpc/server.h"
 #include "server/service/logging.h"
 #include "server/service/options.h"
+#include "server/service/private_socket.h"
 
 namespace ccslice::server {
 namespace {
@@ -48,15 +52,32 @@ class StopSignals {
   sigset_t signals_;
 };
 
-[[noreturn]] void serve(const ServerOptions& options, const StopSignals& signals) {
+/// Tells the program that started this one where to call, and stops the server once that program has gone.
+void serve_parent(const std::string& address) {
+  std::cout << address << std::endl;
+  std::thread([] {
+    wait_for_end_of_input(STDIN_FILENO);
+    kill(getpid(), SIGTERM);
+  }).detach();
+}
+
+[[noreturn]] void serve(ServerOptions options, bool privately, const StopSignals& signals) {
   set_up_logging(options.log_level, options.log_format);
+  std::unique_ptr<PrivateSocket> socket;
+  if (privately) {
+    socket = std::make_unique<PrivateSocket>();
+    options.listen_address = socket->address();
+    options.shutdown_grace = std::chrono::milliseconds(0);  // Whoever calls has gone.
+  }
   Server server(options);
+  if (privately) serve_parent(server.address());
   spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", CCSLICE_SERVER_VERSION,
                kEngineVersion, server.address(), options.threads, options.cache_bytes);
   while (!signals.wait(1)) server.sweep();
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
   const bool all_left = server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
   spdlog::info(all_left ? "stopped" : "stopped without waiting for clients that don't read");
+  socket = nullptr;
   flush_log(kLastLines);
   std::_Exit(0);  // Threads of gRPC's that wait for connections may sleep for ten seconds more.
 }
@@ -75,7 +96,8 @@ int run(const std::vector<std::string>& arguments, const StopSignals& signals) {
       std::cout << explanation << "\n";
       return healthy ? 0 : 1;
     }
-    case Command::kServe: serve(parsed.options, signals);
+    case Command::kServe:
+    case Command::kServePrivately: serve(parsed.options, parsed.command == Command::kServePrivately, signals);
   }
   return 2;
 }

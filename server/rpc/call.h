@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What all calls that compute have in common. A call takes a place among the running ones, keeps itself alive until
-// gRPC is done with it, and ends once, with a line in the log.
+// What all calls that compute have in common. A call takes a place among the running ones, or waits for one, keeps
+// itself alive until gRPC is done with it, and ends once, with a line in the log.
 //
 // Where it waits for its client, for a message or for one to be read, the idle watch bounds the wait. A client that
 // doesn't read can't be sent a status in the ordinary way, as that would have to queue behind what isn't read: its
@@ -14,14 +14,19 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "server/rpc/call_log.h"
+#include "server/rpc/raw_request.h"
 #include "server/rpc/service_state.h"
 #include "server/rpc/status.h"
+#include "server/service/client_id.h"
+#include "server/service/service_error.h"
 
 namespace ccslice::server {
 
@@ -30,13 +35,18 @@ template <class Reactor>
 class Call : public Reactor, public IdleCall, public std::enable_shared_from_this<Call<Reactor>> {
  protected:
   Call(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
-      : state_(state), context_(context), log_(context, method) {}
+      : state_(state),
+        context_(context),
+        log_(context, method),
+        client_(client_of(context.peer())),
+        place_(state.admission),
+        request_bytes_(state.uploads) {}
 
-  /// MUST be called first, once. If there is no place for the call, returns why; then the caller ends the call with it.
-  [[nodiscard]] std::optional<grpc::Status> admit() {
+  /// MUST be called first, once. If the server takes no more calls, returns why; then the caller ends the call with it.
+  [[nodiscard]] std::optional<grpc::Status> open_call() {
     self_ = this->shared_from_this();
     try {
-      admission_ = state_.calls.admit([weak = this->weak_from_this()] {
+      ticket_ = state_.calls.open_call([weak = this->weak_from_this()] {
         if (const auto open = weak.lock()) open->cut_off();
       });
     } catch (...) {
@@ -44,6 +54,44 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     }
     return std::nullopt;
   }
+
+  /// Counts a request among the bytes that the server has received for as long as the call lives. If there is no room
+  /// for it, or it is too large, returns why.
+  [[nodiscard]] std::optional<grpc::Status> hold_request(const grpc::ByteBuffer& request,
+                                                         const google::protobuf::Descriptor& type) {
+    try {
+      require_request_size(request, type);
+      if (!request_bytes_.resize(request.Length())) {
+        throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of requests at once: try again later");
+      }
+    } catch (...) {
+      return to_status(std::current_exception());
+    }
+    return std::nullopt;
+  }
+
+  /// `begin` runs once there is a place for the call, on this thread or another one. Where there is none, or the call
+  /// is stopped before there is one, refuse() ends the call. Once.
+  template <class Begin>
+  void when_admitted(Begin begin) {
+    state_.admission.request(place_, [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
+      if (!refusal) return begin();
+      self->add_pushback(refusal);
+      self->refuse(to_status(refusal));
+    });
+  }
+  virtual void refuse(const grpc::Status& status) { end(status); }
+  /// For whoever stops the call: if it was still waiting for its place, it ends here.
+  bool end_if_waiting() {
+    const auto self = this->shared_from_this();
+    if (!state_.admission.leave_queue(place_)) return false;
+    refuse(status_of_stop());
+    return true;
+  }
+
+  /// A lane for the work of this call. Work that goes on after its end, which gRPC's context and request don't outlive,
+  /// leaves them alone.
+  Executor::Lane make_lane(Pieces pieces) const { return state_.executor.make_lane(client_, pieces); }
 
   /// Stops the computing. Any thread, any number of times.
   virtual void stop() {}
@@ -67,7 +115,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// Ends the call; to be called once. The call may be gone afterwards, unless gRPC owes it an OnReadDone or
   /// OnWriteDone.
   void end(const grpc::Status& status) {
-    admission_.end_run();
+    state_.admission.give_back(place_);  // Before the client knows: it may call again at once.
     log_.finish(status);
     this->Finish(status);
   }
@@ -75,8 +123,20 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   ServiceState& state_;
   grpc::CallbackServerContext& context_;
   CallLog log_;
+  const std::string client_;  // Who makes the call (client_id.h).
 
  private:
+  /// Clients of gRPC's that retry by themselves look for this trailer.
+  void add_pushback(const std::exception_ptr& refusal) {
+    try {
+      std::rethrow_exception(refusal);
+    } catch (const ServiceError& error) {
+      if (!error.retry_delay()) return;
+      const std::chrono::milliseconds delay = *error.retry_delay();
+      context_.AddTrailingMetadata("grpc-retry-pushback-ms", std::to_string(delay.count()));
+    }
+  }
+
   void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
 
   template <class Start>
@@ -92,6 +152,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// Ends the call when a shutdown cuts it off. gRPC ends the waits of a call that the client cancels; here the call
   /// has to end them itself.
   void cut_off() {
+    const auto self = this->shared_from_this();
     this->OnCancel();
     end_wait_for_message();
   }
@@ -109,7 +170,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
 
   std::shared_ptr<Call> self_;
-  CallRegistry::Ticket admission_;
+  CallRegistry::Ticket ticket_;
+  Admission::Place place_;
+  MemoryBudget::Share request_bytes_;
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
 };
 

@@ -107,6 +107,7 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
   if (message.has_value_range()) {
     plane.range = ValueRange{.min = message.value_range().min(), .max = message.value_range().max()};
   }
+  plane.outside_sample = message.outside_sample();
   return plane;
 }
 
@@ -260,11 +261,13 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, cons
       for (const std::uint32_t channel : value.channels) {
         message.mutable_channels()->add_names(solid.channels[channel].name);
       }
+      message.set_outside_sample(value.outside_sample);
       return message;
     case PlaneContent::kChannel: break;
   }
   const ChannelRange& channel = solid.channels[value.channel];
   message.mutable_channel()->set_name(channel.name);
+  message.set_outside_sample(value.outside_sample);
   if (value.sample_type != SampleType::kFloat32) {
     message.mutable_value_range()->set_min(value.range ? value.range->min : channel.min);
     message.mutable_value_range()->set_max(value.range ? value.range->max : channel.max);

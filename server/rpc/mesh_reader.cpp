@@ -17,8 +17,8 @@
 #include "ccslice/v1/mesh.pb.h"
 #include "core/base/choice_text.h"
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "server/rpc/convert.h"
-#include "server/service/utf8.h"
 
 namespace ccslice::server {
 namespace {

@@ -17,24 +17,28 @@ namespace {
 /// take longer: a call that is cancelled while it waits isn't planned, and is answered at once.
 class PlanCall final : public Call<grpc::ServerUnaryReactor> {
  public:
-  PlanCall(ServiceState& state, grpc::CallbackServerContext& context, const v1::PlanSlicesRequest& request,
+  PlanCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
            v1::PlanSlicesResponse& response)
-      : Call(state, context, "PlanSlices"), request_(request), response_(response) {}
+      : Call(state, context, "PlanSlices"), raw_(request), response_(response) {}
 
   void begin() {
-    if (const auto refused = admit()) {
-      claim();
-      return end(*refused);
-    }
-    state_.executor.make_lane().post([this, call = shared_from_this()] {
-      if (claim()) plan();
+    if (const auto refused = open_call()) return refuse(*refused);
+    if (const auto refused = hold_request(raw_, *v1::PlanSlicesRequest::descriptor())) return refuse(*refused);
+    when_admitted([this] {
+      make_lane(Pieces::kInteractive).post([this, call = shared_from_this()] {
+        if (claim()) plan();
+      });
     });
   }
 
  private:
   void OnCancel() override {
     cancel_.cancel();
-    if (claim()) end(status_of_stop());
+    if (!end_if_waiting() && claim()) end(status_of_stop());
+  }
+
+  void refuse(const grpc::Status& status) override {
+    if (claim()) end(status);
   }
 
   /// Whether the caller is the one to end the call.
@@ -43,24 +47,26 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   void plan() {
     grpc::Status status;
     try {
-      const MeshPtr mesh = require_mesh(state_, request_.mesh_id());
-      response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits, cancel_);
+      v1::PlanSlicesRequest request;
+      parse_request(raw_, request);
+      const MeshPtr mesh = require_mesh(state_, request.mesh_id());
+      response_ = plan_slices(request, *mesh->solid(), state_.slice_limits, cancel_);
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
     end(status);
   }
 
-  const v1::PlanSlicesRequest& request_;
+  const grpc::ByteBuffer& raw_;
   v1::PlanSlicesResponse& response_;
-  CancellationToken cancel_ = CancellationToken::make();
+  CancellationToken cancel_ = Executor::make_token();
   std::atomic<bool> claimed_{false};
 };
 
 }  // namespace
 
 grpc::ServerUnaryReactor* begin_plan_call(ServiceState& state, grpc::CallbackServerContext& context,
-                                          const v1::PlanSlicesRequest& request, v1::PlanSlicesResponse& response) {
+                                          const grpc::ByteBuffer& request, v1::PlanSlicesResponse& response) {
   const auto call = std::make_shared<PlanCall>(state, context, request, response);
   call->begin();
   return call.get();

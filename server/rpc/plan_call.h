@@ -12,8 +12,8 @@
 
 namespace ccslice::server {
 
-/// Begins a call of PlanSlices. `request` and `response` live until the call is done.
+/// Begins a call of PlanSlices. `request`, a v1::PlanSlicesRequest, and `response` live until the call is done.
 grpc::ServerUnaryReactor* begin_plan_call(ServiceState& state, grpc::CallbackServerContext& context,
-                                          const v1::PlanSlicesRequest& request, v1::PlanSlicesResponse& response);
+                                          const grpc::ByteBuffer& request, v1::PlanSlicesResponse& response);
 
 }  // namespace ccslice::server

@@ -27,24 +27,23 @@
 namespace ccslice::server {
 namespace {
 
-constexpr int kPointsPerPoll = 64;
 constexpr double kOnSurfaceMm = 1e-6;          // What inversion accepts,
 constexpr double kRoundingOfDiagonal = 1e-12;  // and what doubles can't tell apart.
 constexpr double kNearMm = 1e-3;               // Beyond the contours' tolerance: as far as SliceRange looks.
 
 template <class Request, class Response>
-class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
-  using Base = Call<grpc::ServerBidiReactor<Request, Response>>;
+class PointCall : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, Response>> {
+  using Base = Call<grpc::ServerBidiReactor<grpc::ByteBuffer, Response>>;
 
  public:
   PointCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
-      : Base(state, context, method), lane_(state.executor.make_lane()) {}
+      : Base(state, context, method), lane_(this->make_lane(Pieces::kInteractive)) {}
 
   /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
-    if (const auto refused = this->admit()) return end(*refused);
+    if (const auto refused = this->open_call()) return end(*refused);
     this->watch();
-    read();
+    this->when_admitted([this] { read(); });
   }
 
  protected:
@@ -57,9 +56,8 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
   /// Answers one batch. Throws Error, ServiceError.
   virtual void answer(const Request& request, Response& response) = 0;
 
-  void poll(int point) const {
-    if (point % kPointsPerPoll == 0) cancel_.throw_if_cancelled();
-  }
+  /// Before each point: hard ones take milliseconds.
+  void poll() const { cancel_.throw_if_cancelled(); }
 
   /// `numbers` of the batch make up `points` points.
   void require_batch(int numbers, int points, const std::string& field) const {
@@ -82,7 +80,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
 
  private:
   void read() {
-    this->wait_for_message([this] { this->StartRead(&request_); });
+    this->wait_for_message([this] { this->StartRead(&raw_); });
   }
 
   void OnReadDone(bool ok) override {
@@ -95,13 +93,17 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
     if (!ok) return end(this->status_of_stop());
     read();
   }
-  void OnCancel() override { stop(); }
+  void OnCancel() override {
+    stop();
+    this->end_if_waiting();
+  }
 
   void stop() override { cancel_.cancel(); }
 
   void compute() {
     try {
       cancel_.throw_if_cancelled();
+      parse_request(raw_, request_);
       accept_header();
       response_.Clear();
       answer(request_, response_);
@@ -127,7 +129,8 @@ class PointCall : public Call<grpc::ServerBidiReactor<Request, Response>> {
   }
 
   Executor::Lane lane_;
-  CancellationToken cancel_ = CancellationToken::make();
+  CancellationToken cancel_ = Executor::make_token();
+  grpc::ByteBuffer raw_;
   Request request_;
   Response response_;
 };
@@ -149,7 +152,7 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
     accept_tolerance(request);
     prepare_field();
     for (int p = 0; p < points; ++p) {
-      poll(p);
+      poll();
       const Vec3 point(request.points_mm(3 * p), request.points_mm(3 * p + 1), request.points_mm(3 * p + 2));
       if (!point.allFinite()) {
         const auto axis = std::find_if_not(point.begin(), point.end(), [](double x) { return std::isfinite(x); });
@@ -191,7 +194,7 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
   void probe(const Vec3& point, v1::ProbePointsResponse& response) {
     const auto found = field_->invert(point, hint_);
     std::fill(materials_.begin(), materials_.end(), 0.0);
-    if (!found) return add(v1::POINT_LOCATION_OUTSIDE, CellParam{}, 0, 0, response);
+    if (!found) return add(v1::POINT_LOCATION_OUTSIDE, CellParam{}, {}, 0, response);
     hint_ = found->at;
     field_->mat(found->at, materials_);
     const double residual_mm = (placement_ * evaluator_->geo(found->at) - point).norm();
@@ -200,7 +203,7 @@ class ProbeCall final : public PointCall<v1::ProbePointsRequest, v1::ProbePoints
         residual_mm, response);
   }
 
-  void add(v1::PointLocation location, const CellParam& at, std::uint32_t control_cell, double residual_mm,
+  void add(v1::PointLocation location, const CellParam& at, ControlCellId control_cell, double residual_mm,
            v1::ProbePointsResponse& response) {
     response.add_locations(location);
     response.add_limit_cells(at.cell);
@@ -236,7 +239,7 @@ class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::Evalu
   void answer(const v1::EvaluatePointsRequest& request, v1::EvaluatePointsResponse& response) override {
     require_batch(request.uvw_size(), request.limit_cells_size(), "uvw");
     for (int p = 0; p < request.limit_cells_size(); ++p) {
-      poll(p);
+      poll();
       evaluate(parameter(request, p), response);
     }
   }
@@ -250,7 +253,8 @@ class EvaluateCall final : public PointCall<v1::EvaluatePointsRequest, v1::Evalu
                       std::to_string(solid().cell_count()),
                   field, {cell});
     }
-    CellParam at{.cell = cell, .uvw = Vec3(request.uvw(3 * p), request.uvw(3 * p + 1), request.uvw(3 * p + 2))};
+    CellParam at{.cell = LimitCellId{cell},
+                 .uvw = Vec3(request.uvw(3 * p), request.uvw(3 * p + 1), request.uvw(3 * p + 2))};
     const auto outside = std::find_if_not(at.uvw.begin(), at.uvw.end(), [](double x) { return x >= 0 && x <= 1; });
     if (outside != at.uvw.end()) {
       const std::string field = "uvw[" + std::to_string(3 * p + (outside - at.uvw.begin())) + "]";
@@ -286,12 +290,12 @@ AnyPointCall* begin_call(ServiceState& state, grpc::CallbackServerContext& conte
 
 }  // namespace
 
-grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* begin_probe_call(
+grpc::ServerBidiReactor<grpc::ByteBuffer, v1::ProbePointsResponse>* begin_probe_call(
     ServiceState& state, grpc::CallbackServerContext& context) {
   return begin_call<ProbeCall>(state, context);
 }
 
-grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* begin_evaluate_call(
+grpc::ServerBidiReactor<grpc::ByteBuffer, v1::EvaluatePointsResponse>* begin_evaluate_call(
     ServiceState& state, grpc::CallbackServerContext& context) {
   return begin_call<EvaluateCall>(state, context);
 }

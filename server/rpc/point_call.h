@@ -13,11 +13,11 @@
 namespace ccslice::server {
 
 /// Begins a call of ProbePoints.
-grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* begin_probe_call(
+grpc::ServerBidiReactor<grpc::ByteBuffer, v1::ProbePointsResponse>* begin_probe_call(
     ServiceState& state, grpc::CallbackServerContext& context);
 
 /// Begins a call of EvaluatePoints.
-grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* begin_evaluate_call(
+grpc::ServerBidiReactor<grpc::ByteBuffer, v1::EvaluatePointsResponse>* begin_evaluate_call(
     ServiceState& state, grpc::CallbackServerContext& context);
 
 }  // namespace ccslice::server

@@ -21,7 +21,8 @@ constexpr double kSamePitch = 1e-3;  // Relative: names round 25.4 mm / 600.
 constexpr int kDigits = 4;
 
 void refuse_details(const v1::PrinterProfile& message) {
-  if (!message.has_pitch() && !message.has_tray_mm() && message.max_materials() == 0 && message.min_layers() == 0)
+  if (!message.has_pitch() && !message.has_tray_mm() && message.max_materials() == 0 && message.min_layers() == 0 &&
+      message.smallest_feature_mm() == 0)
     return;
   throw ServiceError(
       ServiceErrorCode::kPrinterInvalid,
@@ -30,7 +31,18 @@ void refuse_details(const v1::PrinterProfile& message) {
 }
 
 PrinterProfile custom_printer(const v1::PrinterProfile& message) {
-  PrinterProfile printer{kCustom, message.title(), {}, Vec3::Zero(), message.max_materials(), message.min_layers()};
+  PrinterProfile printer{kCustom,
+                         message.title(),
+                         {},
+                         Vec3::Zero(),
+                         message.max_materials(),
+                         message.min_layers(),
+                         message.smallest_feature_mm()};
+  if (!(printer.smallest_feature_mm >= 0) || !std::isfinite(printer.smallest_feature_mm)) {
+    throw ServiceError(ServiceErrorCode::kPrinterInvalid,
+                       "printer.smallest_feature_mm: negative or not finite; leave it out for two voxels",
+                       "printer.smallest_feature_mm");
+  }
   if (!message.has_pitch()) {
     throw ServiceError(ServiceErrorCode::kPrinterInvalid,
                        "printer.pitch: missing; say how large a custom printer's voxels are", "printer.pitch");
@@ -87,6 +99,7 @@ v1::PrinterProfile to_message(const PrinterProfile& value) {
   *message.mutable_tray_mm() = to_message(value.tray_mm);
   message.set_max_materials(value.max_materials);
   message.set_min_layers(value.min_layers);
+  message.set_smallest_feature_mm(value.smallest_feature_mm);
   return message;
 }
 

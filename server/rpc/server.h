@@ -6,6 +6,7 @@
 #pragma once
 
 #include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
 
 #include <chrono>
 #include <functional>
@@ -16,6 +17,7 @@
 
 #include "server/rpc/service_state.h"
 #include "server/rpc/slicer_service.h"
+#include "server/service/connection_listener.h"
 
 namespace ccslice::server {
 
@@ -29,7 +31,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// The address to connect to: that of the options, with the port that was taken.
-  const std::string& address() const noexcept { return address_; }
+  const std::string& address() const noexcept { return listener_.address(); }
   ServiceState& state() noexcept { return state_; }
 
   /// Drops expired meshes and ends calls whose clients are silent. To be called now and then.
@@ -46,12 +48,15 @@ class Server {
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 
  private:
-  /// Takes no more calls and cancels those that are left.
+  /// Gives gRPC a connection.
+  void hand_over(int descriptor);
+  /// Takes no more connections and calls, and cancels those calls that are left.
   void begin_shut_down();
 
   ServiceState state_;
   SlicerService service_;
-  std::string address_;
+  ConnectionListener listener_;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
   std::unique_ptr<grpc::Server> server_;
   std::future<void> shut_down_;  // Once begun: over when it is ready.
 };

@@ -10,6 +10,7 @@
 
 #include "core/job/slice_limits.h"
 #include "core/mesh/validate.h"
+#include "server/service/admission.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
 #include "server/service/idle_watch.h"
@@ -28,7 +29,9 @@ struct ServiceState {
         uploads(options.upload_budget_bytes),
         preparations(options.preparation_budget_bytes),
         streams(options.stream_budget_bytes),
-        calls(options.max_concurrent_calls),
+        admission({.running = options.max_concurrent_calls,
+                   .waiting = options.max_waiting_calls,
+                   .longest_wait = options.admission_wait}),
         idle_watch(options.idle_timeout) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
@@ -46,6 +49,7 @@ struct ServiceState {
   MemoryBudget preparations;  // Meshes on their way to solids.
   MemoryBudget streams;       // Layers and triangles on their way to clients.
   CallRegistry calls;
+  Admission admission;
   IdleWatch idle_watch;
 };
 

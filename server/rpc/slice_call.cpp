@@ -23,49 +23,44 @@
 namespace ccslice::server {
 namespace {
 
-/// The slicers of one job: what they share is prepared once, by the worker that needs it first; the others wait for it.
-class SlicerFactory {
- public:
-  SlicerFactory(std::shared_ptr<const LimitSolid> solid, SliceJob job)
-      : solid_(std::move(solid)), job_(std::move(job)) {}
+/// Ranges of so many bytes of samples are interactive.
+constexpr std::uint64_t kInteractiveBytes = 4u << 20;
 
-  LayerStream::ComputeLayer make(const CancellationToken& cancel) {
-    return [slicer = std::make_shared<LayerSlicer>(prototype(cancel).twin())](
-               std::uint32_t layer, const CancellationToken& token) { return slicer->slice(layer, token); };
-  }
-
- private:
-  const LayerSlicer& prototype(const CancellationToken& cancel) {
-    std::lock_guard lock(mutex_);
-    if (!prototype_) prototype_.emplace(solid_, job_, cancel);
-    return *prototype_;
-  }
-
-  const std::shared_ptr<const LimitSolid> solid_;
-  const SliceJob job_;
-  std::mutex mutex_;
-  std::optional<LayerSlicer> prototype_;
-};
+/// Contours take time too, though no samples: they count like occupancy.
+Pieces pieces_of(const SliceJob& job, std::uint32_t layers) {
+  const GridExtent extent = region_of(job).extent;
+  const std::uint64_t bits = std::uint64_t{extent.columns} * extent.rows;
+  const std::uint64_t samples = std::max(layer_bytes(job), bits / 8);
+  return samples * layers <= kInteractiveBytes ? Pieces::kInteractive : Pieces::kBatch;
+}
 
 class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
  public:
-  SliceCall(ServiceState& state, grpc::CallbackServerContext& context, const v1::SliceRangeRequest& request)
-      : StreamCall(state, context, "SliceRange"), request_(request) {}
+  SliceCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
+      : StreamCall(state, context, "SliceRange"), raw_(request) {}
 
  private:
   enum class Stage { kHeader, kLayers, kSummary, kOver };
 
+  const grpc::ByteBuffer& raw_request() const override { return raw_; }
+  const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
+
   void prepare() override {
+    parse_request(raw_, request_);
     mesh_ = require_mesh(state_, request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
     const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
-    validate_layer_range(job, request_.first_layer(), request_.layer_count());
+    range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
+    validate_layer_range(job, range_.first, range_.count);
     log_.note(request_.mesh_id());
-    log_.note("layers " + std::to_string(request_.first_layer()) + "+" + std::to_string(request_.layer_count()));
+    log_.note("layers " + std::to_string(range_.first) + "+" + std::to_string(range_.count));
     write_header(job);
+    share_ = take_memory(job);
     const std::optional<VoxelShape> mask = mask_of(job);
-    if (mask && !has_shared_mask(*mask)) return make_mask_and_start(*mask, job);
-    start_stream(job);
+    if (mask && !has_shared_mask(*mask)) return start_later(job, Pieces::kLong);
+    const Pieces pieces = pieces_of(job, range_.count);
+    if (pieces != Pieces::kInteractive) return start_later(job, pieces);
+    start_stream(job);  // On a worker for interactive work as it is.
   }
 
   static std::optional<VoxelShape> mask_of(const SliceJob& job) {
@@ -73,11 +68,10 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return job.printing ? mask_shape(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm) : std::nullopt;
   }
 
-  /// A mask takes about a second: a long piece of work of its own, so that others' layers go on meanwhile.
-  void make_mask_and_start(const VoxelShape& shape, const SliceJob& job) {
-    state_.executor.make_lane(Executor::Pieces::kLong).post([this, self = shared_from_this(), shape, job] {
+  /// As a piece of work of its own: a long one where it makes a mask, which takes about a second.
+  void start_later(const SliceJob& job, Pieces pieces) {
+    make_lane(pieces).post([this, self = shared_from_this(), job] {
       try {
-        (void)shared_mask(shape, cancel_);
         start_stream(job);
       } catch (...) {
         std::lock_guard lock(stream_mutex_);
@@ -87,27 +81,30 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     });
   }
 
-  /// Takes the window from the memory of all streams: what the layers need, one of them at least. How much contours
+  /// The window's share of the memory of all streams: what the layers need, one of them at least. How much contours
   /// need isn't known before.
-  StreamWindow take_window(const SliceJob& job) {
+  MemoryBudget::Share take_memory(const SliceJob& job) {
     const std::uint64_t one = std::max(layer_bytes(job), kMinStreamWindowBytes);
     const std::uint64_t all = one * request_.layer_count();
     const std::uint64_t most = state_.options.stream_window_bytes;
     std::optional<MemoryBudget::Share> share =
         state_.streams.take_between(one, job.contours ? most : std::min(most, all));
     if (!share) throw stream_memory_used_up();
-    share_ = std::move(*share);
-    return choose_window(layer_bytes(job), share_.bytes(), state_.executor.threads());
+    return std::move(*share);
   }
 
+  /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
   void start_stream(const SliceJob& job) {
-    auto factory = std::make_shared<SlicerFactory>(mesh_->solid(), job);
-    auto stream = LayerStream::start(
-        state_.executor, {.first = request_.first_layer(), .count = request_.layer_count()}, take_window(job),
-        [factory](const CancellationToken& cancel) { return factory->make(cancel); },
-        [weak = weak_from_this()] {
-          if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
-        });
+    const auto prototype = std::make_shared<const LayerSlicer>(mesh_->solid(), job, cancel_);
+    const auto make = [prototype](const CancellationToken&) {
+      return [slicer = std::make_shared<LayerSlicer>(prototype->twin())](
+                 std::uint32_t layer, const CancellationToken& token) { return slicer->slice(layer, token); };
+    };
+    auto stream = LayerStream::start(make_lane(pieces_of(job, range_.count)), range_,
+                                     choose_window(layer_bytes(job), share_.bytes(), state_.executor.threads()), make,
+                                     [weak = weak_from_this()] {
+                                       if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
+                                     });
     {
       std::lock_guard lock(stream_mutex_);
       stream_ = stream;
@@ -194,15 +191,17 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     }
   }
 
-  const v1::SliceRangeRequest& request_;
+  const grpc::ByteBuffer& raw_;
+  v1::SliceRangeRequest request_;
   MeshPtr mesh_;  // In use until the call is done.
+  LayerRange range_;
   MemoryBudget::Share share_;
   std::uint32_t max_chunk_bytes_ = 0;
   Stage stage_ = Stage::kHeader;
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
   LayerMessages messages_;
-  CancellationToken cancel_ = CancellationToken::make();  // Cancels the work before the stream.
+  CancellationToken cancel_ = Executor::make_token();  // Cancels the work before the stream.
   std::mutex stream_mutex_;
   std::shared_ptr<LayerStream> stream_;
   std::exception_ptr start_error_;
@@ -212,7 +211,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
 
 grpc::ServerWriteReactor<v1::SliceRangeResponse>* begin_slice_call(ServiceState& state,
                                                                    grpc::CallbackServerContext& context,
-                                                                   const v1::SliceRangeRequest& request) {
+                                                                   const grpc::ByteBuffer& request) {
   return SliceCall::begin(std::make_shared<SliceCall>(state, context, request));
 }
 

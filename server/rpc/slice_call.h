@@ -10,9 +10,9 @@
 
 namespace ccslice::server {
 
-/// Begins a call of SliceRange. `request` lives until the call is done.
+/// Begins a call of SliceRange. `request`, a v1::SliceRangeRequest, lives until the call is done.
 grpc::ServerWriteReactor<v1::SliceRangeResponse>* begin_slice_call(ServiceState& state,
                                                                    grpc::CallbackServerContext& context,
-                                                                   const v1::SliceRangeRequest& request);
+                                                                   const grpc::ByteBuffer& request);
 
 }  // namespace ccslice::server

@@ -10,6 +10,7 @@
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
 #include "core/base/number_text.h"
+#include "core/inversion/thin_features.h"
 #include "core/job/validate_job.h"
 #include "core/limit/deviation.h"
 #include "core/output/encode.h"
@@ -171,6 +172,49 @@ void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, 
   }
 }
 
+/// What is printed right of any feature, by what is asked for, the printer, or the pitch.
+SmallestFeature smallest_feature(const v1::PlanSlicesRequest& request, const VoxelPitch& pitch) {
+  constexpr double kVoxels = 2;
+  const double mm = request.smallest_feature_mm();
+  if (!(mm >= 0) || !std::isfinite(mm)) {
+    throw Error(ErrorCode::kToleranceInvalid,
+                "smallest_feature_mm: " + number_text(mm) +
+                    " is negative or not finite; give a length, 0 for no warning, or leave it out for two voxels",
+                "smallest_feature_mm");
+  }
+  if (request.has_smallest_feature_mm()) return {.mm = mm, .voxels_mm = Vec3::Zero()};
+  const double printers = request.has_printer() ? to_printer(request.printer()).smallest_feature_mm : 0;
+  if (printers > 0) return {.mm = printers, .voxels_mm = Vec3::Zero()};
+  return {.mm = 0, .voxels_mm = kVoxels * Vec3(pitch.x_mm, pitch.y_mm, pitch.z_mm)};
+}
+
+void warn_of_thin_features(const SliceJob& job, const LimitSolid& solid, const SmallestFeature& smallest,
+                           const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+  constexpr int kDigits = 3;
+  const VoxelPitch& pitch = job.grid.pitch;
+  // All of a part that is smaller than a voxel is thin, and says so already.
+  if ((job.grid.part_box.sizes().array() < Vec3(pitch.x_mm, pitch.y_mm, pitch.z_mm).array()).any()) return;
+  const ThinFeatures found = find_thin_features(solid, job.placement, smallest, cancel);
+  if (found.places.empty()) return;
+  const ThinPlace& thinnest = found.places.front();
+  const Vec3& at = thinnest.position;
+  v1::PlanWarning& warning = add_warning(
+      plan, v1::PLAN_WARNING_KIND_THIN_FEATURE,
+      "the part is only " + number_text(thinnest.thickness_mm, kDigits) + " mm thick at (" +
+          number_text(at.x(), kDigits + 1) + ", " + number_text(at.y(), kDigits + 1) + ", " +
+          number_text(at.z(), kDigits + 1) + ") mm, less than the smallest feature of " +
+          number_text(thinnest.least_mm, kDigits) + " mm" + (smallest.mm > 0 ? "" : " there, two voxels") + ", as at " +
+          std::to_string(found.places.size()) + " of " + std::to_string(found.samples) +
+          " places of the surface that were looked at. It may come out broken or not at all: thicken it, scale the "
+          "part, or use a finer pitch; smallest_feature_mm (--smallest-feature of ccslice) says what is too thin");
+  for (std::size_t i = 0; i < found.places.size() && i < kMaxListedItems; ++i) {
+    *warning.add_places_mm() = to_message(found.places[i].position);
+    const auto& listed = warning.control_cells();
+    const std::uint32_t cell = found.places[i].control_cell;
+    if (std::find(listed.begin(), listed.end(), cell) == listed.end()) warning.add_control_cells(cell);
+  }
+}
+
 }  // namespace
 
 SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
@@ -219,6 +263,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   warn_of_solid(job, solid.summary(), plan);
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_grid(job, plan);
+  warn_of_thin_features(job, solid, smallest_feature(request, job.grid.pitch), cancel, plan);
   if (job.printing) warn_of_values_off_maps(*job.printing, solid, plan);
   if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));

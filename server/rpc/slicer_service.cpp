@@ -3,6 +3,8 @@
 
 #include "server/rpc/slicer_service.h"
 
+#include <array>
+#include <cstddef>
 #include <string>
 
 #include "core/base/engine_version.h"
@@ -13,6 +15,7 @@
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
 #include "server/rpc/printer.h"
+#include "server/rpc/raw_request.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_call.h"
 #include "server/rpc/status.h"
@@ -23,8 +26,31 @@
 namespace ccslice::server {
 namespace {
 
+using grpc::ByteBuffer;
 using grpc::CallbackServerContext;
 using grpc::ServerUnaryReactor;
+using grpc::internal::CallbackBidiHandler;
+using grpc::internal::CallbackClientStreamingHandler;
+using grpc::internal::CallbackServerStreamingHandler;
+using grpc::internal::CallbackUnaryHandler;
+
+/// By these numbers the generated class knows the methods: as the contract lists them.
+enum Method : int {
+  kGetServerInfo,
+  kFindMissingMeshes,
+  kUploadMesh,
+  kGetMesh,
+  kListMeshes,
+  kDeleteMesh,
+  kPlanSlices,
+  kSliceRange,
+  kProbePoints,
+  kEvaluatePoints,
+  kTessellateBoundary
+};
+constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",        "GetMesh",
+                               "ListMeshes",    "DeleteMesh",        "PlanSlices",        "SliceRange",
+                               "ProbePoints",   "EvaluatePoints",    "TessellateBoundary"};
 
 template <class Body>
 grpc::Status status_of(Body&& body) {
@@ -118,7 +144,7 @@ void find_missing(MeshCache& cache, const v1::FindMissingMeshesRequest& request,
   }
 }
 
-void list_meshes(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
+void list_page(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
   if (request.page_size() > kMaxPageSize) {
     throw ServiceError(ServiceErrorCode::kPageInvalid,
                        "page_size: " + std::to_string(request.page_size()) + " is above the limit of " +
@@ -145,65 +171,71 @@ void list_meshes(MeshCache& cache, const v1::ListMeshesRequest& request, v1::Lis
 
 }  // namespace
 
-ServerUnaryReactor* SlicerService::GetServerInfo(CallbackServerContext* context, const v1::GetServerInfoRequest*,
-                                                 v1::GetServerInfoResponse* response) {
-  return answer_at_once(context, "GetServerInfo", [&] { write_info(state_, *response); });
+SlicerService::SlicerService(ServiceState& state) : state_(state) {
+  serve_unary(kGetServerInfo, &SlicerService::get_server_info);
+  serve_unary(kFindMissingMeshes, &SlicerService::find_missing_meshes);
+  serve_unary(kGetMesh, &SlicerService::get_mesh);
+  serve_unary(kListMeshes, &SlicerService::list_meshes);
+  serve_unary(kDeleteMesh, &SlicerService::delete_mesh);
+  MarkMethodRawCallback(kUploadMesh, new CallbackClientStreamingHandler<ByteBuffer, v1::UploadMeshResponse>(
+                                         [this](CallbackServerContext* context, v1::UploadMeshResponse* response) {
+                                           return begin_upload_call(state_, *context, *response);
+                                         }));
+  MarkMethodRawCallback(kPlanSlices, new CallbackUnaryHandler<ByteBuffer, v1::PlanSlicesResponse>(
+                                         [this](CallbackServerContext* context, const ByteBuffer* request,
+                                                v1::PlanSlicesResponse* response) {
+                                           return begin_plan_call(state_, *context, *request, *response);
+                                         }));
+  MarkMethodRawCallback(kSliceRange, new CallbackServerStreamingHandler<ByteBuffer, v1::SliceRangeResponse>(
+                                         [this](CallbackServerContext* context, const ByteBuffer* request) {
+                                           return begin_slice_call(state_, *context, *request);
+                                         }));
+  MarkMethodRawCallback(kTessellateBoundary,
+                        new CallbackServerStreamingHandler<ByteBuffer, v1::TessellateBoundaryResponse>(
+                            [this](CallbackServerContext* context, const ByteBuffer* request) {
+                              return begin_tessellate_call(state_, *context, *request);
+                            }));
+  MarkMethodRawCallback(kProbePoints,
+                        new CallbackBidiHandler<ByteBuffer, v1::ProbePointsResponse>(
+                            [this](CallbackServerContext* context) { return begin_probe_call(state_, *context); }));
+  MarkMethodRawCallback(kEvaluatePoints,
+                        new CallbackBidiHandler<ByteBuffer, v1::EvaluatePointsResponse>(
+                            [this](CallbackServerContext* context) { return begin_evaluate_call(state_, *context); }));
 }
 
-ServerUnaryReactor* SlicerService::FindMissingMeshes(CallbackServerContext* context,
-                                                     const v1::FindMissingMeshesRequest* request,
-                                                     v1::FindMissingMeshesResponse* response) {
-  return answer_at_once(context, "FindMissingMeshes", [&] { find_missing(state_.cache, *request, *response); });
+template <class Request, class Response>
+void SlicerService::serve_unary(int method, void (SlicerService::*answer)(const Request&, Response&)) {
+  MarkMethodRawCallback(
+      method, new CallbackUnaryHandler<ByteBuffer, Response>(
+                  [this, method, answer](CallbackServerContext* context, const ByteBuffer* bytes, Response* response) {
+                    return answer_at_once(context, kNames[static_cast<std::size_t>(method)], [&] {
+                      Request request;
+                      parse_request(*bytes, request);
+                      (this->*answer)(request, *response);
+                    });
+                  }));
 }
 
-grpc::ServerReadReactor<v1::UploadMeshRequest>* SlicerService::UploadMesh(CallbackServerContext* context,
-                                                                          v1::UploadMeshResponse* response) {
-  return begin_upload_call(state_, *context, *response);
+void SlicerService::get_server_info(const v1::GetServerInfoRequest&, v1::GetServerInfoResponse& response) {
+  write_info(state_, response);
 }
 
-ServerUnaryReactor* SlicerService::GetMesh(CallbackServerContext* context, const v1::GetMeshRequest* request,
-                                           v1::GetMeshResponse* response) {
-  return answer_at_once(context, "GetMesh", [&] {
-    *response->mutable_mesh() = summarize(state_.cache, require_mesh(state_, request->mesh_id()));
-  });
+void SlicerService::find_missing_meshes(const v1::FindMissingMeshesRequest& request,
+                                        v1::FindMissingMeshesResponse& response) {
+  find_missing(state_.cache, request, response);
 }
 
-ServerUnaryReactor* SlicerService::ListMeshes(CallbackServerContext* context, const v1::ListMeshesRequest* request,
-                                              v1::ListMeshesResponse* response) {
-  return answer_at_once(context, "ListMeshes", [&] { list_meshes(state_.cache, *request, *response); });
+void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response) {
+  *response.mutable_mesh() = summarize(state_.cache, require_mesh(state_, request.mesh_id()));
 }
 
-ServerUnaryReactor* SlicerService::DeleteMesh(CallbackServerContext* context, const v1::DeleteMeshRequest* request,
-                                              v1::DeleteMeshResponse* response) {
-  return answer_at_once(context, "DeleteMesh", [&] {
-    require_mesh_id(request->mesh_id(), "mesh_id");
-    response->set_deleted(state_.cache.erase(request->mesh_id()));
-  });
+void SlicerService::list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
+  list_page(state_.cache, request, response);
 }
 
-ServerUnaryReactor* SlicerService::PlanSlices(CallbackServerContext* context, const v1::PlanSlicesRequest* request,
-                                              v1::PlanSlicesResponse* response) {
-  return begin_plan_call(state_, *context, *request, *response);
-}
-
-grpc::ServerWriteReactor<v1::SliceRangeResponse>* SlicerService::SliceRange(CallbackServerContext* context,
-                                                                            const v1::SliceRangeRequest* request) {
-  return begin_slice_call(state_, *context, *request);
-}
-
-grpc::ServerBidiReactor<v1::ProbePointsRequest, v1::ProbePointsResponse>* SlicerService::ProbePoints(
-    CallbackServerContext* context) {
-  return begin_probe_call(state_, *context);
-}
-
-grpc::ServerBidiReactor<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>* SlicerService::EvaluatePoints(
-    CallbackServerContext* context) {
-  return begin_evaluate_call(state_, *context);
-}
-
-grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* SlicerService::TessellateBoundary(
-    CallbackServerContext* context, const v1::TessellateBoundaryRequest* request) {
-  return begin_tessellate_call(state_, *context, *request);
+void SlicerService::delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response) {
+  require_mesh_id(request.mesh_id(), "mesh_id");
+  response.set_deleted(state_.cache.erase(request.mesh_id()));
 }
 
 }  // namespace ccslice::server

@@ -48,6 +48,7 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kServerDraining:
     case ServiceErrorCode::kServerShuttingDown:
     case ServiceErrorCode::kStreamStalled: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kUploadTooSlow:
     case ServiceErrorCode::kStreamIdle:
     case ServiceErrorCode::kDeadlineExceeded: return StatusCode::DEADLINE_EXCEEDED;
   }
@@ -83,9 +84,9 @@ class StatusBuilder {
     details_.add_details()->PackFrom(failure);
   }
 
-  void add_retry_delay() {
+  void add_retry_delay(std::chrono::seconds delay) {
     google::rpc::RetryInfo retry;
-    retry.mutable_retry_delay()->set_seconds(kRetryDelaySeconds);
+    retry.mutable_retry_delay()->set_seconds(delay.count());
     details_.add_details()->PackFrom(retry);
   }
 
@@ -163,7 +164,7 @@ grpc::Status to_status(const Error& error) {
 grpc::Status to_status(const ServiceError& error) {
   StatusBuilder status(code_of(error.code()), reason(error.code()), error.what());
   if (error.code() == ServiceErrorCode::kMeshMissing) status.add_missing_mesh(error.mesh_id());
-  if (is_passing_shortage(error.code())) status.add_retry_delay();
+  if (is_passing_shortage(error.code())) status.add_retry_delay(error.retry_delay().value_or(kRetryDelay));
   status.add_field(error.field());
   status.add_mesh(error.mesh_id());
   return status.build();

@@ -30,28 +30,36 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   using Base = Call<grpc::ServerWriteReactor<Response>>;
 
  public:
-  /// Admits the call and begins it on a worker. The call keeps itself alive until gRPC is done with it.
+  /// Begins the call on a worker, once there is a place for it. The call keeps itself alive until gRPC is done with it.
   static grpc::ServerWriteReactor<Response>* begin(const std::shared_ptr<StreamCall>& call) {
-    if (const auto refused = call->admit()) {
+    StreamCall* const reactor = call.get();
+    auto refused = call->open_call();
+    if (!refused) refused = call->hold_request(call->raw_request(), call->request_type());
+    if (refused) {
       call->end(*refused);
-      return call.get();
+      return reactor;
     }
     call->watch();
-    call->state_.executor.make_lane(call->preparation_).post([call] {
-      call->prepare_guarded();
-      call->pump_owned();
+    call->when_admitted([reactor] {
+      reactor->make_lane(reactor->preparation_).post([call = reactor->shared_from_this(), reactor] {
+        reactor->prepare_guarded();
+        reactor->pump_owned();
+      });
     });
-    return call.get();
+    return reactor;
   }
 
  protected:
   enum class Next { kMessage, kPending, kEnd };
 
   StreamCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method,
-             Executor::Pieces preparation = Executor::Pieces::kShort)
+             Pieces preparation = Pieces::kInteractive)
       : Base(state, context, method), preparation_(preparation) {}
 
-  /// On a worker, once, before anything else; as a long piece of work if the call said so. May throw.
+  /// What the client sent. Lives until the call is done.
+  virtual const grpc::ByteBuffer& raw_request() const = 0;
+  virtual const google::protobuf::Descriptor& request_type() const = 0;
+  /// On a worker, once, before anything else, in a lane of the pieces that the call said. May throw.
   virtual void prepare() = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
@@ -85,7 +93,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   void OnCancel() override {
     stopped_ = true;
     stop();
-    wake();
+    if (!this->end_if_waiting()) wake();
   }
 
   void prepare_guarded() {
@@ -131,7 +139,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     this->end(status);
   }
 
-  const Executor::Pieces preparation_;
+  const Pieces preparation_;
   Response message_;
   std::exception_ptr failure_;
   std::atomic<bool> stopped_{false};

@@ -21,14 +21,15 @@ namespace {
 /// Tessellates on a worker, whole, then streams: the header says how much will come.
 class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
  public:
-  TessellateCall(ServiceState& state, grpc::CallbackServerContext& context,
-                 const v1::TessellateBoundaryRequest& request)
-      : StreamCall(state, context, "TessellateBoundary", Executor::Pieces::kLong),
-        request_(request),
-        share_(state.streams) {}
+  TessellateCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
+      : StreamCall(state, context, "TessellateBoundary", Pieces::kLong), raw_(request), share_(state.streams) {}
 
  private:
+  const grpc::ByteBuffer& raw_request() const override { return raw_; }
+  const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
+
   void prepare() override {
+    parse_request(raw_, request_);
     require_known_fields(request_);
     const MeshPtr mesh = require_mesh(state_, request_.mesh_id());
     log_.note(request_.mesh_id());
@@ -116,8 +117,9 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
     next_triangle_ += count;
   }
 
-  const v1::TessellateBoundaryRequest& request_;
-  const CancellationToken cancel_ = CancellationToken::make();
+  const grpc::ByteBuffer& raw_;
+  v1::TessellateBoundaryRequest request_;
+  const CancellationToken cancel_ = Executor::make_token();
   std::size_t max_chunk_bytes_ = 0;
   std::size_t channels_ = 0;
   MemoryBudget::Share share_;  // What the arrays take of the memory of all streams.
@@ -132,8 +134,9 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(
-    ServiceState& state, grpc::CallbackServerContext& context, const v1::TessellateBoundaryRequest& request) {
+grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(ServiceState& state,
+                                                                                grpc::CallbackServerContext& context,
+                                                                                const grpc::ByteBuffer& request) {
   return TessellateCall::begin(std::make_shared<TessellateCall>(state, context, request));
 }
 

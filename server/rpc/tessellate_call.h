@@ -10,8 +10,9 @@
 
 namespace ccslice::server {
 
-/// Begins a call of TessellateBoundary. `request` lives until the call is done.
-grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(
-    ServiceState& state, grpc::CallbackServerContext& context, const v1::TessellateBoundaryRequest& request);
+/// Begins a call of TessellateBoundary. `request`, a v1::TessellateBoundaryRequest, lives until the call is done.
+grpc::ServerWriteReactor<v1::TessellateBoundaryResponse>* begin_tessellate_call(ServiceState& state,
+                                                                                grpc::CallbackServerContext& context,
+                                                                                const grpc::ByteBuffer& request);
 
 }  // namespace ccslice::server

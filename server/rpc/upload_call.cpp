@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-//     read start -> cached already? answer : read and hash chunks -> check the digest -> prepare, or join -> answer
+//     read start -> cached already? answer
+//                 : read and hash chunks -> check the digest -> wait for a place -> prepare, or join -> answer
 //
 // One of these is under way at any time and decides what comes next; a cancel only makes it end sooner. Hashing a chunk
 // costs about as much as receiving it, so it needs no worker.
@@ -22,22 +23,23 @@
 namespace ccslice::server {
 namespace {
 
-class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshRequest>> {
+class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> {
  public:
   UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
       : Call(state, context, "UploadMesh"),
         response_(response),
-        upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes)) {}
+        upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes)),
+        pace_(state.options.min_upload_rate) {}
 
   void begin() {
-    if (const auto refused = admit()) return end(*refused);
+    if (const auto refused = open_call()) return end(*refused);
     watch();
     read();
   }
 
  private:
   void read() {
-    wait_for_message([this] { StartRead(&request_); });
+    wait_for_message([this] { StartRead(&raw_); });
   }
 
   void OnReadDone(bool ok) override {
@@ -54,15 +56,22 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
   void OnCancel() override {
     stopped_ = true;
     stop();
+    end_if_waiting();
   }
 
   void stop() override { ticket().cancel(); }
 
   /// Takes a message in; false if the call has been answered.
   bool accept() {
-    switch (request_.part_case()) {
-      case v1::UploadMeshRequest::kStart: return start(request_.start());
-      case v1::UploadMeshRequest::kChunk: upload_->append(request_.chunk()); return true;
+    v1::UploadMeshRequest request;
+    parse_request(raw_, request);
+    raw_.Clear();
+    switch (request.part_case()) {
+      case v1::UploadMeshRequest::kStart: return start(request.start());
+      case v1::UploadMeshRequest::kChunk:
+        upload_->append(request.chunk());
+        pace_.count(request.chunk().size(), UploadPace::Clock::now());
+        return true;
       default: break;
     }
     throw ServiceError(ServiceErrorCode::kRequestMalformed, "part: a message with neither start nor chunk", "part");
@@ -78,8 +87,16 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
     return false;
   }
 
+  /// While its bytes arrive, an upload takes no place.
   void finish_reading() {
     upload_->finish();
+    const auto self = shared_from_this();
+    when_admitted([this] { prepare(); });
+    if (stopped_) end_if_waiting();  // Stopped before it began to wait, when nobody could take it out of the queue.
+  }
+
+  void prepare() {
+    if (stopped_) return end(status_of_stop());
     const std::string mesh_id = upload_->mesh_id();
     // The bytes go with the preparation: whoever joins another one drops his.
     set_ticket(state_.cache.get_or_prepare(
@@ -89,7 +106,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
           const int threads = std::max(1, static_cast<int>(state.executor.threads()) - 1);
           return prepare_mesh(upload->bytes(), state.mesh_limits, threads, state.preparations, cancel);
         },
-        [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }));
+        [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }, client_));
   }
 
   /// On this thread if the mesh came by another way meanwhile, on a worker's or the canceller's otherwise.
@@ -119,8 +136,9 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
   }
 
   v1::UploadMeshResponse& response_;
-  v1::UploadMeshRequest request_;
+  grpc::ByteBuffer raw_;
   std::shared_ptr<Upload> upload_;
+  UploadPace pace_;
   std::atomic<bool> stopped_{false};
   std::mutex ticket_mutex_;
   MeshCache::Ticket ticket_;
@@ -128,9 +146,8 @@ class UploadCall final : public Call<grpc::ServerReadReactor<v1::UploadMeshReque
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadMeshRequest>* begin_upload_call(ServiceState& state,
-                                                                  grpc::CallbackServerContext& context,
-                                                                  v1::UploadMeshResponse& response) {
+grpc::ServerReadReactor<grpc::ByteBuffer>* begin_upload_call(ServiceState& state, grpc::CallbackServerContext& context,
+                                                             v1::UploadMeshResponse& response) {
   const auto call = std::make_shared<UploadCall>(state, context, response);
   call->begin();
   return call.get();

@@ -13,8 +13,7 @@
 namespace ccslice::server {
 
 /// Begins a call of UploadMesh. `response` lives until the call is done.
-grpc::ServerReadReactor<v1::UploadMeshRequest>* begin_upload_call(ServiceState& state,
-                                                                  grpc::CallbackServerContext& context,
-                                                                  v1::UploadMeshResponse& response);
+grpc::ServerReadReactor<grpc::ByteBuffer>* begin_upload_call(ServiceState& state, grpc::CallbackServerContext& context,
+                                                             v1::UploadMeshResponse& response);
 
 }  // namespace ccslice::server

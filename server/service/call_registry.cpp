@@ -3,25 +3,18 @@
 
 #include "server/service/call_registry.h"
 
-#include <string>
-
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 
-CallRegistry::Ticket CallRegistry::admit(std::function<void()> cut_off) {
+CallRegistry::Ticket CallRegistry::open_call(std::function<void()> cut_off) {
   std::lock_guard lock(mutex_);
   if (draining_) {
     throw ServiceError(ServiceErrorCode::kServerDraining, "the server is shutting down: use another one");
   }
-  if (running_ == max_calls_) {
-    throw ServiceError(ServiceErrorCode::kServerBusy, "all " + std::to_string(max_calls_) +
-                                                          " calls that the server takes are running: try again later");
-  }
-  cut_offs_.emplace(++admitted_, std::move(cut_off));
-  ++running_;
+  cut_offs_.emplace(++opened_, std::move(cut_off));
   ++open_;
-  return Ticket(*this, admitted_);
+  return Ticket(*this, opened_);
 }
 
 void CallRegistry::drain() {
@@ -46,19 +39,9 @@ void CallRegistry::cut_off_all() {
   }
 }
 
-std::size_t CallRegistry::running() {
-  std::lock_guard lock(mutex_);
-  return running_;
-}
-
 std::size_t CallRegistry::open() {
   std::lock_guard lock(mutex_);
   return open_;
-}
-
-void CallRegistry::end_run() {
-  std::lock_guard lock(mutex_);
-  --running_;
 }
 
 void CallRegistry::close(std::uint64_t number) {

@@ -3,85 +3,145 @@
 
 #include "server/service/executor.h"
 
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 namespace ccslice::server {
 
-/// TBB's default is one worker less than there are cores, for the thread that calls; here no thread ever joins the
-/// arena.
-struct Executor::Arena {
-  explicit Arena(std::size_t threads)
-      : parallelism(tbb::global_control::max_allowed_parallelism, threads + 1),
-        arena(static_cast<int>(threads), /*reserved_for_masters=*/0) {}
-  tbb::global_control parallelism;
-  tbb::task_arena arena;
+/// A thread. All members but the last two belong to the executor's lock.
+struct Worker {
+  explicit Worker(Executor& the_executor)
+      : executor(the_executor), thread([this] { executor.work_until_over(*this); }) {}
+
+  static thread_local Worker* current;
+
+  Executor& executor;
+  Executor::Processor processor = Executor::Processor::kNone;  // None: idle or parked.
+  WorkQueue::CallPtr call;                                     // Of the piece that it runs,
+  Executor::Work work;                                         // which is this, before it begins.
+  std::condition_variable wake;                                // There is a processor for it.
+  Executor::Clock::time_point charged;                         // Until when the piece has been paid for.
+  std::thread thread;                                          // The last: it begins at once.
 };
 
-void Executor::Lane::post(Work work) const { executor_->post(queue_, std::move(work), Place::kBack); }
-void Executor::Lane::post_front(Work work) const { executor_->post(queue_, std::move(work), Place::kFront); }
+thread_local Worker* Worker::current = nullptr;
 
-Executor::Executor(std::size_t threads)
-    : threads_(threads), max_long_(std::max<std::size_t>(2, threads) - 1), arena_(std::make_unique<Arena>(threads)) {}
+Executor::Executor(std::size_t threads, std::function<Clock::time_point()> now)
+    : threads_(threads), now_(std::move(now)), queue_(std::max<std::size_t>(2, threads) - 1), free_{1, threads} {
+  const std::lock_guard lock(mutex_);
+  while (idle_workers_.size() < threads + 1) {
+    if (!add_worker()) throw std::runtime_error("can't start " + std::to_string(threads + 1) + " threads");
+  }
+}
 
-Executor::~Executor() { wait_idle(); }
+Executor::~Executor() {
+  wait_idle();
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    for (Worker& worker : workers_) worker.wake.notify_one();
+  }
+  for (Worker& worker : workers_) worker.thread.join();
+}
 
 void Executor::wait_idle() {
   std::unique_lock lock(mutex_);
-  idle_.wait(lock, [this] { return workers_ == 0; });
+  idle_.wait(lock, [this] { return unfinished_ == 0; });
 }
 
-void Executor::post(const std::shared_ptr<Lane::Queue>& queue, Work work, Place place) {
-  {
-    std::lock_guard lock(mutex_);
-    if (place == Place::kBack) {
-      queue->work.push_back(std::move(work));
-    } else {
-      queue->work.push_front(std::move(work));
-    }
-    if (!queue->listed) {
-      queue->listed = true;
-      lanes_.push_back(queue);
-    }
-    if (workers_ == threads_) return;
-    ++workers_;
-  }
-  arena_->arena.enqueue([this] { work_until_idle(); });
+void Executor::post(const WorkQueue::CallPtr& call, Work work, WorkQueue::Place place) {
+  const std::lock_guard lock(mutex_);
+  ++unfinished_;
+  queue_.push(call, {.work = std::move(work)}, place);
+  use_free_processors();
 }
 
-void Executor::work_until_idle() {
-  Work work;
-  Pieces pieces = Pieces::kShort;
-  while (take(work, pieces)) {
-    work();
-    work = nullptr;  // Frees what it captured before the next piece is waited for.
-  }
-}
-
-/// Ends the piece that this worker did before (`pieces`), takes the next one that may run.
-bool Executor::take(Work& work, Pieces& pieces) {
-  std::lock_guard lock(mutex_);
-  if (std::exchange(pieces, Pieces::kShort) == Pieces::kLong) --running_long_;
-  const auto next = std::find_if(lanes_.begin(), lanes_.end(), [this](const std::shared_ptr<Lane::Queue>& lane) {
-    return lane->pieces == Pieces::kShort || running_long_ < max_long_;
-  });
-  if (next == lanes_.end()) {  // Nothing, or long pieces that wait for one to end, whose worker then takes them.
-    --workers_;
-    if (workers_ == 0) idle_.notify_all();
+/// False if the machine has no more threads.
+bool Executor::add_worker() {
+  try {
+    idle_workers_.push_back(&workers_.emplace_back(*this));
+    return true;
+  } catch (const std::system_error&) {
     return false;
   }
-  const std::shared_ptr<Lane::Queue> queue = std::move(*next);
-  lanes_.erase(next);
-  pieces = queue->pieces;
-  if (pieces == Pieces::kLong) ++running_long_;
-  work = std::move(queue->work.front());
-  queue->work.pop_front();
-  queue->listed = !queue->work.empty();
-  if (queue->listed) lanes_.push_back(queue);
-  return true;
+}
+
+void Executor::work_until_over(Worker& self) {
+  Worker::current = &self;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    self.wake.wait(lock, [&] { return self.processor != Processor::kNone || over_; });
+    if (self.processor == Processor::kNone) return;
+    run_piece(self, lock);
+    idle_workers_.push_back(&self);
+    free_processor_of(self);
+  }
+}
+
+void Executor::run_piece(Worker& self, std::unique_lock<std::mutex>& lock) {
+  Work work = std::exchange(self.work, nullptr);
+  self.charged = now_();
+  lock.unlock();
+  work();
+  work = nullptr;  // Frees what it captured.
+  lock.lock();
+  charge(self, now_());
+  queue_.end(std::exchange(self.call, nullptr));
+  if (--unfinished_ == 0) idle_.notify_all();
+}
+
+void Executor::charge(Worker& self, Clock::time_point now) {
+  queue_.charge(*self.call, now - std::exchange(self.charged, now));
+}
+
+void Executor::give_way() noexcept {
+  if (Worker::current != nullptr) Worker::current->executor.give_way(*Worker::current);
+}
+
+/// Parks the worker if it's another one's turn, until it is its own again. Where there are no more threads, it runs on.
+void Executor::give_way(Worker& self) {
+  const Clock::time_point now = now_();
+  if (now - self.charged < kTurn) return;
+  std::unique_lock lock(mutex_);
+  charge(self, now);  // While the others are those who were there, even if nobody waits now.
+  if (queue_.size() == 0) return;
+  if (idle_workers_.size() <= free_.front() + free_.back() && !add_worker()) return;
+  queue_.park(self.call, self);
+  free_processor_of(self);
+  self.wake.wait(lock, [&] { return self.processor != Processor::kNone; });
+  self.charged = now_();
+}
+
+void Executor::free_processor_of(Worker& self) {
+  ++free(std::exchange(self.processor, Processor::kNone));
+  use_free_processors();
+}
+
+void Executor::use_free_processors() {
+  for (const Processor processor : {Processor::kInteractive, Processor::kAny}) {
+    while (free(processor) > 0) {
+      std::optional<WorkQueue::Taken> taken = queue_.take(processor == Processor::kInteractive);
+      if (!taken) break;
+      --free(processor);
+      start(std::move(*taken), processor);
+    }
+  }
+}
+
+void Executor::start(WorkQueue::Taken taken, Processor processor) {
+  Worker* worker = taken.item.parked;
+  if (worker == nullptr) {
+    worker = idle_workers_.back();  // The one that worked last, as its memory is near.
+    idle_workers_.pop_back();
+    worker->call = std::move(taken.call);
+    worker->work = std::move(taken.item.work);
+  }
+  worker->processor = processor;
+  worker->wake.notify_one();
 }
 
 }  // namespace ccslice::server

@@ -27,15 +27,16 @@ std::uint64_t memory_bytes(const Layer& layer) {
   return bytes;
 }
 
-std::shared_ptr<LayerStream> LayerStream::start(Executor& executor, LayerRange range, StreamWindow window,
+std::shared_ptr<LayerStream> LayerStream::start(const Executor::Lane& lane, LayerRange range, StreamWindow window,
                                                 MakeCompute make, Notify notify) {
-  std::shared_ptr<LayerStream> stream(new LayerStream(executor, range, window, std::move(make), std::move(notify)));
+  std::shared_ptr<LayerStream> stream(new LayerStream(lane, range, window, std::move(make), std::move(notify)));
   stream->start_slabs();
   return stream;
 }
 
-LayerStream::LayerStream(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make, Notify notify)
-    : lane_(executor.make_lane()),
+LayerStream::LayerStream(const Executor::Lane& lane, LayerRange range, StreamWindow window, MakeCompute make,
+                         Notify notify)
+    : lane_(lane),
       window_(window),
       make_(std::move(make)),
       consumer_{.notify = std::move(notify)},

@@ -6,7 +6,7 @@
 // The range is cut into SLABS of consecutive layers. At most `window_slabs` slabs are in flight: being computed, or
 // computed and not yet taken. A slab is started only when the window has room, so memory is bounded by the window
 // whatever the range, and a worker never waits for the consumer: one that reads slowly, or not at all, occupies memory
-// but no thread. Within a slab each layer is a piece of work of its own, so that calls take turns at every layer.
+// but no thread. Within a slab each layer is a piece of work of its own.
 //
 // How large layers come out is known only when they are there: contours have no bound to speak of. So what is held is
 // counted too, the layer that the consumer took last included, and a layer is begun only if as much as the largest one
@@ -71,9 +71,9 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     kFailed,   // See error(). Layers before the failing one were delivered, unless cancelled.
   };
 
-  /// Starts at once. The executor outlives the stream.
-  [[nodiscard]] static std::shared_ptr<LayerStream> start(Executor& executor, LayerRange range, StreamWindow window,
-                                                          MakeCompute make, Notify notify);
+  /// Starts at once. The lane's executor outlives the stream.
+  [[nodiscard]] static std::shared_ptr<LayerStream> start(const Executor::Lane& lane, LayerRange range,
+                                                          StreamWindow window, MakeCompute make, Notify notify);
 
   /// One consumer at a time.
   Pull pull(Layer& layer);
@@ -108,7 +108,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     ComputeLayer compute;
   };
 
-  LayerStream(Executor& executor, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
+  LayerStream(const Executor::Lane& lane, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
   void start_slabs();
   void start_slabs_locked(std::vector<SlabPtr>& started);
   bool has_room_locked(const Slab& slab) const;
@@ -124,7 +124,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   const Executor::Lane lane_;
   const StreamWindow window_;
   const MakeCompute make_;
-  const CancellationToken cancel_ = CancellationToken::make();
+  const CancellationToken cancel_ = Executor::make_token();
 
   std::mutex mutex_;
   Consumer consumer_;

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 
@@ -13,6 +14,16 @@ namespace ccslice::server {
 
 /// What a gRPC client takes per message unless told otherwise, the whole message counted.
 inline constexpr std::size_t kClientMessageBytes = 4u << 20;
+
+/// Requests: those of a job hold up to 255 maps of materials with up to 256 points each; points come by the 4096. What
+/// protobuf makes of the largest of them takes 4 MB (48 bytes for each point). Small ones, whatever they hold, take no
+/// more than that either.
+inline constexpr std::size_t kMaxJobRequestBytes = 2u << 20;
+inline constexpr std::size_t kMaxRequestBytes = 256u << 10;
+inline constexpr std::size_t kSmallRequestBytes = 64u << 10;
+inline constexpr std::size_t kMaxParsedBytes = 8u << 20;
+/// Of uploads: gRPC's own limit (--max-message-bytes) comes first.
+inline constexpr std::size_t kMaxMessageBytes = 2047u << 20;
 
 /// Payload of one message of a stream. The default keeps loopback throughput near its best.
 inline constexpr std::uint32_t kMinChunkBytes = 4u << 10;
@@ -44,6 +55,6 @@ inline constexpr double kDefaultChordToleranceMm = 0.05;
 inline constexpr std::uint64_t kMinStreamWindowBytes = 1u << 20;
 
 /// What a client is told to wait after SERVER_BUSY or CACHE_FULL.
-inline constexpr int kRetryDelaySeconds = 2;
+inline constexpr std::chrono::seconds kRetryDelay(2);
 
 }  // namespace ccslice::server

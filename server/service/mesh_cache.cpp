@@ -31,7 +31,8 @@ MeshPtr MeshCache::find(const std::string& id) {
   return entry->second.mesh;
 }
 
-MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepare, Done done) {
+MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepare, Done done,
+                                            const std::string& client) {
   Ticket ticket;
   MeshPtr mesh;
   std::shared_ptr<Preparation> started;
@@ -52,7 +53,7 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
   }
   if (mesh) done({.mesh = std::move(mesh), .error = nullptr, .already_cached = true});
   if (started) {
-    executor_.make_lane(Executor::Pieces::kLong).post([this, id, started] { run(id, started); });
+    executor_.make_lane(client, Pieces::kLong).post([this, id, started] { run(id, started); });
   }
   return ticket;
 }

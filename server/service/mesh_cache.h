@@ -120,7 +120,8 @@ class MeshCache {
   MeshPtr find(const std::string& id);
   /// The mesh if it's there; otherwise prepares it, or joins the preparation that is running.
   /// Errors: what `prepare` throws; ServiceError{kMeshExceedsCache, kCacheFull}; Error{kCancelled}.
-  Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done);
+  /// `client`: who a preparation that begins is charged to.
+  Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done, const std::string& client = {});
   /// Drops the mesh; false if it wasn't there. A preparation that is running goes on.
   bool erase(const std::string& id);
   /// Up to `limit` meshes with ids behind `after`, by id.
@@ -139,7 +140,7 @@ class MeshCache {
   };
   struct Preparation {
     Prepare prepare;  // Until it runs, or nobody waits for it any more.
-    CancellationToken cancel = CancellationToken::make();
+    CancellationToken cancel = Executor::make_token();
     std::map<std::uint64_t, Done> waiters;
   };
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 #include "server/service/limits.h"
 #include "server/service/option_values.h"
@@ -18,18 +19,34 @@ constexpr std::uint64_t kGiB = 1ull << 30;
 /// What protobuf can parse, and gRPC can count.
 constexpr std::uint64_t kMaxProtobufBytes = 2047 * kMiB;
 
+/// Four times as many calls wait as run, unless told otherwise.
+constexpr std::size_t kFourTimes = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kMostCalls = 100'000;
+
+/// One address may take three quarters of the connections, unless told otherwise.
+constexpr std::size_t kThreeQuarters = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kMostConnections = 1'000'000;
+
+/// Below, the budgets' own minima take more.
+constexpr std::uint64_t kLeastMemory = 256 * kMiB;
+
 /// Three quarters of the memory go to what has a bound of its own. The last one is for the process itself (130 MB with
 /// OpenImageIO) and for what workers need while they compute.
-ServerOptions default_options(const Resources& resources) {
-  const std::uint64_t memory = resources.memory_bytes;
+ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
   ServerOptions options;
-  options.threads = resources.cpus;
+  options.threads = cpus;
+  options.memory_bytes = memory;
   options.cache_bytes = std::max(memory / 8 * 3, 64 * kMiB);
   options.max_concurrent_calls = 32;
+  options.max_waiting_calls = kFourTimes;
   options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
   options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
   options.preparation_budget_bytes = std::max(memory / 4, 64 * kMiB);
   options.max_message_bytes = kClientMessageBytes;
+  options.min_upload_rate = 16 * 1024;
+  options.connection_budget_bytes = std::clamp(memory / 32, 64 * kMiB, 512 * kMiB);
+  options.max_connections_per_address = kThreeQuarters;
+  options.connection_idle = std::chrono::minutes(10);
   options.idle_timeout = std::chrono::seconds(60);
   options.shutdown_grace = std::chrono::seconds(25);
   return options;
@@ -45,8 +62,12 @@ void settle_budget(std::uint64_t& budget, std::uint64_t usual, std::uint64_t one
 }
 
 /// What depends on other options.
-void settle_budgets(ServerOptions& options, const Resources& resources) {
-  const std::uint64_t usual = resources.memory_bytes / 16;
+void settle_budgets(ServerOptions& options) {
+  if (options.max_waiting_calls == kFourTimes) options.max_waiting_calls = 4 * options.max_concurrent_calls;
+  if (options.max_connections_per_address == kThreeQuarters) {
+    options.max_connections_per_address = std::max<std::size_t>(options.max_connections * 3 / 4, 1);
+  }
+  const std::uint64_t usual = options.memory_bytes / 16;
   settle_budget(options.upload_budget_bytes, usual, options.max_mesh_bytes, "--upload-budget-bytes",
                 "--max-mesh-bytes");
   settle_budget(options.stream_budget_bytes, usual, options.stream_window_bytes, "--stream-budget-bytes",
@@ -103,13 +124,26 @@ const std::vector<OptionSpec>& option_specs() {
        [](const ServerOptions& o) { return o.listen_address; }},
       count_option("--threads", &ServerOptions::threads, 1024,
                    "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
+      size_option("--memory", &ServerOptions::memory_bytes, {kLeastMemory},
+                  "Memory that the server should do with: the defaults of the sizes below are shares of it. By default "
+                  "what this process may use (its cgroup's limit counts)."),
       size_option("--cache-bytes", &ServerOptions::cache_bytes, {kMiB},
                   "Memory for prepared meshes. When it is full, the least recently used ones are dropped, but none in "
-                  "use. By default three eighths of the memory this process may use."),
+                  "use. By default three eighths of --memory."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
                       "Drop meshes that nobody used for this long. 0 keeps them until the cache needs the room."),
-      count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, 100'000,
-                   "Calls that compute at the same time. Further ones are refused and asked to retry (SERVER_BUSY)."),
+      count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, kMostCalls,
+                   "Calls that compute at the same time. Further ones wait."),
+      {"--max-waiting-calls", "N",
+       "Calls that wait for one of those to end, in the order in which they came. Further ones are refused and asked "
+       "to "
+       "retry (SERVER_BUSY). By default four times --max-concurrent-calls; 0 lets none wait.",
+       [](ServerOptions& o, const std::string& v) {
+         o.max_waiting_calls = static_cast<std::size_t>(parse_count(v, 0, 4 * kMostCalls));
+       },
+       [](const ServerOptions& o) { return std::to_string(o.max_waiting_calls); }},
+      duration_option("--admission-wait", &ServerOptions::admission_wait,
+                      "How long such a call waits at most, before it is refused (SERVER_BUSY)."),
       size_option("--stream-window-bytes", &ServerOptions::stream_window_bytes, {kMiB},
                   "Layers or triangles that one call may hold in memory, ahead of a client that reads slowly. Also "
                   "bounds the size of a single layer."),
@@ -120,11 +154,29 @@ const std::vector<OptionSpec>& option_specs() {
       size_option("--max-mesh-bytes", &ServerOptions::max_mesh_bytes, {1024, kMaxProtobufBytes}, "Largest upload."),
       size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, {1024},
                   "Bytes that all running uploads may hold together; at least --max-mesh-bytes."),
+      {"--min-upload-rate", "SIZE",
+       "Bytes a second that an upload has to bring, over each ten seconds; slower ones end (UPLOAD_TOO_SLOW). 0 takes "
+       "any.",
+       [](ServerOptions& o, const std::string& v) { o.min_upload_rate = parse_size(v, 0); },
+       [](const ServerOptions& o) { return show_size(o.min_upload_rate); }},
       size_option("--preparation-budget-bytes", &ServerOptions::preparation_budget_bytes, {kMiB},
                   "Memory that all running preparations may take together, by estimate. An upload that needs more on "
                   "its own is refused. One that needs more than is left is refused and asked to retry (SERVER_BUSY)."),
       size_option("--max-message-bytes", &ServerOptions::max_message_bytes, {64 * 1024, kMaxProtobufBytes},
                   "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
+      count_option("--max-connections", &ServerOptions::max_connections, kMostConnections,
+                   "Connections at the same time; further ones are closed at once. Each takes a file descriptor, so "
+                   "the limit of open files (ulimit -n, the hard one) may allow fewer."),
+      count_option("--max-connections-per-address", &ServerOptions::max_connections_per_address, kMostConnections,
+                   "Of those, connections from one IPv4 address, or from one /64 of IPv6. By default three quarters of "
+                   "--max-connections. Behind a proxy all come from the proxy's address."),
+      size_option("--connection-budget-bytes", &ServerOptions::connection_budget_bytes, {16 * kMiB},
+                  "Memory for what arrives over all connections and isn't a whole message yet. Where more comes, calls "
+                  "and connections are ended for it. By default a thirty-second of the memory this process may use, "
+                  "but at most 512MiB."),
+      duration_option("--connection-idle", &ServerOptions::connection_idle,
+                      "Drop connections on which no call has been open for this long; clients connect again by "
+                      "themselves. 0 keeps them."),
       count_option("--max-connection-streams", &ServerOptions::max_connection_streams, 1'000'000,
                    "Calls at the same time on one connection; further ones wait in the client."),
       duration_option("--idle-timeout", &ServerOptions::idle_timeout,
@@ -180,6 +232,8 @@ bool parse_command(const std::vector<std::string>& arguments, std::size_t& i, Pa
     parsed.command = Command::kHelp;
   } else if (argument == "--version") {
     parsed.command = Command::kVersion;
+  } else if (argument == "--private") {
+    parsed.command = Command::kServePrivately;
   } else if (argument == "--health-check") {
     parsed.command = Command::kHealthCheck;
     if (i + 1 < arguments.size() && !arguments[i + 1].starts_with("-")) {
@@ -191,17 +245,8 @@ bool parse_command(const std::vector<std::string>& arguments, std::size_t& i, Pa
   return true;
 }
 
-}  // namespace
-
-std::optional<std::string> process_environment(const std::string& name) {
-  const char* value = std::getenv(name.c_str());
-  if (value == nullptr) return std::nullopt;
-  return value;
-}
-
-ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,
-                            const Resources& resources) {
-  ParsedOptions parsed{.command = Command::kServe, .options = default_options(resources), .health_check_address = {}};
+/// The environment, then the arguments, over what is in `parsed`.
+void parse_all(const std::vector<std::string>& arguments, const Environment& environment, ParsedOptions& parsed) {
   for (const OptionSpec& spec : option_specs()) {
     const std::string variable = variable_of(spec.flag);
     if (const auto value = environment(variable)) set_option(spec, parsed.options, variable, *value);
@@ -219,7 +264,27 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
       throw OptionError(flag + " needs a value: " + flag + " " + spec.placeholder);
     }
   }
-  settle_budgets(parsed.options, resources);
+}
+
+}  // namespace
+
+std::optional<std::string> process_environment(const std::string& name) {
+  const char* value = std::getenv(name.c_str());
+  if (value == nullptr) return std::nullopt;
+  return value;
+}
+
+ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,
+                            const Resources& resources) {
+  const auto parse_over = [&](std::uint64_t memory_bytes) {
+    ParsedOptions parsed{.command = Command::kServe,
+                         .options = default_options(resources.cpus, memory_bytes),
+                         .health_check_address = {}};
+    parse_all(arguments, environment, parsed);
+    return parsed;
+  };
+  ParsedOptions parsed = parse_over(parse_over(resources.memory_bytes).options.memory_bytes);
+  settle_budgets(parsed.options);
   if (parsed.health_check_address.empty()) {
     parsed.health_check_address = local_address(parsed.options.listen_address);
   }
@@ -227,13 +292,14 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
 }
 
 std::string help_text(const Resources& resources) {
-  ServerOptions defaults = default_options(resources);
-  settle_budgets(defaults, resources);
+  ServerOptions defaults = default_options(resources.cpus, resources.memory_bytes);
+  settle_budgets(defaults);
   std::string text =
       "ccsliced - slices Catmull-Clark solids into voxel layers, over gRPC\n"
       "\n"
       "Usage:\n"
       "  ccsliced [options]                     serve until SIGTERM or SIGINT\n"
+      "  ccsliced --private [options]           serve the program that started it, and nobody else\n"
       "  ccsliced --health-check [HOST:PORT]    ask a running server; exit code 0 if it serves, 1 if not\n"
       "  ccsliced --help | --version\n"
       "\n"
@@ -252,6 +318,10 @@ std::string help_text(const Resources& resources) {
     text += wrap(spec.help, 110, "      ");
   }
   text +=
+      "\n"
+      "--private is for programs that start a server of their own, as ccslice does: it listens on a Unix socket in a\n"
+      "folder that only this user may enter (instead of --listen), prints the socket's address as the first line of\n"
+      "standard output, and ends when its standard input is closed, at once.\n"
       "\n"
       "Examples:\n"
       "  ccsliced --listen 127.0.0.1:50051 --log-format json\n"

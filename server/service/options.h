@@ -27,15 +27,23 @@ enum class LogFormat { kText, kJson };
 struct ServerOptions {
   std::string listen_address = "127.0.0.1:50051";
   std::size_t threads = 1;
+  std::uint64_t memory_bytes = 0;  // What the defaults of the other sizes are shares of.
   std::uint64_t cache_bytes = 0;
   std::chrono::milliseconds mesh_time_to_live{0};  // 0: meshes don't expire.
   std::size_t max_concurrent_calls = 32;
+  std::size_t max_waiting_calls = 0;
+  std::chrono::milliseconds admission_wait{10'000};
   std::uint64_t stream_window_bytes = 0;
   std::uint64_t stream_budget_bytes = 0;
   std::uint64_t max_mesh_bytes = 0;
   std::uint64_t upload_budget_bytes = 0;
+  std::uint64_t min_upload_rate = 0;  // Bytes a second. 0: any.
   std::uint64_t preparation_budget_bytes = 0;
   std::uint64_t max_message_bytes = 0;
+  std::uint64_t connection_budget_bytes = 0;
+  std::size_t max_connections = 10'000;
+  std::size_t max_connections_per_address = 0;
+  std::chrono::milliseconds connection_idle{0};  // 0: a connection without calls may stay.
   std::uint32_t max_connection_streams = 128;
   std::chrono::milliseconds idle_timeout{0};  // 0: a silent client may stay.
   std::chrono::milliseconds shutdown_grace{0};
@@ -44,7 +52,7 @@ struct ServerOptions {
 };
 
 /// What the command line asks for.
-enum class Command { kServe, kHelp, kVersion, kHealthCheck };
+enum class Command { kServe, kServePrivately, kHelp, kVersion, kHealthCheck };
 
 struct ParsedOptions {
   Command command = Command::kServe;

@@ -7,6 +7,8 @@
 #pragma once
 
 #include <array>
+#include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -17,7 +19,7 @@ namespace ccslice::server {
 enum class ServiceErrorCode : int {
   kMeshMissing = 500,           // Not in the cache: the client uploads it.
   kMeshIdInvalid = 501,         // Not "sha256:" and 64 lower-case hexadecimal digits.
-  kRequestMalformed = 502,      // Arrays that don't fit together, messages at the wrong place.
+  kRequestMalformed = 502,      // Not protobuf; arrays that don't fit together, messages at the wrong place.
   kUploadSizeInvalid = 503,     // Zero, or above the limit.
   kUploadTruncated = 504,       // The stream ended too early.
   kUploadOverrun = 505,         // More bytes than announced.
@@ -26,7 +28,7 @@ enum class ServiceErrorCode : int {
   kCacheFull = 508,             // Everything in the cache is in use.
   kServerBusy = 509,            // All calls or all memory that the server has for them are in use.
   kServerDraining = 510,        // Shutting down: takes no new calls.
-  kBatchTooLarge = 511,         // More points or ids in one message than the limit.
+  kBatchTooLarge = 511,         // More points, ids or bytes in one message than the limit.
   kChunkSizeInvalid = 512,      // max_chunk_bytes out of its range.
   kOutOfMemory = 513,           // An allocation failed.
   kStreamIdle = 514,            // The client sent nothing for too long.
@@ -38,6 +40,7 @@ enum class ServiceErrorCode : int {
   kStreamStalled = 520,         // The client read nothing for too long.
   kPrinterUnknown = 521,        // A printer profile that isn't there.
   kPrinterInvalid = 522,        // A printer profile that can't be.
+  kUploadTooSlow = 523,         // Fewer bytes a second than the least.
 };
 
 inline constexpr std::array kServiceErrorCodes = {
@@ -64,6 +67,7 @@ inline constexpr std::array kServiceErrorCodes = {
     ServiceErrorCode::kStreamStalled,
     ServiceErrorCode::kPrinterUnknown,
     ServiceErrorCode::kPrinterInvalid,
+    ServiceErrorCode::kUploadTooSlow,
 };
 
 /// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.
@@ -74,15 +78,21 @@ class ServiceError : public std::runtime_error {
   /// `field`: the request field at fault ("" if none). `mesh_id`: the mesh that is the matter ("" if none).
   ServiceError(ServiceErrorCode code, const std::string& message, std::string field = {}, std::string mesh_id = {})
       : std::runtime_error(message), code_(code), field_(std::move(field)), mesh_id_(std::move(mesh_id)) {}
+  /// A shortage that passes.
+  ServiceError(ServiceErrorCode code, const std::string& message, std::chrono::seconds retry_delay)
+      : std::runtime_error(message), code_(code), retry_delay_(retry_delay) {}
 
   ServiceErrorCode code() const noexcept { return code_; }
   const std::string& field() const noexcept { return field_; }
   const std::string& mesh_id() const noexcept { return mesh_id_; }
+  /// After which the client may try again, if that is known.
+  std::optional<std::chrono::seconds> retry_delay() const noexcept { return retry_delay_; }
 
  private:
   ServiceErrorCode code_;
   std::string field_;
   std::string mesh_id_;
+  std::optional<std::chrono::seconds> retry_delay_;
 };
 
 }  // namespace ccslice::server

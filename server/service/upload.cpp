@@ -77,4 +77,19 @@ void Upload::finish() {
                      "start.mesh_id", mesh_id_);
 }
 
+void UploadPace::count(std::uint64_t bytes, Clock::time_point now) {
+  constexpr double kWhileS = 10;
+  bytes_ += bytes;
+  const double seconds = std::chrono::duration<double>(now - begin_).count();
+  if (seconds < kWhileS) return;
+  if (static_cast<double>(bytes_) < static_cast<double>(least_) * seconds) {
+    throw ServiceError(ServiceErrorCode::kUploadTooSlow, "an upload brought " + std::to_string(bytes_) + " bytes in " +
+                                                             std::to_string(static_cast<int>(seconds)) +
+                                                             " s, and the server wants " + std::to_string(least_) +
+                                                             " a second: use a better line, or send larger chunks");
+  }
+  begin_ = now;
+  bytes_ = 0;
+}
+
 }  // namespace ccslice::server

@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -60,6 +61,24 @@ class Upload {
   std::uint64_t size_bytes_ = 0;
   UploadedBytes bytes_;
   MeshIdHasher hasher_;
+};
+
+/// Whether the bytes of an upload come fast enough: over each while of 10 s.
+class UploadPace {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// 0: any pace will do.
+  explicit UploadPace(std::uint64_t least_bytes_a_second, Clock::time_point begin = Clock::now())
+      : least_(least_bytes_a_second), begin_(begin) {}
+
+  /// Bytes that have come. Throws ServiceError{kUploadTooSlow}.
+  void count(std::uint64_t bytes, Clock::time_point now);
+
+ private:
+  std::uint64_t least_;
+  Clock::time_point begin_;  // Of this while.
+  std::uint64_t bytes_ = 0;  // In it.
 };
 
 }  // namespace ccslice::server

@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/connection_listener.h"
+
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+/// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
+constexpr std::size_t kReservedDescriptors = 64;
+constexpr auto kBetweenSweeps = 1s;
+/// Who serves connections ends idle ones by himself, politely. What he doesn't is what he takes for a call: a request
+/// that never comes in whole.
+constexpr auto kGrace = 5s;
+constexpr auto kBetweenReports = 10s;
+constexpr int kRestMs = 50;
+/// Of one socket at a time, so that others have their turn.
+constexpr int kAcceptedAtOnce = 64;
+
+Descriptor open_spare() { return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+std::size_t open_descriptors() {
+  std::error_code error;
+  const std::filesystem::directory_iterator all("/proc/self/fd", error);
+  return error ? 0 : static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+bool is_shortage(int error) { return error == EMFILE || error == ENFILE; }
+bool is_shortage_of_memory(int error) { return error == ENOBUFS || error == ENOMEM; }
+
+}  // namespace
+
+std::size_t connection_descriptors() {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  const rlimit raised{.rlim_cur = limit.rlim_max, .rlim_max = limit.rlim_max};
+  if (setrlimit(RLIMIT_NOFILE, &raised) == 0) limit = raised;
+  const auto all = static_cast<std::size_t>(limit.rlim_cur), taken = open_descriptors() + kReservedDescriptors;
+  return std::max(all > taken ? all - taken : 0, all / 4);
+}
+
+ConnectionLimits connection_limits(const ServerOptions& options, std::size_t descriptors) {
+  ConnectionLimits limits{.connections = options.max_connections,
+                          .per_address = std::min(options.max_connections_per_address, options.max_connections),
+                          .idle = options.connection_idle,
+                          .arriving = options.idle_timeout};
+  if (limits.idle.count() > 0) limits.idle += kGrace;
+  if (descriptors >= limits.connections) return limits;
+  limits.per_address = std::max<std::size_t>(limits.per_address * descriptors / limits.connections, 1);
+  limits.connections = descriptors;
+  spdlog::warn("the limit of open files (ulimit -n) allows {} connections, {} of an address: fewer than {}",
+               limits.connections, limits.per_address, options.max_connections);
+  return limits;
+}
+
+ConnectionListener::ConnectionListener(const std::string& address, const ConnectionLimits& limits)
+    : limits_(limits), sockets_(address), table_(limits), spare_(open_spare()), stop_event_(eventfd(0, EFD_CLOEXEC)) {
+  if (!stop_event_) throw std::runtime_error(std::string("can't make an event: ") + std::strerror(errno));
+}
+
+ConnectionListener::~ConnectionListener() { stop(); }
+
+void ConnectionListener::start(HandOver hand_over) {
+  hand_over_ = std::move(hand_over);
+  thread_ = std::thread([this] { run(); });
+}
+
+void ConnectionListener::stop() {
+  eventfd_write(stop_event_.get(), 1);
+  if (thread_.joinable()) thread_.join();
+  sockets_.close();
+}
+
+void ConnectionListener::run() {
+  for (;;) {
+    const std::vector<int> ready = wait_for_connections();
+    if (std::ranges::find(ready, stop_event_.get()) != ready.end()) return;
+    resting_ = false;
+    for (const int listener : ready) accept_waiting(listener);
+    sweep();
+    report_refusals();
+  }
+}
+
+std::vector<int> ConnectionListener::wait_for_connections() const {
+  std::vector<pollfd> waits = {{.fd = stop_event_.get(), .events = POLLIN, .revents = 0}};
+  for (const Descriptor& socket : sockets_.descriptors()) {
+    if (!resting_) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
+  }
+  const int longest_ms = resting_ ? kRestMs : static_cast<int>(std::chrono::milliseconds(kBetweenSweeps).count());
+  std::vector<int> ready;
+  if (poll(waits.data(), waits.size(), longest_ms) <= 0) return ready;
+  for (const pollfd& wait : waits) {
+    if (wait.revents != 0) ready.push_back(wait.fd);
+  }
+  return ready;
+}
+
+void ConnectionListener::accept_waiting(int listener) {
+  for (int i = 0; i < kAcceptedAtOnce && !resting_; ++i) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    Descriptor connection(
+        accept4(listener, reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (connection) {
+      take(std::move(connection), address);
+    } else if (is_shortage(errno)) {
+      if (!refuse_with_spare(listener)) return;
+    } else if (is_shortage_of_memory(errno)) {
+      resting_ = true;
+    } else if (errno == EAGAIN) {
+      return;
+    }  // Whatever else there is was that one connection's end.
+  }
+}
+
+void ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
+  const std::optional<Peer> peer = peer_of(address);
+  switch (table_.add(connection.get(), peer, Clock::now())) {
+    case ConnectionVerdict::kTooMany: ++refused_; return;
+    case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return;
+    case ConnectionVerdict::kTaken: break;
+  }
+  const int on = 1;
+  if (peer) (void)setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  hand_over_(connection.release());
+}
+
+bool ConnectionListener::refuse_with_spare(int listener) {
+  spare_.close();
+  Descriptor connection(accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
+  const bool refused = static_cast<bool>(connection);
+  connection.close();
+  spare_ = open_spare();
+  resting_ = !spare_;
+  refused_without_descriptor_ += refused ? 1 : 0;
+  return refused;
+}
+
+void ConnectionListener::sweep() {
+  const Clock::time_point now = Clock::now();
+  if (now - swept_ < kBetweenSweeps) return;
+  swept_ = now;
+  if (!spare_) spare_ = open_spare();
+  const ConnectionTable::Dropped dropped = table_.sweep(now);
+  if (dropped.idle > 0) spdlog::info("dropped {} connections without calls (--connection-idle)", dropped.idle);
+  if (dropped.arriving > 0) {
+    spdlog::warn("dropped {} connections whose requests didn't arrive in whole (--idle-timeout)", dropped.arriving);
+  }
+}
+
+/// Once for many: whoever floods the server must not flood its log.
+void ConnectionListener::report_refusals() {
+  const Clock::time_point now = Clock::now();
+  if (now - reported_ < kBetweenReports) return;
+  if (refused_ + refused_of_address_ + refused_without_descriptor_ == 0) return;
+  reported_ = now;
+  if (refused_ > 0) {
+    spdlog::warn("refused {} connections: {} are open (--max-connections)", std::exchange(refused_, 0), table_.size());
+  }
+  if (refused_of_address_ > 0) {
+    spdlog::warn("refused {} connections of addresses that have {} open (--max-connections-per-address)",
+                 std::exchange(refused_of_address_, 0), limits_.per_address);
+  }
+  if (refused_without_descriptor_ > 0) {
+    spdlog::warn("refused {} connections for want of file descriptors: raise the limit of open files (ulimit -n)",
+                 std::exchange(refused_without_descriptor_, 0));
+  }
+}
+
+}  // namespace ccslice::server

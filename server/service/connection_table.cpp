@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/connection_table.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstring>
+
+#include "server/service/listen_socket.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
+/// Where a limit is reached: to look for connections that have left costs a system call for each.
+constexpr auto kBetweenLooks = 20ms;
+/// Pings and settings take less within any time of idleness.
+constexpr std::uint64_t kArrivingBytes = 16 << 10;
+
+bool is_ipv4(const Peer& peer) { return std::equal(kMappedIpv4.begin(), kMappedIpv4.end(), peer.address.begin()); }
+
+Peer peer_of_ipv4(const in_addr& address, std::uint16_t port) {
+  Peer peer{.port = port};
+  std::copy(kMappedIpv4.begin(), kMappedIpv4.end(), peer.address.begin());
+  std::memcpy(peer.address.data() + kMappedIpv4.size(), &address, sizeof address);
+  return peer;
+}
+
+Peer peer_of_ipv6(const in6_addr& address, std::uint16_t port) {
+  Peer peer{.port = port};
+  std::memcpy(peer.address.data(), &address, sizeof address);
+  return peer;
+}
+
+/// The address alone: no brackets, no zone of a link-local address.
+std::string bare_host(std::string host) {
+  for (const char* const bracket : {"[", "%5B", "]", "%5D"}) {
+    const std::size_t at = host.find(bracket);
+    if (at != std::string::npos) host.erase(at, std::strlen(bracket));
+  }
+  return host.substr(0, host.find('%'));
+}
+
+/// Bytes that the peer has sent and the kernel has acknowledged.
+std::uint64_t received_bytes(int descriptor) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return 0;
+  return size < offsetof(tcp_info, tcpi_bytes_received) + sizeof info.tcpi_bytes_received ? 0
+                                                                                          : info.tcpi_bytes_received;
+}
+
+}  // namespace
+
+std::array<std::uint8_t, 16> Peer::site() const {
+  std::array<std::uint8_t, 16> site = address;
+  if (!is_ipv4(*this)) std::fill(site.begin() + 8, site.end(), std::uint8_t{0});
+  return site;
+}
+
+std::optional<Peer> peer_of(const sockaddr_storage& address) {
+  if (address.ss_family == AF_INET) {
+    const auto& four = reinterpret_cast<const sockaddr_in&>(address);
+    return peer_of_ipv4(four.sin_addr, ntohs(four.sin_port));
+  }
+  if (address.ss_family != AF_INET6) return std::nullopt;
+  const auto& six = reinterpret_cast<const sockaddr_in6&>(address);
+  return peer_of_ipv6(six.sin6_addr, ntohs(six.sin6_port));
+}
+
+std::optional<Peer> parse_peer(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon < 5) return std::nullopt;
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + colon + 1, end, port);
+  if (error != std::errc() || rest != end) return std::nullopt;
+  const std::string host = bare_host(text.substr(5, colon - 5));
+  in_addr four{};
+  if (text.starts_with("ipv4:") && inet_pton(AF_INET, host.c_str(), &four) == 1) return peer_of_ipv4(four, port);
+  in6_addr six{};
+  if (text.starts_with("ipv6:") && inet_pton(AF_INET6, host.c_str(), &six) == 1) return peer_of_ipv6(six, port);
+  return std::nullopt;
+}
+
+ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now) {
+  struct stat file {};
+  fstat(descriptor, &file);
+  const std::lock_guard lock(mutex_);
+  // Whoever has its number, or its address, has left.
+  if (const auto before = connections_.find(descriptor); before != connections_.end()) forget(before);
+  if (peer) {
+    const auto before = ids_.find(*peer);
+    if (before != ids_.end()) forget(connections_.find(descriptors_.at(before->second)));
+  }
+  const auto refusal = [&] {
+    if (connections_.size() >= limits_.connections) return ConnectionVerdict::kTooMany;
+    const auto site = peer ? of_site_.find(peer->site()) : of_site_.end();
+    if (site != of_site_.end() && site->second >= limits_.per_address) return ConnectionVerdict::kTooManyOfAddress;
+    return ConnectionVerdict::kTaken;
+  };
+  if (refusal() != ConnectionVerdict::kTaken && now - looked_at_ >= kBetweenLooks) forget_left(now);
+  if (const ConnectionVerdict verdict = refusal(); verdict != ConnectionVerdict::kTaken) return verdict;
+  connections_[descriptor] = {
+      .id = ++last_id_, .device = file.st_dev, .inode = file.st_ino, .peer = peer, .idle_since = now, .served = now};
+  descriptors_[last_id_] = descriptor;
+  if (peer) {
+    ids_[*peer] = last_id_;
+    ++of_site_[peer->site()];
+  }
+  return ConnectionVerdict::kTaken;
+}
+
+ConnectionTable::ConnectionId ConnectionTable::begin_call(const Peer& peer) {
+  const std::lock_guard lock(mutex_);
+  const auto id = ids_.find(peer);
+  if (id == ids_.end()) return 0;
+  ++connections_.at(descriptors_.at(id->second)).calls;
+  return id->second;
+}
+
+void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool served) {
+  const std::lock_guard lock(mutex_);
+  const auto descriptor = descriptors_.find(id);
+  if (descriptor == descriptors_.end()) return;
+  Connection& connection = connections_.at(descriptor->second);
+  --connection.calls;
+  connection.idle_since = now;
+  if (!served) return;
+  connection.served = now;
+  connection.received_bytes = received_bytes(descriptor->second);
+}
+
+ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  forget_left(now);
+  Dropped dropped;
+  for (auto& [descriptor, connection] : connections_) drop_if_due(descriptor, connection, now, dropped);
+  return dropped;
+}
+
+std::size_t ConnectionTable::size() const {
+  const std::lock_guard lock(mutex_);
+  return connections_.size();
+}
+
+/// REQUIRES: the lock.
+void ConnectionTable::forget_left(Clock::time_point now) {
+  looked_at_ = now;
+  for (auto each = connections_.begin(); each != connections_.end();) {
+    struct stat file {};
+    const bool there =
+        fstat(each->first, &file) == 0 && file.st_dev == each->second.device && file.st_ino == each->second.inode;
+    each = there ? std::next(each) : forget(each);
+  }
+}
+
+/// REQUIRES: the lock.
+ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iterator connection) {
+  const ConnectionId id = connection->second.id;
+  const std::optional<Peer> peer = connection->second.peer;
+  descriptors_.erase(id);
+  if (peer) {
+    ids_.erase(*peer);
+    const auto site = of_site_.find(peer->site());
+    if (--site->second == 0) of_site_.erase(site);
+  }
+  return connections_.erase(connection);
+}
+
+/// Through a duplicate, which stays that socket's whatever happens to the number meanwhile.
+void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now,
+                                  Dropped& dropped) const {
+  const auto is_due = [&](Clock::time_point since, std::chrono::milliseconds after) {
+    return after.count() > 0 && now - since >= after;
+  };
+  if (!connection.peer || connection.dropped || connection.calls > 0) return;
+  const bool idle = is_due(connection.idle_since, limits_.idle);
+  bool arriving = is_due(connection.served, limits_.arriving);
+  if (!idle && !arriving) return;
+  const Descriptor socket(fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+  struct stat file {};
+  if (!socket || fstat(socket.get(), &file) != 0) return;
+  if (file.st_dev != connection.device || file.st_ino != connection.inode) return;
+  arriving = arriving && received_bytes(socket.get()) >= connection.received_bytes + kArrivingBytes;
+  if (!idle && !arriving) return;
+  shutdown(socket.get(), SHUT_RDWR);
+  connection.dropped = true;
+  ++(arriving ? dropped.arriving : dropped.idle);
+}
+
+}  // namespace ccslice::server

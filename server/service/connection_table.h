@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Which connections are open, from where, and which of them do anything.
+//
+// A connection's descriptor belongs to whoever serves it, and is closed there without a word. So the table keeps its
+// number and the socket's identity (device and inode, which no other open file of the system shares): where the number
+// stands for another file, or for none, the connection has left. That is looked up when it matters, which is when a
+// limit is reached, and now and then.
+
+#pragma once
+
+#include <sys/socket.h>
+#include <sys/types.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+namespace ccslice::server {
+
+/// Where a connection comes from.
+struct Peer {
+  std::array<std::uint8_t, 16> address{};  // IPv6; IPv4 mapped into it.
+  std::uint16_t port = 0;
+
+  auto operator<=>(const Peer&) const = default;
+  /// What counts as one address: an IPv4 address, or the 64 bits of an IPv6 address that a site is given.
+  std::array<std::uint8_t, 16> site() const;
+};
+
+/// Nothing for a Unix socket's.
+std::optional<Peer> peer_of(const sockaddr_storage& address);
+/// gRPC's way to write it: "ipv4:192.0.2.1:50000", "ipv6:[2001:db8::1]:50000", also with %5B and %5D for brackets.
+std::optional<Peer> parse_peer(const std::string& text);
+
+struct ConnectionLimits {
+  std::size_t connections = 0;
+  std::size_t per_address = 0;            // Unix sockets have no addresses.
+  std::chrono::milliseconds idle{0};      // Without a call for so long: dropped. 0: never.
+  std::chrono::milliseconds arriving{0};  // Without a served one if much has come meanwhile: dropped. 0: never.
+};
+
+enum class ConnectionVerdict { kTaken, kTooMany, kTooManyOfAddress };
+
+/// Thread-safe.
+class ConnectionTable {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// 0: a connection that isn't in the table.
+  using ConnectionId = std::uint64_t;
+
+  explicit ConnectionTable(const ConnectionLimits& limits) : limits_(limits) {}
+
+  /// `descriptor` is about to be handed over, if it is taken.
+  ConnectionVerdict add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now);
+
+  /// A call begins on the connection from there. To be given back with end_call().
+  [[nodiscard]] ConnectionId begin_call(const Peer& peer);
+  /// `served`: not if it was cancelled, perhaps before its request had come.
+  void end_call(ConnectionId id, Clock::time_point now, bool served);
+
+  struct Dropped {
+    std::size_t idle = 0, arriving = 0;
+  };
+  /// Forgets connections that have left, and shuts down those whose time is up: whoever serves them closes them then.
+  /// Unix sockets are left alone, as calls don't tell which of them they came by.
+  Dropped sweep(Clock::time_point now);
+
+  std::size_t size() const;
+
+ private:
+  struct Connection {
+    ConnectionId id = 0;
+    dev_t device = 0;
+    ino_t inode = 0;
+    std::optional<Peer> peer;
+    std::size_t calls = 0;
+    Clock::time_point idle_since;
+    Clock::time_point served;          // When a call was served last,
+    std::uint64_t received_bytes = 0;  // and what had come by then.
+    bool dropped = false;
+  };
+  using Connections = std::unordered_map<int, Connection>;  // By their descriptors.
+
+  void forget_left(Clock::time_point now);
+  Connections::iterator forget(Connections::iterator connection);
+  void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, Dropped& dropped) const;
+
+  const ConnectionLimits limits_;
+  mutable std::mutex mutex_;
+  Connections connections_;
+  std::unordered_map<ConnectionId, int> descriptors_;
+  std::map<Peer, ConnectionId> ids_;
+  std::map<std::array<std::uint8_t, 16>, std::size_t> of_site_;
+  ConnectionId last_id_ = 0;
+  Clock::time_point looked_at_;
+};
+
+}  // namespace ccslice::server
