@@ -15,22 +15,38 @@ namespace ccslice::client {
 /// Counts the attempts of one call and makes the pauses between them.
 class Attempts {
  public:
-  Attempts(const RetryPolicy& policy, const CallOptions& call) : policy_(policy), call_(call) {}
+  /// `channel` and `call` outlive this.
+  Attempts(const RetryPolicy& policy, const CallOptions& call, grpc::ChannelInterface& channel)
+      : policy_(policy), call_(call), channel_(channel) {}
 
   /// The call got somewhere: what failed before doesn't count any more.
-  void progress() noexcept { used_ = reuploads_ = 0; }
+  void progress() noexcept {
+    used_ = reuploads_ = 0;
+    connected_ = {};
+  }
   /// The server has lost a mesh that is at hand. That isn't charged to the attempts, but throws `error` if it comes too
   /// often without progress.
   void count_reupload(const ClientError& error);
   /// One more attempt has failed: waits before the next one. Throws `error` if it was the last one allowed, if it won't
-  /// pass, or if the deadline is too near.
+  /// pass, or if patience, which begins with the first failure, or the deadline end before.
   void pause_after(const ClientError& error);
 
  private:
+  using Clock = std::chrono::system_clock;
+
   std::chrono::milliseconds next_pause(const ClientError& error);
+  /// Throws `error` if the pause doesn't end before `end`.
+  void pause_until(Clock::time_point then, Clock::time_point end, const ClientError& error) const;
+  /// Sleeps, unless cancelled.
+  void wait_for(std::chrono::milliseconds pause) const;
+  /// Waits until somebody answers, but not beyond `end`. Whether somebody does.
+  bool wait_for_connection(Clock::time_point end) const;
 
   const RetryPolicy policy_;
   const CallOptions& call_;
+  grpc::ChannelInterface& channel_;
+  Clock::time_point since_;      // The first failure since there was progress.
+  Clock::time_point connected_;  // When somebody last answered who had been waited for, since there was progress.
   int used_ = 0;
   int reuploads_ = 0;
   std::minstd_rand random_{std::random_device{}()};
@@ -63,7 +79,7 @@ auto Client::with_retries(const CallOptions& call, Attempts& attempts, int& reup
 
 template <typename Body>
 auto Client::with_retries(const CallOptions& call, Body&& body) {
-  Attempts attempts(call.retry.value_or(retry_), call);
+  Attempts attempts(call.retry.value_or(retry_), call, *channel_);
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, body);
 }

@@ -14,8 +14,9 @@
 // - A stream that breaks is resumed at the first layer not yet delivered, after a pause. Every layer is delivered
 //   exactly once, in order. The first header pins engine version and grid: layers of different engines or grids are
 //   never mixed.
-// - Pauses double from RetryPolicy::first_pause up to longest_pause, unless the server asks for another one. After
-//   max_attempts in a row without a new layer the last error is thrown.
+// - Pauses double from RetryPolicy::first_pause up to longest_pause, unless the server asks for another one. Where
+//   nobody answers, the next attempt follows as soon as somebody does. Patience begins with the first failure after the
+//   last new layer; after RetryPolicy::patience the last error is thrown. What can't pass is thrown at once.
 //
 // Thread-safe. All calls block; another thread stops them through Cancellation.
 
@@ -41,7 +42,8 @@
 namespace ccslice::client {
 
 struct RetryPolicy {
-  int max_attempts = 6;  // In a row without progress, the first included.
+  int max_attempts = 0;                         // In a row without progress, the first included. 0: any number.
+  std::chrono::milliseconds patience{120'000};  // After a failure: how long to go on without progress.
   std::chrono::milliseconds first_pause{200};
   std::chrono::milliseconds longest_pause{10'000};
 };
@@ -138,6 +140,7 @@ class Client {
   std::shared_ptr<const MeshBytes> remembered(const std::string& mesh_id) const;
 
   const RetryPolicy retry_;
+  const std::shared_ptr<grpc::ChannelInterface> channel_;
   std::unique_ptr<v1::SlicerService::Stub> stub_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const MeshBytes>> meshes_;

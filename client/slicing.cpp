@@ -132,7 +132,7 @@ SliceOutcome Client::slice(const v1::SliceRangeRequest& request, const LayerCall
   SlicePin own_pin;
   SlicePin& pinned = pin ? *pin : own_pin;
   SliceOutcome outcome;
-  Attempts attempts(call.retry.value_or(retry_), call);
+  Attempts attempts(call.retry.value_or(retry_), call, *channel_);
   with_retries(call, attempts, outcome.reuploads, [&] {
     if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
     outcome.resumes += outcome.layers > 0;

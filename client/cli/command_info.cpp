@@ -13,6 +13,7 @@
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/text_values.h"
+#include "core/base/echo.h"
 #include "core/limit/deviation.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/channels.h"
@@ -81,8 +82,8 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
           show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
   text += "\n  size       " + describe(to_proto(facts.limit.bounding_box)) + describe(to_proto(facts.limit.deviation));
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
-    text += "\n  channel    " + loaded.mesh.channel_names[i] + ": " + show_number(facts.channel_ranges[i][0]) + " to " +
-            show_number(facts.channel_ranges[i][1]);
+    text += "\n  channel    " + echoed(loaded.mesh.channel_names[i]) + ": " + show_number(facts.channel_ranges[i][0]) +
+            " to " + show_number(facts.channel_ranges[i][1]);
   }
   for (const CellRegionSummary& region : facts.limit.cell_regions) text += describe(to_proto(region));
   if (!loaded.report.inverted_cells.empty()) {
@@ -130,9 +131,9 @@ Command add_info(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--meshes", options->meshes, "List the meshes that the server holds");
   add_server_options(*app, common);
   app->footer(
-      "Examples:\n  ccslice info                    the server\n  ccslice info part.vtk           a file: read and "
-      "checked, "
-      "no server needed\n  ccslice info sha256:4be3...     a mesh on the server\n  ccslice info --meshes --json");
+      "Examples:\n  ccslice info                    the server\n"
+      "  ccslice info part.vtk           a file, without a server\n"
+      "  ccslice info sha256:4be3...     a mesh on the server\n  ccslice info --meshes --json");
   return {app, [options](Session& session) { run_info(session, *options); }};
 }
 

@@ -11,6 +11,7 @@
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
 #include "client/mesh_bytes.h"
+#include "core/base/echo.h"
 #include "core/mesh/models.h"
 
 namespace ccslice::cli {
@@ -35,8 +36,11 @@ void list_models(const Session& session) {
 
 void write_model(const Session& session, const ModelsOptions& options) {
   const SampleModel* model = find_sample_model(options.name);
-  if (!model) throw UsageError("there is no sample '" + options.name + "'; `ccslice models` lists them");
+  if (!model) throw UsageError("there is no sample '" + echoed(options.name) + "'; `ccslice models` lists them");
   const std::string output = options.output.empty() ? options.name + ".ccmesh" : options.output;
+  if (!output.ends_with(".ccmesh")) {
+    throw UsageError("--output is a .ccmesh file, not '" + output + "'; convert makes .json and .vtu of it");
+  }
   refuse_to_overwrite(output, options.force);
   const client::MeshBytes bytes(to_proto(model->make()));
   write_file(output, bytes.bytes());
@@ -55,7 +59,7 @@ Command add_models(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ModelsOptions>();
   CLI::App* app = parent.add_subcommand("models", "List the sample solids, or write one to a file");
   app->add_option("NAME", options->name, "The sample to write; none: list them all");
-  app->add_option("-o,--output", options->output, "File to write (default: NAME.ccmesh)");
+  app->add_option("-o,--output", options->output, "File to write, .ccmesh (default: NAME.ccmesh)");
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer("Examples:\n  ccslice models\n  ccslice models ring -o ring.ccmesh");

@@ -8,8 +8,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/gcvf.h"
+#include "client/cli/grabcad.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_stack.h"
+#include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
 #include "client/cli/three_mf.h"
@@ -17,21 +19,39 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr std::uint32_t kFewestLayersOfGrabcad = 30;
-
 struct PackageOptions {
   std::string folder;
   std::string output;
+  std::string mesh = {};  // A file, or the id of an uploaded mesh. Empty: the one that the server holds.
   std::optional<double> chord_tolerance_mm = std::nullopt;
   bool force = false;
 };
 
+/// The id, on the server, of the mesh that was sliced.
+std::string sliced_mesh(Session& session, const LayerStack& stack, const PackageOptions& options) {
+  if (options.mesh.empty()) return stack.mesh_id();
+  MeshOptions mesh;
+  mesh.mesh = options.mesh;
+  const std::string id = ensure_on_server(session, mesh);
+  if (id != stack.mesh_id() && !session.quiet()) {
+    print_note("note: " + options.mesh + " isn't the mesh that was sliced; what matters here is that its boundary is");
+  }
+  return id;
+}
+
 client::Surface boundary_of(Session& session, const LayerStack& stack, const PackageOptions& options) {
   v1::TessellateBoundaryRequest request;
-  request.set_mesh_id(stack.mesh_id());
+  request.set_mesh_id(sliced_mesh(session, stack, options));
   for (const double entry : stack.placement()) request.mutable_placement()->add_matrix(entry);
   if (options.chord_tolerance_mm) request.set_chord_tolerance_mm(*options.chord_tolerance_mm);
-  return session.client().tessellate(request, session.call());
+  try {
+    return session.client().tessellate(request, session.call());
+  } catch (const client::ClientError& error) {
+    if (error.missing_mesh_id().empty()) throw;
+    throw UsageError(
+        "a .3mf file holds the part's boundary, which the server makes of the mesh; it doesn't hold it: "
+        "name the file that was sliced with --mesh");
+  }
 }
 
 std::uint64_t write_package(Session& session, const PackageOptions& options, const LayerStack& stack) {
@@ -39,8 +59,8 @@ std::uint64_t write_package(Session& session, const PackageOptions& options, con
     const std::uint64_t bytes = write_gcvf(stack, options.output);
     if (session.quiet()) return bytes;
     print_note("note: .gcvf is experimental: its format isn't published, and no printer has read a file of ours yet");
-    if (stack.layers() < kFewestLayersOfGrabcad) {
-      print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestLayersOfGrabcad) +
+    if (stack.layers() < kFewestGrabcadLayers) {
+      print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestGrabcadLayers) +
                  " layers, and there are " + std::to_string(stack.layers()));
     }
     return bytes;
@@ -75,13 +95,15 @@ Command add_package(CLI::App& parent, CommonOptions& common) {
          "File to write: .gcvf (experimental; RGBA pictures of at most 6 materials), or .3mf (the boundary, and "
          "8-bit PNG pictures of channels as mixing ratios; asks the server for the boundary)")
       ->required();
+  app->add_option("--mesh", options->mesh,
+                  "For a .3mf: the mesh file that was sliced, if the server doesn't hold it any more");
   app->add_option("--chord-tolerance", options->chord_tolerance_mm,
                   "Largest distance from a triangle of a .3mf's boundary to the limit surface in mm (default 0.05)");
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.2 --channel hardness -o ring\n"
-      "  ccslice package ring -o ring.3mf");
+      "  ccslice package ring --mesh ring.ccmesh -o ring.3mf");
   return {app, [options](Session& session) { run_package(session, *options); }};
 }
 

@@ -7,12 +7,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/cut_view.h"
 #include "client/cli/json.h"
+#include "client/cli/legend.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
 #include "client/cli/part_box.h"
@@ -21,6 +23,7 @@
 #include "client/cli/printing.h"
 #include "client/cli/text_values.h"
 #include "client/cli/voxel_block.h"
+#include "client/client_error.h"
 
 namespace ccslice::cli {
 namespace {
@@ -32,7 +35,7 @@ struct PictureOptions {
   std::string channel, view, output;
   std::vector<std::string> cuts;
   std::uint32_t width = 640, voxels = 240;
-  bool force = false;
+  bool cell_regions = false, no_legend = false, force = false;
 };
 
 CutView parse_view(const PictureOptions& options) {
@@ -56,11 +59,15 @@ CutView parse_view(const PictureOptions& options) {
   return view;
 }
 
+double longest_side(const v1::Box3& box) {
+  return std::max(
+      {box.max_mm().x() - box.min_mm().x(), box.max_mm().y() - box.min_mm().y(), box.max_mm().z() - box.min_mm().z()});
+}
+
 /// Cubic voxels, as many as wanted along the longest side of the box.
 v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
                                     const PictureOptions& options) {
-  const double longest = std::max(
-      {box.max_mm().x() - box.min_mm().x(), box.max_mm().y() - box.min_mm().y(), box.max_mm().z() - box.min_mm().z()});
+  const double longest = longest_side(box);
   v1::SliceRangeRequest request;
   request.set_mesh_id(id);
   *request.mutable_placement() = placement;
@@ -70,10 +77,36 @@ v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& 
   pitch.set_z_mm(longest / options.voxels);
   if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
     ask_for_material_block(request, *printing);
+  } else if (options.cell_regions) {
+    ask_for_region_block(request);
   } else {
     ask_for_block(request, options.channel);
   }
   return request;
+}
+
+/// The surface, so near that no triangle can be told from it in the picture; somewhat coarser where that would be more
+/// triangles than the server gives.
+client::Surface picture_surface(Session& session, const v1::SliceRangeRequest& block, const v1::Box3& box, int width) {
+  constexpr double kShareOfPlace = 0.1, kFinestMm = 1e-5, kCoarsestMm = 1e3, kCoarser = 4, kMostPlaces = 2;
+  const double place = longest_side(box) / width;
+  v1::TessellateBoundaryRequest request;
+  request.set_mesh_id(block.mesh_id());
+  *request.mutable_placement() = block.placement();
+  for (double tolerance = kShareOfPlace * place;; tolerance *= kCoarser) {
+    request.set_chord_tolerance_mm(std::clamp(tolerance, kFinestMm, kCoarsestMm));
+    try {
+      return session.client().tessellate(request, session.call());
+    } catch (const client::ClientError& error) {
+      if (error.reason() != "TOO_MANY_TRIANGLES" || tolerance > kMostPlaces * place) throw;
+    }
+  }
+}
+
+/// Letters that grow with the picture.
+int legend_scale(int width) {
+  constexpr int kWidthPerDot = 320;
+  return std::max(1, width / kWidthPerDot);
 }
 
 void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
@@ -85,14 +118,22 @@ void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
 }
 
 void run_picture(Session& session, const PictureOptions& options) {
+  if (options.cell_regions && (!options.channel.empty() || !options.printing.materials.empty())) {
+    throw UsageError("--cell-regions gives each region a colour: leave out --channel and --material, or it");
+  }
   const CutView view = parse_view(options);
   const v1::Placement placement = parse_placement(options.placement);
+  if (!options.output.ends_with(".png")) {
+    throw UsageError("--output is a PNG file: give it a name that ends with .png, not '" + options.output + "'");
+  }
   refuse_to_overwrite(options.output, options.force);
   const std::string id = ensure_on_server(session, options.mesh);
   const v1::Box3 box = part_box(session, id, placement);
   v1::SliceRangeRequest request = block_request(id, placement, box, options);
   ask_for_all_layers(session, request);
-  const Picture picture = draw_cut_view(slice_block(session, request, "slicing"), view);
+  const VoxelBlock block = slice_block(session, request, "slicing");
+  Picture picture = draw_cut_view(picture_surface(session, request, box, view.width), block, view);
+  if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
   const std::string png = to_png(picture);
   write_file(options.output, png);
   if (session.options().json) {
@@ -112,8 +153,14 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
   CLI::App* app = parent.add_subcommand("picture", "Write a picture of a part, whole or cut open, as a PNG file");
   add_mesh_options(*app, options->mesh);
   app->add_option("--channel", options->channel,
-                  "Colour by this material channel; with --material cuts show the halftoned voxels in the materials' "
-                  "colours instead");
+                  "Colour by this material channel; with --material the picture shows the halftoned voxels in the "
+                  "materials' colours instead");
+  app->add_flag("--cell-regions", options->cell_regions,
+                "Give each cell region a colour instead (--regions-from makes regions)");
+  app->add_flag(
+      "--no-legend", options->no_legend,
+      "Leave out what stands below the picture: the bar of colours with numbers, or the names of materials or "
+      "cell regions");
   app->add_option("--cut", options->cuts,
                   "AXIS=FRACTION: cut away the viewer's side of a plane across x, y or z, at a fraction of the part's "
                   "extent from 0 to 1. May be repeated: then only what is on that side of all planes is cut away")
@@ -135,8 +182,8 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
   add_server_options(*app, common);
   app->footer(
       "Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png\n"
-      "  ccslice picture engine.ccmesh --cut y=0.5 --material soft=#ffd700 --material hard=#202080 \\\n"
-      "      --map blend:hardness:0=soft,1=hard -o halftoned.png");
+      "  ccslice picture engine.ccmesh --cut y=0.5 --material soft=#ffd700 --material hard=#202080 "
+      "--map blend:hardness:0=soft,1=hard -o halftoned.png");
   return {app, [options](Session& session) { run_picture(session, *options); }};
 }
 

@@ -11,6 +11,7 @@
 #include "client/cli/mesh_source.h"
 #include "client/cli/placement.h"
 #include "client/cli/text_values.h"
+#include "core/base/echo.h"
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/text_scanner.h"
 
@@ -84,7 +85,7 @@ std::string as_text(const double* point, const PointAnswer& answer, const v1::Me
   text += ", cell " + std::to_string(answer.batch.control_cells(answer.index)) + " (" + show_number(answer.uvw(0)) +
           ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
   for (int i = 0; i < mesh.channels_size(); ++i) {
-    text += ", " + mesh.channels(i).name() + " " + show_number(answer.material(i));
+    text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.material(i));
   }
   return text;
 }

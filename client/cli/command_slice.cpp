@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <unistd.h>
+
 #include <chrono>
+#include <cstdio>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -11,9 +14,11 @@
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/contact_sheet.h"
+#include "client/cli/grabcad.h"
 #include "client/cli/job.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_folder.h"
+#include "client/cli/layer_stream.h"
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/png_file.h"
@@ -33,6 +38,8 @@ struct JobOptions {
   PlaneOptions planes;
   LayoutOptions layout;
   PrintingOptions printing;
+  std::optional<double> smallest_feature_mm = std::nullopt;
+  std::string software;  // Empty, or "grabcad".
 };
 
 struct SliceOptions {
@@ -43,6 +50,8 @@ struct SliceOptions {
   bool no_contact_sheet = false;
   bool force = false;
   bool resume = false;
+
+  bool to_stdout() const { return output == "-"; }
 };
 
 /// What was written.
@@ -60,10 +69,19 @@ void add_job_options(CLI::App& app, JobOptions& options) {
   add_plane_options(app, options.planes);
   add_layout_options(app, options.layout);
   add_printing_options(app, options.printing);
+  app.add_option("--smallest-feature", options.smallest_feature_mm,
+                 "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
+      ->group("Grid");
+  app.add_option("--for", options.software,
+                 "Write what this software takes. grabcad: slice_0.png, slice_1.png, ... as GrabCAD Voxel Print takes "
+                 "them, with up to 6 materials; give a --profile too")
+      ->check(CLI::IsMember({"grabcad"}))
+      ->group("Pictures");
 }
 
 /// All but the mesh id.
-v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
+v1::PlanSlicesRequest plan_request(JobOptions options, bool contours) {
+  if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
   v1::PlanSlicesRequest request;
   *request.mutable_placement() = parse_placement(options.placement);
   *request.mutable_grid() = parse_grid(options.grid);
@@ -71,12 +89,14 @@ v1::PlanSlicesRequest plan_request(const JobOptions& options, bool contours) {
   if (const std::optional<v1::Region> region = parse_region(options.grid)) *request.mutable_region() = *region;
   *request.mutable_layout() = parse_layout(options.layout);
   const std::optional<v1::Printing> printing = parse_printing(options.printing);
+  if (options.software == "grabcad") require_grabcad_materials(printing ? &*printing : nullptr);
   if (printing) *request.mutable_printing() = *printing;
   for (v1::PlaneSpec& plane : parse_planes(options.planes, contours, printing ? &*printing : nullptr)) {
     *request.add_planes() = std::move(plane);
   }
   if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
   if (options.planes.material_tolerance) request.set_material_tolerance(*options.planes.material_tolerance);
+  if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
   return request;
 }
 
@@ -93,6 +113,17 @@ void run_plan(Session& session, const JobOptions& options) {
 ContourFormat contour_format_of(const std::string& name) {
   if (name == "json") return ContourFormat::kJson;
   return name == "csv" ? ContourFormat::kCsv : ContourFormat::kNone;
+}
+
+/// What the plan of a job for GrabCAD doesn't say.
+void warn_of_grabcad(const JobOptions& options, const v1::PlanSlicesRequest& job, const v1::PlanSlicesResponse& plan) {
+  if (const std::string unknown = unknown_resins(job.printing()); !unknown.empty()) print_note("warning: " + unknown);
+  if (!options.grid.printer.empty()) return;
+  print_note("note: without --profile nothing compares this job with a printer's pitch, tray and materials");
+  if (plan.layer_count() < kFewestGrabcadLayers) {
+    print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestGrabcadLayers) +
+               " layers, and there are " + std::to_string(plan.layer_count()));
+  }
 }
 
 LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse& plan) {
@@ -115,6 +146,8 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   return request;
 }
 
+std::string place_of(const SliceOptions& options) { return options.to_stdout() ? "standard output" : options.output; }
+
 void report(const Session& session, const SliceOptions& options, const SliceResult& result) {
   const client::SliceOutcome& outcome = result.outcome;
   if (session.options().json) {
@@ -129,13 +162,31 @@ void report(const Session& session, const SliceOptions& options, const SliceResu
     json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
     return print_line(json.end_object().text());
   }
-  print_line(show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) + " voxels inside, " +
-             show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) + " -> " + options.output);
-  if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
+  const std::string said = show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) +
+                           " voxels inside, " + show_bytes(result.written_bytes) + " in " +
+                           show_duration(result.seconds) + " -> " + place_of(options);
+  if (!options.to_stdout()) {
+    print_line(said);
+    if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
+  } else if (!session.quiet()) {
+    print_note(said);
+  }
   if (outcome.voxels_unresolved > 0 && !session.quiet()) {
     print_note("note: " + show_count(outcome.voxels_unresolved) +
                " voxels took the material of the nearest place that could be solved");
   }
+}
+
+/// Of a job that an earlier run had completed.
+void report_complete(const Session& session, const SliceOptions& options, const v1::PlanSlicesResponse& plan,
+                     std::uint32_t layers) {
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("output", options.output).member("engine_version", plan.engine_version());
+    json.member("layers", layers).member("written_bytes", std::uint64_t{0}).member("complete_before", true);
+    return print_line(json.end_object().text());
+  }
+  print_line(show_count(layers) + " layers -> " + options.output);
 }
 
 /// Says which materials a job of all layers doesn't print.
@@ -165,23 +216,24 @@ v1::SliceRangeRequest rest_of(const v1::SliceRangeRequest& request, const client
 
 /// Writes every layer as it comes. Says what is there if not all of them come.
 client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& request, client::SlicePin& pin,
-                                LayerFolder& folder, const std::string& output) {
-  std::uint64_t done = folder.finished().layers;
+                                LayerSink& sink, const SliceOptions& options) {
+  std::uint64_t done = sink.finished().layers;
   if (done > 0 && !session.quiet()) print_note("note: " + show_count(done) + " layers were there already");
   try {
     Progress progress("slicing", "layers", request.layer_count(), session.quiet());
     const auto on_layer = [&](const v1::SliceHeader&, const client::Layer& layer) {
-      folder.write(layer);
+      sink.write(layer);
       progress.update(++done);
     };
     client::SliceOutcome outcome =
-        session.client().slice(rest_of(request, folder.finished()), on_layer, session.call(), &pin);
-    outcome.add_counts(folder.finished());
+        session.client().slice(rest_of(request, sink.finished()), on_layer, session.call(), &pin);
+    outcome.add_counts(sink.finished());
     return outcome;
   } catch (const std::exception&) {
     if (done > 0 && !session.quiet()) {
-      print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " + output +
-                 "; there is no manifest.json, since the job isn't complete: --resume goes on with it");
+      print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " +
+                 place_of(options) + "; there is no manifest.json, since the job isn't complete" +
+                 (options.to_stdout() ? "" : ": --resume goes on with it"));
     }
     throw;
   }
@@ -189,44 +241,88 @@ client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& r
 
 /// The path of the sheet. A job whose layers are all there doesn't fail for want of it: a server may stop right then.
 std::string write_contact_sheet(Session& session, const v1::SliceRangeRequest& request, const v1::SliceHeader& header,
-                                LayerFolder& folder) {
+                                LayerSink& sink) {
   try {
-    return folder.write_contact_sheet(to_png(contact_sheet(session, request, header))).string();
+    return sink.write_contact_sheet(to_png(contact_sheet(session, request, header)));
   } catch (const client::ClientError& error) {
     if (error.reason() == client::local_reason::kCancelledHere) throw;
-    if (!session.quiet()) print_note("note: there is no contact sheet: " + std::string(error.what()));
+    if (!session.quiet()) print_note("note: there is no contact sheet: " + echoed(error.what(), kMaxMessageBytes));
     return {};
   }
+}
+
+/// What -o - can't be combined with.
+void require_stream(const Session& session, const SliceOptions& options) {
+  if (options.resume) throw UsageError("--resume goes on in a folder; -o - writes to standard output, from the start");
+  if (session.options().json) throw UsageError("-o - takes standard output for the layers; leave out --json");
+  if (isatty(STDOUT_FILENO) != 0) {
+    throw UsageError("-o - writes files to standard output, which is a terminal: send it to a program or to a file");
+  }
+}
+
+/// One file if there is no other: that of one layer which is asked for.
+StreamForm stream_form_of(const SliceOptions& options, const v1::SliceRangeRequest& request) {
+  const int files = request.planes_size() + (request.contours() ? 1 : 0);
+  const bool one = !options.layers.empty() && request.layer_count() == 1 && files == 1;
+  return one ? StreamForm::kOneFile : StreamForm::kArchive;
+}
+
+Existing existing_of(const SliceOptions& options) {
+  return options.force ? Existing::kReplace : options.resume ? Existing::kResume : Existing::kRefuse;
+}
+
+/// Has the layers sliced into the sink, and says how that went.
+void slice_job(Session& session, const SliceOptions& options, const v1::SliceRangeRequest& request,
+               const v1::PlanSlicesResponse& plan, LayerSink& sink) {
+  client::SlicePin pin{plan.engine_version(), plan.grid()};
+  const auto start = std::chrono::steady_clock::now();
+  SliceResult result;
+  result.outcome = slice_into(session, request, pin, sink, options);
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!options.no_contact_sheet && sink.takes_contact_sheet()) {
+    result.contact_sheet = write_contact_sheet(session, request, result.outcome.header, sink);
+  }
+  sink.finish(result.outcome, request.placement());
+  result.written_bytes = sink.written_bytes();
+  report(session, options, result);
+  if (!session.quiet() && request.layer_count() == plan.layer_count()) warn_of_materials(result.outcome);
+}
+
+/// The plan of the job, whose warnings are told.
+v1::PlanSlicesResponse plan_job(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
+  v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
+  if (session.quiet()) return plan;
+  for (const v1::PlanWarning& warning : plan.warnings()) {
+    print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
+  }
+  if (options.job.software == "grabcad") warn_of_grabcad(options.job, job, plan);
+  return plan;
 }
 
 void run_slice(Session& session, const SliceOptions& options) {
   const ContourFormat contours = contour_format_of(options.contours);
   const bool with_contours = contours != ContourFormat::kNone;
+  const bool for_grabcad = options.job.software == "grabcad";
+  if (for_grabcad && with_contours) throw UsageError("--for grabcad writes pictures only; leave out --contours");
   v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
-  const Existing existing = options.force ? Existing::kReplace : options.resume ? Existing::kResume : Existing::kRefuse;
-  refuse_used_folder(options.output, existing);
+  options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
   job.set_mesh_id(ensure_on_server(session, options.job.mesh));
-  const v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
-  if (!session.quiet()) {
-    for (const v1::PlanWarning& warning : plan.warnings()) print_note("warning: " + warning.message());
+  const v1::PlanSlicesResponse plan = plan_job(session, options, job);
+  const v1::SliceRangeRequest request = slice_request(job, layer_range(options, plan), with_contours);
+  const JobKey key = job_key_of(request, plan, options.contours + options.job.software);
+  const LayerFiles files({job.planes().begin(), job.planes().end()}, contours, plan.grid().extent().layers(),
+                         for_grabcad ? grabcad_names(client::region_of(plan).first_layer()) : LayerNames());
+  if (options.to_stdout()) {
+    LayerStream stream(stdout, stream_form_of(options, request), files, key.id);
+    return slice_job(session, options, request, plan, stream);
   }
-  const LayerRange range = layer_range(options, plan);
-  const v1::SliceRangeRequest request = slice_request(job, range, with_contours);
-  LayerFolder folder(options.output, {job.planes().begin(), job.planes().end()}, contours,
-                     plan.grid().extent().layers(), existing, job_key_of(request, plan, options.contours));
-  client::SlicePin pin{plan.engine_version(), plan.grid()};
-  const auto start = std::chrono::steady_clock::now();
-  SliceResult result;
-  result.outcome = slice_into(session, request, pin, folder, options.output);
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!options.no_contact_sheet) {
-    result.contact_sheet = write_contact_sheet(session, request, result.outcome.header, folder);
+  if (options.resume && holds_whole_job(options.output, key)) {
+    if (!session.quiet()) print_note("note: nothing is left to do, this job is complete");
+    return report_complete(session, options, plan, request.layer_count());
   }
-  folder.finish(result.outcome, job.placement());
-  result.written_bytes = folder.written_bytes();
-  report(session, options, result);
-  if (!session.quiet() && request.layer_count() == plan.layer_count()) warn_of_materials(result.outcome);
+  LayerFolder folder(options.output, files, existing_of(options), key);
+  slice_job(session, options, request, plan, folder);
 }
 
 }  // namespace
@@ -246,8 +342,10 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<SliceOptions>();
   CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
   add_job_options(*app, options->job);
-  app->add_option("-o,--output", options->output,
-                  "Folder for the layers, a contact sheet of them and manifest.json, which is written last")
+  app->add_option(
+         "-o,--output", options->output,
+         "Folder for the layers, a contact sheet of them and manifest.json, which is written last; - for standard "
+         "output: a tar archive of such a folder, or the one file if --layers names one layer that has but one")
       ->required();
   app->add_option(
       "--layers", options->layers,
@@ -265,10 +363,11 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"
-      "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 \\\n"
-      "      --occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
+      "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 "
+      "--occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
       "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part\n"
-      "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner");
+      "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner\n"
+      "  ccslice slice part.mesh --pitch 0.1 -o - | tar -xf - -C part");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }
 

@@ -41,6 +41,9 @@ void run_upload(Session& session, const MeshOptions& options) {
   }
   if (outcome.was_cached && !session.quiet()) print_note("the server held this mesh already");
   print_line(describe(outcome.mesh));
+  if (session.server_is_private() && !session.quiet()) {
+    print_note("the server that was started for this command ends with it, and so does what it holds");
+  }
 }
 
 struct ConvertOptions {

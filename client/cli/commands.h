@@ -20,6 +20,7 @@ struct Command {
   std::function<void(Session&)> run;
 };
 
+Command add_profiles(CLI::App& parent, CommonOptions& common);
 Command add_models(CLI::App& parent, CommonOptions& common);
 Command add_info(CLI::App& parent, CommonOptions& common);
 Command add_convert(CLI::App& parent, CommonOptions& common);

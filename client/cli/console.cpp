@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/base/echo.h"
+
 namespace ccslice::cli {
 namespace {
 
@@ -25,8 +27,8 @@ std::string formatted(const char* format, double number) {
 
 }  // namespace
 
-void print_line(const std::string& text) { std::fprintf(stdout, "%s\n", text.c_str()); }
-void print_note(const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); }
+void print_line(const std::string& text) { std::fprintf(stdout, "%s\n", harmless(text).c_str()); }
+void print_note(const std::string& text) { std::fprintf(stderr, "%s\n", harmless(text).c_str()); }
 
 std::string show_bytes(std::uint64_t bytes) {
   static constexpr std::array<const char*, 5> kUnits = {" kB", " MB", " GB", " TB", " PB"};
@@ -71,6 +73,14 @@ std::string show_box(const std::array<double, 3>& low, const std::array<double, 
   return show_size(x, y, z) + " mm, from (" + shown(low[0]) + ", " + shown(low[1]) + ", " + shown(low[2]) + ")";
 }
 
+std::optional<double> seconds_left(std::uint64_t done, std::uint64_t total, double seconds) {
+  constexpr double kEarliest = 3, kLatest = 30, kEnough = 0.05;
+  if (done == 0 || done >= total || seconds < kEarliest) return std::nullopt;
+  const double fraction = static_cast<double>(done) / static_cast<double>(total);
+  if (fraction < kEnough && seconds < kLatest) return std::nullopt;
+  return seconds * (1 - fraction) / fraction;
+}
+
 Progress::Progress(std::string what, std::string unit, std::uint64_t total, bool quiet)
     : what_(std::move(what)),
       unit_(std::move(unit)),
@@ -85,8 +95,13 @@ Progress::~Progress() {
 }
 
 void Progress::update(std::uint64_t done) {
-  done_ = done;
   const Clock::time_point now = Clock::now();
+  if (!paced_) {
+    paced_ = true;
+    pace_start_ = now;
+    pace_done_ = done;
+  }
+  done_ = done;
   if (quiet_ || now - drawn_ < (terminal_ ? kRedrawPause : kLinePause)) return;
   draw(now);
 }
@@ -97,7 +112,7 @@ void Progress::draw(Clock::time_point now) {
   on_screen_ = true;
   const std::string text = state(std::chrono::duration<double>(now - start_).count());
   // Carriage return, and clear to the end of the line.
-  std::fprintf(stderr, terminal_ ? "\r%s\x1b[K" : "%s\n", text.c_str());
+  std::fprintf(stderr, terminal_ ? "\r%s\x1b[K" : "%s\n", harmless(text).c_str());
   std::fflush(stderr);
 }
 
@@ -116,12 +131,10 @@ std::string Progress::state(double seconds) const {
   text += bytes ? show_bytes(done_) + " of " + show_bytes(total_)
                 : show_count(done_) + " of " + show_count(total_) + " " + unit_;
   text += ", " + (bytes ? show_bytes(whole_rate) : show_number(std::round(rate * 10) / 10)) + "/s";
-  if (done_ < total_) {
-    text += rate > 0 ? ", " + show_duration(static_cast<double>(total_ - done_) / rate) + " left" : "";
-  } else {
-    text += ", " + show_duration(seconds);
-  }
-  return text;
+  if (done_ >= total_) return text + ", " + show_duration(seconds);
+  const double paced = std::chrono::duration<double>(drawn_ - pace_start_).count();
+  const std::optional<double> left = seconds_left(done_ - pace_done_, total_ - pace_done_, paced);
+  return left ? text + ", " + show_duration(*left) + " left" : text;
 }
 
 }  // namespace ccslice::cli

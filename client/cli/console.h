@@ -8,12 +8,18 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace ccslice::cli {
 
-/// Print one line, on standard output or on standard error.
+/// The most that is shown of a server's message.
+inline constexpr std::size_t kMaxMessageBytes = 2000;
+
+/// Print one line, on standard output or on standard error. Texts of meshes, servers and files come here through
+/// echoed(); whatever comes otherwise can't make a terminal do anything either, see harmless().
 void print_line(const std::string& text);
 void print_note(const std::string& text);
 
@@ -31,6 +37,10 @@ std::string show_size(double x, double y, double z);
 std::string show_place(const std::array<double, 3>& place);
 /// "83.53 x 83.53 x 17.28 mm, from (0, -10, 3.5)". Rounding errors of boxes are shown as 0.
 std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high);
+
+/// How long the rest takes at the pace so far. Nothing while that tells little: after a few seconds, or a few pieces of
+/// many.
+std::optional<double> seconds_left(std::uint64_t done, std::uint64_t total, double seconds);
 
 /// How far a job is: a bar that moves with rate and remaining time where standard error is a terminal; a line now and
 /// then where it isn't; nothing if quiet.
@@ -57,6 +67,10 @@ class Progress {
   Clock::time_point drawn_ = start_;
   std::uint64_t done_ = 0, drawn_done_ = 0;
   bool on_screen_ = false;
+  // The pace counts from the first piece on, which waits for what is prepared once.
+  bool paced_ = false;
+  Clock::time_point pace_start_ = start_;
+  std::uint64_t pace_done_ = 0;
 };
 
 }  // namespace ccslice::cli

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
+#include <utility>
 
 #include "client/cli/console.h"
 #include "client/cli/pixel_font.h"
@@ -24,15 +26,11 @@ int cell_width(const SheetLayout& layout) { return std::max(layout.tile_width, k
 
 class Sheet {
  public:
-  Sheet(const VoxelBlock& block, const SheetLayout& layout)
-      : block_(block),
-        layout_(layout),
-        has_values_(std::any_of(block.value.begin(), block.value.end(), [](std::uint8_t v) { return v != 0; })) {
+  Sheet(const VoxelBlock& block, const SheetLayout& layout) : block_(block), layout_(layout) {
     const int columns = std::min(layout.columns, block.size[2]);
     const int rows = (block.size[2] + layout.columns - 1) / layout.columns;
-    picture_.width = kGap + columns * (cell_width(layout) + kGap);
-    picture_.height = kGap + rows * (layout.tile_height + kCaptionHeight + kGap);
-    picture_.rgb.assign(3 * static_cast<std::size_t>(picture_.width) * static_cast<std::size_t>(picture_.height), 255);
+    picture_ = blank_picture(kGap + columns * (cell_width(layout) + kGap),
+                             kGap + rows * (layout.tile_height + kCaptionHeight + kGap));
   }
 
   void draw_layer(int layer, const SheetCaption& caption) {
@@ -45,7 +43,7 @@ class Sheet {
       for (int column = 0; column < layout_.tile_width; ++column) {
         const int x = static_cast<int>((column + 0.5) / layout_.tile_width * block_.size[0]);
         const int y = static_cast<int>((row + 0.5) / layout_.tile_height * block_.size[1]);
-        set(tile_left + column, top + kCaptionHeight + row, colour_of(block_.index(x, y, layer)));
+        set_colour(tile_left + column, top + kCaptionHeight + row, colour_of(block_.index(x, y, layer)), picture_);
       }
     }
   }
@@ -54,26 +52,21 @@ class Sheet {
 
  private:
   Colour colour_of(std::size_t voxel) const {
-    if (block_.inside[voxel] == 0) return Colour::Constant(0.93);
-    if (!block_.palette.empty()) return block_.palette[block_.value[voxel] - 1u];
-    return has_values_ ? material_colour(block_.value[voxel] / 255.0) : kPlainMaterial;
-  }
-
-  void set(int column, int row, const Colour& colour) {
-    std::size_t at = 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(picture_.width) +
-                          static_cast<std::size_t>(column));
-    for (const double component : colour) picture_.rgb[at++] = to_byte(component);
+    return block_.inside[voxel] == 0 ? Colour::Constant(0.93) : block_.colour(voxel);
   }
 
   const VoxelBlock& block_;
   const SheetLayout layout_;
-  const bool has_values_;
   Picture picture_;
 };
 
 bool shows_materials(const v1::SliceHeader& header) {
   return std::ranges::any_of(
       header.planes(), [](const v1::PlaneSpec& plane) { return plane.has_materials() || plane.has_material_mask(); });
+}
+
+bool shows_cell_regions(const v1::SliceHeader& header) {
+  return std::ranges::any_of(header.planes(), [](const v1::PlaneSpec& plane) { return plane.has_cell_regions(); });
 }
 
 /// The first channel of the job's planes as `channel`, with the range that it is shown in; nothing if there is none.
@@ -124,7 +117,12 @@ v1::SliceRangeRequest sheet_request(const v1::SliceRangeRequest& job, const v1::
     return request;
   }
   v1::ValueRange range;
-  ask_for_block(request, channel_of(header, range));
+  const std::string channel = channel_of(header, range);
+  if (channel.empty() && shows_cell_regions(header)) {
+    ask_for_region_block(request);
+    return request;
+  }
+  ask_for_block(request, channel);
   if (range.min() < range.max()) *request.mutable_planes(1)->mutable_value_range() = range;
   return request;
 }
@@ -162,7 +160,10 @@ Picture draw_contact_sheet(const VoxelBlock& block, const std::vector<SheetCapti
   for (int layer = 0; layer < block.size[2]; ++layer) {
     sheet.draw_layer(layer, captions[static_cast<std::size_t>(layer)]);
   }
-  return sheet.take();
+  constexpr int kWide = 800;
+  Picture picture = sheet.take();
+  const int scale = picture.width >= kWide ? 2 : 1;
+  return with_legend(std::move(picture), block.legend, scale);
 }
 
 Picture contact_sheet(Session& session, const v1::SliceRangeRequest& job, const v1::SliceHeader& header) {

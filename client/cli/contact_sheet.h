@@ -4,7 +4,7 @@
 // A contact sheet: up to two dozen layers of a job, evenly spread, scaled down side by side, each with its number and
 // its height in mm, laid out as the layers' own pictures. Where the job shows materials, they are halftoned at the
 // sheet's own scale, in their own colours. Otherwise its first channel, if it has one, colours the material from low
-// (dark blue) to high (yellow).
+// (dark blue) to high (yellow), or else its cell regions do. A legend below says what the colours are.
 //
 // The layers are sliced once more at the same heights, no finer than the sheet shows them: that takes a moment, and
 // works for whatever encodings the job has.

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A picture of a part made of voxels, seen from afar along parallel rays, with a corner of it cut away.
+// A picture of a part, seen from afar along parallel rays, with a corner of it cut away.
 //
-// A ray starts where it enters the block of voxels or where it leaves what is cut away. If it starts inside the part,
-// the cut shows the material there, in colours from dark blue over green to yellow, or in that of the voxel's printed
-// material; else it goes on to the surface, where the smoothed occupancy is one half, which is shaded by its gradient
-// and tinted by its channel.
+// The surface is that of its triangles: shaded smoothly where it is smooth, with edges as sharp as the part has them,
+// and tinted by the channel there or by the voxels at it. Where a ray leaves what is cut away inside the surface, the
+// cut shows the voxels there: a channel from dark blue over green to yellow, or the colours of printed materials or of
+// cell regions.
 
 #pragma once
 
@@ -15,6 +15,7 @@
 
 #include "client/cli/picture.h"
 #include "client/cli/voxel_block.h"
+#include "client/surface.h"
 
 namespace ccslice::cli {
 
@@ -27,7 +28,7 @@ struct CutView {
   int width = 640;  // The width of the picture. Its height follows from the part.
 };
 
-/// REQUIRES: cubic voxels, block.size > 0, view.width > 0.
-Picture draw_cut_view(const VoxelBlock& block, const CutView& view);
+/// REQUIRES: the surface is closed and has a triangle, block.size > 0, view.width > 0.
+Picture draw_cut_view(const client::Surface& surface, const VoxelBlock& block, const CutView& view);
 
 }  // namespace ccslice::cli

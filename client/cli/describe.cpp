@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include "client/cli/console.h"
 #include "client/cli/manifest.h"
+#include "core/base/echo.h"
 
 namespace ccslice::cli {
 namespace {
+
+constexpr std::size_t kMeshIdBytes = 71;  // "sha256:" and 64 digits.
 
 std::string describe_place(const v1::Vector3& place) { return show_place({place.x(), place.y(), place.z()}); }
 
@@ -47,12 +51,12 @@ std::string describe(const v1::LimitDeviation& deviation) {
 }
 
 std::string describe(const v1::CellRegion& region) {
-  return "\n  region     " + region.name() + ": " + show_count(region.control_cells()) + " cells, " +
+  return "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) + " cells, " +
          show_number(region.volume_mm3()) + " mm^3";
 }
 
 std::string describe(const v1::MeshSummary& mesh) {
-  std::string text = mesh.mesh_id();
+  std::string text = echoed(mesh.mesh_id(), kMeshIdBytes);
   text += "\n  control    " + show_count(mesh.control_cells()) + " cells, " + show_count(mesh.control_vertices()) +
           " vertices, " + show_count(mesh.sharp_edges()) + " sharp edges";
   text += "\n  irregular  " + show_count(mesh.extraordinary_edges()) + " extraordinary edges, " +
@@ -64,7 +68,7 @@ std::string describe(const v1::MeshSummary& mesh) {
   text += "\n  size       " + describe(mesh.bounding_box());
   if (mesh.has_deviation()) text += describe(mesh.deviation());
   for (const v1::Channel& channel : mesh.channels()) {
-    text += "\n  channel    " + channel.name() + ": " + show_number(channel.min_value()) + " to " +
+    text += "\n  channel    " + echoed(channel.name()) + ": " + show_number(channel.min_value()) + " to " +
             show_number(channel.max_value());
   }
   for (const v1::CellRegion& region : mesh.cell_regions()) text += describe(region);
@@ -90,9 +94,9 @@ std::string describe(const v1::GetServerInfoResponse& info) {
   }
   std::string printers;
   for (const v1::PrinterProfile& profile : info.printer_profiles()) {
-    printers += (printers.empty() ? "" : ", ") + profile.name();
+    printers += (printers.empty() ? "" : ", ") + echoed(profile.name());
   }
-  return "ccsliced " + info.server_version() + ", engine " + info.engine_version() + "\n  threads    " +
+  return "ccsliced " + echoed(info.server_version()) + ", engine " + echoed(info.engine_version()) + "\n  threads    " +
          std::to_string(info.threads()) + ", up to " + std::to_string(info.max_concurrent_calls()) +
          " calls at once\n  cache      " + show_count(info.cached_meshes()) + " meshes, " +
          show_bytes(info.cache_used_bytes()) + " of " + show_bytes(info.cache_capacity_bytes()) +
@@ -126,7 +130,8 @@ std::string describe(const v1::PlanSlicesResponse& plan) {
     text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +
             " a layer\n  download   about " + show_bytes(plan.estimated_bytes());
   }
-  for (const v1::PlanWarning& warning : plan.warnings()) text += "\n  warning    " + warning.message();
+  for (const v1::PlanWarning& warning : plan.warnings())
+    text += "\n  warning    " + echoed(warning.message(), kMaxMessageBytes);
   return text;
 }
 

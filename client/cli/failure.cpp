@@ -3,12 +3,17 @@
 
 #include "client/cli/failure.h"
 
+#include <algorithm>
+#include <array>
 #include <new>
+#include <string_view>
 
 #include "client/cli/console.h"
 #include "client/cli/json.h"
+#include "client/cli/option_of_field.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
+#include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -19,6 +24,18 @@ ExitCode exit_code_of(const Error& error) {
   const int number = static_cast<int>(error.code());
   const bool mesh = number >= 100 && number < 200, file = number >= 400;
   return mesh || file ? kExitInput : kExitBug;
+}
+
+/// Whether it is a fault of the command line alone, whatever the mesh and the server: wrong options exit alike, whoever
+/// finds them.
+bool is_wrong_option(std::string_view reason) {
+  static constexpr auto kReasons = std::to_array<std::string_view>(
+      {"GRID_EXTENT_ZERO", "GRID_ORIGIN_NON_FINITE", "MATERIAL_COLOUR_REPEATED", "MATERIAL_MAP_INVALID",
+       "MATERIAL_MAP_MISSING", "MATERIAL_MAP_NON_FINITE", "MATERIAL_NAME_INVALID", "MATERIAL_NAME_REPEATED",
+       "MATERIAL_UNKNOWN", "PITCH_INVALID", "PITCH_OUT_OF_RANGE", "PLACEMENT_NON_FINITE", "PRINTER_UNKNOWN",
+       "REGION_NON_FINITE", "TOLERANCE_INVALID", "TOO_MANY_MATERIALS", "VALUE_RANGE_INVALID",
+       "VALUE_RANGE_UNEXPECTED"});
+  return std::ranges::find(kReasons, reason) != kReasons.end();
 }
 
 ExitCode exit_code_of(const client::ClientError& error) {
@@ -32,6 +49,7 @@ ExitCode exit_code_of(const client::ClientError& error) {
     case grpc::StatusCode::CANCELLED: return kExitUnreachable;
     default: break;
   }
+  if (is_wrong_option(error.reason())) return kExitUsage;
   const bool mesh_at_fault = error.code() == grpc::StatusCode::INVALID_ARGUMENT &&
                              error.reason().starts_with("MESH_") && error.reason() != "MESH_ID_INVALID";
   return mesh_at_fault ? kExitInput : kExitRefused;
@@ -39,10 +57,10 @@ ExitCode exit_code_of(const client::ClientError& error) {
 
 Failure failure_of_call(const client::ClientError& error) {
   const std::string code = client::status_code_name(error.code());
-  std::string message = error.what();
+  std::string message = echoed(in_terms_of_options(error.what()), kMaxMessageBytes);
   if (message.empty()) message = code;
   if (!error.missing_mesh_id().empty()) message += "; upload its file again, or name the file instead of the id";
-  return {exit_code_of(error), error.reason().empty() ? code : error.reason(), message};
+  return {exit_code_of(error), error.reason().empty() ? code : echoed(error.reason()), message};
 }
 
 }  // namespace

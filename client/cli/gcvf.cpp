@@ -7,15 +7,16 @@
 #include <cmath>
 #include <string>
 
+#include "client/cli/grabcad.h"
 #include "client/cli/json.h"
 #include "client/cli/xml.h"
 #include "client/cli/zip_file.h"
+#include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
 namespace {
 
-constexpr std::size_t kMostMaterials = 6;
 constexpr std::uint32_t kBackground = 0x000000ff;
 
 std::size_t rgba_plane(const LayerStack& stack) {
@@ -46,12 +47,13 @@ long dots_an_inch(const LayerStack& stack, std::size_t axis) {
 
 void require_palette(const LayerStack& stack) {
   if (stack.background_rgba() != kBackground) refuse("has a black background; slice without --background");
-  if (stack.materials().size() > kMostMaterials) {
-    refuse("holds at most " + std::to_string(kMostMaterials) + " materials, and there are " +
+  if (stack.materials().size() > kMostGrabcadMaterials) {
+    refuse("holds at most " + std::to_string(kMostGrabcadMaterials) + " materials, and there are " +
            std::to_string(stack.materials().size()));
   }
   for (const StackMaterial& material : stack.materials()) {
-    if ((material.rgba & 0xff) != 0xff) refuse("has opaque colours only, and that of " + material.name + " isn't");
+    if ((material.rgba & 0xff) != 0xff)
+      refuse("has opaque colours only, and that of " + echoed(material.name) + " isn't");
   }
 }
 
@@ -68,7 +70,7 @@ std::string config_of(const LayerStack& stack) {
   xml.element("SliceThicknessNanoMeter", std::lround(kNanometres * stack.pitch_mm()[2])).end();
   xml.begin("SliceDimensions").element("SliceWidth", stack.columns()).element("SliceHeight", stack.rows()).end();
   xml.begin("SliceRange").element("StartIndex", 0).element("NumberOfSlices", stack.layers()).end();
-  xml.element("BitDepth", 4).element("MaxNumberOfColors", kMostMaterials);
+  xml.element("BitDepth", 4).element("MaxNumberOfColors", kMostGrabcadMaterials);
   xml.element("DataSemantics", "Materials").element("CreationMode", "MODEL_ONLY");
   xml.element("ImageFilePrefix", "layer_");
   xml.begin("MaterialList").element("BackGroundMaterialRGBA", four_numbers(stack.background_rgba()));

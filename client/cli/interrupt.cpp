@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "client/cli/exit_codes.h"
+#include "client/cli/output_file.h"
 
 namespace ccslice::cli {
 namespace {
@@ -22,12 +23,18 @@ sigset_t waited_signals() {
   return signals;
 }
 
+/// What a command has for ending by itself. Where it can't, as while it opens a FIFO that nobody writes to, nothing is
+/// lost if it ends right there: files appear whole or not at all.
+constexpr timespec kLastWords{.tv_sec = 2, .tv_nsec = 0};
+
 void wait_for_signals(client::Cancellation& cancellation) {
   const sigset_t signals = waited_signals();
-  for (int signal = 0; sigwait(&signals, &signal) == 0 && signal != kLeave;) {
-    if (cancellation.cancelled()) _exit(kExitInterrupted);
-    cancellation.cancel();
-  }
+  int signal = 0;
+  if (sigwait(&signals, &signal) != 0 || signal == kLeave) return;
+  cancellation.cancel();
+  if (sigtimedwait(&signals, nullptr, &kLastWords) == kLeave) return;
+  remove_unfinished_files();
+  _exit(kExitInterrupted);
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include "client/cli/job.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -31,10 +33,16 @@ std::string option_name(const client::PlaneEncoding& encoding) {
   return name;
 }
 
+bool has_alpha(const client::PlaneEncoding& encoding) {
+  return encoding.without_alpha != v1::PLANE_ENCODING_UNSPECIFIED;
+}
+
 /// What --encoding takes.
 std::vector<std::string> encoding_options() {
   std::vector<std::string> names = {std::string(kAuto)};
-  for (const client::PlaneEncoding& encoding : client::plane_encodings()) names.push_back(option_name(encoding));
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) {
+    if (!has_alpha(encoding)) names.push_back(option_name(encoding));
+  }
   return names;
 }
 
@@ -44,6 +52,7 @@ std::string encoding_help() {
   };
   std::vector<Choice> choices;
   for (const client::PlaneEncoding& encoding : client::plane_encodings()) {
+    if (has_alpha(encoding)) continue;
     const std::string note(encoding.note);
     choices.push_back({option_name(encoding) + (note.empty() ? "" : " (" + note + ")")});
   }
@@ -62,6 +71,44 @@ v1::PlaneEncoding encoding_of(const std::string& name, const v1::PlaneSpec& plan
   }
   if (plane.has_channels()) return v1::PLANE_ENCODING_EXR;
   return plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32 ? v1::PLANE_ENCODING_RAW_ZSTD : v1::PLANE_ENCODING_PNG;
+}
+
+bool shows_channels(const v1::PlaneSpec& plane) { return plane.has_channel() || plane.has_channels(); }
+
+v1::PlaneEncoding encoding_with_alpha(const v1::PlaneSpec& plane) {
+  const auto found =
+      std::ranges::find(client::plane_encodings(), plane.encoding(), &client::PlaneEncoding::without_alpha);
+  if (found != client::plane_encodings().end()) return found->value;
+  throw UsageError(
+      "--outside alpha is for PNG and TIFF pictures of one channel; take --encoding png or tiff, or give "
+      "--outside a number");
+}
+
+/// A sample of the plane.
+double parse_outside(const std::string& text, const v1::PlaneSpec& plane) {
+  const bool floats = plane.sample_type() == v1::SAMPLE_TYPE_FLOAT32;
+  if (floats && text == "nan") return std::numeric_limits<double>::quiet_NaN();
+  const double sample = parse_number("--outside", text);
+  if (floats) return sample;
+  const bool bytes = plane.sample_type() == v1::SAMPLE_TYPE_UINT8;
+  if (sample >= 0 && sample <= (bytes ? 255 : 65535) && sample == std::floor(sample)) return sample;
+  throw UsageError(std::string("--outside takes a whole number from 0 to ") + (bytes ? "255 for u8" : "65535 for u16") +
+                   ", or alpha, not '" + text + "'");
+}
+
+void set_outside(const std::string& text, std::vector<v1::PlaneSpec>& planes) {
+  if (text.empty()) return;
+  if (std::ranges::none_of(planes, shows_channels)) {
+    throw UsageError("--outside is for pictures of channels; name one with --channel");
+  }
+  for (v1::PlaneSpec& plane : planes) {
+    if (!shows_channels(plane)) continue;
+    if (text == "alpha") {
+      plane.set_encoding(encoding_with_alpha(plane));
+    } else {
+      plane.set_outside_sample(parse_outside(text, plane));
+    }
+  }
 }
 
 void set_value_range(const std::string& text, v1::PlaneSpec& plane) {
@@ -122,7 +169,7 @@ void add_grid_options(CLI::App& command, GridOptions& options) {
   command
       .add_option("--profile", options.printer,
                   "Take the pitch of this printer, unless another one is given, and warn of what the printer can't "
-                  "take. `ccslice info` lists the printers")
+                  "take. `ccslice profiles` lists them")
       ->group("Grid");
   CLI::Option* pitch =
       command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
@@ -156,9 +203,8 @@ void add_layout_options(CLI::App& command, LayoutOptions& options) {
   command
       .add_option("--row-order", options.row_order,
                   "Which row of a picture is on top: ascending puts the lowest y there; descending puts the highest, "
-                  "as the layer is seen from above")
+                  "as the layer is seen from above (default: ascending, and descending --for grabcad)")
       ->check(CLI::IsMember({"ascending", "descending"}))
-      ->capture_default_str()
       ->group("Pictures");
   command
       .add_option("--flip", options.flip,
@@ -189,6 +235,13 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
                 "colour (--regions-from makes regions)")
       ->group("Pictures");
   command.add_flag("--masks", options.masks, "Write a picture for each material, of which voxels hold it")
+      ->group("Pictures");
+  command
+      .add_option(
+          "--outside", options.outside,
+          "What pictures of channels hold outside the part, as manifest.json says: a sample (0 to 255 for u8, 0 "
+          "to 65535 for u16, any number or nan for f32), or alpha for PNG and TIFF files with an alpha channel "
+          "that is 0 outside (default: 0, as the lowest value inside)")
       ->group("Pictures");
   command.add_option("--encoding", options.encoding, encoding_help())
       ->check(CLI::IsMember(encoding_options()))
@@ -283,6 +336,7 @@ std::vector<v1::PlaneSpec> parse_planes(const PlaneOptions& options, bool contou
     }
   }
   for (v1::PlaneSpec& plane : planes) plane.set_encoding(encoding_of(options.encoding, plane));
+  set_outside(options.outside, planes);
   return planes;
 }
 

@@ -27,8 +27,8 @@ struct GridOptions {
 };
 
 struct LayoutOptions {
-  std::string row_order = "ascending";
-  std::string flip = {};  // "x", "y" or "xy".
+  std::string row_order = {};  // Empty: ascending.
+  std::string flip = {};       // "x", "y" or "xy".
 };
 
 struct PlaneOptions {
@@ -38,6 +38,7 @@ struct PlaneOptions {
   bool masks = false;                 // One picture a material.
   bool cell_regions = false;
   std::string encoding = "auto";
+  std::string outside = {};  // A sample, or "alpha".
   std::optional<double> tolerance_mm = std::nullopt;
   std::optional<double> material_tolerance = std::nullopt;
 };

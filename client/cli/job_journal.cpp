@@ -5,14 +5,15 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <iterator>
 #include <optional>
 #include <system_error>
 
 #include "client/cli/json.h"
 #include "client/cli/json_fields.h"
-#include "client/cli/output_file.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
 
@@ -70,6 +71,22 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
   return {client::sha256_of(job), request.layer_count()};
 }
 
+bool holds_whole_job(const fs::path& folder, const JobKey& job) {
+  std::ifstream file(folder / "manifest.json", std::ios::binary);
+  if (!file) return false;
+  const std::optional<Struct> manifest = parse_object({std::istreambuf_iterator<char>(file), {}});
+  const std::string remedy = "; take another folder, or --force to replace them";
+  if (!manifest || text(*manifest, "job") != job.id) {
+    throw Error(ErrorCode::kFileUnwritable, folder.string() + " holds all layers of another job" + remedy);
+  }
+  for (const auto& layer : items(*manifest, "layers")) {
+    if (is_whole_layer(folder, layer.struct_value())) continue;
+    throw Error(ErrorCode::kFileUnwritable,
+                folder.string() + " holds this job, but files of it have changed since it was complete" + remedy);
+  }
+  return true;
+}
+
 FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
   FinishedLayers finished;
   std::ifstream file(folder / JobJournal::kName);
@@ -90,27 +107,26 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
 }
 
 JobJournal::JobJournal(const fs::path& folder, const JobKey& job, const FinishedLayers& finished)
-    : path_(folder / kName) {
+    : path_(folder / kName), file_(nullptr, std::fclose) {
   std::string text = first_line(job.id) + "\n";
   for (const std::string& entry : finished.manifest_entries) text += entry + "\n";
   write_file(path_, text);
-  file_.open(path_, std::ios::binary | std::ios::app);
-  check();
+  file_ = open_to_append(path_);
 }
 
 void JobJournal::add(const std::string& manifest_entry) {
-  file_ << manifest_entry << '\n' << std::flush;
-  check();
+  const std::string line = manifest_entry + "\n";
+  if (std::fputs(line.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) fail();
 }
 
 void JobJournal::remove() {
-  file_.close();
+  file_.reset();
   std::error_code ignored;
   fs::remove(path_, ignored);
 }
 
-void JobJournal::check() {
-  if (!file_) throw Error(ErrorCode::kFileUnwritable, "cannot write " + path_.string() + ": " + std::strerror(errno));
+void JobJournal::fail() const {
+  throw Error(ErrorCode::kFileUnwritable, "cannot write " + path_.string() + ": " + std::strerror(errno));
 }
 
 }  // namespace ccslice::cli

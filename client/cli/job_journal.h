@@ -14,11 +14,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "client/cli/output_file.h"
 #include "client/client.h"
 
 namespace ccslice::cli {
@@ -42,6 +42,11 @@ struct FinishedLayers {
 /// Error{kFileUnwritable} if it is another job's.
 FinishedLayers read_journal(const std::filesystem::path& folder, const JobKey& job);
 
+/// Whether the folder's manifest.json is that of this job, with all layers there in the size and digest that it says.
+/// False if there is no manifest.json. Throws Error{kFileUnwritable} if it is another job's, or if files of it have
+/// changed since.
+bool holds_whole_job(const std::filesystem::path& folder, const JobKey& job);
+
 class JobJournal {
  public:
   static constexpr const char* kName = "journal.jsonl";
@@ -52,10 +57,10 @@ class JobJournal {
   void remove();
 
  private:
-  void check();
+  [[noreturn]] void fail() const;
 
   const std::filesystem::path path_;
-  std::ofstream file_;
+  Stream file_;
 };
 
 }  // namespace ccslice::cli

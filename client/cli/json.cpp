@@ -3,46 +3,38 @@
 
 #include "client/cli/json.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
 
+#include "core/base/utf8.h"
+
 namespace ccslice::cli {
 namespace {
 
+/// Control characters are escaped, which JSON asks of C0 only: documents go to terminals too.
 std::string escaped(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
-  const bool utf8 = is_utf8(text);
   std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
+  while (!text.empty()) {
+    const std::size_t length = utf8_sequence_length(text);
+    const std::string_view sequence = text.substr(0, std::max<std::size_t>(1, length));
+    if (length == 0) {
+      out += '?';
+    } else if (const std::uint32_t code = utf8_code_point(sequence); code == '"' || code == '\\') {
       out += '\\';
-      out += c;
-    } else if (byte < 0x20) {
-      out += "\\u00";
-      out += kDigits[byte >> 4];
-      out += kDigits[byte & 15];
+      out += sequence;
+    } else if (is_control(code)) {
+      out += "\\u";
+      for (int shift = 12; shift >= 0; shift -= 4) out += kDigits[code >> shift & 15];
     } else {
-      out += byte < 0x80 || utf8 ? c : '?';
+      out += sequence;
     }
+    text.remove_prefix(sequence.size());
   }
   return out + "\"";
-}
-
-/// Bytes of the sequence that `lead` opens; 0 if it can't open one.
-std::size_t sequence_length(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead >= 0xc2 && lead < 0xe0) return 2;
-  if (lead >= 0xe0 && lead < 0xf0) return 3;
-  return lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
-}
-
-/// Second bytes that would make an overlong form, a surrogate or a number beyond Unicode.
-bool is_bad_second(unsigned char lead, unsigned char second) {
-  return (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second >= 0xa0) || (lead == 0xf0 && second < 0x90) ||
-         (lead == 0xf4 && second >= 0x90);
 }
 
 template <typename Number>
@@ -53,20 +45,6 @@ std::string shortest_of(Number number) {
 }
 
 }  // namespace
-
-bool is_utf8(std::string_view text) {
-  for (std::size_t at = 0; at < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[at]);
-    const std::size_t length = sequence_length(lead);
-    if (length == 0 || at + length > text.size()) return false;
-    for (std::size_t i = 1; i < length; ++i) {
-      const auto byte = static_cast<unsigned char>(text[at + i]);
-      if ((byte & 0xc0) != 0x80 || (i == 1 && is_bad_second(lead, byte))) return false;
-    }
-    at += length;
-  }
-  return true;
-}
 
 std::string shortest(double number) { return shortest_of(number); }
 

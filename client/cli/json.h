@@ -51,7 +51,4 @@ class JsonWriter {
 std::string shortest(double number);
 std::string shortest(float number);
 
-/// Well-formed UTF-8 without surrogates.
-bool is_utf8(std::string_view text);
-
 }  // namespace ccslice::cli

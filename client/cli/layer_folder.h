@@ -3,15 +3,14 @@
 //
 // The folder that sliced layers go to:
 //
-//   layer_0017_occupancy.png    a picture: .png, .tif, .exr, .zst (one zstd frame) or .bin (samples as they are)
-//   layer_0017_hardness.zst
-//   layer_0017_contours.json    {"layer":17,"z_mm":...,"loops":[[[x,y],...],...]}, or .csv: loop,x_mm,y_mm
+//   layer_0017_...              the files of layers (layer_files.h)
 //   contact_sheet.png           some of the layers, small (contact_sheet.h)
 //   manifest.json               grid, planes, and for every layer its height, counts, files and checksums
 //   journal.jsonl               only while the job isn't complete (job_journal.h)
+//   .ccslice.lock               only while a job runs (folder_lock.h)
 //
-// Layer numbers are the grid's, padded with zeros. manifest.json is written last, once all else is on the disk: a
-// folder without it is incomplete. Every file appears whole or not at all.
+// manifest.json is written last, once all else is on the disk: a folder without it is incomplete. Every file appears
+// whole or not at all.
 
 #pragma once
 
@@ -19,15 +18,16 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
+#include <string_view>
 
+#include "client/cli/folder_lock.h"
 #include "client/cli/job_journal.h"
 #include "client/cli/json.h"
+#include "client/cli/layer_files.h"
+#include "client/cli/layer_sink.h"
 #include "client/client.h"
 
 namespace ccslice::cli {
-
-enum class ContourFormat { kNone, kJson, kCsv };
 
 /// What to do with layers that are there already.
 enum class Existing {
@@ -36,36 +36,29 @@ enum class Existing {
   kResume,  // Go on after those of the same job.
 };
 
-/// Throws Error{kFileUnwritable} if the folder holds layers or a manifest.json that `existing` doesn't allow for. Looks
-/// only.
+/// Throws Error{kFileUnwritable} if the folder holds layers or a manifest.json that `existing` doesn't allow for, or if
+/// another job is writing to it. Looks only.
 void refuse_used_folder(const std::filesystem::path& path, Existing existing);
 
-class LayerFolder {
+class LayerFolder : public LayerSink {
  public:
-  /// Makes the folder. Throws Error{kFileUnwritable}, for layers that are there already too.
-  LayerFolder(std::filesystem::path path, const std::vector<v1::PlaneSpec>& planes, ContourFormat contours,
-              std::uint32_t grid_layers, Existing existing, const JobKey& job);
+  /// Makes the folder. Throws Error{kFileUnwritable}, for layers that are there already and for other jobs in it too.
+  LayerFolder(std::filesystem::path path, LayerFiles files, Existing existing, const JobKey& job);
 
-  /// Counts of the layers that are there already: the first ones of the job.
-  const client::SliceOutcome& finished() const { return finished_.counts; }
-  void write(const client::Layer& layer);
-  /// `png`: the file's bytes. Returns its path.
-  std::filesystem::path write_contact_sheet(const std::string& png);
-  /// manifest.json.
-  void finish(const client::SliceOutcome& outcome, const v1::Placement& placement);
-
-  std::uint64_t written_bytes() const { return written_bytes_; }
+  const client::SliceOutcome& finished() const override { return finished_.counts; }
+  void write(const client::Layer& layer) override;
+  std::string write_contact_sheet(const std::string& png) override;
+  void finish(const client::SliceOutcome& outcome, const v1::Placement& placement) override;
+  std::uint64_t written_bytes() const override { return written_bytes_; }
 
  private:
-  std::string layer_prefix(std::uint32_t layer) const;
-  void write_file_in_folder(const std::string& name, const std::string& bytes);
-  std::string manifest_entry(const client::Layer& layer, const std::string& contours) const;
+  void write_file_in_folder(const std::string& name, std::string_view bytes);
 
   const std::filesystem::path path_;
-  const ContourFormat contours_;
+  std::optional<FolderLock> lock_;  // Until it is finished.
+  const LayerFiles files_;
+  const std::string job_id_;
   const FinishedLayers finished_;
-  std::vector<std::string> suffixes_;  // "_hardness.png", one a plane.
-  std::size_t digits_;
   std::optional<JobJournal> journal_;
   JsonWriter layers_;
   std::uint64_t written_bytes_ = 0;

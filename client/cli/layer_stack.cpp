@@ -3,7 +3,6 @@
 
 #include "client/cli/layer_stack.h"
 
-#include <charconv>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
@@ -12,7 +11,11 @@
 #include <utility>
 
 #include "client/cli/json_fields.h"
+#include "client/cli/manifest.h"
+#include "client/cli/message_json.h"
+#include "client/cli/png_file.h"
 #include "client/mesh_bytes.h"
+#include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -47,12 +50,17 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
   }
   const std::optional<Struct> manifest = parse_object(read_whole(folder_ / "manifest.json"));
   if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("isn't a manifest of layers");
+  if (number(*manifest, "format_version") != kManifestVersion) {
+    fail("is one of another version of ccslice; slice the layers again with this one");
+  }
   mesh_id_ = text(*manifest, "mesh_id");
   for (const auto& entry : items(*manifest, "placement")) placement_.push_back(entry.number_value());
   for (const auto& value : items(*manifest, "planes")) {
     const Struct& plane = value.struct_value();
     planes_.push_back(
         {text(plane, "content"), text(plane, "channel"), text(plane, "sample_type"), text(plane, "encoding")});
+    const auto& range = items(plane, "value_range");
+    if (range.size() == 2) planes_.back().value_range = {range[0].number_value(), range[1].number_value()};
   }
   read_materials(*manifest);
   read_layers(*manifest);
@@ -69,6 +77,7 @@ void LayerStack::read_grid(const Struct& manifest) {
   pitch_mm_ = triple(grid, "pitch_mm");
   const auto& layers = items(manifest, "layers");
   origin_mm_[2] = number(layers[0].struct_value(), "z_mm") - 0.5 * pitch_mm_[2];
+  is_region_ = layers.size() != number(grid, "layers");
   if (columns_ == 0 || rows_ == 0 || !(pitch_mm_[0] > 0 && pitch_mm_[1] > 0 && pitch_mm_[2] > 0)) fail("has no grid");
 }
 
@@ -76,9 +85,8 @@ void LayerStack::read_region(const Struct& manifest) {
   const Struct& region = field(manifest, "region").struct_value();
   const auto columns = static_cast<std::uint32_t>(count(region, "columns", kMostVoxels));
   const auto rows = static_cast<std::uint32_t>(count(region, "rows", kMostVoxels));
-  const double grid_layers = number(field(manifest, "grid").struct_value(), "layers");
   if (columns == 0 || rows == 0) fail("has an empty region");
-  is_region_ = columns != columns_ || rows != rows_ || number(region, "layers") != grid_layers;
+  is_region_ = is_region_ || columns != columns_ || rows != rows_;
   columns_ = columns;
   rows_ = rows;
   origin_mm_[0] += number(region, "first_column") * pitch_mm_[0];
@@ -94,17 +102,15 @@ void LayerStack::read_layout(const Struct& manifest) {
 void LayerStack::read_materials(const Struct& manifest) {
   for (const auto& value : items(manifest, "materials")) {
     const Struct& material = value.struct_value();
-    const std::string& rgba = text(material, "rgba");  // #RRGGBBAA.
-    std::uint32_t colour = 0;
-    const char* const end = rgba.data() + rgba.size();
-    if (rgba.size() != 9 || std::from_chars(rgba.data() + 1, end, colour, 16).ptr != end) {
-      fail("has a material without a colour");
-    }
-    materials_.push_back({text(material, "name"), colour, count(material, "voxel_count")});
+    const std::optional<std::uint32_t> colour = colour_of_text(text(material, "rgba"));
+    if (!colour) fail("has a material without a colour");
+    materials_.push_back({text(material, "name"), *colour, count(material, "voxel_count")});
   }
   const Struct& printing = field(manifest, "printing").struct_value();
   if (printing.fields().contains("background_rgba")) {
-    background_rgba_ = static_cast<std::uint32_t>(count(printing, "background_rgba"));
+    const std::optional<std::uint32_t> colour = colour_of_text(text(printing, "background_rgba"));
+    if (!colour) fail("has a background without a colour");
+    background_rgba_ = *colour;
   }
 }
 
@@ -122,8 +128,14 @@ void LayerStack::read_layers(const Struct& manifest) {
 std::string LayerStack::picture(std::uint32_t layer, std::size_t plane) const {
   const File& file = files_[layer][plane];
   std::string bytes = read_whole(folder_ / fs::path(file.name).filename());
-  if (client::sha256_of(bytes) != file.sha256) fail("doesn't fit " + file.name + ", which has changed since");
+  if (client::sha256_of(bytes) != file.sha256) fail("doesn't fit " + echoed(file.name) + ", which has changed since");
   return bytes;
+}
+
+std::string LayerStack::samples(std::uint32_t layer, std::size_t plane) const {
+  std::optional<std::string> samples = grey_samples(picture(layer, plane), columns_, rows_);
+  if (!samples) fail("names " + echoed(files_[layer][plane].name) + ", which isn't a grey picture of its size");
+  return std::move(*samples);
 }
 
 void LayerStack::fail(const std::string& what) const {

@@ -25,6 +25,7 @@ struct StackPlane {
   std::string content;  // As in manifest.json: "channel", "materials", ...
   std::string channel;  // Its name, if the content is "channel".
   std::string sample_type, encoding;
+  std::array<double, 2> value_range = {0, 1};  // What 0 and the largest integer stand for.
 };
 
 /// All functions throw Error{kFileUnreadable, kFileSyntax, kFileUnsupported}.
@@ -55,6 +56,8 @@ class LayerStack {
 
   /// The bytes of a picture. Compares them with their digest.
   std::string picture(std::uint32_t layer, std::size_t plane) const;
+  /// Its samples, row by row. REQUIRES: a channel of 8 bits, as PNG.
+  std::string samples(std::uint32_t layer, std::size_t plane) const;
 
  private:
   struct File {

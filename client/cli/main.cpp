@@ -9,39 +9,43 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "client/cancellation.h"
-#include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/failure.h"
+#include "client/cli/help.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/session.h"
+#include "client/cli/program.h"
 
 namespace ccslice::cli {
 namespace {
 
-constexpr const char* kFooter =
-    "Exit codes: 0 done, 2 wrong command line, 3 an input file is at fault, 4 the server refused,\n"
-    "5 no server or not in time, 6 interrupted, 7 the output can't be written or is there already,\n"
-    "8 the answer is damaged or of another engine.\n"
-    "\n"
-    "Start here:\n"
-    "  ccslice models ring -o ring.ccmesh\n"
-    "  ccslice show ring.ccmesh --channel hardness\n"
-    "  ccslice slice ring.ccmesh --pitch 0.2 --channel hardness -o ring\n"
-    "\n"
-    "`ccslice COMMAND --help` explains a command.";
+/// The arguments, where `help COMMAND` stands for `COMMAND --help`. In the order that CLI::App::parse takes: backwards.
+std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    // An unknown command is left for the parser to refuse.
+    const auto is_meant = [&](const CLI::App* command) { return command->get_name() == arguments.front(); };
+    const bool known = arguments.empty() || !app.get_subcommands(is_meant).empty();
+    if (known) arguments.push_back("--help");
+  }
+  std::reverse(arguments.begin(), arguments.end());
+  return arguments;
+}
 
-int run(const CLI::App& app, const std::vector<Command>& commands, const CommonOptions& options) {
+int run(const Program& program) {
+  const CommonOptions& options = program.options;
   client::Cancellation cancellation;
   const InterruptGuard guard(cancellation);
   try {
     Session session(options, cancellation);
-    for (const Command& command : commands) {
-      if (app.got_subcommand(command.app)) command.run(session);
+    for (const Command& command : program.commands) {
+      if (program.app.got_subcommand(command.app)) command.run(session);
     }
     return kExitOk;
   } catch (const std::exception& exception) {
@@ -69,22 +73,20 @@ bool wants_json(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace ccslice::cli;
-  CLI::App app("Slices Catmull-Clark solids into voxel layers, through a ccsliced server.", "ccslice");
-  app.set_version_flag("--version", CCSLICE_VERSION);
-  app.require_subcommand(1);
-  app.footer(kFooter);
-  CommonOptions options;
   google::protobuf::SetLogHandler(nullptr);  // What it has to say about hostile files, our errors say.
-  const std::vector<Command> commands = {add_slice(app, options),   add_plan(app, options),   add_show(app, options),
-                                         add_picture(app, options), add_probe(app, options),  add_info(app, options),
-                                         add_upload(app, options),  add_export(app, options), add_package(app, options),
-                                         add_models(app, options),  add_convert(app, options)};
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (app.exit(error) == 0) return kExitOk;
-    if (wants_json(argc, argv)) print_error_document({kExitUsage, "USAGE", error.what()});
+  Program program;
+  CLI::App& app = program.app;
+  if (argc == 1) {
+    print_note(app.help());
     return kExitUsage;
   }
-  return flushed(run(app, commands, options));
+  try {
+    app.parse(arguments_of(app, argc, argv));
+  } catch (const CLI::Success& success) {
+    return flushed(app.exit(success));
+  } catch (const CLI::ParseError& error) {
+    print_failure({kExitUsage, "USAGE", describe_parse_error(app, error)}, wants_json(argc, argv));
+    return kExitUsage;
+  }
+  return flushed(run(program));
 }

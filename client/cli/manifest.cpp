@@ -3,10 +3,10 @@
 
 #include "client/cli/manifest.h"
 
-#include <google/protobuf/util/json_util.h>
-
+#include <cmath>
 #include <string>
 
+#include "client/cli/message_json.h"
 #include "client/plane_encodings.h"
 
 namespace ccslice::cli {
@@ -40,6 +40,7 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_PRINTER_PITCH: return "printer_pitch";
     case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
     case v1::PLAN_WARNING_KIND_VALUES_OFF_MAP: return "values_off_map";
+    case v1::PLAN_WARNING_KIND_THIN_FEATURE: return "thin_feature";
     default: return "other";
   }
 }
@@ -59,13 +60,16 @@ const char* content_of(const v1::PlaneSpec& plane) {
   }
 }
 
-/// A message in protobuf's JSON mapping.
-std::string json_of(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  std::string json;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &json, options);
-  return status.ok() ? json : "null";
+/// What a picture of channels holds outside the part. JSON has no NaN.
+void add_outside(const v1::PlaneSpec& plane, JsonWriter& json) {
+  if (!plane.has_channel() && !plane.has_channels()) return;
+  if (std::isnan(plane.outside_sample())) {
+    json.member("outside_sample", "nan");
+  } else {
+    json.member("outside_sample", plane.outside_sample());
+  }
+  const client::PlaneEncoding* encoding = client::find_encoding(plane.encoding());
+  json.member("alpha", encoding && encoding->without_alpha != v1::PLANE_ENCODING_UNSPECIFIED);
 }
 
 void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
@@ -79,6 +83,7 @@ void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
     json.end_array();
   }
   json.member("sample_type", name_of(plane.sample_type())).member("encoding", encoding_name(plane.encoding()));
+  add_outside(plane, json);
   if (plane.has_value_range()) {
     json.key("value_range").begin_array().value(plane.value_range().min()).value(plane.value_range().max()).end_array();
   }
@@ -118,13 +123,6 @@ std::string encoding_name(v1::PlaneEncoding value) {
 
 namespace {
 
-std::string colour_text(std::uint32_t rgba) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text = "#";
-  for (int shift = 28; shift >= 0; shift -= 4) text += kDigits[rgba >> shift & 15];
-  return text;
-}
-
 /// The materials that were printed with, and the voxels of each.
 void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
   const v1::Printing& printing = outcome.header.printing();
@@ -142,9 +140,13 @@ void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
 
 }  // namespace
 
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers) {
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& job_id,
+                     const std::string& layers) {
   JsonWriter json;
-  json.begin_object().member("format", "ccslice-layers").member("format_version", 1);
+  json.begin_object()
+      .member("format", "ccslice-layers")
+      .member("format_version", kManifestVersion)
+      .member("job", job_id);
   json.member("mesh_id", outcome.header.mesh_id()).member("engine_version", outcome.header.engine_version());
   json.key("grid");
   add_json(outcome.header.grid(), json);
@@ -157,7 +159,10 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   json.end_array().key("planes").begin_array();
   for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
   json.end_array();
-  if (outcome.header.has_printing()) json.key("printing").raw(json_of(outcome.header.printing()));
+  if (outcome.header.has_printing()) {
+    json.key("printing");
+    add_message(outcome.header.printing(), json);
+  }
   add_materials(outcome, json);
   if (outcome.header.cell_region_names_size() > 0) {
     json.key("cell_regions").begin_array();
@@ -187,6 +192,14 @@ void add_json(const v1::Grid& grid, JsonWriter& json) {
   json.member("layers", grid.extent().layers()).key("part_box");
   add_json(grid.part_box(), json);
   json.end_object();
+}
+
+void add_json(const v1::PrinterProfile& printer, JsonWriter& json) {
+  const v1::VoxelPitch& pitch = printer.pitch();
+  json.begin_object().member("name", printer.name()).member("title", printer.title()).key("pitch_mm").begin_array();
+  json.value(pitch.x_mm()).value(pitch.y_mm()).value(pitch.z_mm()).end_array().key("tray_mm");
+  add_vector(printer.tray_mm(), json);
+  json.member("max_materials", printer.max_materials()).member("min_layers", printer.min_layers()).end_object();
 }
 
 void add_json(const v1::VoxelRegion& region, JsonWriter& json) {
@@ -263,7 +276,7 @@ void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
   json.key("encodings").begin_array();
   for (const int encoding : info.encodings()) json.value(encoding_name(static_cast<v1::PlaneEncoding>(encoding)));
   json.end_array().key("printer_profiles").begin_array();
-  for (const v1::PrinterProfile& profile : info.printer_profiles()) json.raw(json_of(profile));
+  for (const v1::PrinterProfile& profile : info.printer_profiles()) add_json(profile, json);
   json.end_array().end_object();
 }
 

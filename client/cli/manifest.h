@@ -14,12 +14,17 @@
 
 namespace ccslice::cli {
 
-/// The text of manifest.json. `layers` is a JSON array.
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& layers);
+/// What manifest.json says of its own form: 2 since colours and numbers of `printing` have the form of all others.
+inline constexpr int kManifestVersion = 2;
+
+/// The text of manifest.json. `job_id`: JobKey's. `layers` is a JSON array.
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& job_id,
+                     const std::string& layers);
 
 /// Write a value as a JSON object.
 void add_json(const v1::Grid& grid, JsonWriter& json);
 void add_json(const v1::VoxelRegion& region, JsonWriter& json);
+void add_json(const v1::PrinterProfile& printer, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);
 void add_json(const v1::LimitDeviation& deviation, JsonWriter& json);

@@ -18,6 +18,7 @@
 #include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/mesh/cell_averages.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/grade.h"
@@ -71,7 +72,7 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<CellMe
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
     if (!varies || numbers.name == regions_from) continue;
     if (std::ranges::find(averaged, numbers.name, &CellMeans::name) != averaged.end()) continue;
-    file.warnings.push_back("the cells' '" + numbers.name + "' left out; " +
+    file.warnings.push_back("the cells' '" + echoed(numbers.name) + "' left out; " +
                             (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
   }
 }

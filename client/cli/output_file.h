@@ -5,14 +5,19 @@
 
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <string_view>
 
 namespace ccslice::cli {
 
-/// A file that is there whole or not at all: written under a temporary name beside it, then renamed. All throw
-/// Error{kFileUnwritable}.
+/// A stream that closes itself.
+using Stream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+/// A file that is there whole or not at all: written under a temporary name beside it, then renamed. That name is made
+/// up anew each time, and never one that is taken: whoever may write to the folder can't have it lead elsewhere. All
+/// throw Error{kFileUnwritable}.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& path);
@@ -22,16 +27,26 @@ class NewFile {
   NewFile& operator=(const NewFile&) = delete;
 
   void write(std::string_view bytes);
-  /// Where it is until it is finished: for a library that writes it itself.
-  const std::filesystem::path& temporary() const { return temporary_; }
+  /// For a library that writes it itself.
+  std::FILE* stream() const { return stream_.get(); }
   void finish();
   /// Finishes the file and waits until its name and its contents are on the disk, so that they survive a crash.
   void finish_on_disk();
 
  private:
-  const std::filesystem::path path_, temporary_;
-  std::ofstream file_;
+  const std::filesystem::path path_;
+  std::filesystem::path temporary_;
+  Stream stream_;
 };
+
+/// Removes what is being written just now, for a program that ends on the spot. No NewFile is of use any more then.
+void remove_unfinished_files() noexcept;
+
+/// What NewFile's temporary file of this name was to become; empty if `name` is none of its names.
+std::string_view final_name_of_temporary(std::string_view name);
+
+/// Opens a file for more at its end, unless it is a symbolic link. Throws Error{kFileUnwritable}.
+Stream open_to_append(const std::filesystem::path& path);
 
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 

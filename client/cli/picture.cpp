@@ -10,6 +10,17 @@
 
 namespace ccslice::cli {
 
+Picture blank_picture(int width, int height) {
+  constexpr std::uint8_t kWhite = 255;
+  return {width, height, std::vector(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height), kWhite)};
+}
+
+void set_colour(int column, int row, const Colour& colour, Picture& picture) {
+  std::size_t at =
+      3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(column));
+  for (const double component : colour) picture.rgb[at++] = to_byte(component);
+}
+
 Colour material_colour(double t) {
   static const std::array<Colour, 6> kColours = {Colour(0.267, 0.005, 0.329), Colour(0.254, 0.265, 0.530),
                                                  Colour(0.164, 0.471, 0.558), Colour(0.134, 0.659, 0.518),

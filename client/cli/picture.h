@@ -19,6 +19,12 @@ struct Picture {
   std::vector<std::uint8_t> rgb;  // Rows from the top, 3 bytes a place.
 };
 
+/// All white.
+Picture blank_picture(int width, int height);
+
+/// REQUIRES: the place is in the picture.
+void set_colour(int column, int row, const Colour& colour, Picture& picture);
+
 /// The colour of a material channel from low (0) to high (1): dark blue, blue green, green, yellow; even in lightness,
 /// so that it reads in grey too.
 Colour material_colour(double t);

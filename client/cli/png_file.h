@@ -5,13 +5,21 @@
 
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "client/cli/picture.h"
 
 namespace ccslice::cli {
 
 /// The bytes of a PNG file: every row filtered by the difference to the one above it, which suits drawn pictures.
-std::string to_png(const Picture& picture);
+/// `level`: libdeflate's, from 1 (fast) to 12 (small).
+std::string to_png(const Picture& picture, int level = 9);
+
+/// The samples of a grey picture of 8 bits, as the server writes them: rows as they are or as differences to the row
+/// above. Nothing for any other file.
+[[nodiscard]] std::optional<std::string> grey_samples(std::string_view png, std::uint32_t width, std::uint32_t height);
 
 }  // namespace ccslice::cli

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/cli/grabcad.h"
 #include "client/cli/text_values.h"
 
 namespace ccslice::cli {
@@ -151,12 +152,16 @@ v1::HalftoneMethod method_of(const std::string& name) {
 }  // namespace
 
 void add_printing_options(CLI::App& command, PrintingOptions& options) {
-  CLI::Option* material = command
-                              .add_option("--material", options.materials,
-                                          "A material that the printer holds: NAME=#RRGGBB or #RRGGBBAA. May be "
-                                          "repeated, up to 8 times. Writes a picture with one material for each voxel")
-                              ->allow_extra_args(false)
-                              ->group("Materials");
+  CLI::Option* material =
+      command
+          .add_option("--material", options.materials,
+                      "A material that the printer holds: NAME=#RRGGBB or #RRGGBBAA, or just the name of "
+                      "a PolyJet resin as GrabCAD has it (" +
+                          resin_names() +
+                          "). May be "
+                          "repeated, up to 8 times. Writes a picture with one material for each voxel")
+          ->allow_extra_args(false)
+          ->group("Materials");
   command
       .add_option("--map", options.maps,
                   "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
@@ -183,8 +188,13 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
   if (options.materials.empty()) return std::nullopt;
   v1::Printing printing;
   for (const std::string& text : options.materials) {
-    const auto [name, colour] = parse_pair("--material", text);
     v1::PrintMaterial& material = *printing.add_materials();
+    if (const std::optional<std::uint32_t> colour = resin_colour(text)) {
+      material.set_name(text);
+      material.set_rgba(*colour);
+      continue;
+    }
+    const auto [name, colour] = parse_pair("--material", text);
     material.set_name(name);
     material.set_rgba(parse_colour("--material", colour));
   }

@@ -11,18 +11,18 @@
 #include <optional>
 #include <string>
 
+#include "client/cli/private_server.h"
 #include "client/client.h"
 
 namespace ccslice::cli {
 
-/// The environment variable CCSLICE_SERVER, or localhost:50051.
-std::string default_server();
-
 /// What every command understands.
 struct CommonOptions {
-  std::string server = default_server();
-  double timeout_s = 0;  // 0: none.
-  int attempts = client::RetryPolicy{}.max_attempts;
+  std::optional<std::string> server;  // Unset: the environment variable CCSLICE_SERVER, or localhost:50051.
+  std::optional<bool> local;  // Whether to start a server: unset if only when nobody answers at localhost:50051.
+  double timeout_s = 0;       // 0: none.
+  double patience_s = 120;    // client::RetryPolicy's.
+  int attempts = 0;           // 0: any number.
   bool json = false;
   bool quiet = false;
 };
@@ -39,14 +39,23 @@ class Session {
   const CommonOptions& options() const { return options_; }
   /// Whether to leave out progress bars and notes.
   bool quiet() const { return options_.json || options_.quiet; }
-  /// Connects on first use. Throws ClientError (UNAVAILABLE), saying what to do, if nobody answers there.
+  /// Connects on first use, to a server that it starts where the options say so. Throws ClientError (UNAVAILABLE),
+  /// saying what to do, if nobody answers.
   client::Client& client();
+  /// Whether the server is one that was started for this run alone. Connects on first use.
+  bool server_is_private();
   const client::CallOptions& call() const { return call_; }
   const v1::GetServerInfoResponse& server_info();
 
  private:
+  void connect();
+  /// Throws ClientError (UNAVAILABLE) if nobody answers.
+  void connect_to(const std::string& address);
+  void start_server();
+
   const CommonOptions& options_;
   client::CallOptions call_;
+  std::unique_ptr<PrivateServer> private_server_;
   std::unique_ptr<client::Client> client_;
   v1::GetServerInfoResponse server_info_;
 };

@@ -30,8 +30,8 @@ void add_size_options(CLI::App& command, SizeOptions& options);
 /// What the options say.
 struct Sizing {
   double mm_per_unit = 1;
-  std::optional<double> side_mm = std::nullopt;  // What the limit's box is to measure ...
-  std::optional<int> axis = std::nullopt;        // ... along this axis; along its longest side if there is none.
+  std::optional<double> side_mm = std::nullopt;  // What the limit's box is to measure.
+  std::optional<int> axis = std::nullopt;        // Along this axis; along its longest side if there is none.
   bool center = false, on_bed = false;
 
   /// Whether a mesh is other than before.

@@ -5,10 +5,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "client/cli/picture.h"
+#include "client/cli/png_file.h"
 #include "client/cli/xml.h"
 #include "client/cli/zip_file.h"
 #include "core/base/error.h"
@@ -17,6 +22,8 @@ namespace ccslice::cli {
 namespace {
 
 constexpr const char* kCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+/// The namespace of properties that are channels, each in the channel's own unit.
+constexpr const char* kChannels = "urn:ccslice:channels:1";
 constexpr const char* kVolumetric = "http://schemas.3mf.io/3dmanufacturing/volumetric/2022/01";
 constexpr const char* kContentTypes = "http://schemas.openxmlformats.org/package/2006/content-types";
 constexpr const char* kRelationships = "http://schemas.openxmlformats.org/package/2006/relationships";
@@ -39,10 +46,73 @@ std::vector<std::size_t> ratio_planes(const LayerStack& stack) {
   return planes;
 }
 
-std::string sheet_path(std::size_t ratio, std::uint32_t layer) {
+std::string sheet_path(const std::string& image, std::uint32_t layer) {
   std::string number = std::to_string(layer);
   number.insert(0, 5 - std::min<std::size_t>(5, number.size()), '0');
-  return "/3D/volumetric/ratio" + std::to_string(ratio) + "/sheet" + number + ".png";
+  return "/3D/volumetric/" + image + "/sheet" + number + ".png";
+}
+
+std::string ratio_name(std::size_t ratio) { return "ratio" + std::to_string(ratio); }
+constexpr const char* kColourName = "colour";
+
+/// The materials that ratios mix: one a plane, and with one plane a second one that takes what is left of 1.
+std::vector<std::string> materials_of(const LayerStack& stack) {
+  std::vector<std::string> materials;
+  for (const std::size_t plane : ratio_planes(stack)) materials.push_back(stack.planes()[plane].channel);
+  if (materials.size() == 1) materials.emplace_back("rest");
+  return materials;
+}
+
+/// The channel as an XML name without a prefix: letters, digits, '-', '_' and '.' stay, all else becomes '_'.
+std::string property_name(const std::string& channel, std::size_t number) {
+  std::string name;
+  bool plain = true;
+  for (const char c : channel) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    const bool kept = letter || (!name.empty() && ((c >= '0' && c <= '9') || c == '-' || c == '.'));
+    name += kept ? c : '_';
+    plain = plain && kept;
+  }
+  return plain ? name : name + "_" + std::to_string(number);
+}
+
+/// A display colour "#RRGGBB" in linear light, where 3MF's colours are mixed.
+std::array<double, 3> linear_light(std::string_view colour) {
+  std::array<double, 3> linear{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    int byte = 0;
+    std::from_chars(colour.data() + 1 + 2 * i, colour.data() + 3 + 2 * i, byte, 16);
+    const double encoded = byte / 255.0;  // IEC 61966-2-1.
+    linear[i] = encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+  }
+  return linear;
+}
+
+/// A sheet of the colours that the mixed materials have, in linear light; black where nothing is mixed.
+std::string colour_sheet(const LayerStack& stack, std::uint32_t layer) {
+  const std::vector<std::size_t> planes = ratio_planes(stack);
+  std::vector<std::string> ratios;
+  for (const std::size_t plane : planes) ratios.push_back(stack.samples(layer, plane));
+  const bool rest = planes.size() == 1;
+  std::vector<std::array<double, 3>> colours;
+  for (std::size_t i = 0; i < planes.size() + rest; ++i) colours.push_back(linear_light(kColours[i % kColours.size()]));
+  Picture picture{static_cast<int>(stack.columns()), static_cast<int>(stack.rows()), {}};
+  picture.rgb.resize(3 * ratios.front().size());
+  for (std::size_t voxel = 0; voxel < ratios.front().size(); ++voxel) {
+    std::array<double, 3> sum{};
+    double weights = 0;
+    for (std::size_t i = 0; i < colours.size(); ++i) {
+      const auto sample = static_cast<unsigned char>(ratios[std::min(i, ratios.size() - 1)][voxel]);
+      const double weight = i < ratios.size() ? sample : 255 - sample;
+      weights += weight;
+      for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * colours[i][k];
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      picture.rgb[3 * voxel + k] = to_byte(weights > 0 ? sum[k] / weights : 0);
+    }
+  }
+  constexpr int kFast = 1;  // There are as many as layers.
+  return to_png(picture, kFast);
 }
 
 std::string content_types() {
@@ -74,9 +144,12 @@ std::string model_relations(const LayerStack& stack, std::size_t ratios) {
   xml.begin("Relationships").attribute("xmlns", kRelationships);
   for (std::size_t ratio = 0; ratio < ratios; ++ratio) {
     for (std::uint32_t layer = 0; layer < stack.layers(); ++layer) {
-      add_relation(xml, sheet_path(ratio, layer), "s" + std::to_string(ratio) + "-" + std::to_string(layer),
+      add_relation(xml, sheet_path(ratio_name(ratio), layer), "s" + std::to_string(ratio) + "-" + std::to_string(layer),
                    kTextureRelation);
     }
+  }
+  for (std::uint32_t layer = 0; layer < stack.layers(); ++layer) {
+    add_relation(xml, sheet_path(kColourName, layer), "c" + std::to_string(layer), kTextureRelation);
   }
   return xml.end().text();
 }
@@ -100,18 +173,19 @@ std::string to_unit_cube(const LayerStack& stack) {
 class ModelWriter {
  public:
   ModelWriter(const LayerStack& stack, const client::Surface& boundary)
-      : stack_(stack), boundary_(boundary), ratios_(ratio_planes(stack)) {
-    for (const std::size_t plane : ratios_) materials_.push_back(stack.planes()[plane].channel);
-    if (ratios_.size() == 1) materials_.emplace_back("rest");
-  }
+      : stack_(stack), boundary_(boundary), ratios_(ratio_planes(stack)), materials_(materials_of(stack)) {}
 
   std::string write() {
     xml_.begin("model").attribute("unit", "millimeter").attribute("xml:lang", "en-US").attribute("xmlns", kCore);
-    xml_.attribute("xmlns:v", kVolumetric).attribute("requiredextensions", "v").begin("resources");
+    xml_.attribute("xmlns:v", kVolumetric).attribute("xmlns:channel", kChannels);
+    xml_.attribute("requiredextensions", "v").begin("resources");
     add_materials();
-    for (std::size_t ratio = 0; ratio < ratios_.size(); ++ratio) add_image(ratio);
-    for (std::size_t material = 0; material < materials_.size(); ++material) add_function(material);
-    add_composite();
+    for (std::size_t ratio = 0; ratio < ratios_.size(); ++ratio) add_image(image_id(ratio), ratio_name(ratio));
+    add_image(colour_image_id(), kColourName);
+    for (std::size_t material = 0; material < materials_.size(); ++material) add_ratio_function(material);
+    for (std::size_t ratio = 0; ratio < ratios_.size(); ++ratio) add_channel_function(ratio);
+    add_function(colour_function_id(), kColourName, colour_image_id(), 0, 1);
+    add_volume_data();
     add_mesh();
     xml_.end().begin("build");
     xml_.begin("item").attribute("objectid", kObjectId).attribute("transform", into_the_octant()).end();
@@ -120,7 +194,10 @@ class ModelWriter {
 
  private:
   int image_id(std::size_t ratio) const { return kFirstFreeId + static_cast<int>(ratio); }
-  int function_id(std::size_t material) const { return image_id(ratios_.size() + material); }
+  int colour_image_id() const { return image_id(ratios_.size()); }
+  int function_id(std::size_t material) const { return colour_image_id() + 1 + static_cast<int>(material); }
+  int channel_function_id(std::size_t ratio) const { return function_id(materials_.size() + ratio); }
+  int colour_function_id() const { return channel_function_id(ratios_.size()); }
 
   void add_materials() {
     xml_.begin("basematerials").attribute("id", kMaterialsId);
@@ -131,26 +208,38 @@ class ModelWriter {
     xml_.end();
   }
 
-  void add_image(std::size_t ratio) {
-    xml_.begin("v:image3d").attribute("id", image_id(ratio)).attribute("name", "ratio" + std::to_string(ratio));
+  void add_image(int id, const std::string& name) {
+    xml_.begin("v:image3d").attribute("id", id).attribute("name", name);
     xml_.begin("v:imagestack").attribute("rowcount", stack_.rows()).attribute("columncount", stack_.columns());
     xml_.attribute("sheetcount", stack_.layers());
     for (std::uint32_t layer = 0; layer < stack_.layers(); ++layer) {
-      xml_.begin("v:imagesheet").attribute("path", sheet_path(ratio, layer)).end();
+      xml_.begin("v:imagesheet").attribute("path", sheet_path(name, layer)).end();
     }
     xml_.end().end();
   }
 
-  void add_function(std::size_t material) {
+  void add_ratio_function(std::size_t material) {
     const bool rest = material >= ratios_.size();
-    xml_.begin("v:functionfromimage3d").attribute("id", function_id(material));
-    xml_.attribute("displayname", materials_[material]).attribute("image3did", image_id(rest ? 0 : material));
-    xml_.attribute("valueoffset", rest ? 1 : 0).attribute("valuescale", rest ? -1 : 1).attribute("filter", "linear");
+    add_function(function_id(material), materials_[material], image_id(rest ? 0 : material), rest ? 1 : 0,
+                 rest ? -1 : 1);
+  }
+
+  /// The channel's own values.
+  void add_channel_function(std::size_t ratio) {
+    const auto& [low, high] = stack_.planes()[ratios_[ratio]].value_range;
+    add_function(channel_function_id(ratio), materials_[ratio], image_id(ratio), low, high - low);
+  }
+
+  /// `offset` and `scale`: of samples from 0 to 1.
+  void add_function(int id, const std::string& name, int image, double offset, double scale) {
+    xml_.begin("v:functionfromimage3d").attribute("id", id).attribute("displayname", name);
+    xml_.attribute("image3did", image).attribute("valueoffset", offset).attribute("valuescale", scale);
+    xml_.attribute("filter", "linear");
     for (const char* axis : {"tilestyleu", "tilestylev", "tilestylew"}) xml_.attribute(axis, "clamp");
     xml_.end();
   }
 
-  void add_composite() {
+  void add_volume_data() {
     xml_.begin("v:volumedata").attribute("id", kVolumeId);
     xml_.begin("v:composite").attribute("basematerialid", kMaterialsId);
     const std::string transform = to_unit_cube(stack_);
@@ -158,7 +247,15 @@ class ModelWriter {
       xml_.begin("v:materialmapping").attribute("functionid", function_id(material)).attribute("channel", "red");
       xml_.attribute("transform", transform).end();
     }
-    xml_.end().end();
+    xml_.end();
+    xml_.begin("v:color").attribute("functionid", colour_function_id()).attribute("transform", transform);
+    xml_.attribute("channel", "color").end();
+    for (std::size_t ratio = 0; ratio < ratios_.size(); ++ratio) {
+      xml_.begin("v:property").attribute("functionid", channel_function_id(ratio)).attribute("transform", transform);
+      xml_.attribute("channel", "red").attribute("name", "channel:" + property_name(materials_[ratio], ratio));
+      xml_.attribute("required", "false").end();
+    }
+    xml_.end();
   }
 
   void add_mesh() {
@@ -189,7 +286,7 @@ class ModelWriter {
   const LayerStack& stack_;
   const client::Surface& boundary_;
   const std::vector<std::size_t> ratios_;
-  std::vector<std::string> materials_;
+  const std::vector<std::string> materials_;
   XmlWriter xml_;
 };
 
@@ -198,8 +295,8 @@ class ModelWriter {
 void require_three_mf_stack(const LayerStack& stack) {
   if (stack.is_region()) {
     throw Error(ErrorCode::kFileUnsupported,
-                "a .3mf file holds the whole boundary, and these layers are a region of the grid; slice without "
-                "--region and --region-voxels");
+                "a .3mf file holds the whole boundary, and these layers are a part of the grid; slice without "
+                "--region, --region-voxels and --layers");
   }
   if (!ratio_planes(stack).empty()) return;
   throw Error(ErrorCode::kFileUnsupported,
@@ -218,8 +315,11 @@ std::uint64_t write_three_mf(const LayerStack& stack, const client::Surface& bou
   zip.add_compressed("3D/_rels/3dmodel.model.rels", model_relations(stack, planes.size()));
   for (std::size_t ratio = 0; ratio < planes.size(); ++ratio) {
     for (std::uint32_t layer = 0; layer < stack.layers(); ++layer) {
-      zip.add_stored(sheet_path(ratio, layer).substr(1), stack.picture(layer, planes[ratio]));
+      zip.add_stored(sheet_path(ratio_name(ratio), layer).substr(1), stack.picture(layer, planes[ratio]));
     }
+  }
+  for (std::uint32_t layer = 0; layer < stack.layers(); ++layer) {
+    zip.add_stored(sheet_path(kColourName, layer).substr(1), colour_sheet(stack, layer));
   }
   return zip.finish();
 }

@@ -7,7 +7,11 @@
 //   [Content_Types].xml, _rels/.rels
 //   3D/3dmodel.model                       mesh, base materials, mixing ratios
 //   3D/_rels/3dmodel.model.rels            a relationship for every sheet
-//   3D/volumetric/ratio0/sheet0000.png     the pictures as they were sliced
+//   3D/volumetric/ratio0/sheet00000.png    the pictures as they were sliced
+//   3D/volumetric/colour/sheet00000.png    the colours that the mixed materials have, in linear light
+//
+// Besides the mixing ratios (v:composite), which few programs read, the file says the same in other ways: v:color is
+// the colour of the mixture, and each v:property a channel in its own unit.
 //
 // Every 8-bit grey picture of a channel is the ratio of a material of the channel's name, 0 to 1. With one channel
 // there is a second material, `rest`, which takes what is left of 1.
@@ -30,7 +34,7 @@ namespace ccslice::cli {
 std::uint64_t write_three_mf(const LayerStack& stack, const client::Surface& boundary,
                              const std::filesystem::path& path);
 
-/// Throws Error{kFileUnsupported} if the stack has no pictures for it, or is of a region.
+/// Throws Error{kFileUnsupported} if the stack has no pictures for it, or is a part of the grid.
 void require_three_mf_stack(const LayerStack& stack);
 
 }  // namespace ccslice::cli

@@ -3,7 +3,11 @@
 
 #include "client/cli/voxel_block.h"
 
+#include <cstdint>
+#include <vector>
+
 #include "client/cli/console.h"
+#include "core/output/region_colours.h"
 
 namespace ccslice::cli {
 namespace {
@@ -35,6 +39,37 @@ v1::PlaneSpec& add_plane(v1::SliceRangeRequest& request, v1::SampleType type) {
 
 Colour colour_of(std::uint32_t rgba) { return Colour(rgba >> 24, rgba >> 16 & 0xff, rgba >> 8 & 0xff) / 255; }
 
+/// What the values of the block's second plane stand for.
+Legend legend_of(const v1::SliceHeader& header) {
+  if (header.planes_size() < 2) return {};
+  const v1::PlaneSpec& plane = header.planes(1);
+  Legend legend;
+  if (plane.has_channel()) {
+    legend.title = plane.channel().name();
+    legend.range = {plane.value_range().min(), plane.value_range().max()};
+  } else if (plane.has_cell_regions()) {
+    legend.title = "cell regions";
+    const auto regions = static_cast<std::size_t>(header.cell_region_names_size());
+    const std::vector<std::uint32_t> palette = region_palette(regions);
+    for (std::size_t i = 0; i < regions; ++i) {
+      legend.entries.push_back({header.cell_region_names(static_cast<int>(i)), colour_of(palette[i + 1])});
+    }
+  } else {
+    legend.title = "materials";
+    for (const v1::PrintMaterial& material : header.printing().materials()) {
+      legend.entries.push_back({material.name(), colour_of(material.rgba())});
+    }
+  }
+  return legend;
+}
+
+void describe_block(const v1::SliceHeader& header, VoxelBlock& block) {
+  const v1::Grid& grid = header.grid();
+  block.legend = legend_of(header);
+  block.origin_mm = Vec3(grid.origin_mm().x(), grid.origin_mm().y(), grid.origin_mm().z());
+  block.pitch_mm = Vec3(grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm());
+}
+
 }  // namespace
 
 void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel) {
@@ -48,15 +83,18 @@ void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& 
   add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_materials();
 }
 
+void ask_for_region_block(v1::SliceRangeRequest& request) {
+  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_cell_regions();
+}
+
 VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what) {
   VoxelBlock block;
-  for (const v1::PrintMaterial& material : request.printing().materials()) {
-    block.palette.push_back(colour_of(material.rgba()));
-  }
   Progress progress(what, "layers", request.layer_count(), session.quiet());
   session.client().slice(
       request,
       [&](const v1::SliceHeader& header, const client::Layer& layer) {
+        if (block.size[2] == 0) describe_block(header, block);
         append_layer(client::region_of(header).extent(), layer, block);
         progress.update(static_cast<std::uint64_t>(block.size[2]));
       },

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "ccslice/v1/slice.pb.h"
+#include "client/cli/legend.h"
 #include "client/cli/picture.h"
 #include "client/cli/session.h"
 
@@ -21,13 +22,22 @@ namespace ccslice::cli {
 struct VoxelBlock {
   std::array<int, 3> size{};
   std::vector<std::uint8_t> inside;  // 1 or 0.
-  std::vector<std::uint8_t> value;   // A channel from 0 to 255; all 0: no channel. Or the number of a material, from 1.
-  std::vector<Colour> palette = {};  // The materials' colours; empty if the block shows a channel.
+  std::vector<std::uint8_t> value;   // A channel from 0 to 255; or the number of one of legend.entries, from 1.
+  Legend legend = {};                // What the values are. Empty: nothing, the block shows the occupancy alone.
+  Vec3 origin_mm = Vec3::Zero();     // The lower corner of the grid's first voxel.
+  Vec3 pitch_mm = Vec3::Ones();
 
   std::size_t index(int x, int y, int z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(size[0]) +
            static_cast<std::size_t>(x);
+  }
+
+  /// REQUIRES: inside[voxel] is 1.
+  Colour colour(std::size_t voxel) const {
+    if (legend.range) return material_colour(value[voxel] / 255.0);
+    const std::size_t entry = value[voxel] - 1u;  // A number that the legend doesn't have comes from a server at fault.
+    return entry < legend.entries.size() ? legend.entries[entry].colour : kPlainMaterial;
   }
 };
 
@@ -37,7 +47,10 @@ void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel);
 /// Asks for the planes that a block of printed materials is made of: the occupancy and the materials.
 void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing);
 
-/// Has the block sliced. `what` names this in the progress bar. REQUIRES: one of the two functions above has asked for
+/// Asks for the planes that a block of cell regions is made of: the occupancy and the regions.
+void ask_for_region_block(v1::SliceRangeRequest& request);
+
+/// Has the block sliced. `what` names this in the progress bar. REQUIRES: one of the functions above has asked for
 /// the planes. Throws ClientError.
 VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what);
 

@@ -44,10 +44,8 @@ zlib_filefunc64_def functions_on(std::FILE* stream) {
 
 }  // namespace
 
-ZipFile::ZipFile(const std::filesystem::path& path)
-    : path_(path), file_(path), stream_(std::fopen(file_.temporary().c_str(), "w+b"), std::fclose) {
-  if (!stream_) fail();
-  zlib_filefunc64_def functions = functions_on(stream_.get());
+ZipFile::ZipFile(const std::filesystem::path& path) : path_(path), file_(path) {
+  zlib_filefunc64_def functions = functions_on(file_.stream());
   zip_ = zipOpen2_64(nullptr, APPEND_STATUS_CREATE, nullptr, &functions);
   if (zip_ == nullptr) fail();
 }
@@ -78,7 +76,7 @@ void ZipFile::add(const std::string& name, std::string_view bytes, Method method
 
 std::uint64_t ZipFile::finish() {
   void* zip = std::exchange(zip_, nullptr);
-  if (zipClose(zip, nullptr) != ZIP_OK || std::fclose(stream_.release()) != 0) fail();
+  if (zipClose(zip, nullptr) != ZIP_OK) fail();
   file_.finish_on_disk();
   return std::filesystem::file_size(path_);
 }

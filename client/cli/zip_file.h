@@ -7,9 +7,7 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <string_view>
 
@@ -38,7 +36,6 @@ class ZipFile {
 
   const std::filesystem::path path_;
   NewFile file_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
   void* zip_ = nullptr;  // minizip's.
 };
 

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/layer_stream.h"
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "client/cli/manifest.h"
+#include "client/cli/tar.h"
+#include "core/base/error.h"
+
+namespace ccslice::cli {
+namespace {
+
+[[noreturn]] void fail() {
+  throw Error(ErrorCode::kFileUnwritable, std::string("cannot write to standard output: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+LayerStream::LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, std::string job_id)
+    : stream_(stream), form_(form), files_(std::move(files)), job_id_(std::move(job_id)) {
+  std::signal(SIGPIPE, SIG_IGN);
+  layers_.begin_array();
+}
+
+void LayerStream::put(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stream_) != bytes.size()) fail();
+  written_bytes_ += bytes.size();
+}
+
+void LayerStream::flush() {
+  if (std::fflush(stream_) != 0) fail();
+}
+
+void LayerStream::add(const std::string& name, std::string_view bytes) {
+  const bool archive = form_ == StreamForm::kArchive;
+  if (archive) put(tar_header(name, bytes.size()));
+  put(bytes);
+  if (archive) put(tar_padding(bytes.size()));
+  flush();
+}
+
+void LayerStream::write(const client::Layer& layer) {
+  const std::vector<LayerFile> files = files_.of(layer);
+  for (const LayerFile& file : files) add(file.name, file.bytes);
+  layers_.raw(files_.manifest_entry(layer, files));
+}
+
+std::string LayerStream::write_contact_sheet(const std::string& png) {
+  add(kContactSheet, png);
+  return kContactSheet;
+}
+
+void LayerStream::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
+  layers_.end_array();
+  if (form_ == StreamForm::kOneFile) return;
+  add(kManifest, manifest(outcome, placement, job_id_, layers_.text()));
+  put(tar_end());
+  flush();
+}
+
+}  // namespace ccslice::cli

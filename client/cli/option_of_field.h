@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Servers speak of the fields of a request; people have written options.
+
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace ccslice::cli {
+
+/// "--pitch" for "grid.pitch.x_mm". Empty for fields that no option sets.
+std::string_view option_of_field(std::string_view field);
+
+/// A server's message with the option in place of the field that it begins with: "--pitch: -0.2 is not ...".
+std::string in_terms_of_options(const std::string& message);
+
+}  // namespace ccslice::cli

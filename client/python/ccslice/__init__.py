@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Slices Catmull-Clark solids into voxel layers, through a ccsliced server.
+
+    import ccslice
+
+    mesh = ccslice.Mesh(points, cells, channels={"hardness": hardness})
+    with ccslice.Client() as client:
+        for layer in client.slice(mesh, pitch=0.2, channels=["hardness"]):
+            print(layer.z_mm, layer.channels["hardness"].max())
+
+Lengths are millimetres, indices begin at 0. Pictures are arrays [row, column]: row 0 has the lowest y, column 0 the
+lowest x.
+"""
+
+try:
+    import grpc as _grpc  # noqa: F401
+except ImportError:
+    raise ImportError(
+        "ccslice needs grpcio: apt-get install python3-grpcio, or pip install grpcio") from None
+
+from .client import Client
+from .errors import AnswerError, CallError, Error, LocalServerError
+from .layers import Layer
+from .mesh import Mesh
+from .points import Evaluation, Probe
+from .printing import Printing, blend, curve, direct
+from .surface import Surface
+
+__version__ = "0.1.0"
+__all__ = [
+    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Printing",
+    "Probe", "Surface", "blend", "curve", "direct"
+]

@@ -1,0 +1,488 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calls of a ccslice server."""
+
+import os
+import random
+import time
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
+
+import grpc
+import numpy as np
+
+from .errors import AnswerError, CallError, call_error
+from .layers import Assembler, Layer
+from .local_server import LocalServer
+from .mesh import Mesh
+from .points import Evaluation, Probe
+from .printing import Printing
+from .surface import Surface
+from .v1 import info_pb2, mesh_pb2, points_pb2, service_pb2_grpc, slice_pb2, surface_pb2
+
+_DEFAULT_ADDRESS = "localhost:50051"
+_CHUNK_BYTES = 1 << 20
+_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 10.0
+_AT_ONCE_S = 0.05  # What a connection that stands takes to say so.
+_MOST_REUPLOADS = 3  # In a row: a server that keeps losing what it has just taken.
+_SAMPLE_TYPES = {
+    "uint8": slice_pb2.SAMPLE_TYPE_UINT8,
+    "uint16": slice_pb2.SAMPLE_TYPE_UINT16,
+    "float32": slice_pb2.SAMPLE_TYPE_FLOAT32,
+}
+
+Pitch = Union[float, Sequence[float]]
+Channels = Union[Iterable[str], Mapping[str, Any]]
+Result = TypeVar("Result")
+
+
+def _has_zstandard() -> bool:
+    try:
+        import zstandard  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def _triple(name: str, value: Any) -> Tuple[float, float, float]:
+    numbers = np.asarray(value, dtype=np.float64)
+    if numbers.shape == () and name == "pitch":
+        numbers = np.repeat(numbers, 3)
+    if numbers.shape != (3,):
+        raise ValueError(f"{name} takes three numbers{', or one for all' if name == 'pitch' else ''}, not {value!r}")
+    return float(numbers[0]), float(numbers[1]), float(numbers[2])
+
+
+def _points(name: str, points: Any) -> np.ndarray:
+    array = np.asarray(points, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} has shape (n, 3), not {array.shape}")
+    return array
+
+
+class _Attempts:
+    """Counts what failed since a call last got somewhere, and waits before the next attempt."""
+
+    def __init__(self, channel: grpc.Channel, patience_s: float):
+        self._channel = channel
+        self._patience_s = patience_s
+        self.progress()
+
+    def progress(self) -> None:
+        self._failures = self.reuploads = 0
+
+    def wait_after(self, error: CallError) -> None:
+        """Raises the error if it won't pass, or if patience has run out."""
+        if not error.passes:
+            raise error
+        if self._failures == 0:
+            self._since = time.monotonic()  # Whatever the caller does with a layer takes its time.
+        left = self._since + self._patience_s - time.monotonic()
+        pause = min(_FIRST_PAUSE_S * 2**min(self._failures, 20), _LONGEST_PAUSE_S) * random.uniform(0.75, 1.25)
+        pause = max(pause, error.retry_delay_s or 0)
+        self._failures += 1
+        begin = time.monotonic()
+        if left > 0 and not error.reason and self._wait_for_connection(min(pause, left)):
+            # Where nobody answered, whoever is back is used at once. A connection that stood all the time while calls
+            # fail is a proxy's.
+            if time.monotonic() - begin > _AT_ONCE_S:
+                return
+        pause -= time.monotonic() - begin
+        if begin + pause - self._since > self._patience_s:
+            raise error
+        time.sleep(max(0, pause))
+
+    def _wait_for_connection(self, seconds: float) -> bool:
+        ready = grpc.channel_ready_future(self._channel)
+        try:
+            ready.result(timeout=seconds)
+            return True
+        except grpc.FutureTimeoutError:
+            return False
+        finally:
+            ready.cancel()
+
+
+class Client:
+    """A connection to a server. A context manager: close() ends it, and a server that was started for it.
+
+    address: "HOST:PORT" or "unix:PATH". Default: the environment variable CCSLICE_SERVER, or localhost:50051; where
+        neither variable nor address is given and nobody answers there, a ccsliced of our own is started.
+    local: True starts one in any case, False never.
+    patience_s: how long a call that can be repeated goes on after a failure without getting anywhere.
+
+    A server that has lost a mesh gets it again. A stream that breaks goes on with the first layer not delivered. All
+    methods raise CallError, and AnswerError for damaged answers.
+    """
+
+    def __init__(self, address: Optional[str] = None, *, local: Optional[bool] = None, patience_s: float = 120.0):
+        if address is not None and local:
+            raise ValueError("local=True starts a server, so it goes with no address")
+        self._patience_s = patience_s
+        self._meshes: Dict[str, Mesh] = {}
+        self._server: Optional[LocalServer] = None
+        chosen = address or os.environ.get("CCSLICE_SERVER", "")
+        if local:
+            self._server = LocalServer()
+        self._open(self._server.address if self._server else chosen or _DEFAULT_ADDRESS)
+        if self._server is None and not chosen and local is None and not self._answers():
+            self._channel.close()
+            self._server = LocalServer()
+            self._open(self._server.address)
+
+    def _open(self, address: str) -> None:
+        self.address = address
+        self._channel = grpc.insecure_channel(address, options=[
+            ("grpc.max_receive_message_length", -1),
+            # A server that is back is looked for every fifth of a second. What is called the least pause is how long an
+            # attempt to connect may take.
+            ("grpc.initial_reconnect_backoff_ms", 100),
+            ("grpc.min_reconnect_backoff_ms", 5000),
+            ("grpc.max_reconnect_backoff_ms", 200),
+            # Finds out about servers that vanished without a word; more often than every five minutes counts as abuse.
+            ("grpc.keepalive_time_ms", 6 * 60 * 1000),
+            ("grpc.keepalive_timeout_ms", 20 * 1000),
+        ])
+        self._stub = service_pb2_grpc.SlicerServiceStub(self._channel)
+        self._info: Optional[info_pb2.GetServerInfoResponse] = None
+
+    def _answers(self) -> bool:
+        try:
+            self._stub.GetServerInfo(info_pb2.GetServerInfoRequest())
+        except grpc.RpcError as error:
+            return error.code() != grpc.StatusCode.UNAVAILABLE or bool(call_error(error).reason)
+        return True
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends the connection, and the server if it was started for it."""
+        self._channel.close()
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+
+    def server_info(self) -> info_pb2.GetServerInfoResponse:
+        """Versions, limits and printers of the server: the contract's message."""
+        if self._info is None:
+            self._info = self._call(lambda: self._stub.GetServerInfo(info_pb2.GetServerInfoRequest()))
+        return self._info
+
+    def upload(self, mesh: Mesh) -> mesh_pb2.MeshSummary:
+        """What the server knows about a mesh, which it gets unless it holds it: cells, box, volumes, folds."""
+        self._meshes[mesh.id] = mesh
+        return self._call(lambda: self._upload_once(mesh))
+
+    def delete(self, mesh: Union[Mesh, str]) -> bool:
+        """Whether the server held it. It isn't uploaded again by itself."""
+        mesh_id = mesh if isinstance(mesh, str) else mesh.id
+        self._meshes.pop(mesh_id, None)
+        return self._call(lambda: self._stub.DeleteMesh(mesh_pb2.DeleteMeshRequest(mesh_id=mesh_id))).deleted
+
+    def plan(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, **job: Any) -> slice_pb2.PlanSlicesResponse:
+        """What slicing would give: grid, layers, sizes, warnings. Takes what slice() takes, but layers."""
+        request = self._plan_request(mesh, pitch, **job)
+        return self._call(lambda: self._stub.PlanSlices(request))
+
+    def slice(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
+              contours: bool = False, on_progress: Optional[Callable[[int, int], None]] = None,
+              **job: Any) -> Iterator[Layer]:
+        """The layers, one after the other, as they come.
+
+        mesh: a Mesh, or the id of an uploaded one.
+        pitch: of voxels in mm, three numbers or one for all; default: the profile's.
+        layers: a range of them, counted in the grid; default: all.
+        channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
+        value_ranges: {channel: (low, high)} that integers stand for instead.
+        occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
+        printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
+        contours: whether layers have their outlines.
+        profile: a printer's name. placement: (3, 4) or (4, 4) matrix, row by row. origin_mm, extent: of the grid.
+        region_mm: ((x, y, z), (x, y, z)), only this box of it.
+        tolerance_mm, material_tolerance: as the command line has them.
+        on_progress: called with the number of layers done and of all.
+
+        Raises ValueError for arguments that don't fit, when the first layer is asked for.
+        """
+        plan_request = self._plan_request(mesh, pitch, contours=contours, **job)
+        plan = self._call(lambda: self._stub.PlanSlices(plan_request))
+        first = plan.region.first_layer if plan.HasField("region") else 0
+        if layers is None:
+            layers = range(first, first + plan.layer_count)
+        elif layers.step != 1 or len(layers) == 0:
+            raise ValueError(f"layers is a range of step 1 that isn't empty, not {layers}")
+        yield from self._slice_from(plan_request, plan, layers, contours, on_progress)
+
+    def probe(self, mesh: Union[Mesh, str], points_mm: Any, *, placement: Any = None,
+              tolerance_mm: Optional[float] = None) -> Probe:
+        """What is at points (n, 3), in the placed part's frame."""
+        points = _points("points_mm", points_mm)
+        mesh_id = self._mesh_id(mesh)
+        names = self._channel_names(mesh_id)
+
+        def request(part: np.ndarray) -> points_pb2.ProbePointsRequest:
+            message = points_pb2.ProbePointsRequest(mesh_id=mesh_id, points_mm=part.ravel().tolist())
+            _place(message, placement)
+            if tolerance_mm is not None:
+                message.contour_tolerance_mm = tolerance_mm
+            return message
+
+        answers = self._in_batches(self._stub.ProbePoints, points, request)
+        locations = _joined(answers, "locations", np.int32)
+        outside = locations == points_pb2.POINT_LOCATION_OUTSIDE
+        uvw = _joined(answers, "uvw", np.float64).reshape(-1, 3)
+        materials = _joined(answers, "materials", np.float64).reshape(len(points), len(names))
+        residuals = _joined(answers, "residuals_mm", np.float64)
+        uvw[outside], materials[outside], residuals[outside] = np.nan, np.nan, np.nan
+        return Probe(locations == points_pb2.POINT_LOCATION_INSIDE, locations == points_pb2.POINT_LOCATION_NEAR,
+                     _joined(answers, "control_cells", np.uint32), _joined(answers, "limit_cells", np.uint32), uvw,
+                     {name: materials[:, i] for i, name in enumerate(names)}, residuals)
+
+    def evaluate(self, mesh: Union[Mesh, str], limit_cells: Any, uvw: Any, *, placement: Any = None) -> Evaluation:
+        """The limit at parameters (n, 3) in [0, 1] of limit cells (n,)."""
+        parameters = _points("uvw", uvw)
+        cells = np.asarray(limit_cells)
+        if cells.shape != (len(parameters),) or not np.issubdtype(cells.dtype, np.integer):
+            raise ValueError(f"limit_cells has shape ({len(parameters)},) and whole numbers, not {cells.shape} and {cells.dtype}")
+        if cells.size and (cells.min() < 0 or cells.max() >= 1 << 32):
+            raise ValueError(f"limit_cells are numbers from 0 to {(1 << 32) - 1}, not {cells.min()} to {cells.max()}")
+        mesh_id = self._mesh_id(mesh)
+        names = self._channel_names(mesh_id)
+        both = np.column_stack([cells.astype(np.float64), parameters])
+
+        def request(part: np.ndarray) -> points_pb2.EvaluatePointsRequest:
+            message = points_pb2.EvaluatePointsRequest(mesh_id=mesh_id, uvw=part[:, 1:].ravel().tolist(),
+                                                       limit_cells=part[:, 0].astype(np.uint32).tolist())
+            _place(message, placement)
+            return message
+
+        answers = self._in_batches(self._stub.EvaluatePoints, both, request)
+        materials = _joined(answers, "materials", np.float64).reshape(len(both), len(names))
+        return Evaluation(_joined(answers, "positions_mm", np.float64).reshape(-1, 3),
+                          {name: materials[:, i] for i, name in enumerate(names)},
+                          _joined(answers, "jacobians_mm", np.float64).reshape(-1, 3, 3))
+
+    def tessellate(self, mesh: Union[Mesh, str], *, chord_tolerance_mm: Optional[float] = None,
+                   placement: Any = None) -> Surface:
+        """The boundary as triangles, within a tolerance of the limit."""
+        request = surface_pb2.TessellateBoundaryRequest(mesh_id=self._mesh_id(mesh))
+        _place(request, placement)
+        if chord_tolerance_mm is not None:
+            request.chord_tolerance_mm = chord_tolerance_mm
+        return self._call(lambda: _surface(self._stub.TessellateBoundary(request)))
+
+    def _mesh_id(self, mesh: Union[Mesh, str]) -> str:
+        """Uploads a mesh that this client hasn't yet."""
+        if isinstance(mesh, str):
+            return mesh
+        if not isinstance(mesh, Mesh):
+            raise ValueError(f"mesh is a ccslice.Mesh or the id of an uploaded one, not {type(mesh).__name__}")
+        if mesh.id not in self._meshes:
+            self.upload(mesh)
+        return mesh.id
+
+    def _channel_names(self, mesh_id: str) -> List[str]:
+        if mesh_id in self._meshes:
+            return self._meshes[mesh_id].channel_names
+        summary = self._call(lambda: self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh_id))).mesh
+        return [channel.name for channel in summary.channels]
+
+    def _upload_once(self, mesh: Mesh) -> mesh_pb2.MeshSummary:
+        def messages() -> Iterator[mesh_pb2.UploadMeshRequest]:
+            start = mesh_pb2.UploadStart(mesh_id=mesh.id, size_bytes=len(mesh.content))
+            yield mesh_pb2.UploadMeshRequest(start=start)
+            for at in range(0, len(mesh.content), _CHUNK_BYTES):
+                yield mesh_pb2.UploadMeshRequest(chunk=mesh.content[at:at + _CHUNK_BYTES])
+
+        return self._stub.UploadMesh(messages()).mesh
+
+    def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
+        """Repeats what passes, and uploads what the server has lost."""
+        attempts = attempts or _Attempts(self._channel, self._patience_s)
+        missing: Optional[Mesh] = None
+        while True:
+            try:
+                if missing is not None:
+                    self._upload_once(missing)
+                    missing = None
+                return body()
+            except grpc.RpcError as failed:
+                error = call_error(failed)
+                missing = self._meshes.get(error.missing_mesh_id)
+                if missing is not None:
+                    attempts.reuploads += 1
+                    if attempts.reuploads > _MOST_REUPLOADS:
+                        raise error from failed
+                    continue
+                attempts.wait_after(error)
+
+    def _plan_request(self, mesh: Union[Mesh, str], pitch: Optional[Pitch], *, channels: Channels = (),
+                      value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
+                      printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
+                      profile: Optional[str] = None, placement: Any = None, origin_mm: Any = None, extent: Any = None,
+                      region_mm: Any = None, tolerance_mm: Optional[float] = None,
+                      material_tolerance: Optional[float] = None) -> slice_pb2.PlanSlicesRequest:
+        request = slice_pb2.PlanSlicesRequest()
+        if pitch is not None:
+            size = request.grid.pitch
+            size.x_mm, size.y_mm, size.z_mm = _triple("pitch", pitch)
+        elif profile is None:
+            raise ValueError("give a pitch in mm, or the profile of a printer")
+        if profile is not None:
+            request.printer.name = profile
+            request.grid.SetInParent()
+        _place(request, placement)
+        if origin_mm is not None:
+            origin = request.grid.origin_mm
+            origin.x, origin.y, origin.z = _triple("origin_mm", origin_mm)
+        if extent is not None:
+            size = request.grid.extent
+            size.columns, size.rows, size.layers = (int(count) for count in _triple("extent", extent))
+        if region_mm is not None:
+            low, high = region_mm
+            for corner, values in ((request.region.box_mm.min_mm, low), (request.region.box_mm.max_mm, high)):
+                corner.x, corner.y, corner.z = _triple("region_mm", values)
+        self._add_planes(request, channels, value_ranges or {}, occupancy, printing, cell_regions, contours)
+        if tolerance_mm is not None:
+            request.contour_tolerance_mm = tolerance_mm
+        if material_tolerance is not None:
+            request.material_tolerance = material_tolerance
+        request.mesh_id = self._mesh_id(mesh)
+        return request
+
+    def _add_planes(self, request: slice_pb2.PlanSlicesRequest, channels: Channels,
+                    value_ranges: Mapping[str, Tuple[float, float]], occupancy: Optional[bool],
+                    printing: Optional[Printing], cell_regions: bool, contours: bool) -> None:
+        if isinstance(channels, str):
+            raise ValueError(f"channels takes a list of names, as in [{channels!r}]")
+        types = dict(channels) if isinstance(channels, Mapping) else {name: "float32" for name in channels}
+        # A server of this machine has no slow line before it.
+        near = self._server is not None or self.address.startswith("unix:")
+        encoding = slice_pb2.PLANE_ENCODING_RAW
+        if not near and _has_zstandard():
+            encoding = slice_pb2.PLANE_ENCODING_RAW_ZSTD
+        if occupancy if occupancy is not None else not (types or printing or cell_regions or contours):
+            plane = request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_BIT)
+            plane.occupancy.SetInParent()
+        for name, dtype in types.items():
+            kind = np.dtype(dtype).name
+            if kind not in _SAMPLE_TYPES:
+                raise ValueError(f"channels[{name!r}] is one of {', '.join(_SAMPLE_TYPES)}, not {kind}")
+            plane = request.planes.add(encoding=encoding, sample_type=_SAMPLE_TYPES[kind])
+            plane.channel.name = name
+            if name in value_ranges:
+                plane.value_range.min, plane.value_range.max = value_ranges[name]
+        if cell_regions:
+            request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).cell_regions.SetInParent()
+        if printing is not None:
+            request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).materials.SetInParent()
+            request.printing.CopyFrom(printing.message)
+
+    def _slice_from(self, job: slice_pb2.PlanSlicesRequest, plan: slice_pb2.PlanSlicesResponse, layers: range,
+                    contours: bool, on_progress: Optional[Callable[[int, int], None]]) -> Iterator[Layer]:
+        """Delivers every layer once, however often streams break. Layers of different engines or grids never mix."""
+        request = slice_pb2.SliceRangeRequest(contours=contours)
+        for field, value in job.ListFields():
+            target = getattr(request, field.name)
+            if field.label == field.LABEL_REPEATED:
+                target.extend(value)
+            elif field.message_type is not None:
+                target.CopyFrom(value)
+            else:
+                setattr(request, field.name, value)
+        attempts = _Attempts(self._channel, self._patience_s)
+        stream = None
+        done = 0
+        try:
+            while done < len(layers):
+                request.first_layer, request.layer_count = layers[done], len(layers) - done
+
+                def open_stream():
+                    calls = self._stub.SliceRange(request)
+                    return calls, next(calls, None)
+
+                stream, first = self._call(open_stream, attempts)
+                try:
+                    for layer in _layers_of(stream, first, request, plan):
+                        attempts.progress()
+                        done += 1
+                        if on_progress is not None:
+                            on_progress(done, len(layers))
+                        yield layer
+                except grpc.RpcError as failed:
+                    error = call_error(failed)
+                    if error.missing_mesh_id not in self._meshes:
+                        attempts.wait_after(error)
+        finally:
+            if stream is not None:
+                stream.cancel()
+
+    def _in_batches(self, method: Callable[..., Any], rows: np.ndarray, request: Callable[[np.ndarray], Any]) -> List[Any]:
+        """An answer for each batch of rows that fits into one message."""
+        most = self.server_info().max_points_per_message
+        batches = [rows[at:at + most] for at in range(0, len(rows), most)] or [rows]
+        return self._call(lambda: list(method(request(batch) for batch in batches)))
+
+
+def _place(request: Any, placement: Any) -> None:
+    if placement is None:
+        return
+    matrix = np.asarray(placement, dtype=np.float64)
+    if matrix.shape not in ((3, 4), (4, 4)):
+        raise ValueError(f"placement has shape (3, 4) or (4, 4), not {matrix.shape}")
+    if matrix.shape == (4, 4) and not np.array_equal(matrix[3], (0, 0, 0, 1)):
+        raise ValueError(f"placement has the last row 0, 0, 0, 1, not {matrix[3].tolist()}")
+    request.placement.matrix.extend(matrix[:3].ravel().tolist())
+
+
+def _joined(answers: Sequence[Any], field: str, dtype: Any) -> np.ndarray:
+    return np.concatenate([np.array(getattr(answer, field), dtype=dtype) for answer in answers])
+
+
+def _kind(plane: slice_pb2.PlaneSpec) -> Tuple[Any, ...]:
+    return plane.WhichOneof("content"), plane.channel.name, plane.sample_type, plane.encoding
+
+
+def _layers_of(stream: Any, first: Optional[slice_pb2.SliceRangeResponse], request: slice_pb2.SliceRangeRequest,
+               plan: slice_pb2.PlanSlicesResponse) -> Iterator[Layer]:
+    if first is None:
+        raise AnswerError("the server's answer is wrong: a stream without a header")
+    header = first.header
+    fits = (header.mesh_id, header.first_layer, header.layer_count) == (
+        request.mesh_id, request.first_layer, request.layer_count)
+    if not fits or list(map(_kind, header.planes)) != list(map(_kind, request.planes)):
+        raise AnswerError("the server's answer is wrong: its header belongs to another request")
+    if (header.engine_version, header.grid) != (plan.engine_version, plan.grid):
+        raise AnswerError("the server's engine or grid isn't that of the plan and the layers so far; slice the whole "
+                          "job again")
+    assembler = Assembler(header)
+    for message in stream:
+        layer = assembler.add(message)
+        if layer is not None:
+            yield layer
+    if not assembler.complete:
+        raise AnswerError("the server's answer is wrong: it ended before its summary")
+
+
+def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surface:
+    header, points, materials, triangles = None, [], [], []
+    for message in stream:
+        event = message.WhichOneof("event")
+        if event == "header":
+            header = message.header
+        elif event == "vertex_chunk":
+            points.append(np.array(message.vertex_chunk.positions_mm, dtype=np.float64))
+            materials.append(np.array(message.vertex_chunk.materials, dtype=np.float32))
+        elif event == "triangle_chunk":
+            triangles.append(np.array(message.triangle_chunk.vertices, dtype=np.uint32))
+    if header is None:
+        raise AnswerError("the server's answer is wrong: a surface without a header")
+    positions = np.concatenate(points or [np.empty(0)]).reshape(-1, 3)
+    corners = np.concatenate(triangles or [np.empty(0, np.uint32)]).reshape(-1, 3)
+    if len(positions) != header.vertex_count or len(corners) != header.triangle_count:
+        raise AnswerError("the server's answer is wrong: a surface with fewer or more triangles than announced")
+    values = np.concatenate(materials or [np.empty(0, np.float32)]).reshape(len(positions), len(header.channels))
+    return Surface(positions, corners, {channel.name: values[:, i] for i, channel in enumerate(header.channels)})

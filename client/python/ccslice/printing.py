@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Materials of a printer, and how channels mix them."""
+
+import string
+from typing import Mapping, Optional, Tuple, Union
+
+from .v1 import material_pb2
+
+_METHODS = {
+    "blue-noise": material_pb2.HALFTONE_METHOD_BLUE_NOISE,
+    "error-diffusion": material_pb2.HALFTONE_METHOD_ERROR_DIFFUSION,
+    "nearest": material_pb2.HALFTONE_METHOD_NEAREST,
+    "white-noise": material_pb2.HALFTONE_METHOD_WHITE_NOISE,
+}
+
+Colour = Union[str, Tuple[int, int, int], Tuple[int, int, int, int]]
+
+
+def blend(channel: str, stops: Mapping[float, str]) -> material_pb2.MaterialMap:
+    """Mixes neighbours: {0: "soft", 0.5: "mid", 1: "hard"} is half soft and half mid where the channel is 0.25."""
+    result = material_pb2.MaterialMap()
+    result.blend.channel = channel
+    for value in sorted(stops):
+        result.blend.stops.add(value=value, material=stops[value])
+    return result
+
+
+def direct(shares: Mapping[str, str], rest: str = "") -> material_pb2.MaterialMap:
+    """Channels are fractions of materials, {channel: material}; rest gets what is left."""
+    result = material_pb2.MaterialMap()
+    for channel, material in shares.items():
+        result.direct.shares.add(channel=channel, material=material)
+    result.direct.rest_material = rest
+    return result
+
+
+def curve(channel: str, material: str, base: str, points: Mapping[float, float]) -> material_pb2.MaterialMap:
+    """points: {value of the channel: fraction of the material}; the base gets the rest."""
+    result = material_pb2.MaterialMap()
+    result.curve.channel, result.curve.material, result.curve.base = channel, material, base
+    for value in sorted(points):
+        result.curve.points.add(property=value, fraction=points[value])
+    return result
+
+
+def _rgba(colour: Colour) -> int:
+    """0xRRGGBBAA of "#RRGGBB", "#RRGGBBAA" or a tuple of 3 or 4 numbers from 0 to 255."""
+    if isinstance(colour, str):
+        digits = colour[1:]
+        if colour[:1] != "#" or len(digits) not in (6, 8) or not set(digits) <= set(string.hexdigits):
+            raise ValueError(f"a colour is '#RRGGBB' or '#RRGGBBAA', not {colour!r}")
+        return int(digits if len(digits) == 8 else digits + "ff", 16)
+    numbers = tuple(colour)
+    if len(numbers) not in (3, 4) or not all(0 <= number <= 255 for number in numbers):
+        raise ValueError(f"a colour has 3 or 4 numbers from 0 to 255, not {colour!r}")
+    return int.from_bytes(bytes(numbers if len(numbers) == 4 else numbers + (255,)), "big")
+
+
+class Printing:
+    """What a printer holds, and which material goes where.
+
+    materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside.
+    map: blend(), direct(), curve(), or the name of one material. region_maps: {cell region: the same}, which wins there.
+    halftone: "blue-noise", "error-diffusion", "nearest" or "white-noise". seed: another pattern of the same fractions.
+    strict: whether values that give no fractions are refused instead of clamped.
+    """
+
+    def __init__(self, materials: Mapping[str, Colour], map: Union[material_pb2.MaterialMap, str, None] = None, *,
+                 region_maps: Optional[Mapping[str, Union[material_pb2.MaterialMap, str]]] = None,
+                 halftone: str = "blue-noise", seed: int = 0, strict: bool = False):
+        if halftone not in _METHODS:
+            raise ValueError(f"halftone is one of {', '.join(_METHODS)}, not {halftone!r}")
+        self.material_names = list(materials)
+        self.message = material_pb2.Printing()
+        for name, colour in materials.items():
+            self.message.materials.add(name=name, rgba=_rgba(colour))
+        if map is not None:
+            self.message.map.CopyFrom(self._map(map, strict))
+        for region, own in (region_maps or {}).items():
+            self.message.cell_region_maps.add(cell_region=region, map=self._map(own, strict))
+        self.message.halftone.method = _METHODS[halftone]
+        self.message.halftone.seed = seed
+
+    @staticmethod
+    def _map(map: Union[material_pb2.MaterialMap, str], strict: bool) -> material_pb2.MaterialMap:
+        message = material_pb2.MaterialMap(material=map) if isinstance(map, str) else material_pb2.MaterialMap()
+        if not isinstance(map, str):
+            message.CopyFrom(map)
+        message.strict = strict
+        return message
