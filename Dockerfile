@@ -21,12 +21,13 @@ RUN /tmp/install.sh build && apt-get clean && rm -rf /var/lib/apt/lists/*
 
 FROM build-packages AS sources
 WORKDIR /src
-COPY CMakeLists.txt CMakePresets.json ./
+COPY CMakeLists.txt CMakePresets.json LICENSE NOTICE ./
 COPY cmake cmake
 COPY proto proto
 COPY core core
 COPY server server
 COPY client client
+COPY docs/schemas docs/schemas
 
 # The slim server differs by the sources that include OpenImageIO; only they are compiled a second time.
 FROM sources AS build

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# ccslice_compile_options: what every target of ours is compiled with. Link it PUBLIC: Eigen's memory layout depends on
-# the instruction set, so all translation units must agree on it.
+# ccslice_compile_options: what every target of ours is compiled with. Users of the installed client library get none of
+# it. Link it PUBLIC: Eigen's memory layout depends on the instruction set, so all translation units must agree on it.
 #
 # Replicas have to agree to the bit. So one instruction set, no -ffast-math, and no silent contraction of a * b + c (it
 # depends on how a compiler happens to inline): kernels that want a fused multiply-add say so.
@@ -14,14 +14,15 @@ target_compile_features(ccslice_compile_options INTERFACE cxx_std_20)
 target_compile_options(
   ccslice_compile_options
   INTERFACE
-    -march=${CCSLICE_MARCH}
-    -ffp-contract=off
-    -pthread # As gRPC asks for: precompiled headers are of use to those compiled alike.
-    -Wall
-    -Wextra
+    $<BUILD_INTERFACE:-march=${CCSLICE_MARCH}>
+    $<BUILD_INTERFACE:-ffp-contract=off>
+    # As gRPC asks for: precompiled headers are of use to those compiled alike.
+    $<BUILD_INTERFACE:-pthread>
+    $<BUILD_INTERFACE:-Wall>
+    $<BUILD_INTERFACE:-Wextra>
     # g++ 12 finds overlaps and overflows in "text" + std::string that aren't there.
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
-    $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
+    $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>>
+    $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>>
 )
 
 # -Warray-bounds finds them there too, and is of use elsewhere.
@@ -29,12 +30,12 @@ if(CCSLICE_WERROR)
   target_compile_options(
     ccslice_compile_options
     INTERFACE
-      -Werror
-      $<$<CXX_COMPILER_ID:GNU>:-Wno-error=array-bounds>
+      $<BUILD_INTERFACE:-Werror>
+      $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-error=array-bounds>>
   )
 endif()
 
-target_include_directories(ccslice_compile_options INTERFACE "${PROJECT_SOURCE_DIR}")
+target_include_directories(ccslice_compile_options INTERFACE "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
 
 if(CCSLICE_SANITIZE)
   target_compile_options(

@@ -23,13 +23,23 @@ fail() {
   exit 1
 }
 
-# Runs a command whose output only matters when it fails.
+# Runs a command whose output only matters when it fails, but for how far ninja is: "[12/345] ...". A terminal shows that
+# in one line, and a log gets a line for every tenth.
 quietly() {
-  local log=$out/build.log
-  "$@" >"$log" 2>&1 || {
+  local log=$out/build.log shown=-1 line
+  "$@" 2>&1 | tee "$log" | while IFS= read -r line; do
+    [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    if [[ -t 1 ]]; then
+      printf '\r%d of %d steps\e[K' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+    elif ((10 * BASH_REMATCH[1] / BASH_REMATCH[2] > shown)); then
+      shown=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+      echo "${BASH_REMATCH[1]} of ${BASH_REMATCH[2]} steps"
+    fi
+  done || {
     cat "$log" >&2
     fail "failed: $*"
   }
+  if [[ -t 1 ]]; then printf '\r\e[K'; fi
 }
 
 trap stop_server EXIT

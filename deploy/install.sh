@@ -9,6 +9,7 @@
 #   deploy/install.sh bench          benchmarks
 #   deploy/install.sh peers          other programs that benchmarks run beside ours
 #   deploy/install.sh cad            the mesh generator of docs/from-cad.md
+#   deploy/install.sh package        making the Debian package (cpack)
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
@@ -49,17 +50,24 @@ readonly test=(
   libgtest-dev
   libosd-dev
   libpng-tools
+  man-db
   python3
   python3-grpcio
+  python3-jsonschema
   python3-numpy
   python3-pil
+  python3-pip
   python3-protobuf
+  python3-setuptools
+  python3-wheel
   python3-zstandard
   shellcheck
+  zsh
 )
 
 readonly bench=(
   gnuplot-nox
+  haproxy
   libbenchmark-dev
   python3
 )
@@ -72,6 +80,11 @@ readonly peers=(
 
 readonly cad=(
   gmsh
+)
+
+readonly packaging=(
+  dpkg-dev
+  file
 )
 
 readonly containers=(
@@ -126,7 +139,7 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench peers cad containers fuzz server server-slim client"
+readonly groups="build test bench peers cad package containers fuzz server server-slim client"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -157,6 +170,7 @@ packages_of() {
     bench) printf '%s\n' "${bench[@]}" ;;
     peers) printf '%s\n' "${peers[@]}" ;;
     cad) printf '%s\n' "${cad[@]}" ;;
+    package) printf '%s\n' "${packaging[@]}" ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
     server) printf '%s\n' "${server[@]}" ;;
