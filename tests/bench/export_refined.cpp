@@ -34,7 +34,7 @@ struct Refined {
 class Refiner {
  public:
   Refiner(const LimitSolid& solid, std::uint32_t n) : evaluator_(solid), n_(n), channels_(solid.channel_count()) {
-    for (std::uint32_t cell = 0; cell < solid.cell_count(); ++cell) refine(cell);
+    for (const LimitCellId cell : solid.cells()) refine(cell);
     const ChannelRange& channel = solid.summary().channels[0];
     result_.value_error /= channel.max - channel.min;
   }
@@ -46,13 +46,13 @@ class Refiner {
     double value;
   };
 
-  Sample sample(std::uint32_t cell, const Vec3& place) {
+  Sample sample(LimitCellId cell, const Vec3& place) {
     const CellParam at{cell, place / n_};
     evaluator_.mat(at, channels_);
     return {evaluator_.geo(at), channels_[0]};
   }
 
-  void refine(std::uint32_t cell) {
+  void refine(LimitCellId cell) {
     const auto first = static_cast<std::uint32_t>(result_.points.size());
     for_each(n_ + 1, [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
       const Sample corner = sample(cell, Vec3(i, j, k));

@@ -44,15 +44,15 @@ const char* sample_with(CellClass cell_class) { return cell_class == CellClass::
 
 /// Parameters in cells of a class: all over the solid, or within one cell.
 std::vector<CellParam> random_params(const LimitSolid& solid, CellClass cell_class, bool scattered) {
-  std::vector<std::uint32_t> cells;
-  for (std::uint32_t cell = 0; cell < solid.cell_count(); ++cell) {
+  std::vector<LimitCellId> cells;
+  for (const LimitCellId cell : solid.cells()) {
     if (solid.cell_class(cell) == cell_class) cells.push_back(cell);
   }
   std::mt19937 random(1);
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<CellParam> params;
   for (std::size_t i = 0; i < kPlaces; ++i) {
-    const std::uint32_t cell = cells[scattered ? random() % cells.size() : cells.size() / 2];
+    const LimitCellId cell = cells[scattered ? random() % cells.size() : cells.size() / 2];
     params.push_back({cell, Vec3(share(random), share(random), share(random))});
   }
   return params;

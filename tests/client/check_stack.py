@@ -33,9 +33,9 @@ def require(condition, what):
 
 def colours(manifest):
     """The materials' RGBA, the background's first."""
-    background = manifest.get("printing", {}).get("background_rgba", 0x000000FF)
-    rgba = [background] + [int(material["rgba"][1:], 16) for material in manifest.get("materials", [])]
-    return [tuple(value >> shift & 255 for shift in (24, 16, 8, 0)) for value in rgba]
+    background = manifest.get("printing", {}).get("background_rgba", "#000000ff")
+    rgba = [background] + [material["rgba"] for material in manifest.get("materials", [])]
+    return [tuple(bytes.fromhex(colour[1:])) for colour in rgba]
 
 
 def material_counts(picture, palette):
@@ -174,6 +174,47 @@ def check_mesh(model):
     require(edges and all(n == 1 and edges[b, a] == 1 for (a, b), n in edges.items()), "the mesh isn't closed")
 
 
+def picture_of(archive, name):
+    with archive.open(name) as file, Image.open(file) as picture:
+        return numpy.asarray(picture)
+
+
+def functions_of(model):
+    """By their ids: the sheets, and what is added to samples from 0 to 1 once they are scaled."""
+    images = {}
+    for image in model.iter(f"{VOLUMETRIC}image3d"):
+        images[image.get("id")] = [sheet.get("path").lstrip("/") for sheet in image.iter(f"{VOLUMETRIC}imagesheet")]
+    return {f.get("id"): (images[f.get("image3did")], float(f.get("valueoffset")), float(f.get("valuescale")))
+            for f in model.iter(f"{VOLUMETRIC}functionfromimage3d")}
+
+
+def check_colour(model, pictures):
+    """In linear light, the mean of the materials' colours, weighted by their ratios."""
+    functions = functions_of(model)
+    encoded = [[int(base.get("displaycolor")[at:at + 2], 16) / 255 for at in (1, 3, 5)] for base in model.iter(f"{CORE}base")]
+    linear = [[c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055)**2.4 for c in colour] for colour in encoded]
+    colour = next(model.iter(f"{VOLUMETRIC}color"))
+    require(colour.get("channel") == "color", "the colour's channel")
+    for layer, sheet in enumerate(functions[colour.get("functionid")][0]):
+        mixed, total = 0, 0
+        for mapping, light in zip(model.iter(f"{VOLUMETRIC}materialmapping"), linear):
+            sheets, offset, scale = functions[mapping.get("functionid")]
+            ratio = offset + scale * pictures[sheets[layer]].astype(float)[..., None] / 255
+            mixed, total = mixed + ratio * numpy.array(light), total + ratio
+        expected = numpy.where(total > 1e-9, mixed / numpy.maximum(total, 1e-9), 0)
+        difference = numpy.abs(pictures[sheet] / 255 - expected).max()
+        require(difference < 0.51 / 255, f"{sheet} is off by {difference}")
+
+
+def check_properties(model, manifest):
+    """One for each 8-bit channel, in its own unit."""
+    functions = functions_of(model)
+    found = [functions[p.get("functionid")][1:] for p in model.iter(f"{VOLUMETRIC}property")]
+    planes = [plane for plane in manifest["planes"] if plane["content"] == "channel" and plane["sample_type"] == "u8"]
+    ranges = [plane["value_range"] for plane in planes if plane["encoding"] == "png"]
+    require(found == [(low, high - low) for low, high in ranges], f"properties of {found}, channels of {ranges}")
+
+
 def check_3mf(path, manifest):
     with zipfile.ZipFile(path) as archive:
         check_dates(archive)
@@ -189,14 +230,17 @@ def check_3mf(path, manifest):
             size = [int(stack.get(key)) for key in ("columncount", "rowcount", "sheetcount")]
             require(size == [grid["columns"], grid["rows"], len(manifest["layers"])], f"a stack of {size}")
             require(len(list(stack)) == size[2], "sheets of a stack")
-        for sheet in sheets:
-            with archive.open(sheet) as file, Image.open(file) as picture:
-                require(picture.mode == "L" and picture.size == (grid["columns"], grid["rows"]), f"{sheet}: {picture.mode}")
+        pictures = {sheet: picture_of(archive, sheet) for sheet in sheets}
+        for sheet, picture in pictures.items():
+            require(picture.shape[:2] == (grid["rows"], grid["columns"]), f"{sheet}: {picture.shape}")
+            require(picture.ndim == (3 if "/colour/" in sheet else 2), f"{sheet}: {picture.shape}")
         ids = [element.get("id") for element in next(model.iter(f"{CORE}resources"))]
         require(len(ids) == len(set(ids)), "resources of one id")
         functions = {f.get("id") for f in model.iter(f"{VOLUMETRIC}functionfromimage3d")}
         mappings = [m.get("functionid") for m in model.iter(f"{VOLUMETRIC}materialmapping")]
         require(set(mappings) <= functions and len(mappings) == len(list(model.iter(f"{CORE}base"))), "mixing ratios")
+        check_colour(model, pictures)
+        check_properties(model, manifest)
         check_mesh(model)
 
 

@@ -14,6 +14,7 @@
 
 #include "client/cli/console.h"
 #include "client/cli/failure.h"
+#include "client/cli/folder_lock.h"
 #include "client/cli/job.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_folder.h"
@@ -156,13 +157,6 @@ TEST(Json, EscapesAndKeepsDigits) {
             "e\",\"n\":[0.1,null,18446744073709551615,true,\"?\"]}");
 }
 
-TEST(Json, KnowsUtf8) {
-  for (const char* good : {"", "abc", "\xc3\xa4", "\xe2\x82\xac", "\xf0\x9f\x98\x80"}) EXPECT_TRUE(is_utf8(good));
-  for (const char* bad : {"\x80", "\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf8\x88\x80\x80\x80"}) {
-    EXPECT_FALSE(is_utf8(bad));
-  }
-}
-
 TEST(Console, ShowsNumbersForPeople) {
   EXPECT_EQ(show_bytes(999), "999 B");
   EXPECT_EQ(show_bytes(999'950), "1.0 MB");
@@ -171,6 +165,15 @@ TEST(Console, ShowsNumbersForPeople) {
   EXPECT_EQ(show_duration(0.34), "0.3 s");
   EXPECT_EQ(show_duration(200), "3 min 20 s");
   EXPECT_EQ(show_duration(7500), "2 h 5 min");
+}
+
+TEST(Console, EstimatesOfTheTimeLeftWaitUntilTheyMeanSomething) {
+  EXPECT_EQ(seconds_left(10, 100, 2.9), std::nullopt) << "too early";
+  EXPECT_EQ(seconds_left(4, 100, 29), std::nullopt) << "too few";
+  EXPECT_EQ(seconds_left(0, 100, 1000), std::nullopt) << "nothing to go by";
+  EXPECT_EQ(seconds_left(100, 100, 10), std::nullopt) << "nothing left";
+  EXPECT_DOUBLE_EQ(*seconds_left(10, 100, 3), 27);
+  EXPECT_DOUBLE_EQ(*seconds_left(1, 100, 30), 2970) << "slow, but told at last";
 }
 
 TEST(MeshConvert, IsLossless) {
@@ -230,6 +233,38 @@ TEST(OutputFile, AppearsWholeOrNotAtAll) {
       << "no temporary file stays";
 }
 
+TEST(OutputFile, IsNeverWrittenThroughALinkThatSomebodyPlanted) {
+  const TemporaryFolder folder;
+  write_file(folder.path() / "victim", "precious");
+  for (const char* name : {".a.part", "a"}) fs::create_symlink("victim", folder.path() / name);
+  write_file(folder.path() / "a", "mine");
+  ZipFile(folder.path() / "a").finish();
+  EXPECT_EQ(read_whole(folder.path() / "victim"), "precious");
+  EXPECT_FALSE(fs::is_symlink(folder.path() / "a"));
+  EXPECT_THROW(open_to_append(folder.path() / ".a.part"), Error);
+}
+
+TEST(OutputFile, TemporaryNamesTellWhatTheFileWasToBecome) {
+  EXPECT_EQ(final_name_of_temporary(".layer_0001.png.0123abcd.part"), "layer_0001.png");
+  for (const char* other : {"", ".part", ".0123abcd.part", "layer_0001.png", "layer_0001.png.0123abcd.part"}) {
+    EXPECT_EQ(final_name_of_temporary(other), "") << other;
+  }
+  const TemporaryFolder folder;
+  const NewFile unfinished(folder.path() / "a");
+  EXPECT_EQ(final_name_of_temporary(fs::directory_iterator(folder.path())->path().filename().string()), "a");
+}
+
+TEST(OutputFile, IsRemovedByAProgramThatEndsOnTheSpot) {
+  const TemporaryFolder folder;
+  write_file(folder.path() / "whole", "kept");
+  NewFile one(folder.path() / "a"), other(folder.path() / "b");
+  one.write("half");
+  remove_unfinished_files();
+  EXPECT_THROW(one.finish(), Error);
+  EXPECT_THAT(std::vector<fs::directory_entry>(fs::directory_iterator(folder.path()), {}),
+              testing::ElementsAre(fs::directory_entry(folder.path() / "whole")));
+}
+
 client::Layer layer_of(std::uint32_t index, const std::vector<v1::PlaneSpec>& planes) {
   client::Layer layer;
   layer.index = index;
@@ -241,7 +276,7 @@ client::Layer layer_of(std::uint32_t index, const std::vector<v1::PlaneSpec>& pl
 TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({.occupancy = true, .channels = {"a b:f32", "a_b", "../evil"}}, false);
-  LayerFolder layers(folder.path() / "out", planes, ContourFormat::kCsv, 123'456, Existing::kRefuse, {"job", 50});
+  LayerFolder layers(folder.path() / "out", {planes, ContourFormat::kCsv, 123'456}, Existing::kRefuse, {"job", 50});
   layers.write(layer_of(42, planes));
   layers.finish({}, {});
   std::vector<std::string> names;
@@ -257,19 +292,44 @@ TEST(LayerFolder, RefusesToMixRuns) {
   const auto planes = parse_planes({}, false);
   const JobKey job{"job", 10};
   write_file(folder.path() / "notes.txt", "mine");
-  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kRefuse, job).write(layer_of(3, planes)); }
-  EXPECT_THROW(LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kRefuse, job), Error);
-  { LayerFolder(folder.path(), planes, ContourFormat::kNone, 10, Existing::kReplace, job).write(layer_of(4, planes)); }
+  { LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, job).write(layer_of(3, planes)); }
+  EXPECT_THROW(LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, job), Error);
+  {
+    LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kReplace, job).write(layer_of(4, planes));
+  }
   EXPECT_FALSE(fs::exists(folder.path() / "layer_0003_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "layer_0004_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "notes.txt"));
+}
+
+TEST(LayerFolder, IsForOneJobAtATime) {
+  const TemporaryFolder folder;
+  const auto planes = parse_planes({}, false);
+  const auto open = [&](Existing existing) {
+    LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, existing, {"job", 10});
+  };
+  {
+    LayerFolder first(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, {"job", 10});
+    first.write(layer_of(0, planes));
+    for (const Existing existing : {Existing::kRefuse, Existing::kReplace, Existing::kResume}) {
+      EXPECT_THROW(open(existing), Error);
+      EXPECT_THROW(refuse_used_folder(folder.path(), existing), Error);
+    }
+    EXPECT_TRUE(fs::exists(folder.path() / "layer_0000_occupancy.png"));
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / FolderLock::kName));
+  write_file(folder.path() / FolderLock::kName, "");  // As a job that was killed leaves it.
+  write_file(folder.path() / ".layer_0001_occupancy.png.0123abcd.part", "half");
+  EXPECT_NO_THROW(refuse_used_folder(folder.path(), Existing::kResume));
+  EXPECT_NO_THROW(open(Existing::kResume));
+  EXPECT_FALSE(fs::exists(folder.path() / ".layer_0001_occupancy.png.0123abcd.part"));
 }
 
 TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({}, false);
   const auto open = [&](const std::string& job, std::uint32_t layers) {
-    return LayerFolder(folder.path(), planes, ContourFormat::kCsv, 10, Existing::kResume, {job, layers});
+    return LayerFolder(folder.path(), {planes, ContourFormat::kCsv, 10}, Existing::kResume, {job, layers});
   };
   const auto finished = [&](std::uint32_t layers) { return open("job", layers).finished().layers; };
   EXPECT_EQ(finished(10), 0u) << "nothing is there yet";
@@ -290,12 +350,12 @@ TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
 TEST(LayerFolder, ManifestsOfInterruptedJobsAreTheSame) {
   const TemporaryFolder whole, parts;
   const auto planes = parse_planes({}, false);
-  LayerFolder at_once(whole.path(), planes, ContourFormat::kJson, 3, Existing::kRefuse, {"job", 3});
+  LayerFolder at_once(whole.path(), {planes, ContourFormat::kJson, 3}, Existing::kRefuse, {"job", 3});
   {
-    LayerFolder(parts.path(), planes, ContourFormat::kJson, 3, Existing::kRefuse, {"job", 3})
+    LayerFolder(parts.path(), {planes, ContourFormat::kJson, 3}, Existing::kRefuse, {"job", 3})
         .write(layer_of(0, planes));
   }
-  LayerFolder resumed(parts.path(), planes, ContourFormat::kJson, 3, Existing::kResume, {"job", 3});
+  LayerFolder resumed(parts.path(), {planes, ContourFormat::kJson, 3}, Existing::kResume, {"job", 3});
   for (std::uint32_t i = 0; i < 3; ++i) at_once.write(layer_of(i, planes));
   for (std::uint32_t i = 1; i < 3; ++i) resumed.write(layer_of(i, planes));
   at_once.finish({}, {});
@@ -364,7 +424,10 @@ TEST(Failure, ExitCodesSayWhoseFaultItIs) {
   EXPECT_EQ(failure_of(Error(ErrorCode::kFileUnwritable, "x")).exit_code, kExitOutput);
   EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "MESH_NON_FINITE", "x")).exit_code, kExitInput);
   EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "MESH_ID_INVALID", "x")).exit_code, kExitRefused);
-  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "x")).exit_code, kExitRefused);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "x")).exit_code, kExitUsage);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "MATERIAL_UNKNOWN", "x")).exit_code, kExitUsage);
+  EXPECT_EQ(failure_of(ClientError(StatusCode::INVALID_ARGUMENT, "CHANNEL_UNKNOWN", "x")).exit_code, kExitRefused)
+      << "the mesh decides";
   EXPECT_EQ(failure_of(ClientError(StatusCode::UNAVAILABLE, "", "x")).exit_code, kExitUnreachable);
   EXPECT_EQ(failure_of(ClientError(StatusCode::DEADLINE_EXCEEDED, "", "x")).exit_code, kExitUnreachable);
   EXPECT_EQ(failure_of(ClientError(StatusCode::CANCELLED, client::local_reason::kCancelledHere, "x")).exit_code,

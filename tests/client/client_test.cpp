@@ -367,6 +367,29 @@ TEST_F(ClientTest, TheDeadlineHoldsForAllAttemptsTogether) {
   EXPECT_THAT(error.code(), testing::AnyOf(grpc::StatusCode::UNAVAILABLE, grpc::StatusCode::DEADLINE_EXCEEDED));
 }
 
+TEST_F(ClientTest, PatienceIsAskedOfABusyServerToo) {
+  server_.failing_info_calls = 1'000'000;
+  const RetryPolicy policy{.patience = milliseconds(200), .first_pause = milliseconds(5)};
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(error_of([&] { client_.server_info({.retry = policy}); }).code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, milliseconds(2000));
+  EXPECT_GT(server_.info_calls, 3);
+}
+
+TEST_F(ClientTest, PatienceBeginsWithTheFirstFailure) {
+  client_.ensure_uploaded(mesh_);
+  int layers = 0;
+  server_.before_layer = [&](std::uint32_t, grpc::ServerContext&) {
+    if (layers++ > 0) return grpc::Status::OK;
+    std::this_thread::sleep_for(milliseconds(400));  // As a large mesh takes before its first layer.
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the connection broke");
+  };
+  const RetryPolicy policy{.patience = milliseconds(300), .first_pause = milliseconds(5)};
+  const auto ignore = [](const v1::SliceHeader&, const Layer&) {};
+  EXPECT_EQ(client_.slice(some_request(mesh_->id()), ignore, {.retry = policy}).layers, 6u);
+  EXPECT_EQ(server_.slice_requests.size(), 2u);
+}
+
 TEST_F(ClientTest, RetriesABusyServer) {
   server_.failing_info_calls = 2;
   EXPECT_EQ(client_.server_info().engine_version(), "engine-1");
@@ -387,6 +410,27 @@ TEST_F(ClientTest, ProbesAnyNumberOfPoints) {
 TEST(Unreachable, IsUnavailable) {
   Client client({"127.0.0.1:1", {.max_attempts = 2, .first_pause = milliseconds(1)}});
   EXPECT_EQ(error_of([&] { client.server_info(); }).code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST(Unreachable, IsWaitedForAsLongAsPatienceLasts) {
+  const auto begin = std::chrono::steady_clock::now();
+  Client client({"127.0.0.1:1", {.patience = milliseconds(300)}});
+  EXPECT_EQ(error_of([&] { client.server_info(); }).code(), grpc::StatusCode::UNAVAILABLE);
+  const auto waited = std::chrono::steady_clock::now() - begin;
+  EXPECT_GE(waited, milliseconds(250));
+  EXPECT_LT(waited, milliseconds(5000));
+}
+
+TEST(Unreachable, WaitingForItCanBeCancelled) {
+  Cancellation cancellation;
+  std::thread other([&] {
+    std::this_thread::sleep_for(milliseconds(50));
+    cancellation.cancel();
+  });
+  Client client({"127.0.0.1:1", {}});
+  EXPECT_EQ(error_of([&] { client.server_info({.cancellation = &cancellation}); }).reason(),
+            local_reason::kCancelledHere);
+  other.join();
 }
 
 TEST(MeshBytes, AreTheSameEachTime) {

@@ -7,6 +7,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <chrono>
 #include <csignal>
@@ -165,6 +166,8 @@ TEST_F(CommandLine, DrawsAPictureOfACutPart) {
     EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", cut}).exit_code, cli::kExitUsage) << cut;
   }
   EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--view", "30"}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cell-regions", "--channel", "gradient"}).exit_code,
+            cli::kExitUsage);
 }
 
 TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
@@ -192,6 +195,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--size=-3"},
       {"info", "sha256:" + std::string(64, '0'), "--on-bed"},
       {"models", "teapot"},
+      {"models", "ring", "-o", path("ring.stl")},
+      {"picture", box_, "-o", path("box.jpg")},
       {"convert", box_, "-o", path("o.stl")},
       {"export", box_, "-o", path("o.obj")},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "exr"},
@@ -324,6 +329,146 @@ TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {
   EXPECT_THAT(channel.err, HasSubstr("nosuch"));
   const ProcessResult pitch = run({"plan", box_, "--pitch", "0", "--json"});
   EXPECT_EQ(json_at(pitch.out, "error.reason").string_value(), "PITCH_INVALID");
+}
+
+TEST_F(CommandLine, WrongOptionsExitAlikeWhoeverFindsThem) {
+  for (const char* option : {"--pitch=-0.2", "--pitch=x", "--profile=j75", "--pich=1"}) {
+    const ProcessResult result = run({"plan", box_, option});
+    EXPECT_EQ(result.exit_code, cli::kExitUsage) << option;
+    EXPECT_THAT(result.err, HasSubstr(std::string(option).substr(0, 5))) << "the option, not a field of the request";
+  }
+  EXPECT_THAT(run({"plan", box_, "--pitch=1", "--extent=0,1,1"}).err, HasSubstr("--extent: 0"));
+}
+
+TEST_F(CommandLine, AddressesThatAreNoneAreNamed) {
+  for (const char* address : {"localhost", "localhost:", ":50051", "localhost:0", "localhost:65536", "localhost:1x"}) {
+    const ProcessResult result = run_alone({"info", std::string("--server=") + address});
+    EXPECT_EQ(result.exit_code, cli::kExitUsage) << address;
+    EXPECT_THAT(result.err, HasSubstr("--server takes an address HOST:PORT")) << address;
+  }
+  EXPECT_THAT(run_alone({"info", "--server", ""}).err, HasSubstr("--server takes an address HOST:PORT"));
+  Process process({"/usr/bin/env", "CCSLICE_SERVER=nonsense", CCSLICE_BINARY, "info"}, folder_.path());
+  EXPECT_THAT(process.wait().err, HasSubstr("CCSLICE_SERVER takes an address"));
+}
+
+TEST_F(CommandLine, ListsPrintersWithoutAServer) {
+  const ProcessResult text = run_alone({"profiles"});
+  EXPECT_EQ(text.exit_code, cli::kExitOk);
+  EXPECT_THAT(text.out, HasSubstr("j750-hm"));
+  EXPECT_THAT(text.out, HasSubstr("600 x 300 dpi"));
+  EXPECT_THAT(text.out, HasSubstr("490 x 390 x 200 mm"));
+  EXPECT_THAT(text.out, HasSubstr("VeroCY-V"));
+  const std::string json = "{\"all\":" + run_alone({"profiles", "--json"}).out + "}";
+  const google::protobuf::Value all = json_at(json, "all");
+  const auto& profiles = all.list_value().values();
+  ASSERT_GT(profiles.size(), 3);
+  EXPECT_EQ(profiles[0].struct_value().fields().at("name").string_value(), "j55");
+  EXPECT_EQ(profiles[0].struct_value().fields().at("max_materials").number_value(), 5);
+}
+
+TEST_F(CommandLine, ExplainsItself) {
+  const ProcessResult help = run_alone({"help", "slice"});
+  EXPECT_EQ(help.exit_code, cli::kExitOk);
+  EXPECT_EQ(help.out, run_alone({"slice", "--help"}).out);
+  EXPECT_EQ(run_alone({"help"}).out, run_alone({"--help"}).out);
+  const ProcessResult bare = run_alone({});
+  EXPECT_EQ(bare.exit_code, cli::kExitUsage) << "a script that names no command is wrong";
+  EXPECT_THAT(bare.err, HasSubstr("Subcommands:"));
+  EXPECT_THAT(run_alone({"slce"}).err, HasSubstr("did you mean slice?"));
+  const ProcessResult unknown = run_alone({"help", "slce"});
+  EXPECT_EQ(unknown.exit_code, cli::kExitUsage);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean slice?"));
+  EXPECT_EQ(json_at(run_alone({"plan", "--json", "--nosuch"}).out, "error.reason").string_value(), "USAGE");
+}
+
+TEST_F(CommandLine, IsInterruptedWhileItOpensAFifo) {
+  ASSERT_EQ(mkfifo(path("fifo.vtk").c_str(), 0600), 0);
+  const auto process = start({"info", path("fifo.vtk")}, "");
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // Nobody writes: it hangs by now.
+  const auto begin = std::chrono::steady_clock::now();
+  process->send_signal(SIGINT);
+  EXPECT_EQ(process->wait().exit_code, cli::kExitInterrupted);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4));
+}
+
+/// Escape sequences, backspaces, CSI as one character, and a line of its own.
+const std::string kEvil =
+    "evil\x1b[2J\x1b]0;title\x07\b\b\r\xc2\x9b"
+    "31m\nforged";
+
+/// Whether a terminal shows it all and does nothing else, and has no line that begins as that of kEvil.
+bool is_harmless(const std::string& text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : ' ');
+    if ((byte < 0x20 && byte != '\n') || byte == 0x7f || (byte == 0xc2 && next < 0xa0)) return false;
+  }
+  return text.find("\nforged") == std::string::npos;
+}
+
+TEST_F(CommandLine, NothingInAMeshMovesTheCursor) {
+  ControlMesh mesh = make_box();
+  mesh.channel_names[0] = kEvil;
+  cli::write_file(path("evil.ccmesh"), MeshBytes(cli::to_proto(mesh)).bytes());
+  const std::vector<std::vector<std::string>> commands = {
+      {"info"},
+      {"upload"},
+      {"probe", "--at", "6,8,4"},
+      {"plan", "--pitch", "1", "--channel", "nosuch"},
+      {"plan", "--pitch", "1", "--channel", kEvil},
+      {"slice", "--pitch", "1", "--channel", kEvil, "-o", path("out")}};
+  for (std::vector<std::string> command : commands) {
+    command.insert(command.begin() + 1, path("evil.ccmesh"));
+    for (const bool json : {false, true}) {
+      if (json) command.emplace_back("--json");
+      fs::remove_all(path("out"));
+      const ProcessResult result = run(command);
+      EXPECT_TRUE(is_harmless(result.out)) << command[0] << ": " << result.out;
+      EXPECT_TRUE(is_harmless(result.err)) << command[0] << ": " << result.err;
+    }
+  }
+  EXPECT_THAT(run({"info", path("evil.ccmesh")}).out, HasSubstr("evil?[2J"));
+  EXPECT_EQ(json_at(run({"info", path("evil.ccmesh"), "--json"}).out, "channels")
+                .list_value()
+                .values(0)
+                .struct_value()
+                .fields()
+                .at("name")
+                .string_value(),
+            kEvil)
+      << "whole, but escaped";
+}
+
+TEST_F(CommandLine, NothingThatAServerSaysMovesTheCursor) {
+  FakeSlicer fake;
+  fake.engine_version = kEvil;
+  fake.tamper_answer = [](google::protobuf::Message& answer) {
+    if (auto* const info = dynamic_cast<v1::GetServerInfoResponse*>(&answer)) {
+      info->set_server_version(kEvil);
+      info->add_printer_profiles()->set_name(kEvil);
+    } else if (auto* const plan = dynamic_cast<v1::PlanSlicesResponse*>(&answer)) {
+      plan->add_warnings()->set_message(kEvil);
+    } else if (auto* const upload = dynamic_cast<v1::UploadMeshResponse*>(&answer)) {
+      upload->mutable_mesh()->add_channels()->set_name(kEvil);
+      upload->mutable_mesh()->add_cell_regions()->set_name(kEvil);
+    }
+  };
+  fake.before_layer = [](std::uint32_t, grpc::ServerContext&) {
+    return failure(grpc::StatusCode::INTERNAL, kEvil, kEvil);
+  };
+  const std::vector<std::vector<std::string>> commands = {
+      {"info"}, {"upload", box_}, {"plan", box_, "--pitch", "1"}, {"slice", box_, "--pitch", "1", "-o", path("out")}};
+  for (std::vector<std::string> command : commands) {
+    for (const bool json : {false, true}) {
+      if (json) command.push_back("--json");
+      fake.meshes.clear();
+      fs::remove_all(path("out"));
+      const ProcessResult result = start(command, fake.address())->wait();
+      EXPECT_TRUE(is_harmless(result.out)) << command[0] << ": " << result.out;
+      EXPECT_TRUE(is_harmless(result.err)) << command[0] << ": " << result.err;
+      EXPECT_THAT(result.out + result.err, HasSubstr("evil")) << command[0];
+    }
+  }
 }
 
 TEST_F(CommandLine, NobodyThereIsUnreachable) {

@@ -54,17 +54,22 @@ TEST(ContactSheet, FillsTheSheetWhateverTheShape) {
   EXPECT_EQ(square.tile_width, square.tile_height);
 }
 
+const Legend kHardness = {.title = "hardness", .range = {{0, 1}}, .entries = {}};
+
 /// Two layers of 2 x 2: the first has its upper left voxel inside, the second all.
-VoxelBlock two_layers(std::vector<std::uint8_t> value) {
-  return {{2, 2, 2}, {1, 0, 0, 0, 1, 1, 1, 1}, std::move(value)};
+VoxelBlock two_layers(std::vector<std::uint8_t> value, Legend legend = {}) {
+  return {{2, 2, 2}, {1, 0, 0, 0, 1, 1, 1, 1}, std::move(value), std::move(legend)};
 }
+
+/// Where a tile of 100 x 100 begins, in the only row of a sheet.
+constexpr int kTileTop = 8 + kGlyphHeight + 6;
 
 TEST(ContactSheet, ShowsLayersSideBySide) {
   const SheetLayout layout{2, 100, 100};
   const std::vector<SheetCaption> captions = {{"0", "0.5 mm"}, {"1", "1.5 mm"}};
-  const Picture sheet = draw_contact_sheet(two_layers({0, 0, 0, 0, 0, 255, 0, 0}), captions, layout);
+  const Picture sheet = draw_contact_sheet(two_layers({0, 0, 0, 0, 0, 255, 0, 0}, kHardness), captions, layout);
   ASSERT_EQ(sheet.width, 8 + 2 * 108);
-  const int top = sheet.height - 108;
+  const int top = kTileTop;
   const Rgb outside = place(sheet, 8 + 75, top + 25);
   EXPECT_EQ(place(sheet, 8 + 25, top + 25), as_rgb(material_colour(0)));
   EXPECT_EQ(place(sheet, 8 + 25, top + 75), outside) << "row 0 is on top";
@@ -82,13 +87,32 @@ TEST(ContactSheet, WithoutValuesIsOfOneColour) {
 }
 
 TEST(ContactSheet, ShowsMaterialsInTheirOwnColours) {
-  VoxelBlock block = two_layers({1, 0, 0, 0, 2, 1, 1, 2});
-  block.palette = {Colour(1, 0, 0), Colour(0, 0, 1)};
+  const Legend legend = {
+      .title = "materials", .range = {}, .entries = {{"soft", Colour(1, 0, 0)}, {"hard", Colour(0, 0, 1)}}};
+  const VoxelBlock block = two_layers({1, 0, 0, 0, 2, 1, 1, 2}, legend);
   const Picture sheet = draw_contact_sheet(block, {{"0", ""}, {"1", ""}}, {2, 100, 100});
-  const int top = sheet.height - 108;
+  const int top = kTileTop;
   EXPECT_EQ(place(sheet, 8 + 25, top + 25), (Rgb{255, 0, 0}));
   EXPECT_EQ(place(sheet, 116 + 25, top + 25), (Rgb{0, 0, 255}));
   EXPECT_EQ(place(sheet, 116 + 75, top + 25), (Rgb{255, 0, 0}));
+}
+
+TEST(ContactSheet, ShowsNumbersWithoutAnEntryAsPlainMaterial) {
+  const Legend legend = {.title = "materials", .range = {}, .entries = {{"soft", Colour(1, 0, 0)}}};
+  const Picture sheet =
+      draw_contact_sheet(two_layers({0, 0, 0, 0, 2, 255, 1, 0}, legend), {{"0", ""}, {"1", ""}}, {2, 100, 100});
+  EXPECT_EQ(place(sheet, 8 + 25, kTileTop + 25), as_rgb(kPlainMaterial));
+  EXPECT_EQ(place(sheet, 116 + 25, kTileTop + 25), as_rgb(kPlainMaterial));
+  EXPECT_EQ(place(sheet, 116 + 25, kTileTop + 75), (Rgb{255, 0, 0}));
+}
+
+TEST(ContactSheet, HasALegendBelow) {
+  const std::vector<SheetCaption> captions = {{"0", ""}, {"1", ""}};
+  const VoxelBlock with = two_layers(std::vector<std::uint8_t>(8, 0), kHardness);
+  const Picture plain = draw_contact_sheet(two_layers(with.value), captions, {2, 100, 100});
+  const Picture sheet = draw_contact_sheet(with, captions, {2, 100, 100});
+  EXPECT_GT(sheet.height, plain.height);
+  EXPECT_EQ(place(sheet, 8 + 25, kTileTop + 25), as_rgb(material_colour(0))) << "a channel's lowest value is no blank";
 }
 
 TEST(PixelFont, WritesNumbers) {
@@ -103,6 +127,7 @@ TEST(PixelFont, WritesNumbers) {
   }
   EXPECT_EQ(rows, (std::vector<std::string>{"  #   #####", " ##       #", "  #      # ", "  #     #  ", "  #    #   ",
                                             "  #    #   ", " ###   #   "}));
+  EXPECT_EQ(text_width("17", 3), 3 * picture.width);
   draw_text("8", -2, -3, picture);
   draw_text("8", picture.width - 2, picture.height - 3, picture);
 }

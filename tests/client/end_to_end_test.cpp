@@ -248,6 +248,16 @@ TEST_F(EndToEnd, AServerThatIsBackIsFoundWithinASecond) {
   EXPECT_LT(found - back, milliseconds(1500));
 }
 
+TEST_F(EndToEnd, AServerThatDropsEachCallIsCalledWithPauses) {
+  // Enough for the connection, and not for an answer.
+  const CuttingProxy proxy(port(), std::vector<std::size_t>(10'000, 20));
+  Client client({proxy.address(), {.patience = milliseconds(2500)}});
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(client.server_info(), ClientError);
+  EXPECT_GT(std::chrono::steady_clock::now() - begin, milliseconds(500)) << "it goes on, too";
+  EXPECT_LT(proxy.connections(), 50);
+}
+
 TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {
   Client direct({server_->address(), kQuick});
   v1::SliceRangeRequest request = job(upload(direct, make_ring()), 0.1, 0.2, 0.2);

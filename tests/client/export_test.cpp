@@ -109,7 +109,7 @@ double limit_volume(const ControlMesh& mesh) {
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
   double volume = 0;
-  for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid->cells()) {
     for (const auto& [u, wu] : rule) {
       for (const auto& [v, wv] : rule) {
         for (const auto& [w, ww] : rule) {

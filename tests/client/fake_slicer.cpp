@@ -91,7 +91,7 @@ grpc::Status FakeSlicer::GetServerInfo(grpc::ServerContext*, const v1::GetServer
   ++info_calls;
   if (failing_info_calls-- > 0) return failure(grpc::StatusCode::UNAVAILABLE, "SERVER_BUSY", "busy");
   response->set_engine_version(engine_version);
-  return grpc::Status::OK;
+  return answer(*response);
 }
 
 grpc::Status FakeSlicer::FindMissingMeshes(grpc::ServerContext*, const v1::FindMissingMeshesRequest* request,
@@ -99,7 +99,7 @@ grpc::Status FakeSlicer::FindMissingMeshes(grpc::ServerContext*, const v1::FindM
   for (const std::string& id : request->mesh_ids()) {
     if (!meshes.contains(id)) response->add_missing_mesh_ids(id);
   }
-  return grpc::Status::OK;
+  return answer(*response);
 }
 
 grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext*, grpc::ServerReader<v1::UploadMeshRequest>* reader,
@@ -120,13 +120,18 @@ grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext*, grpc::ServerReader<v1:
   meshes.insert(id);
   response->mutable_mesh()->set_mesh_id(id);
   response->mutable_mesh()->set_size_bytes(size);
-  return grpc::Status::OK;
+  return answer(*response);
 }
 
 grpc::Status FakeSlicer::GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
                                  v1::GetMeshResponse* response) {
   if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
   response->mutable_mesh()->set_mesh_id(request->mesh_id());
+  return answer(*response);
+}
+
+grpc::Status FakeSlicer::answer(google::protobuf::Message& response) const {
+  if (tamper_answer) tamper_answer(response);
   return grpc::Status::OK;
 }
 
@@ -181,7 +186,7 @@ grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext*, const v1::PlanSlicesRe
   *response->mutable_grid() = grid_of(request->grid());
   response->set_layer_count(kLayers);
   response->set_engine_version(engine_version);
-  return grpc::Status::OK;
+  return answer(*response);
 }
 
 grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,

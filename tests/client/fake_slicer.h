@@ -31,7 +31,8 @@ class FakeSlicer final : public v1::SlicerService::Service {
 
   // What to do wrong. Set between calls only.
   BeforeLayer before_layer;
-  std::function<void(v1::SliceRangeResponse&)> tamper;  // Sees every message before it is sent.
+  std::function<void(v1::SliceRangeResponse&)> tamper;            // Sees every message before it is sent.
+  std::function<void(google::protobuf::Message&)> tamper_answer;  // The same for all other calls.
   std::string engine_version = "engine-1";
   double pitch_drift_mm = 0;
   std::vector<grpc::Status> upload_failures;  // Used up from the back, one an upload.
@@ -59,6 +60,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
                            grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) override;
 
  private:
+  grpc::Status answer(google::protobuf::Message& response) const;
   v1::Grid grid_of(const v1::GridSpec& spec) const;
   void send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
   void send_layer(std::uint32_t layer, const v1::SliceHeader& header,

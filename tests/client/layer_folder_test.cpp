@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -110,6 +111,29 @@ TEST_F(CommandLine, CtrlCLeavesNothingThatLooksComplete) {
   EXPECT_FALSE(fs::exists(path("out/manifest.json")));
 }
 
+TEST_F(CommandLine, TwoJobsInOneFolderExcludeEachOther) {
+  FakeSlicer fake;
+  std::atomic<bool> go_on = false;
+  fake.before_layer = [&](std::uint32_t layer, grpc::ServerContext& context) {
+    while (layer == 3 && !go_on && !context.IsCancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return grpc::Status::OK;
+  };
+  const std::vector<std::string> slice = {"slice", box_, "--pitch", "1", "--encoding", "zstd", "-o", path("out")};
+  const auto first = start(slice, fake.address());
+  while (!fs::exists(path("out/layer_0002_occupancy.zst"))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  for (const char* choice : {"--force", "--resume", "--quiet"}) {
+    std::vector<std::string> command = slice;
+    command.emplace_back(choice);
+    const ProcessResult second = start(command, fake.address())->wait();
+    EXPECT_EQ(second.exit_code, cli::kExitOutput) << choice;
+    EXPECT_THAT(second.err, testing::AllOf(HasSubstr("another job is writing to " + path("out")),
+                                           HasSubstr("take another folder")));
+  }
+  go_on = true;
+  const ProcessResult result = first->wait();
+  EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+}
+
 TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
   FakeSlicer fake;
   const auto slice = [&](const char* folder, std::vector<std::string> more) {
@@ -135,7 +159,17 @@ TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
   for (const auto& file : fs::directory_iterator(path("whole"))) {
     EXPECT_EQ(read_whole(file.path()), read_whole(path("out") + "/" + file.path().filename().string())) << file.path();
   }
-  EXPECT_EQ(slice("out", {"--resume"}).exit_code, cli::kExitOutput);
+  const ProcessResult again = slice("out", {"--resume"});
+  EXPECT_EQ(again.exit_code, cli::kExitOk);
+  EXPECT_THAT(again.err, HasSubstr("nothing is left to do"));
+  EXPECT_EQ(json_at(slice("out", {"--resume", "--json"}).out, "written_bytes").number_value(), 0);
+  const ProcessResult other = slice("out", {"--resume", "--layers", "0..9"});
+  EXPECT_EQ(other.exit_code, cli::kExitOutput);
+  EXPECT_THAT(other.err, HasSubstr("another job"));
+  cli::write_file(path("out/layer_0003_occupancy.zst"), "damaged");
+  const ProcessResult damaged = slice("out", {"--resume"});
+  EXPECT_EQ(damaged.exit_code, cli::kExitOutput);
+  EXPECT_THAT(damaged.err, HasSubstr("have changed"));
 }
 
 TEST_F(CommandLine, AnInterruptedJobGoesOnInItsOwnFormatOnly) {
@@ -158,11 +192,28 @@ TEST_F(CommandLine, PacksLayersAsVolumetric3mf) {
   EXPECT_EQ(json_at(packed.out, "size_bytes").number_value(), static_cast<double>(fs::file_size(path("box.3mf"))));
   const std::string bytes = read_whole(path("box.3mf"));
   EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf")}).exit_code, cli::kExitOutput) << "it is there already";
+  {
+    const server::Server empty(local_server_options());
+    const auto pack_there = [&](std::vector<std::string> more) {
+      more.insert(more.begin(), {"package", path("out"), "-o", path("there.3mf"), "--force"});
+      return start(more, empty.address())->wait();
+    };
+    const ProcessResult missing = pack_there({});
+    EXPECT_EQ(missing.exit_code, cli::kExitUsage);
+    EXPECT_THAT(missing.err, HasSubstr("--mesh"));
+    EXPECT_EQ(pack_there({"--mesh", box_}).exit_code, cli::kExitOk);
+    EXPECT_EQ(read_whole(path("there.3mf")), bytes);
+  }
   EXPECT_EQ(run({"package", path("out"), "-o", path("box.3mf"), "--force"}).exit_code, cli::kExitOk);
   EXPECT_EQ(read_whole(path("box.3mf")), bytes);
   const ProcessResult checked =
       Process({"/usr/bin/python3", CCSLICE_CHECK_STACK, path("out"), path("box.3mf")}, folder_.path()).wait();
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+
+  EXPECT_EQ(
+      run({"slice", box_, "--pitch", "1", "--channel", "gradient", "--layers", "0..3", "-o", path("some")}).exit_code,
+      cli::kExitOk);
+  EXPECT_THAT(run({"package", path("some"), "-o", path("some.3mf")}).err, HasSubstr("and --layers"));
 
   EXPECT_THAT(run({"package", path("out"), "-o", path("box.gcvf")}).err, HasSubstr("--encoding png-rgba"));
   EXPECT_EQ(run({"package", path("out"), "-o", path("box.zip")}).exit_code, cli::kExitUsage);

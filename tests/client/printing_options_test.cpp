@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/job.h"
@@ -96,6 +98,33 @@ TEST(PrintingOptions, GiveAPictureOfMaterialsAndMasks) {
             v1::PLANE_ENCODING_PNG_RGBA);
   EXPECT_THROW(parse_planes({.channels = {}, .masks = true}, false), UsageError);
   EXPECT_THROW(parse_planes({.channels = {}, .encoding = "tiff"}, false, &*printing), UsageError);
+}
+
+std::vector<v1::PlaneSpec> planes_with(const std::string& outside, const std::string& encoding,
+                                       std::vector<std::string> channels) {
+  return parse_planes({.occupancy = true, .channels = std::move(channels), .encoding = encoding, .outside = outside},
+                      false, nullptr);
+}
+
+TEST(PlaneOptions, SayWhatIsOutside) {
+  EXPECT_FALSE(planes_with("", "auto", {"a"})[1].has_outside_sample());
+  const auto planes = planes_with("255", "auto", {"a", "b:u16", "c:f32"});
+  EXPECT_FALSE(planes[0].has_outside_sample()) << "occupancies have none";
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_EQ(planes[i].outside_sample(), 255);
+  EXPECT_TRUE(std::isnan(planes_with("nan", "auto", {"c:f32"})[1].outside_sample()));
+  for (const char* bad : {"256", "-1", "1.5", "nan", "white", "1e400"}) {
+    EXPECT_THROW(planes_with(bad, "auto", {"a"}), UsageError) << bad;
+  }
+  EXPECT_THROW(planes_with("1", "auto", {}), UsageError) << "no channel";
+}
+
+TEST(PlaneOptions, GiveChannelsAlpha) {
+  const auto png = planes_with("alpha", "auto", {"a:u16"});
+  EXPECT_EQ(png[0].encoding(), v1::PLANE_ENCODING_PNG) << "occupancies have none";
+  EXPECT_EQ(png[1].encoding(), v1::PLANE_ENCODING_PNG_ALPHA);
+  EXPECT_EQ(planes_with("alpha", "tiff", {"a:f32"})[1].encoding(), v1::PLANE_ENCODING_TIFF_ALPHA);
+  for (const char* encoding : {"zstd", "raw"}) EXPECT_THROW(planes_with("alpha", encoding, {"a"}), UsageError);
+  EXPECT_THROW(planes_with("alpha", "exr", {"a:f32"}), UsageError);
 }
 
 }  // namespace

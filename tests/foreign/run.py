@@ -36,13 +36,19 @@ def python_client(address, folder, _):
     return "stiffness", json_of(["/usr/bin/python3", HERE / "python/slice_bar.py", address], env=environment)
 
 
-def node_client(address, folder, ccslice):
-    """Installs the packages where they are missing, makes a sample, then runs the example with it."""
+def install_node_packages():
+    """Where they are missing."""
     node = HERE / "node"
     installed, wanted = node / "node_modules/.package-lock.json", node / "package-lock.json"
     if not installed.exists() or installed.stat().st_mtime < wanted.stat().st_mtime:
         install = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
         subprocess.run(install, check=True, cwd=node, stdout=sys.stderr)
+
+
+def node_client(address, folder, ccslice):
+    """Makes a sample, then runs the example with it."""
+    node = HERE / "node"
+    install_node_packages()
     subprocess.run([ccslice, "models", "box", "-o", folder / "box.ccmesh", "--quiet"], check=True, stdout=sys.stderr)
     return "gradient", json_of(["node", node / "slice_file.js", address, folder / "box.ccmesh", "gradient"])
 

@@ -83,7 +83,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const auto solid = ccslice::LimitSolid::prepare(input.mesh);
     ccslice::LimitEvaluator evaluator(*solid);
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    for (const ccslice::LimitCellId cell : solid->cells()) {
       for (const double t : {0.0, 0.3, 1.0}) {
         if (!evaluator.geo({cell, ccslice::Vec3(t, 0.5 * t, 1 - t)}).allFinite()) std::abort();
       }

@@ -6,6 +6,7 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <thread>
 
@@ -26,7 +27,8 @@ std::vector<std::string> with_program(const std::vector<std::string>& options) {
 
 RunningServer::RunningServer(const std::vector<std::string>& options) {
   std::vector<std::string> command = with_program(options);
-  command.insert(command.end(), {"--listen", "127.0.0.1:0"});
+  if (std::ranges::find(options, "--listen") == options.end())
+    command.insert(command.end(), {"--listen", "127.0.0.1:0"});
   process_ = std::make_unique<client::Process>(command, folder_.path());
   const std::string marker = "serves on ";
   if (!logs(marker, 20s)) throw std::runtime_error("ccsliced doesn't serve: " + log());

@@ -13,7 +13,7 @@
 
 namespace ccslice::server {
 
-/// ccsliced as a process on a free port of this machine.
+/// ccsliced as a process on this machine, on a free port unless the options name one.
 class RunningServer {
  public:
   /// Waits until it serves. Throws std::runtime_error with its log if it doesn't.

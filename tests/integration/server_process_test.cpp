@@ -6,9 +6,17 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
+#include <memory>
 #include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
+#include "client/client.h"
 #include "tests/integration/running_server.h"
 #include "tests/server/test_meshes.h"
 
@@ -119,6 +127,82 @@ TEST(ServerProcess, NoticesAClientThatWasKilled) {
   EXPECT_FALSE(server.upload(make_block(1, 10)).empty()) << "it still serves";
 }
 
+/// A slicing job in this process whose servers are killed one after the other.
+class KilledServers {
+ public:
+  /// How long each one is away.
+  explicit KilledServers(std::vector<std::chrono::milliseconds> absences) : absences_(std::move(absences)) {}
+  ~KilledServers() {
+    if (restart_.joinable()) restart_.join();
+  }
+
+  /// Digests of the layers, and for each absence the time from the server's return to the next layer.
+  std::vector<std::string> slice(const std::shared_ptr<const client::MeshBytes>& mesh, v1::SliceRangeRequest request) {
+    server_ = std::make_unique<RunningServer>();
+    address_ = server_->address();
+    client::Client client({.address = address_});
+    client.ensure_uploaded(mesh);
+    request.set_mesh_id(mesh->id());
+    std::vector<std::string> digests;
+    client.slice(request, [&](const v1::SliceHeader&, const client::Layer& layer) {
+      digests.push_back(client::sha256_of(layer.planes[0].encoded));
+      see_layer();
+    });
+    return digests;
+  }
+  const std::vector<std::chrono::milliseconds>& waits() const { return waits_; }
+
+ private:
+  void see_layer() {
+    if (away_ && back_) {  // Layers that come while it is away were under way before.
+      waits_.push_back(std::chrono::duration_cast<std::chrono::milliseconds>(SteadyClock::now() - back_since_));
+      restart_.join();
+      away_ = back_ = false;
+    }
+    if (away_ || waits_.size() == absences_.size()) return;
+    server_->send_signal(SIGKILL);
+    server_->wait();
+    away_ = true;
+    restart_ = std::thread([this, absence = absences_[waits_.size()]] {
+      std::this_thread::sleep_for(absence);
+      server_ = std::make_unique<RunningServer>(std::vector<std::string>{"--listen", address_});
+      back_since_ = SteadyClock::now();
+      back_ = true;
+    });
+  }
+
+  const std::vector<std::chrono::milliseconds> absences_;
+  std::unique_ptr<RunningServer> server_;
+  std::string address_;
+  bool away_ = false;
+  std::atomic<bool> back_{false};
+  SteadyClock::time_point back_since_;
+  std::vector<std::chrono::milliseconds> waits_;
+  std::thread restart_;
+};
+
+TEST(ServerProcess, ItsClientsGoOnAsSoonAsItIsBack) {
+  const auto mesh = std::make_shared<const client::MeshBytes>(make_box(2, 10));
+  const v1::SliceRangeRequest request = slice_request("", 0.01, 600);
+  const std::vector<std::string> undisturbed = KilledServers({}).slice(mesh, request);
+  KilledServers servers({200ms, 700ms, 1500ms});
+  EXPECT_EQ(servers.slice(mesh, request), undisturbed);
+  ASSERT_EQ(servers.waits().size(), 3u);
+  std::vector<std::chrono::milliseconds> waits = servers.waits();
+  std::ranges::sort(waits);
+  RecordProperty("median_wait_ms", static_cast<int>(waits[1].count()));
+  EXPECT_LT(waits[1], 2s) << "half a second on a machine that does nothing else";
+}
+
+TEST(ServerProcess, TellsOfCutCallsOnlyWhereThereAreSome) {
+  RunningServer server({"--shutdown-grace", "0"});
+  server.send_signal(SIGTERM);
+  const client::ProcessResult result = server.wait();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("stopped"));
+  EXPECT_THAT(result.err, testing::Not(HasSubstr("still open")));
+}
+
 TEST(ServerProcess, AnswersItsOwnHealthCheck) {
   std::string address;
   {
@@ -129,6 +213,14 @@ TEST(ServerProcess, AnswersItsOwnHealthCheck) {
     EXPECT_THAT(healthy.out, HasSubstr("serving"));
   }
   EXPECT_EQ(run_ccsliced({"--health-check", address}).exit_code, 1);
+}
+
+TEST(ServerProcess, SaysInASentenceThatItsPortIsTaken) {
+  RunningServer server;
+  const client::ProcessResult second = run_ccsliced({"--listen", server.address()});
+  EXPECT_EQ(second.exit_code, 1);
+  EXPECT_EQ(second.err, "ccsliced: can't listen on " + server.address() +
+                            ": Address already in use; choose another address with --listen\n");
 }
 
 TEST(ServerProcess, TeachesItsOptions) {

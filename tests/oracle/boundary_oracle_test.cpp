@@ -72,13 +72,13 @@ TEST_P(Boundary, PatchesOfFacesAgreeWithTheLimit) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> unit(0, 1);
   const double tolerance = 1e-11 * subject.diagonal_mm();
-  const auto expect_agreement = [&](std::uint32_t f, const BezierPatch& patch, const Vec2& corner, double size) {
+  const auto expect_agreement = [&](BoundaryFaceId f, const BezierPatch& patch, const Vec2& corner, double size) {
     const double s = unit(random), t = unit(random);
     const CellParam at = surface.cell_param(f, corner.x() + s * size, corner.y() + t * size);
     EXPECT_LT((evaluate(patch, s, t) - evaluator.geo(at)).norm(), tolerance) << "face " << f << " " << to_text(at);
     EXPECT_TRUE(surface.hull_box(f).exteriorDistance(evaluator.geo(at)) < tolerance);
   };
-  for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
+  for (const BoundaryFaceId f : surface.face_ids()) {
     if (surface.faces()[f].regular) {
       for (int i = 0; i < 4; ++i) expect_agreement(f, surface.regular_patch(f), Vec2::Zero(), 1);
       continue;
@@ -103,7 +103,7 @@ TEST_P(Boundary, KeysAreEqualExactlyWherePlacesAre) {
   LimitEvaluator evaluator(subject.solid());
   constexpr std::uint32_t kSteps = 4;
   std::map<SurfaceKey, Vec3> places;
-  for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
+  for (const BoundaryFaceId f : surface.face_ids()) {
     for (std::uint32_t j = 0; j <= kSteps; ++j) {
       for (std::uint32_t i = 0; i <= kSteps; ++i) {
         const Vec3 p = evaluator.geo(surface.cell_param(f, double(i) / kSteps, double(j) / kSteps));

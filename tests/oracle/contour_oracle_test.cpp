@@ -136,7 +136,7 @@ TEST_P(Contour, WindsOnceRoundPointsInsideAndNeverRoundPointsOutside) {
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 30; ++i) {
     const Vec3 normal = random_unit(random);
-    const CellParam at{static_cast<std::uint32_t>(random() % subject.solid().cell_count()),
+    const CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % subject.solid().cell_count())},
                        Vec3(unit(random), unit(random), unit(random))};
     const Vec3 inside = evaluator.geo(at);
     SlicePlane plane = plane_at(normal, 0);

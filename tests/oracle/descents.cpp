@@ -5,7 +5,7 @@
 
 namespace ccslice::oracle {
 
-void compare_on_descent(const Subject& subject, LimitEvaluator& evaluator, std::uint32_t limit_cell,
+void compare_on_descent(const Subject& subject, LimitEvaluator& evaluator, LimitCellId limit_cell,
                         const Descent& descent, std::mt19937& random, WorstError& worst) {
   OneRing ring = subject.one_ring(limit_cell);
   for (int level = 0; level <= descent.levels; ++level) {

@@ -20,7 +20,7 @@ struct Descent {
 };
 
 /// Compares at all corners of the cells of the descent whose limit is known in closed form.
-void compare_on_descent(const Subject& subject, LimitEvaluator& evaluator, std::uint32_t limit_cell,
+void compare_on_descent(const Subject& subject, LimitEvaluator& evaluator, LimitCellId limit_cell,
                         const Descent& descent, std::mt19937& random, WorstError& worst);
 
 /// Corners, edges and the inside: fixed_axes with 3, 2, 1 or no axes.

@@ -69,11 +69,11 @@ TEST_P(Inversion, FindsEveryPointAgain) {
   const std::uint32_t cells = subject.solid().cell_count();
   RoundTrips trips;
   for (int i = 0; i < 600; ++i) {
-    const auto cell = static_cast<std::uint32_t>(random() % cells);
+    const LimitCellId cell{static_cast<std::uint32_t>(random() % cells)};
     const bool deep = i % 4 == 0;
     const CellParam at{cell, random_uvw(random, deep ? 14 : 5)};
     std::optional<CellParam> hint;
-    if (i % 3 == 1) hint = CellParam{static_cast<std::uint32_t>(random() % cells), random_uvw(random, 3)};
+    if (i % 3 == 1) hint = CellParam{LimitCellId{static_cast<std::uint32_t>(random() % cells)}, random_uvw(random, 3)};
     if (i % 3 == 2) hint = CellParam{cell, (at.uvw + 0.05 * random_uvw(random, 1)).cwiseMax(0).cwiseMin(1)};
     round_trip(subject, inverter, at, hint, trips);
   }
@@ -106,11 +106,11 @@ TEST_P(RealInversion, FindsEveryPointAgain) {
   PointInverter inverter(subject.solid());
   std::mt19937 random(3);
   RoundTrips trips;
-  std::array<std::vector<std::uint32_t>, 3> cells;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+  std::array<std::vector<LimitCellId>, 3> cells;
+  for (const LimitCellId cell : subject.solid().cells()) {
     cells[static_cast<std::size_t>(subject.solid().cell_class(cell))].push_back(cell);
   }
-  for (const std::vector<std::uint32_t>& of_class : cells) {
+  for (const std::vector<LimitCellId>& of_class : cells) {
     for (int i = 0; i < 600 && !of_class.empty(); ++i) {
       round_trip(subject, inverter, {of_class[random() % of_class.size()], random_uvw(random, 8)}, std::nullopt, trips);
     }

@@ -39,7 +39,7 @@ Mat3 finite_differences(LimitEvaluator& evaluator, const CellParam& at) {
 
 class Jacobian : public testing::TestWithParam<std::size_t> {};
 
-void expect_finite_differences(const Subject& subject, LimitEvaluator& evaluator, std::uint32_t cell, int samples,
+void expect_finite_differences(const Subject& subject, LimitEvaluator& evaluator, LimitCellId cell, int samples,
                                std::mt19937& random) {
   for (int i = 0; i < samples; ++i) {
     const CellParam at{cell, Vec3(random_parameter(random), random_parameter(random), random_parameter(random))};
@@ -55,7 +55,7 @@ TEST_P(Jacobian, AgreesWithFiniteDifferences) {
   LimitEvaluator evaluator(subject.solid());
   std::mt19937 random(static_cast<std::uint32_t>(GetParam()));
   const int samples = std::max(4, 1500 / static_cast<int>(subject.solid().cell_count()));
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+  for (const LimitCellId cell : subject.solid().cells()) {
     expect_finite_differences(subject, evaluator, cell, samples, random);
   }
 }
@@ -65,7 +65,7 @@ TEST_P(Jacobian, IsFiniteOnTheBordersOfCells) {
   LimitEvaluator evaluator(subject.solid());
   const std::array<double, 5> values = {0, 0x1p-40, 0.5, 1 - 0x1p-40, 1};
   const std::uint32_t stride = subject.solid().cell_count() / 40 + 1;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); cell += stride) {
+  for (LimitCellId cell; cell < subject.solid().cell_count(); cell += stride) {
     for (const double u : values) {
       for (const double v : values) {
         for (const double w : values) {
@@ -86,14 +86,14 @@ TEST_P(RealJacobian, AgreesWithFiniteDifferences) {
   const Subject subject(*mesh);
   LimitEvaluator evaluator(subject.solid());
   std::mt19937 random(5);
-  std::map<CellClass, std::vector<std::uint32_t>> cells;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+  std::map<CellClass, std::vector<LimitCellId>> cells;
+  for (const LimitCellId cell : subject.solid().cells()) {
     cells[subject.solid().cell_class(cell)].push_back(cell);
   }
   for (auto& [cell_class, of_class] : cells) {
     std::shuffle(of_class.begin(), of_class.end(), random);
     of_class.resize(std::min<std::size_t>(of_class.size(), 300));
-    for (const std::uint32_t cell : of_class) expect_finite_differences(subject, evaluator, cell, 4, random);
+    for (const LimitCellId cell : of_class) expect_finite_differences(subject, evaluator, cell, 4, random);
   }
 }
 

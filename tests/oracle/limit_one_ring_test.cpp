@@ -23,7 +23,7 @@ TEST_P(OneRings, LimitAgreesWithBruteForceDownToTinyParameters) {
   std::mt19937 random(static_cast<std::uint32_t>(GetParam()));
   WorstError worst;
   const std::uint32_t stride = subject.solid().cell_count() / kMostCells + 1;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); cell += stride) {
+  for (LimitCellId cell; cell < subject.solid().cell_count(); cell += stride) {
     for (int corner = 0; corner < 8; ++corner) {
       Descent to_corner;
       to_corner.levels = kLevels;

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "tests/oracle/descents.h"
 #include "tests/oracle/real_meshes.h"
@@ -29,11 +28,10 @@ struct ClassErrors {
 ClassErrors compare_every_class(const Subject& subject, std::size_t most_cells) {
   LimitEvaluator evaluator(subject.solid());
   std::mt19937 random(kSeed);
-  std::vector<std::uint32_t> cells(subject.solid().cell_count());
-  std::iota(cells.begin(), cells.end(), 0u);
+  std::vector<LimitCellId> cells = subject.solid().cells().to_vector();
   std::shuffle(cells.begin(), cells.end(), random);
   ClassErrors errors;
-  for (const std::uint32_t cell : cells) {
+  for (const LimitCellId cell : cells) {
     const auto kind = static_cast<std::size_t>(subject.solid().cell_class(cell));
     if (errors.cells[kind] >= most_cells) continue;
     const bool irregular_end = errors.cells[kind]++ % 25 == 0;

@@ -30,7 +30,7 @@ void expect_limit_agrees(const Subject& subject, std::mt19937& random) {
   LimitEvaluator evaluator(subject.solid());
   WorstError worst;
   const std::uint32_t stride = subject.solid().cell_count() / 25 + 1;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); cell += stride) {
+  for (LimitCellId cell; cell < subject.solid().cell_count(); cell += stride) {
     for (int i = 0; i < 3; ++i) {
       compare_on_descent(subject, evaluator, cell, random_descent(random, 8, i == 0 && cell % 5 == 0), random, worst);
     }
@@ -42,7 +42,7 @@ void expect_limit_agrees(const Subject& subject, std::mt19937& random) {
 void expect_round_trips(const Subject& subject, std::mt19937& random) {
   PointInverter inverter(subject.solid());
   for (int i = 0; i < 40; ++i) {
-    CellParam at{static_cast<std::uint32_t>(random() % subject.solid().cell_count()), Vec3::Zero()};
+    CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % subject.solid().cell_count())}, Vec3::Zero()};
     for (int d = 0; d < 3; ++d) {
       const double x = std::exp2(-std::uniform_real_distribution<double>(0.5, 8)(random));
       at.uvw[d] = random() % 2 ? x : 1 - x;

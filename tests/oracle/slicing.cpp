@@ -57,7 +57,7 @@ std::vector<Polygon> polygons_of(const Contours& contours) {
 
 CellBoxes brute_force_boxes(const Subject& subject) {
   CellBoxes boxes;
-  for (std::uint32_t cell = 0; cell < subject.solid().cell_count(); ++cell) {
+  for (const LimitCellId cell : subject.solid().cells()) {
     const OneRing ring = subject.one_ring(cell);
     Box3 all, own;
     for (std::uint32_t v = 0; v < ring.mesh().vertex_count(); ++v) all.extend(ring.mesh().position(v));

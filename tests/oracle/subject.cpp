@@ -45,7 +45,7 @@ void Subject::match_limit_cells() {
   std::uint32_t next = 0;
   for (std::uint32_t c = 0; c < control_.cell_count(); ++c) {
     const std::uint32_t first = next;
-    while (next < solid_->cell_count() && solid_->control_cell(next) == c) ++next;
+    while (next < solid_->cell_count() && solid_->control_cell(LimitCellId{next}) == c) ++next;
     first_limit_cell_.push_back(first);
     match_control_cell(c, first, next - first);
   }
@@ -79,7 +79,7 @@ void Subject::match_by_position(LimitEvaluator& evaluator, const OneRing& ring, 
   const BruteCell& cell = ring.focus();
   if (cell.kind == CellKind::kHex && next < last) {
     const Vec3 centre = ring.limit_at_centre().head<3>();
-    if ((evaluator.geo({next, Vec3::Constant(0.5)}) - centre).norm() < 1e-7 * diagonal_mm_) {
+    if ((evaluator.geo({LimitCellId{next}, Vec3::Constant(0.5)}) - centre).norm() < 1e-7 * diagonal_mm_) {
       limit_cells_[next++] = cell.from;
       return;
     }
@@ -105,7 +105,7 @@ CellParam Subject::locate(const Ancestry& cell, const Vec3& local) const {
     const int below = cell.level - limit.level;
     if (limit.child != cell.child || below < 0) continue;
     bool within = true;
-    CellParam at{i, Vec3::Zero()};
+    CellParam at{LimitCellId{i}, Vec3::Zero()};
     for (int d = 0; d < 3; ++d) {
       within = within && cell.ijk[d] >> below == limit.ijk[d];
       at.uvw[d] = std::ldexp(cell.ijk[d] - std::ldexp(limit.ijk[d], below) + local[d], -below);
@@ -119,7 +119,7 @@ CellParam Subject::locate_in_any(const Ancestry& cell, const Vec3& local) const 
   for (std::uint32_t i = first_limit_cell_[cell.control_cell]; i < first_limit_cell_[cell.control_cell + 1]; ++i) {
     const Ancestry& limit = limit_cells_[i];
     if (limit.child != cell.child) continue;
-    CellParam at{i, Vec3::Zero()};
+    CellParam at{LimitCellId{i}, Vec3::Zero()};
     for (int d = 0; d < 3; ++d) {
       at.uvw[d] = std::ldexp(cell.ijk[d] + local[d], limit.level - cell.level) - limit.ijk[d];
     }

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kSharpAngleDeg = 40;
 
-std::vector<std::uint32_t> folding_cells(ControlMesh mesh) {
+std::vector<ControlCellId> folding_cells(ControlMesh mesh) {
   mesh.allow_folds = true;
   return folding_control_cells(*LimitSolid::prepare(mesh));
 }
@@ -61,8 +61,8 @@ TEST_P(FittedRealMesh, PassesThroughItsBoundaryAndFoldsNothing) {
     }
   }
   EXPECT_EQ(missed, report.missed);
-  const std::vector<std::uint32_t> before = folding_cells(mesh_);
-  for (const std::uint32_t cell : folding_cells(fitted)) EXPECT_TRUE(std::ranges::binary_search(before, cell)) << cell;
+  const std::vector<ControlCellId> before = folding_cells(mesh_);
+  for (const ControlCellId cell : folding_cells(fitted)) EXPECT_TRUE(std::ranges::binary_search(before, cell)) << cell;
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, FittedRealMesh,

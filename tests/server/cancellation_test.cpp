@@ -36,7 +36,7 @@ class Cancellation : public ::testing::Test {
     const auto idle_after = SteadyClock::now() - start;
     RecordProperty("idle_after_ms",
                    static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(idle_after).count()));
-    return idle_after < 100ms && eventually([this] { return server_.server().state().calls.running() == 0; }, 1s);
+    return idle_after < 100ms && eventually([this] { return server_.server().state().admission.running() == 0; }, 1s);
   }
 
   static ServerOptions options() {
@@ -59,7 +59,7 @@ TEST_F(Cancellation, StopsTheWorkWithin100Ms) {
   context.TryCancel();
   EXPECT_FALSE(reader->Read(&message) && reader->Read(&message));
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 0; }, 100ms));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 100ms));
   EXPECT_TRUE(stops());
 }
 
@@ -71,7 +71,7 @@ TEST_F(Cancellation, ADeadlineStopsTheWorkWithin100Ms) {
   while (reader->Read(&message)) {
   }
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 0; }, 100ms));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 100ms));
   EXPECT_TRUE(stops());
 }
 
@@ -85,7 +85,7 @@ TEST_F(Cancellation, AVanishedClientLeavesNothingBehind) {
     ASSERT_TRUE(reader->Read(&message));
     context.TryCancel();
   }
-  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 0; }, 2s));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 2s));
   EXPECT_TRUE(stops());
   EXPECT_TRUE(server_.server().state().cache.erase(id_));
   EXPECT_TRUE(eventually([this] { return server_.server().state().cache.use().used_bytes == 0; }, 1s))
@@ -142,7 +142,7 @@ TEST_F(Cancellation, NobodyWaitsForTheMaskOfAnotherJob) {
   ASSERT_TRUE(reader->Read(&message) && message.has_header());
   std::this_thread::sleep_for(50ms);
   EXPECT_TRUE(server_.slice(halftoned_request(id_, 1)).status.ok());
-  EXPECT_EQ(server_.server().state().calls.running(), 1u) << "the mask is still being made";
+  EXPECT_EQ(server_.server().state().admission.running(), 1u) << "the mask is still being made";
   context.TryCancel();
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
   EXPECT_TRUE(stops());
@@ -159,7 +159,7 @@ TEST_F(Cancellation, AStoppedProbeEnds) {
   ASSERT_TRUE(stream->Read(&response));
   context.TryCancel();
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 0; }, 1s));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 1s));
 }
 
 TEST_F(Cancellation, AnAbandonedUploadLeavesNothingBehind) {
@@ -178,7 +178,7 @@ TEST_F(Cancellation, AnAbandonedUploadLeavesNothingBehind) {
     writer->Finish();
   }
   EXPECT_TRUE(eventually([this] { return server_.server().state().uploads.used_bytes() == 0; }, 2s));
-  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 0; }, 1s));
+  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 1s));
 }
 
 TEST_F(Cancellation, DestroyingTheServerEndsRunningCalls) {

@@ -68,7 +68,7 @@ TEST(Drain, CutsOffWhatOutlastsTheGraceAndSaysWhy) {
   v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100'000);  // Longer than the grace, however fast.
   request.mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
   std::thread client([&] { sliced = server.slice(request); });
-  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
+  EXPECT_TRUE(eventually([&] { return server.server().state().admission.running() == 1; }, 5s));
   std::this_thread::sleep_for(100ms);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_TRUE(server.server().drain(100ms));
@@ -83,7 +83,7 @@ TEST(Drain, CutsOffAPreparationAndSaysWhy) {
   TestServer server;
   grpc::Status status;
   std::thread client([&] { status = server.upload(make_block(60, 10)); });
-  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 1; }, 5s));
+  EXPECT_TRUE(eventually([&] { return server.server().state().admission.running() == 1; }, 5s));
   std::this_thread::sleep_for(100ms);
   (void)server.server().drain(0ms);
   client.join();
@@ -107,7 +107,7 @@ TEST(Drain, CutsOffCallsThatWaitForTheirClientAndSaysWhy) {
   start.mutable_start()->set_mesh_id("sha256:" + std::string(64, 'a'));
   start.mutable_start()->set_size_bytes(1000);
   ASSERT_TRUE(upload->Write(start));
-  EXPECT_TRUE(eventually([&] { return server.server().state().calls.running() == 2; }, 5s));
+  EXPECT_TRUE(eventually([&] { return server.server().state().calls.open() == 2; }, 5s));
   std::this_thread::sleep_for(50ms);
   (void)server.server().drain(0ms);
   EXPECT_EQ(failure_of(probe->Finish()).reason, "SERVER_SHUTTING_DOWN");

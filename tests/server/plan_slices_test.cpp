@@ -218,6 +218,29 @@ TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
             response_.deviation().farthest_vertex_mm().SerializeAsString());
 }
 
+TEST_F(PlanSlices, WarnsOfThinFeatures) {
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_THIN_FEATURE)) << "10 mm are many voxels";
+  request_.set_smallest_feature_mm(10.5);
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_THIN_FEATURE));
+  const v1::PlanWarning& warning = response_.warnings(0);
+  EXPECT_THAT(warning.message(), HasSubstr("only 10 mm thick at ("));
+  EXPECT_THAT(warning.message(), HasSubstr("10.5 mm"));
+  EXPECT_GT(warning.places_mm_size(), 0);
+  EXPECT_GT(warning.control_cells_size(), 0);
+  request_.clear_smallest_feature_mm();
+  for (const double entry : {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.08, 0.0}) {
+    request_.mutable_placement()->add_matrix(entry);
+  }
+  EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_THIN_FEATURE)) << "0.8 mm in layers of 0.5 mm";
+  request_.set_smallest_feature_mm(0);
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_THIN_FEATURE));
+  for (const double wrong : {-1.0, kNan, kInfinity}) {
+    request_.set_smallest_feature_mm(wrong);
+    EXPECT_EQ(failure().reason, "TOLERANCE_INVALID") << wrong;
+    EXPECT_EQ(failure().field, "smallest_feature_mm");
+  }
+}
+
 TEST_F(PlanSlices, RefusesWrongPitches) {
   const auto expect = [this](double pitch, const std::string& reason) {
     request_.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
@@ -313,6 +336,11 @@ TEST_F(PlanSlices, RefusesWrongPlanes) {
   EXPECT_EQ(failure().field, "planes[0].value_range");
   plane.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   EXPECT_EQ(failure().reason, "VALUE_RANGE_UNEXPECTED");
+  plane.clear_value_range();
+  plane.set_sample_type(v1::SAMPLE_TYPE_UINT16);
+  plane.set_outside_sample(70000);
+  EXPECT_EQ(failure().reason, "OUTSIDE_SAMPLE_INVALID");
+  EXPECT_EQ(failure().field, "planes[0].outside_sample");
 }
 
 TEST_F(PlanSlices, RefusesWrongTolerances) {

@@ -119,6 +119,11 @@ TEST_F(Printers, MayBeTheClientsOwn) {
   printer.mutable_tray_mm()->set_y(9);
   EXPECT_THAT(warnings(),
               testing::ElementsAre(v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS, v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY));
+  printer.set_smallest_feature_mm(12);
+  EXPECT_THAT(warnings(), testing::Contains(v1::PLAN_WARNING_KIND_THIN_FEATURE));
+  printer.set_smallest_feature_mm(-1);
+  expect("PRINTER_INVALID", "printer.smallest_feature_mm");
+  printer.clear_smallest_feature_mm();
   printer.mutable_tray_mm()->set_x(std::numeric_limits<double>::quiet_NaN());
   expect("PRINTER_INVALID", "printer.tray_mm");
 }

@@ -131,10 +131,14 @@ TEST(Resources, AMeshThatTakesMoreThanTheServerHasIsRefused) {
 TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
   ServerOptions options = test_options();
   options.max_concurrent_calls = 1;
+  options.max_waiting_calls = 0;
   TestServer server(options);
   v1::PlanSlicesRequest request;
   request.set_mesh_id(server.upload_good(make_block(1, 10)));
-  const auto place = server.server().state().calls.admit();
+  Admission& admission = server.server().state().admission;
+  EXPECT_TRUE(eventually([&] { return admission.running() == 0; }, 1s));
+  Admission::Place place(admission);
+  admission.request(place, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
   grpc::ClientContext context;
   v1::PlanSlicesResponse response;
   EXPECT_EQ(failure_of(server.stub().PlanSlices(&context, request, &response)).reason, "SERVER_BUSY");
@@ -147,13 +151,20 @@ TEST(Resources, ACancelledPlanIsAnsweredWhileTheWorkersAreBusy) {
   request.set_mesh_id(server.upload_good(make_block(1, 10)));
   std::promise<void> open;
   const auto opened = open.get_future().share();
-  for (std::size_t i = 0; i < state.executor.threads(); ++i)
-    state.executor.make_lane().post([opened] { opened.wait(); });
+  const std::size_t processors = state.executor.threads() + 1;
+  std::atomic<std::size_t> busy = 0;
+  for (std::size_t i = 0; i < processors; ++i) {
+    state.executor.make_lane("somebody else", Pieces::kInteractive).post([&busy, opened] {
+      ++busy;
+      opened.wait();
+    });
+  }
+  EXPECT_TRUE(eventually([&] { return busy == processors; }, 5s));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + 200ms);
   v1::PlanSlicesResponse response;
   EXPECT_EQ(server.stub().PlanSlices(&context, request, &response).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_TRUE(eventually([&] { return state.calls.running() == 0; }, 100ms));
+  EXPECT_TRUE(eventually([&] { return state.admission.running() == 0; }, 100ms));
   open.set_value();
 }
 
@@ -166,15 +177,22 @@ class SilentClient : public ::testing::Test {
     return options;
   }
 
+  /// Its id. No call is open any more, so that the next one that is will be the one to look at.
+  std::string upload(const v1::ControlMesh& mesh) {
+    const std::string id = server_.upload_good(mesh);
+    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 0; }, 2s));
+    return id;
+  }
+
   /// Sweeps until the one call has ended.
   void be_silent() {
-    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.running() == 1; }, 2s));
+    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 1; }, 2s));
     server_.server().sweep();
-    EXPECT_EQ(server_.server().state().calls.running(), 1u) << "it has time";
+    EXPECT_EQ(server_.server().state().calls.open(), 1u) << "it has time";
     EXPECT_TRUE(eventually(
         [this] {
           server_.server().sweep();
-          return server_.server().state().calls.running() == 0;
+          return server_.server().state().admission.running() == 0 && server_.server().state().calls.open() == 0;
         },
         5s));
     EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 0; }, 2s));
@@ -224,7 +242,7 @@ TEST_F(SilentClient, LosesItsProbe) {
 }
 
 TEST_F(SilentClient, LosesItsEvaluationAfterTheBatchesBefore) {
-  const std::string id = server_.upload_good(make_block(1, 10));
+  const std::string id = upload(make_block(1, 10));
   grpc::ClientContext context;
   const auto stream = server_.stub().EvaluatePoints(&context);
   v1::EvaluatePointsRequest request;
@@ -252,7 +270,7 @@ TEST_F(SilentClient, LosesItsUpload) {
 }
 
 TEST_F(SilentClient, LosesTheLayersThatItDoesNotRead) {
-  const std::string id = server_.upload_good(make_block(2, 10));
+  const std::string id = upload(make_block(2, 10));
   grpc::ClientContext context;
   const auto reader = server_.stub().SliceRange(&context, large_request(id));
   v1::SliceRangeResponse message;
@@ -265,7 +283,7 @@ TEST_F(SilentClient, LosesTheLayersThatItDoesNotRead) {
 }
 
 TEST_F(SilentClient, LosesAnswersThatItDoesNotRead) {
-  const std::string id = server_.upload_good(make_block(1, 10));
+  const std::string id = upload(make_block(1, 10));
   grpc::ClientContext context;
   const auto stream = server_.stub().EvaluatePoints(&context);
   v1::EvaluatePointsRequest request;
@@ -283,7 +301,7 @@ TEST_F(SilentClient, LosesAnswersThatItDoesNotRead) {
 }
 
 TEST_F(SilentClient, KeepsItsStreamWhileItReadsNowAndThen) {
-  const std::string id = server_.upload_good(make_block(2, 10));
+  const std::string id = upload(make_block(2, 10));
   grpc::ClientContext context;
   const auto reader = server_.stub().SliceRange(&context, large_request(id));
   v1::SliceRangeResponse message;

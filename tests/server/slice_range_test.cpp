@@ -62,6 +62,33 @@ TEST(SliceRange, DeliversABoxAsItIs) {
   EXPECT_EQ(sliced.summary.voxel_count(), 8000u);
 }
 
+TEST(SliceRange, HoldsOutsideWhatIsAskedFor) {
+  TestServer server;
+  v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 20);
+  request.mutable_grid()->mutable_origin_mm()->set_x(-0.5);
+  request.mutable_grid()->mutable_extent()->set_columns(21);
+  request.mutable_grid()->mutable_extent()->set_rows(20);
+  request.mutable_grid()->mutable_extent()->set_layers(20);
+  for (const v1::PlaneEncoding encoding : {v1::PLANE_ENCODING_RAW, v1::PLANE_ENCODING_PNG_ALPHA}) {
+    v1::PlaneSpec& channel = *request.add_planes();
+    channel.mutable_channel()->set_name("x");
+    channel.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+    channel.set_encoding(encoding);
+    channel.set_outside_sample(200);
+  }
+  const Sliced sliced = server.slice(request);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.planes(1).outside_sample(), 200);
+  const std::string& samples = sliced.planes.at(3)[1];
+  ASSERT_EQ(samples.size(), 21u * 20);
+  for (std::size_t row = 0; row < 20; ++row) {
+    EXPECT_EQ(static_cast<unsigned char>(samples[21 * row]), 200) << "the column beside the box";
+    EXPECT_LT(static_cast<unsigned char>(samples[21 * row + 1]), 10);
+  }
+  EXPECT_EQ(sliced.planes.at(3)[2][25], '\x04') << "a PNG of grey and alpha";
+  EXPECT_EQ(sliced.ends.at(3).planes(1).crc32(), sliced.ends.at(3).planes(2).crc32()) << "of the same samples";
+}
+
 TEST(SliceRange, SendsAllChannelsAsOneExr) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 1);
@@ -321,11 +348,19 @@ TEST_F(RefusedSlicing, AMessageLargerThanTheServerTakes) {
   EXPECT_TRUE(server_.upload(make_block(1, 11)).ok()) << "the server is still up";
 }
 
+/// 25 MB: more than goes out unread, so the call lasts as long as nobody reads.
+v1::SliceRangeRequest lasting_request(const std::string& mesh_id) {
+  v1::SliceRangeRequest request = slice_request(mesh_id, 0.01, 0, 200);
+  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  return request;
+}
+
 TEST(SliceRangeUnderLoad, MoreCallsThanTheServerTakesAreToldToComeBack) {
   ServerOptions options = test_options();
   options.max_concurrent_calls = 1;
+  options.max_waiting_calls = 0;
   TestServer server(options);
-  const v1::SliceRangeRequest request = slice_request(server.upload_good(make_block(2, 10)), 0.02, 0, 100);
+  const v1::SliceRangeRequest request = lasting_request(server.upload_good(make_block(2, 10)));
   grpc::ClientContext context;
   const auto reader = server.stub().SliceRange(&context, request);
   v1::SliceRangeResponse message;
@@ -344,7 +379,7 @@ TEST(SliceRangeUnderLoad, AMeshThatIsDeletedWhileInUseIsSlicedToTheEnd) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));
   grpc::ClientContext context;
-  const auto reader = server.stub().SliceRange(&context, slice_request(id, 0.1, 0, 60));
+  const auto reader = server.stub().SliceRange(&context, lasting_request(id));
   v1::SliceRangeResponse message;
   ASSERT_TRUE(reader->Read(&message));
   EXPECT_TRUE(server.server().state().cache.erase(id));

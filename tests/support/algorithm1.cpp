@@ -11,7 +11,7 @@ namespace ccslice::oracle {
 
 Algorithm1::Algorithm1(Algorithm1Solid& solid, const Algorithm1Options& options) : solid_(solid), options_(options) {}
 
-void Algorithm1::add_candidate(std::uint32_t cell, const Vec3& point) {
+void Algorithm1::add_candidate(LimitCellId cell, const Vec3& point) {
   Candidate best{cell, Vec3::Zero(), std::numeric_limits<double>::infinity()};
   for (int k = 0; k < 4; ++k) {
     for (int j = 0; j < 4; ++j) {
@@ -59,16 +59,16 @@ std::optional<CellParam> Algorithm1::invert(const Vec3& point) {
   ++full_inversions_;
   ring_cells_.clear();
   const std::span<const Box3> ring_boxes = solid_.ring_boxes();
-  for (std::uint32_t cell = 0; cell < ring_boxes.size(); ++cell) {
+  for (const LimitCellId cell : IdRange<LimitCellId>(ring_boxes.size())) {
     if (ring_boxes[cell].contains(point)) ring_cells_.push_back(cell);
   }
   candidates_.clear();
-  for (const std::uint32_t cell : ring_cells_) {
+  for (const LimitCellId cell : ring_cells_) {
     if (solid_.corner_boxes()[cell].contains(point)) add_candidate(cell, point);
   }
   if (const auto found = trace(point)) return found;
   candidates_.clear();
-  for (const std::uint32_t cell : ring_cells_) add_candidate(cell, point);
+  for (const LimitCellId cell : ring_cells_) add_candidate(cell, point);
   return trace(point);
 }
 

@@ -59,12 +59,12 @@ class Algorithm1 {
 
  private:
   struct Candidate {
-    std::uint32_t cell;
+    LimitCellId cell;
     Vec3 start;
     double distance2;
   };
   /// Line 3.
-  void add_candidate(std::uint32_t cell, const Vec3& point);
+  void add_candidate(LimitCellId cell, const Vec3& point);
   /// Lines 2-13 over the candidates.
   std::optional<CellParam> trace(const Vec3& point);
   /// Lines 4-11.
@@ -72,7 +72,7 @@ class Algorithm1 {
 
   Algorithm1Solid& solid_;
   Algorithm1Options options_;
-  std::vector<std::uint32_t> ring_cells_;  // The list L.
+  std::vector<LimitCellId> ring_cells_;  // The list L.
   std::vector<Candidate> candidates_;
   std::size_t full_inversions_ = 0, coherent_inversions_ = 0;
 };

@@ -37,8 +37,8 @@ class BentRow final : public Algorithm1Solid {
 TEST(Algorithm1, FindsTheCellAndParameterOfAPoint) {
   BentRow row(4);
   Algorithm1 algorithm(row, {.threshold_mm = 1e-9});
-  for (const CellParam& at :
-       {CellParam{0, {0.1, 0.2, 0.3}}, CellParam{2, {0.9, 0.01, 0.99}}, CellParam{3, {0.5, 1, 0}}}) {
+  for (const CellParam& at : {CellParam{LimitCellId{0}, {0.1, 0.2, 0.3}}, CellParam{LimitCellId{2}, {0.9, 0.01, 0.99}},
+                              CellParam{LimitCellId{3}, {0.5, 1, 0}}}) {
     const auto found = algorithm.invert(row.geo(at));
     ASSERT_TRUE(found);
     EXPECT_EQ(found->cell, at.cell);
@@ -53,12 +53,12 @@ TEST(Algorithm1, ReusesNeighboursWithinACellAndSearchesAcross) {
   Algorithm1 algorithm(row, {.threshold_mm = 1e-9});
   std::vector<Vec3> points;
   for (int i = 0; i < 10; ++i)
-    points.push_back(row.geo({static_cast<std::uint32_t>(i / 5), {0.1 + 0.2 * (i % 5), 0.5, 0.5}}));
+    points.push_back(row.geo({LimitCellId(i / 5), {0.1 + 0.2 * (i % 5), 0.5, 0.5}}));
   std::vector<std::optional<CellParam>> line(points.size());
   algorithm.invert_line(points, std::vector<bool>(points.size(), true), {}, line);
   EXPECT_EQ(algorithm.full_inversions(), 2u);
   EXPECT_EQ(algorithm.coherent_inversions(), 8u);
-  for (int i = 0; i < 10; ++i) EXPECT_EQ(line[i]->cell, static_cast<std::uint32_t>(i / 5));
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(line[i]->cell, LimitCellId(i / 5));
 }
 
 }  // namespace

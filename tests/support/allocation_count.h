@@ -13,4 +13,14 @@ namespace ccslice::oracle {
 /// In all, since the program began.
 std::size_t allocated_bytes();
 
+/// How much more was held at once than when this was made, at most. One at a time.
+class HeldMemory {
+ public:
+  HeldMemory();
+  std::size_t most_bytes() const;
+
+ private:
+  std::size_t before_;
+};
+
 }  // namespace ccslice::oracle

@@ -10,12 +10,13 @@ _START_S = 30
 
 
 class Server:
-    """ccsliced on a free port of this machine, with its log in a file of `folder`."""
+    """ccsliced on a free port of this machine, with its log in a file of `folder`. `open_files`: its limit of them."""
 
-    def __init__(self, program, folder, *options):
+    def __init__(self, program, folder, *options, open_files=None):
         self._log = folder / "server.log"
+        limit = ["prlimit", f"--nofile={open_files}:{open_files}"] if open_files else []
         with open(self._log, "wb") as log:
-            self._process = subprocess.Popen([program, "--listen", "127.0.0.1:0", *options], stderr=log)
+            self._process = subprocess.Popen([*limit, program, "--listen", "127.0.0.1:0", *options], stderr=log)
 
     def __enter__(self):
         return self

@@ -29,6 +29,19 @@ TEST(CancellationToken, OfItselfNeverCancels) {
   token.throw_if_cancelled();
 }
 
+int polls = 0;
+
+TEST(CancellationToken, GivesWayAtEveryPollAndBeforeItThrows) {
+  const CancellationToken token = CancellationToken::make([]() noexcept { ++polls; });
+  token.throw_if_cancelled();
+  EXPECT_EQ(polls, 1);
+  EXPECT_FALSE(token.cancelled());
+  EXPECT_EQ(polls, 1) << "a look is no poll";
+  token.cancel();
+  EXPECT_THROW(token.throw_if_cancelled(), Error);
+  EXPECT_EQ(polls, 2);
+}
+
 TEST(PeriodicPoll, LooksAtItsTokenOnceInAPeriod) {
   const CancellationToken token = CancellationToken::make();
   token.cancel();

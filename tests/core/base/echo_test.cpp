@@ -42,6 +42,32 @@ TEST(Echoed, NeverCutsACharacterInTwo) {
 
 TEST(Echoed, ReplacesControlCharacters) { EXPECT_EQ(echoed(std::string("a\n\0b\x7f", 5)), "a??b?"); }
 
+TEST(Echoed, ReplacesWhatATerminalWouldObey) {
+  EXPECT_EQ(echoed("a\x1b[2J"), "a?[2J");
+  EXPECT_EQ(echoed("a\b\b"), "a??");
+  EXPECT_EQ(echoed("\xc2\x9b"
+                   "2J"),
+            "?2J")
+      << "CSI as one character of C1";
+  EXPECT_EQ(echoed("\x9b"
+                   "2J \xff"),
+            "?2J ?")
+      << "the same without UTF-8";
+  EXPECT_EQ(echoed("a\xe2\x80\xae"
+                   "b"),
+            "a?b")
+      << "from right to left";
+  EXPECT_EQ(echoed("H\xc3\xa4rte \xe2\x82\xac"), "H\xc3\xa4rte \xe2\x82\xac");
+}
+
+TEST(Harmless, IsWholeAndKeepsLines) {
+  const std::string lines = "one\n\ttwo " + std::string(1000, 'x');
+  EXPECT_EQ(harmless(lines), lines);
+  EXPECT_EQ(harmless("a\rb\x1b[31m\xc2\x85"
+                     "c\x9b"),
+            "a?b?[31m?c?");
+}
+
 TEST(EchoedList, NamesTheFirstAndCountsTheRest) {
   std::vector<std::string> items = {"1", "2", "3"};
   EXPECT_EQ(echoed_list(items, 3), "1, 2, 3");

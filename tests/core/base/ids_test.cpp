@@ -21,12 +21,15 @@ TEST(Ids, AreNotMadeOfNumbersOrOtherIdsUnasked) {
   EXPECT_FALSE((std::assignable_from<CellId&, std::uint32_t>));
   EXPECT_FALSE((std::assignable_from<CellId&, VertexId>));
   EXPECT_TRUE((std::convertible_to<CellId, std::uint32_t>));
+  EXPECT_FALSE((std::convertible_to<ControlCellId, LimitCellId>));
+  EXPECT_FALSE((std::convertible_to<FaceId, BoundaryFaceId>));
 }
 
 TEST(Ids, CompareWithTheirOwnKindOnly) {
   EXPECT_TRUE((Comparable<CellId, CellId>));
   EXPECT_FALSE((Comparable<CellId, VertexId>));
   EXPECT_FALSE((Comparable<FaceId, HalfFaceId>));
+  EXPECT_FALSE((Comparable<LimitCellId, ControlCellId>));
   EXPECT_LT(CellId{1}, CellId{2});
 }
 
@@ -38,6 +41,18 @@ TEST(Ids, AreNoLargerThanTheirNumbers) {
 TEST(IdRange, CountsFromZero) {
   EXPECT_EQ(IdRange<EdgeId>{3}.to_vector(), (std::vector<EdgeId>{EdgeId{0}, EdgeId{1}, EdgeId{2}}));
   EXPECT_TRUE(IdRange<EdgeId>{0}.to_vector().empty());
+}
+
+TEST(IdRange, CountsFromItsFirstId) {
+  const IdRange<LimitCellId> cells(LimitCellId{5}, LimitCellId{7});
+  EXPECT_EQ(cells.size(), 2u);
+  EXPECT_EQ(cells.to_vector(), (std::vector<LimitCellId>{LimitCellId{5}, LimitCellId{6}}));
+}
+
+TEST(Ids, AreSkippedInSteps) {
+  LimitCellId cell{2};
+  cell += 3;
+  EXPECT_EQ(cell, LimitCellId{5});
 }
 
 }  // namespace

@@ -25,9 +25,9 @@ TEST(ContourIndex, FindsEveryFaceWhoseHullThePlaneMeets) {
     const Box3 box = solid->placed_bounding_box(placement);
     for (int plane = 0; plane < 20; ++plane) {
       const double height = normal.dot(box.min() + unit(random) * (box.max() - box.min()));
-      std::vector<std::uint32_t> found, expected;
+      std::vector<BoundaryFaceId> found, expected;
       index.faces_at(height, found);
-      for (std::uint32_t face = 0; face < surface.faces().size(); ++face) {
+      for (const BoundaryFaceId face : surface.face_ids()) {
         const Box3 hull = surface.hull_box(face);
         bool below = false, above = false;
         for (int corner = 0; corner < 8; ++corner) {

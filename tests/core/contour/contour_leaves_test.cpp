@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <random>
 #include <string>
 #include <tuple>
@@ -32,8 +31,7 @@ struct Place {
 class ContourLeavesTest : public testing::TestWithParam<const char*> {
  protected:
   ContourLeavesTest() : points_(oracle::tiny_mesh(GetParam()), kSeed), leaves_(points_.surface), random_(kSeed) {
-    faces_.resize(points_.face_count());
-    std::iota(faces_.begin(), faces_.end(), 0u);
+    faces_ = points_.surface.face_ids().to_vector();
   }
 
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
@@ -47,19 +45,19 @@ class ContourLeavesTest : public testing::TestWithParam<const char*> {
   std::vector<double> telling_heights() {
     std::vector<double> result;
     for (const double below_mm : {1e-4, 1e-3, 1e-2}) result.push_back(points_.heights().second - below_mm);
-    for (const std::uint32_t face : faces_) {
+    for (const BoundaryFaceId face : faces_) {
       if (points_.surface.faces()[face].regular || result.size() > 12) continue;
       for (const double above_mm : {1e-5, -1e-4, 3e-4}) result.push_back(points_.height(face, 0, 0) + above_mm);
     }
     return result;
   }
 
-  bool is_above(const LeafCriteria& at, std::uint32_t face, double s, double t) {
+  bool is_above(const LeafCriteria& at, BoundaryFaceId face, double s, double t) {
     return points_.height(face, s, t) > at.height_mm;
   }
 
   /// Where the plane cuts the line between two places of a face that lie on different sides.
-  Place crossing(const LeafCriteria& at, std::uint32_t face, Place from, Place to) {
+  Place crossing(const LeafCriteria& at, BoundaryFaceId face, Place from, Place to) {
     const bool from_above = is_above(at, face, from.s, from.t);
     for (int step = 0; step < 60; ++step) {
       const Place middle{0.5 * (from.s + to.s), 0.5 * (from.t + to.t)};
@@ -68,7 +66,7 @@ class ContourLeavesTest : public testing::TestWithParam<const char*> {
     return from;
   }
 
-  bool is_in_leaf(std::uint32_t face, const Place& place) const {
+  bool is_in_leaf(BoundaryFaceId face, const Place& place) const {
     constexpr double kSlack = 1e-9;
     return std::any_of(leaves_.leaves().begin(), leaves_.leaves().end(), [&](const ContourLeaf& leaf) {
       const SurfaceBox& box = leaves_.surface(leaf).node.box;
@@ -91,7 +89,7 @@ class ContourLeavesTest : public testing::TestWithParam<const char*> {
 
   SurfacePoints points_;
   ContourLeaves leaves_;
-  std::vector<std::uint32_t> faces_;
+  std::vector<BoundaryFaceId> faces_;
   std::mt19937 random_;
 };
 
@@ -100,7 +98,7 @@ TEST_P(ContourLeavesTest, HoldEveryPlaceThatThePlaneCuts) {
   for (int trial = 0; trial < 6; ++trial) {
     const LeafCriteria at = criteria(0.01, 0.1);
     leaves_.collect(faces_, at);
-    for (const std::uint32_t face : faces_) {
+    for (const BoundaryFaceId face : faces_) {
       for (int k = 0; k < 10; ++k) {
         const Place from{share(), share()}, to{share(), share()};
         if (is_above(at, face, from.s, from.t) == is_above(at, face, to.s, to.t)) continue;
@@ -203,7 +201,7 @@ TEST_P(ContourLeavesTest, ShareEachEdgeThatThePlaneCutsWithOneOther) {
     leaves_.collect(faces_, at);
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;  // Directed.
     for (const ContourLeaf& leaf : leaves_.leaves()) {
-      const std::uint32_t face = leaves_.surface(leaf).node.box.face;
+      const BoundaryFaceId face = leaves_.surface(leaf).node.box.face;
       std::vector<std::pair<std::uint32_t, std::uint32_t>> rim;
       leaves_.walk_rim(leaf, [&](int, const RimVertex& from, const RimVertex& to) {
         EXPECT_TRUE(rim.empty() || rim.back().second == from.id);

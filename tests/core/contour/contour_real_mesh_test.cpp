@@ -21,7 +21,7 @@ void expect_loops_close(const LimitSolid& solid) {
   const double diagonal_mm = solid.summary().bounding_box.diagonal().norm();
   std::mt19937 random(20261125);
   for (int trial = 0; trial < 24; ++trial) {
-    const auto face = static_cast<std::uint32_t>(random() % surface.faces().size());
+    const BoundaryFaceId face{static_cast<std::uint32_t>(random() % surface.faces().size())};
     const double s = trial % 2 == 0 ? 0 : 0.37;
     const Placement placement = trial % 3 == 0 ? Placement::Identity() : random_placement(random);
     const Vec3 through = placement * evaluator.geo(surface.cell_param(face, s, s));

@@ -11,7 +11,7 @@ namespace ccslice {
 namespace {
 
 void add_crossings(ContourStitcher& stitcher, const std::vector<Vec2>& points) {
-  for (const Vec2& xy : points) stitcher.add_crossing({.face = 0, .s = 0, .t = 0, .xy = xy});
+  for (const Vec2& xy : points) stitcher.add_crossing({.face = {}, .s = 0, .t = 0, .xy = xy});
 }
 
 std::vector<double> xs(const ContourLoop& loop) {
@@ -68,7 +68,7 @@ TEST(ContourStitcher, KeepsWhatLiesBetweenInTheOrderOfTheLoop) {
   ContourStitcher stitcher;
   add_crossings(stitcher, {{0, 0}, {1, 0}, {2, 1}});
   const auto add_between = [&](const std::vector<double>& values) {
-    for (const double x : values) stitcher.add_between({.face = 0, .s = 0, .t = 0, .xy = {x, 0}});
+    for (const double x : values) stitcher.add_between({.face = {}, .s = 0, .t = 0, .xy = {x, 0}});
   };
   add_between({0.3, 0.6});
   stitcher.add_segment(0, 1);

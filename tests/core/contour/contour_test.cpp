@@ -188,7 +188,7 @@ TEST(Contour, EveryPlaneThroughAFaceCornerIsSafe) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
-    for (std::uint32_t face = 0; face < surface.faces().size(); face += 3) {
+    for (BoundaryFaceId face; face < surface.faces().size(); face += 3) {
       const Vec3 corner = evaluator.geo(surface.cell_param(face, 0, 0));
       for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(Vec3(1, 1, 1).normalized())}) {
         const SlicePlane plane = plane_through(corner, normal);

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -24,8 +23,7 @@ constexpr double kRounding = 1e-9;  // mm.
 class SideSolverTest : public testing::TestWithParam<const char*> {
  protected:
   SideSolverTest() : points_(oracle::tiny_mesh(GetParam()), kSeed), leaves_(points_.surface), solver_(points_.surface) {
-    faces_.resize(points_.face_count());
-    std::iota(faces_.begin(), faces_.end(), 0u);
+    faces_ = points_.surface.face_ids().to_vector();
   }
 
   /// The leaves of a layer.
@@ -41,7 +39,7 @@ class SideSolverTest : public testing::TestWithParam<const char*> {
     const auto [low, high] = points_.heights();
     std::vector<double> result;
     for (int k = 0; k < 8; ++k) result.push_back(std::uniform_real_distribution<double>(low, high)(random));
-    for (const std::uint32_t face : faces_) {
+    for (const BoundaryFaceId face : faces_) {
       if (points_.surface.faces()[face].regular) continue;
       const double vertex = points_.height(face, 0, 0);
       result.insert(result.end(), {vertex + 1e-6, vertex - 1e-4});
@@ -53,7 +51,7 @@ class SideSolverTest : public testing::TestWithParam<const char*> {
   SurfacePoints points_;
   ContourLeaves leaves_;
   SideSolver solver_;
-  std::vector<std::uint32_t> faces_;
+  std::vector<BoundaryFaceId> faces_;
   double height_mm_ = 0;
 };
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint32_t kSeed = 20261123;
 
 TEST(SurfaceBox, CornersGoCounterClockwiseAndQuartersTileIt) {
-  const SurfaceBox box{3, kSurfaceOne / 4, kSurfaceOne / 2, kSurfaceOne / 4};
+  const SurfaceBox box{BoundaryFaceId{3}, kSurfaceOne / 4, kSurfaceOne / 2, kSurfaceOne / 4};
   const std::uint32_t s = box.s, t = box.t, size = box.size;
   EXPECT_EQ(box.corner(0), (std::array{s, t}));
   EXPECT_EQ(box.corner(1), (std::array{s + size, t}));
@@ -84,7 +84,7 @@ TEST(SurfaceVertices, EveryFinestEdgeIsSharedByTwoLeavesInOppositeDirections) {
       SurfaceVertices vertices(points.surface);
       std::vector<SurfaceBox> leaves;
       std::vector<std::uint32_t> middles;
-      for (std::uint32_t face = 0; face < points.face_count(); ++face) {
+      for (const BoundaryFaceId face : points.surface.face_ids()) {
         vertices.enter_coarser_middles(face, middles);
         halve_at_random({face}, trial, vertices, random, leaves);
       }
@@ -121,16 +121,16 @@ TEST(SurfaceVertices, EveryFinestEdgeIsSharedByTwoLeavesInOppositeDirections) {
 TEST(SurfaceVertices, MiddlesAreOfTheSidesInOrder) {
   SurfacePoints points(oracle::tiny_mesh("box_3"), kSeed);
   SurfaceVertices vertices(points.surface);
-  const SurfaceBox box{2, kSurfaceOne / 2, 0, kSurfaceOne / 2};
+  const SurfaceBox box{BoundaryFaceId{2}, kSurfaceOne / 2, 0, kSurfaceOne / 2};
   const std::array<std::uint32_t, 4> middles = vertices.enter_middles(box);
   for (int k = 0; k < 4; ++k) {
     const auto [s0, t0] = box.corner(k);
     const auto [s1, t1] = box.corner((k + 1) % 4);
-    EXPECT_EQ(vertices.find(2, std::midpoint(s0, s1), std::midpoint(t0, t1)), middles[k]);
+    EXPECT_EQ(vertices.find(BoundaryFaceId{2}, std::midpoint(s0, s1), std::midpoint(t0, t1)), middles[k]);
   }
   EXPECT_EQ(vertices.size(), 4u);
   EXPECT_EQ(vertices.enter_middles(box), middles);
-  EXPECT_EQ(vertices.find(2, 0, 0), IdTable<SurfaceKey>::kNone);
+  EXPECT_EQ(vertices.find(BoundaryFaceId{2}, 0, 0), IdTable<SurfaceKey>::kNone);
   vertices.clear();
   EXPECT_EQ(vertices.size(), 0u);
 }

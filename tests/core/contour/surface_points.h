@@ -44,18 +44,18 @@ class SurfacePoints {
     axes.offset = 10 * random_direction(random);
   }
 
-  std::uint32_t face_count() const { return static_cast<std::uint32_t>(surface.faces().size()); }
   /// Along the axes.
-  Vec3 at(std::uint32_t face, double s, double t) { return axes(evaluator_.geo(surface.cell_param(face, s, t))); }
-  Vec3 at_vertex(std::uint32_t face, std::uint32_t s, std::uint32_t t) {
+  Vec3 at(BoundaryFaceId face, double s, double t) { return axes(evaluator_.geo(surface.cell_param(face, s, t))); }
+  Vec3 at_vertex(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) {
     return at(face, s / double{kSurfaceOne}, t / double{kSurfaceOne});
   }
-  double height(std::uint32_t face, double s, double t) { return at(face, s, t).z(); }
+  double height(BoundaryFaceId face, double s, double t) { return at(face, s, t).z(); }
 
   /// Of some points.
   std::pair<double, double> heights() {
-    std::pair range(height(0, 0, 0), height(0, 0, 0));
-    for (std::uint32_t face = 0; face < face_count(); ++face) {
+    const double first = height(BoundaryFaceId{0}, 0, 0);
+    std::pair range(first, first);
+    for (const BoundaryFaceId face : surface.face_ids()) {
       for (int k = 0; k < 9; ++k) {
         const double z = height(face, 0.5 * (k % 3), 0.5 * (k / 3));
         range = {std::min(range.first, z), std::max(range.second, z)};

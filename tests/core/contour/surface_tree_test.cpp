@@ -32,7 +32,7 @@ class SurfaceTreeTest : public testing::TestWithParam<const char*> {
 
   /// Calls visit(id) for the nodes that hold a random place of each face, down to a depth.
   void descend(int depth, const std::function<void(std::uint32_t)>& visit) {
-    for (std::uint32_t face = 0; face < points_.face_count(); ++face) {
+    for (const BoundaryFaceId face : points_.surface.face_ids()) {
       const double s = trials_++ % 3 == 0 ? 1e-3 * share() : share(), t = s < 1e-3 ? 1e-3 * share() : share();
       std::uint32_t id = tree_.root(face);
       for (int level = 0;; ++level) {
@@ -196,7 +196,7 @@ TEST_P(SurfaceTreeTest, VerticesOfAllNodesAreTheSameWhereTheyMeet) {
 }
 
 TEST_P(SurfaceTreeTest, StandInsMeetTheirSiblingsAndTheIrregularVertex) {
-  for (std::uint32_t face = 0; face < points_.face_count(); ++face) {
+  for (const BoundaryFaceId face : points_.surface.face_ids()) {
     std::uint32_t id = tree_.root(face);
     if (!tree_.node(id).remainder) continue;
     for (int level = 1; level <= 10; ++level) {
@@ -219,16 +219,16 @@ TEST_P(SurfaceTreeTest, StandInsMeetTheirSiblingsAndTheIrregularVertex) {
 
 TEST_P(SurfaceTreeTest, NodesAreKeptForTheSameAxesWithinBounds) {
   EXPECT_FALSE(tree_.start(points_.axes, 0));
-  const std::uint32_t root = tree_.root(1);
+  const std::uint32_t root = tree_.root(BoundaryFaceId{1});
   tree_.children(root);
   const double low = tree_.node(root).low;
   EXPECT_FALSE(tree_.start(points_.axes, 0));
-  EXPECT_EQ(tree_.root(1), root);
+  EXPECT_EQ(tree_.root(BoundaryFaceId{1}), root);
   AffineMap other = points_.axes;
   other.offset.z() += 1;
   EXPECT_TRUE(tree_.start(other, 0));
   EXPECT_EQ(tree_.vertices().size(), 0u);
-  const std::uint32_t moved = tree_.root(1);
+  const std::uint32_t moved = tree_.root(BoundaryFaceId{1});
   tree_.children(moved);
   EXPECT_NEAR(tree_.node(moved).low, low + 1, kRounding);
   // The root, and four nodes for each that is halved.

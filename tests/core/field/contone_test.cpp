@@ -114,6 +114,30 @@ TEST(ContonePlane, ForgetsTheLayerBefore) {
   EXPECT_THAT(plane.image().samples, ElementsAre(0, 0));
 }
 
+TEST(ContonePlane, HoldsTheSampleForOutsideWhereNothingIsSet) {
+  PlaneSpec spec = channel_plane(SampleType::kUint8);
+  spec.outside_sample = 255;
+  ContonePlane bytes(spec, {"a", 0, 255});
+  spec.sample_type = SampleType::kUint16;
+  spec.outside_sample = 0x1234;
+  ContonePlane words(spec, {"a", 0, 65535});
+  spec.sample_type = SampleType::kFloat32;
+  spec.outside_sample = std::numeric_limits<double>::quiet_NaN();
+  ContonePlane floats(spec, {"a", 0, 1});
+  for (int layer = 0; layer < 2; ++layer) {
+    for (ContonePlane* plane : {&bytes, &words, &floats}) {
+      plane->clear(2, 1);
+      plane->set(1, std::vector<double>{0, 0});
+    }
+    EXPECT_THAT(bytes.image().samples, ElementsAre(255, 0));
+    EXPECT_THAT(words.image().samples, ElementsAre(0x34, 0x12, 0, 0));
+    float values[2];
+    std::memcpy(values, floats.image().samples.data(), sizeof values);
+    EXPECT_TRUE(std::isnan(values[0]));
+    EXPECT_EQ(values[1], 0.0f);
+  }
+}
+
 class SetCubic : public testing::TestWithParam<SampleType> {
  protected:
   static double sample(const ContonePlane& plane, std::size_t index) {

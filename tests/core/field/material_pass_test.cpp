@@ -22,12 +22,12 @@ class IdentityField final : public MaterialField {
     hints.push_back(hint ? std::optional<Vec3>(hint->uvw) : std::nullopt);
     if (on_invert) on_invert();
     if (unreachable && unreachable(world)) return std::nullopt;
-    return InversionResult{{0, world}, 1e-9 * static_cast<double>(points.size()), 2, !hint};
+    return InversionResult{{{}, world}, 1e-9 * static_cast<double>(points.size()), 2, !hint};
   }
   std::optional<InversionResult> nearest(const Vec3& world) override {
     ++nearest_calls;
     if (nothing_anywhere) return std::nullopt;
-    return InversionResult{{0, world + Vec3(100, 0, 0)}, 100, 9, true};
+    return InversionResult{{{}, world + Vec3(100, 0, 0)}, 100, 9, true};
   }
   void mat(const CellParam& at, std::span<double> out) override {
     for (int i = 0; i < 3; ++i) out[i] = at.uvw[i];

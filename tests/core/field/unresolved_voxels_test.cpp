@@ -30,7 +30,7 @@ class PlaneField final : public MaterialField {
     ++nearest_calls;
     if (nowhere) return std::nullopt;
     InversionResult result;
-    result.at = {7, world};
+    result.at = {LimitCellId{7}, world};
     return result;
   }
   void mat(const CellParam& at, std::span<double> out) override { out[0] = at.uvw.x() + 100 * at.uvw.y(); }

@@ -32,7 +32,7 @@ Vec3 parameter(const ParamBox& box, std::size_t node) {
 
 double at(const BlockValues& values, std::size_t slot) { return values[slot / kLanes][slot % kLanes]; }
 
-void expect_samples(LimitEvaluator& evaluator, CellBlockSampler& sampler, std::uint32_t cell, const ParamBox& box,
+void expect_samples(LimitEvaluator& evaluator, CellBlockSampler& sampler, LimitCellId cell, const ParamBox& box,
                     const std::string& where) {
   CellBlock block;
   sampler.sample(cell, box, block);
@@ -59,7 +59,7 @@ TEST(CellBlock, SamplesWhatTheEvaluatorFinds) {
     LimitEvaluator evaluator(*solid), other(*solid);
     CellBlockSampler sampler(evaluator, {1, 0});
     const std::uint32_t step = std::max(1u, solid->cell_count() / 6);
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += step) {
+    for (LimitCellId cell; cell < solid->cell_count(); cell += step) {
       for (const ParamBox& box : {whole, inner, octant, thin, corner}) expect_samples(other, sampler, cell, box, name);
     }
   }
@@ -75,7 +75,7 @@ TEST(CellBlock, SamplesByStencilsToo) {
   CellBlockSampler sampler(evaluator, channels);
   std::map<CellClass, std::size_t> by_stencils;
   const ParamBox boxes[] = {{}, {Vec3(0, 0.5, 0.25), Vec3(0.25, 1, 0.75)}};
-  for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += 3) {
+  for (LimitCellId cell; cell < solid->cell_count(); cell += 3) {
     for (const ParamBox& box : boxes) {
       if (solid->cell_class(cell) == CellClass::kRegular || !stencils.are_worth_it(data.cells[cell], box)) continue;
       ++by_stencils[solid->cell_class(cell)];
@@ -105,9 +105,9 @@ TEST(CellBlock, SamplesByStencilsToo) {
 }
 
 /// A cell that is sampled by stencils as a whole.
-std::uint32_t frequent_cell(const LimitSolid& solid) {
+LimitCellId frequent_cell(const LimitSolid& solid) {
   const BlockStencils stencils(solid.data());
-  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+  for (const LimitCellId c : solid.cells()) {
     const LimitCell& cell = solid.data().cells[c];
     if (cell.cell_class != CellClass::kRegular && stencils.are_worth_it(cell, {})) return c;
   }
@@ -119,7 +119,7 @@ TEST(CellBlock, SamplesManyChannels) {
   const std::vector<std::uint32_t> channels = {1, 0, 0, 1, 1, 0, 1, 0, 0, 1};
   const auto rare = LimitSolid::prepare(oracle::tiny_mesh("boundary_edge_4_hexes"));
   const auto frequent = LimitSolid::prepare(oracle::tiny_mesh("plate_4x4x1"));
-  for (const auto& [solid, cell] : {std::pair(rare, 0u), std::pair(frequent, frequent_cell(*frequent))}) {
+  for (const auto& [solid, cell] : {std::pair(rare, LimitCellId{0}), std::pair(frequent, frequent_cell(*frequent))}) {
     ASSERT_GE(solid->channel_count(), 2u);
     for (const ParamBox& box : {ParamBox{}, ParamBox{Vec3(0.5, 0.5, 0.5), Vec3(0.75, 1, 0.5625)}}) {
       for (std::size_t count = 0; count <= channels.size(); ++count) {
@@ -167,7 +167,7 @@ TEST(CellBlock, IsTheSameToTheBitWhateverWasSampledBefore) {
     if (solid->channel_count() == 0) continue;
     LimitEvaluator evaluator(*solid), other(*solid);
     CellBlockSampler sampler(evaluator, {0});
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += 1 + solid->cell_count() / 4) {
+    for (LimitCellId cell; cell < solid->cell_count(); cell += 1 + solid->cell_count() / 4) {
       ParamBox box;
       for (unsigned depth = 0; depth < 9; ++depth) {
         CellBlock block, alone;
@@ -194,7 +194,7 @@ TEST(CellBlock, SamplesEdgesBetweenNodes) {
     LimitEvaluator evaluator(*solid), other(*solid);
     CellBlockSampler sampler(evaluator, {0});
     CellBlock block;
-    sampler.sample_between_nodes(0, box, block);
+    sampler.sample_between_nodes(LimitCellId{0}, box, block);
     std::vector<double> channels(solid->channel_count());
     for (int axis = 0; axis < 3; ++axis) {
       for (int place = 0; place < 8; ++place) {
@@ -204,7 +204,7 @@ TEST(CellBlock, SamplesEdgesBetweenNodes) {
           const int turned = (axis + a) % 3;
           uvw[turned] = box.low[turned] + share[a] * (box.high[turned] - box.low[turned]);
         }
-        const Vec3 position = other.geo_and_mat({0, uvw}, channels);
+        const Vec3 position = other.geo_and_mat({LimitCellId{0}, uvw}, channels);
         bool found = false;
         for (std::size_t k = 0; k < 2 * kLanes; ++k) {
           const std::size_t slot = 2 * kLanes * static_cast<std::size_t>(axis) + k;
@@ -224,7 +224,7 @@ TEST(CellBlock, FillsSpareSlotsWithNodes) {
   LimitEvaluator evaluator(*solid);
   CellBlockSampler sampler(evaluator, {0});
   CellBlock block;
-  sampler.sample(0, {}, block);
+  sampler.sample(LimitCellId{0}, {}, block);
   EXPECT_EQ(at(block.values[0], 63), at(block.values[0], block_slot(124)));
   EXPECT_EQ(at(block.values[0], 127), at(block.values[0], block_slot(123)));
 }

@@ -85,7 +85,7 @@ class CellFitterTest : public testing::Test {
   void take(const ControlMesh& mesh, const std::vector<Function>& channels) { take(mesh, channels, Options{}); }
 
   /// Of a cell that may lie anywhere, none of them unknown.
-  Parts examined(std::uint32_t cell) {
+  Parts examined(LimitCellId cell) {
     CellFitter fitter(solid_, spec_);
     Parts parts(1);
     parts[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
@@ -94,12 +94,12 @@ class CellFitterTest : public testing::Test {
   }
 
   /// Fills channels_.
-  Vec3 voxel_at(std::uint32_t cell, const Vec3& uvw) {
+  Vec3 voxel_at(LimitCellId cell, const Vec3& uvw) {
     return voxel_of_mesh_ * evaluator_->geo_and_mat({cell, uvw}, channels_);
   }
 
   /// At a parameter, of a piece's polynomials, as a share of the tolerance.
-  double error_at(std::uint32_t cell, const CellPiece& piece, const Vec3& uvw) {
+  double error_at(LimitCellId cell, const CellPiece& piece, const Vec3& uvw) {
     const Vec3 place = piece.frame(voxel_at(cell, uvw));
     double worst = 0;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
@@ -110,7 +110,7 @@ class CellFitterTest : public testing::Test {
   }
 
   /// Half way between the first two and the last two of five nodes of each edge, as a share of the tolerance.
-  double worst_on_edges(std::uint32_t cell, const CellNode& part) {
+  double worst_on_edges(LimitCellId cell, const CellNode& part) {
     double worst = 0;
     for (int axis = 0; axis < 3; ++axis) {
       for (int k = 0; k < 8; ++k) {
@@ -125,7 +125,7 @@ class CellFitterTest : public testing::Test {
     return worst;
   }
 
-  BlockPoints nodes_of(std::uint32_t cell, const ParamBox& box) {
+  BlockPoints nodes_of(LimitCellId cell, const ParamBox& box) {
     BlockPoints points;
     for (std::size_t n = 0; n < points.size(); ++n) {
       const Vec3 share =
@@ -135,7 +135,7 @@ class CellFitterTest : public testing::Test {
     return points;
   }
 
-  bool is_ambiguous(std::uint32_t cell, const ParamBox& box) {
+  bool is_ambiguous(LimitCellId cell, const ParamBox& box) {
     Box3 place;
     for (const Vec3& point : nodes_of(cell, box)) place.extend(point);
     return solid_->data().is_ambiguous(place.transformed(voxel_of_mesh_.inverse(Eigen::Affine)));
@@ -186,7 +186,7 @@ TEST_F(CellFitterTest, AGradientOverACubeIsOnePieceThatReproducesIt) {
   // Exact as floats.
   take(sharp_box(), {[](const Vec3& p) { return p.x() / 8 - p.y() / 16 + p.z() / 64; }, [](const Vec3&) { return 3; }});
   std::mt19937 random(kSeed);
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Parts parts = examined(cell);
     ASSERT_EQ(parts.size(), 1u);
     ASSERT_EQ(parts[0].kind, Kind::kPiece);
@@ -238,7 +238,7 @@ TEST_F(CellFitterTest, PiecesKeepTheToleranceAtRandomParameters) {
       SCOPED_TRACE(name + ", tolerance " + std::to_string(tolerance) + ", seed " + std::to_string(kSeed));
       take(mesh, {smooth, noise(3)}, {.tolerance = tolerance});
       double in_pieces = 0;
-      for (std::uint32_t cell = 0; cell < solid_->cell_count(); cell += 5) {
+      for (LimitCellId cell; cell < solid_->cell_count(); cell += 5) {
         const Parts parts = examined(cell);
         expect_halves_tile(parts);
         for (const CellNode& part : parts) {
@@ -262,7 +262,7 @@ TEST_F(CellFitterTest, PiecesAreMadeOfTheirNodes) {
   oracle::jitter(mesh, 0.5, kSeed);
   take(mesh, {noise(4)}, {.tolerance = 0.03});
   std::size_t pieces = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     for (const CellNode& part : examined(cell)) {
       if (part.kind != Kind::kPiece) continue;
       ++pieces;
@@ -300,7 +300,7 @@ TEST_F(CellFitterTest, HalvesWhatBulgesHoweverWellCubicsFit) {
   }
   take(mesh, {[](const Vec3&) { return 1; }});
   std::size_t halved = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Parts parts = examined(cell);
     expect_halves_tile(parts);
     for (const CellNode& part : parts) {
@@ -322,7 +322,7 @@ TEST_F(CellFitterTest, PiecesBesideIrregularLinesAreGoodBetweenTheirNodesToo) {
       for (const double tolerance : {0.2, 0.1, 0.05, 0.02}) {
         take(oracle::tiny_mesh(name), {noise(seed)}, {.pitch_mm = Vec3::Constant(0.1), .tolerance = tolerance});
         const VoxelBlocks blocks(*solid_, spec_);
-        for (std::uint32_t cell = 0; cell < solid_->cell_count(); cell += 3) {
+        for (LimitCellId cell; cell < solid_->cell_count(); cell += 3) {
           for (const CellNode& part : examined(cell)) {
             if (part.kind != Kind::kPiece || blocks.is_in_one_patch(cell, part.parameters)) continue;
             ++pieces;
@@ -339,7 +339,7 @@ TEST_F(CellFitterTest, PiecesBesideIrregularLinesAreGoodBetweenTheirNodesToo) {
 TEST_F(CellFitterTest, HalvesAlongAxesThatHelpAlone) {
   const auto chessboard = [](const Vec3& p) { return std::lround((p.x() + p.y()) / 10) % 2; };
   take(sharp_box(), {chessboard}, {.pitch_mm = Vec3::Constant(0.2), .tolerance = 1e-3});
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Parts parts = examined(cell);
     expect_halves_tile(parts);
     EXPECT_EQ(parts[0].kind, Kind::kHalved);
@@ -360,7 +360,7 @@ TEST_F(CellFitterTest, TheErrorOfAPieceGrowsToItsToleranceWithinItsReach) {
   std::size_t within = 0, at_most = 0;
   for (const double tolerance : {0.02, 0.5, 2.0}) {
     take(sharp_box(), {noise(5)}, {.pitch_mm = Vec3::Constant(0.05), .tolerance = tolerance});
-    for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid_->cells()) {
       for (const CellNode& part : examined(cell)) {
         if (part.kind != Kind::kPiece) continue;
         const double columns = 2 / part.piece->frame.scale.x(), most = std::min(8.0, 0.1 * columns);
@@ -383,14 +383,14 @@ TEST_F(CellFitterTest, TheErrorOfAPieceGrowsToItsToleranceWithinItsReach) {
 
 TEST_F(CellFitterTest, PiecesHaveNoMoreRowsThanTrianglesOfRowsAllow) {
   take(sharp_box(), {[](const Vec3& p) { return p.x(); }}, {.pitch_mm = {0.1, 10.0 / 1030, 0.1}});
-  const Parts parts = examined(0);
+  const Parts parts = examined(LimitCellId{0});
   ASSERT_EQ(parts.size(), 9u);  // Halved along all axes.
   for (std::size_t k = 1; k < parts.size(); ++k) {
     ASSERT_EQ(parts[k].kind, Kind::kPiece);
     EXPECT_NEAR(2 / parts[k].piece->frame.scale.y(), 515, 1e-6);
   }
   take(sharp_box(), {[](const Vec3& p) { return p.x(); }}, {.pitch_mm = {0.1, 10.0 / 1020, 0.1}});
-  EXPECT_EQ(examined(0).size(), 1u);
+  EXPECT_EQ(examined(LimitCellId{0}).size(), 1u);
 }
 
 /// Of cubes of n^3 voxels.
@@ -398,7 +398,7 @@ class PartsOfFewVoxels : public CellFitterTest {
  protected:
   Parts of(double n, double tolerance) {
     take(sharp_box(), {noise(6)}, {.pitch_mm = Vec3::Constant(10 / n), .tolerance = tolerance});
-    return examined(13);
+    return examined(LimitCellId{13});
   }
 };
 
@@ -411,7 +411,7 @@ TEST_F(PartsOfFewVoxels, AreHolesWithAMapOfTheirParametersIfNoCubicFits) {
     ASSERT_TRUE(parts[0].map);
     for (int k = 0; k < 10; ++k) {
       const Vec3 uvw = random_in({}, random);
-      EXPECT_LT(((*parts[0].map)(voxel_at(13, uvw)) - uvw).norm(), 1e-12);
+      EXPECT_LT(((*parts[0].map)(voxel_at(LimitCellId{13}, uvw)) - uvw).norm(), 1e-12);
     }
   }
 }
@@ -448,7 +448,7 @@ TEST_F(CellFitterTest, WhatFoldsIsAHole) {
   ASSERT_GT(solid_->summary().folding_cells, 0u);
   std::mt19937 random(kSeed);
   std::size_t folded = 0, pieces = 0, halved = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Parts parts = examined(cell);
     expect_halves_tile(parts);
     for (const CellNode& part : parts) {
@@ -481,7 +481,7 @@ TEST_F(CellFitterTest, WhatFoldsIsAHole) {
 TEST_F(CellFitterTest, PiecesAtASteepBoundaryKnowWhatIsBeyondIt) {
   take(sharp_box(), {[](const Vec3& p) { return p.x() / 8; }}, {.tolerance = 1e-3, .outside_mm = 0.01});
   std::mt19937 random(kSeed);
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Parts parts = examined(cell);
     ASSERT_EQ(parts.size(), 1u);
     const CellPiece& piece = *parts[0].piece;
@@ -511,7 +511,7 @@ TEST_F(CellFitterTest, WhatIsBeyondCountsWhereChannelsChangeByTheToleranceOutsid
   for (const auto& [share, steep] : {std::pair(0.99, false), {1.01, true}}) {
     take(sharp_box(), {[](const Vec3&) { return 1; }, gradient},
          {.tolerance = 1e-3, .outside_mm = share * 1e-3 / (5.0 / 16)});
-    for (const std::uint32_t cell : {0u, 1u, 4u, 13u, 26u}) {
+    for (const LimitCellId cell : {LimitCellId{0}, LimitCellId{1}, LimitCellId{4}, LimitCellId{13}, LimitCellId{26}}) {
       const unsigned sides = solid_->data().cells[cell].boundary_sides;
       EXPECT_EQ(examined(cell)[0].piece->beyond.size(), steep ? std::popcount(sides) : 0) << cell;
     }
@@ -523,7 +523,7 @@ TEST_F(CellFitterTest, BeyondIsPositiveOnAndOutsideOfBentBoundaries) {
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> unit(0, 1);
   std::size_t faces = 0, inner = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); cell += 2) {
+  for (LimitCellId cell; cell < solid_->cell_count(); cell += 2) {
     const unsigned sides = solid_->data().cells[cell].boundary_sides;
     for (const CellNode& part : examined(cell)) {
       if (part.kind != Kind::kPiece) continue;
@@ -573,11 +573,11 @@ TEST_F(CellFitterTest, PartsAreTheSameInWhateverOrderTheyAreExamined) {
   std::mt19937 random(kSeed);
   CellFitter busy(solid_, spec_);
   std::size_t pieces = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); cell += 11) {
+  for (LimitCellId cell; cell < solid_->cell_count(); cell += 11) {
     Parts expected = examined(cell), parts(1), elsewhere(1);
     parts[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
     elsewhere[0].bounds = parts[0].bounds;
-    busy.examine((cell + 1) % solid_->cell_count(), elsewhere, 0);
+    busy.examine(LimitCellId{(cell + 1) % solid_->cell_count()}, elsewhere, 0);
     std::vector<std::uint32_t> unknown{0};
     while (!unknown.empty()) {
       std::swap(unknown[random() % unknown.size()], unknown.back());

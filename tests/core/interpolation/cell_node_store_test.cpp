@@ -23,40 +23,41 @@ const Box3 kBounds(Vec3::Zero(), Vec3::Ones());
 
 TEST(CellNodeStore, KeepsCellsAsTheyAreLeft) {
   CellNodeStore store(1 << 20);
-  const std::shared_ptr<CellNodes> nodes = store.nodes_of(7, kBounds);
+  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{7}, kBounds);
   ASSERT_EQ(nodes->nodes.size(), 1u);
   EXPECT_EQ(nodes->nodes[0].kind, CellNode::Kind::kUnknown);
   EXPECT_EQ(nodes->nodes[0].bounds.max(), kBounds.max());
-  EXPECT_EQ(store.nodes_of(7, kBounds), nodes);
-  EXPECT_NE(store.nodes_of(8, kBounds), nodes);
+  EXPECT_EQ(store.nodes_of(LimitCellId{7}, kBounds), nodes);
+  EXPECT_NE(store.nodes_of(LimitCellId{8}, kBounds), nodes);
 }
 
 TEST(CellNodeStore, ForgetsTheCellsAskedForLongestAgo) {
   const std::size_t one = [] {
     CellNodeStore store(1 << 20);
-    (void)store.nodes_of(0, kBounds);
+    (void)store.nodes_of(LimitCellId{0}, kBounds);
     return store.memory_bytes();
   }();
   CellNodeStore store(3 * one);
-  const std::shared_ptr<CellNodes> first = store.nodes_of(1, kBounds), second = store.nodes_of(2, kBounds);
-  (void)store.nodes_of(3, kBounds);
-  EXPECT_EQ(store.nodes_of(1, kBounds), first);
-  (void)store.nodes_of(4, kBounds);
+  const std::shared_ptr<CellNodes> first = store.nodes_of(LimitCellId{1}, kBounds),
+                                   second = store.nodes_of(LimitCellId{2}, kBounds);
+  (void)store.nodes_of(LimitCellId{3}, kBounds);
+  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kBounds), first);
+  (void)store.nodes_of(LimitCellId{4}, kBounds);
   EXPECT_EQ(store.memory_bytes(), 3 * one);
-  EXPECT_EQ(store.nodes_of(1, kBounds), first);
-  EXPECT_NE(store.nodes_of(2, kBounds), second);
+  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kBounds), first);
+  EXPECT_NE(store.nodes_of(LimitCellId{2}, kBounds), second);
 }
 
 TEST(CellNodeStore, CountsWhatIsAddedToTheCellsThatItKeeps) {
   CellNodeStore store(1 << 20);
-  const std::shared_ptr<CellNodes> nodes = store.nodes_of(1, kBounds);
+  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{1}, kBounds);
   const std::size_t before = store.memory_bytes();
   nodes->nodes.resize(100);
-  store.set_memory(1, *nodes);
+  store.set_memory(LimitCellId{1}, *nodes);
   EXPECT_GE(store.memory_bytes(), before + 90 * sizeof(CellNode));
   CellNodes other;
-  store.set_memory(1, other);
-  store.set_memory(2, other);
+  store.set_memory(LimitCellId{1}, other);
+  store.set_memory(LimitCellId{2}, other);
   EXPECT_GE(store.memory_bytes(), before + 90 * sizeof(CellNode));
 }
 

@@ -42,7 +42,7 @@ Vec3 random_share(std::mt19937& random) {
 }
 
 /// Position and channels.
-Eigen::VectorXd sample(LimitEvaluator& evaluator, std::uint32_t cell, const ParamBox& box, const Vec3& share) {
+Eigen::VectorXd sample(LimitEvaluator& evaluator, LimitCellId cell, const ParamBox& box, const Vec3& share) {
   std::vector<double> channels(evaluator.solid().channel_count());
   Eigen::VectorXd all(3 + channels.size());
   all.head<3>() = evaluator.geo_and_mat({cell, box.low + share.cwiseProduct(box.high - box.low)}, channels);
@@ -62,7 +62,7 @@ double lagrange(std::size_t node, double share) {
 /// What interpolation at the nodes leaves out, by evaluating all of them.
 class Interpolated {
  public:
-  Interpolated(LimitEvaluator& evaluator, std::uint32_t cell, const ParamBox& box)
+  Interpolated(LimitEvaluator& evaluator, LimitCellId cell, const ParamBox& box)
       : evaluator_(evaluator), cell_(cell), box_(box) {
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
       const Vec3 share(n % kBlockNodes, n / kBlockNodes % kBlockNodes, n / kBlockNodes / kBlockNodes);
@@ -80,7 +80,7 @@ class Interpolated {
 
  private:
   LimitEvaluator& evaluator_;
-  std::uint32_t cell_;
+  LimitCellId cell_;
   ParamBox box_;
   std::array<Eigen::VectorXd, std::tuple_size_v<BlockPoints>> nodes_;
 };
@@ -117,7 +117,7 @@ struct Found {
 };
 
 /// Nothing sampled in the box is larger than it may be.
-void expect_bounded(LimitEvaluator& evaluator, LineResiduals& line_residuals, std::uint32_t cell, const ParamBox& box,
+void expect_bounded(LimitEvaluator& evaluator, LineResiduals& line_residuals, LimitCellId cell, const ParamBox& box,
                     std::mt19937& random, Found& found) {
   BlockResiduals residuals;
   if (!line_residuals.find(cell, box, residuals)) return;
@@ -151,7 +151,7 @@ TEST(LineResiduals, AreNoLargerThanTheirBounds) {
     LimitEvaluator evaluator(*solid);
     LineResiduals residuals(solid->data(), {0, 1});
     std::map<std::pair<CellClass, std::uint32_t>, int> seen;  // A few cells of each neighbourhood.
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid->cells()) {
       const LimitCell& limit_cell = solid->data().cells[cell];
       if (limit_cell.cell_class == CellClass::kRegular || ++seen[{limit_cell.cell_class, limit_cell.op}] > 2) continue;
       Found& found = limit_cell.cell_class == CellClass::kLine ? in_lines : in_vertices;
@@ -170,7 +170,7 @@ TEST(LineResiduals, OfBoxesAcrossSubCellsAreNotKnown) {
   LineResiduals line_residuals(solid->data(), {});
   BlockResiduals residuals;
   std::size_t vertex_cells = 0;
-  for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid->cells()) {
     const CellClass cell_class = solid->cell_class(cell);
     EXPECT_EQ(line_residuals.find(cell, {}, residuals), cell_class == CellClass::kLine) << cell;
     vertex_cells += cell_class == CellClass::kVertex;

@@ -24,14 +24,14 @@ constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
 /// A box at the line of a line cell, or off it, and a cubic of the place in a frame of its own.
 struct Case {
   LimitEvaluator& evaluator;
-  std::uint32_t cell;
+  LimitCellId cell;
   ParamBox box;
   VoxelFrame frame;
   CubicPolynomial cubic;
   std::array<BlockValues, 3> places;
   BlockValues errors;
 
-  Case(LimitEvaluator& limit, std::uint32_t number, const ParamBox& part, std::mt19937& random, double bent)
+  Case(LimitEvaluator& limit, LimitCellId number, const ParamBox& part, std::mt19937& random, double bent)
       : evaluator(limit), cell(number), box(part) {
     Box3 bounds;
     for (std::size_t n = 0; n < kNodes; ++n) bounds.extend(sample(node(n)).first);
@@ -94,7 +94,7 @@ TEST(ResidualBound, NothingBetweenTheNodesIsLarger) {
     LineResiduals line_residuals(solid->data(), {0});
     BlockResiduals residuals;
     std::size_t of_mesh = 0;
-    for (std::uint32_t cell = 0; cell < solid->cell_count() && of_mesh < 4; ++cell) {
+    for (LimitCellId cell; cell < solid->cell_count() && of_mesh < 4; cell += 1) {
       if (solid->cell_class(cell) != CellClass::kLine) continue;
       ++of_mesh;
       for (const ParamBox& box : {whole, octant, slab, far, off}) {
@@ -124,7 +124,7 @@ TEST(ResidualBound, IsSmallWhereTheChannelFollowsThePosition) {
   LineResiduals line_residuals(solid->data(), {0});
   std::mt19937 random(7);
   std::size_t cases = 0;
-  for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid->cells()) {
     if (solid->cell_class(cell) != CellClass::kLine) continue;
     Case c(evaluator, cell, {}, random, 0);
     c.cubic.fill(0);

@@ -22,10 +22,10 @@ TEST(SmallCells, ARegularCellOfFewerThanFiveThousandVoxelsIsSmall) {
   const auto solid = LimitSolid::prepare(make_box());
   const SmallCells fine(solid, mesh_of_voxels(4 / 17.2)), coarse(solid, mesh_of_voxels(4 / 17.0));
   EXPECT_FALSE(fine.are_all()) << "17.2^3 = 5088";
-  EXPECT_FALSE(fine.contain(0));
+  EXPECT_FALSE(fine.contain(LimitCellId{0}));
   EXPECT_FALSE(fine.any_at(Vec3(10, 10, 10)));
   EXPECT_TRUE(coarse.are_all()) << "17^3 = 4913";
-  EXPECT_TRUE(coarse.contain(0));
+  EXPECT_TRUE(coarse.contain(LimitCellId{0}));
   EXPECT_TRUE(coarse.any_at(Vec3(10, 10, 10)));
   EXPECT_TRUE(coarse.any_at(Vec3(-1e6, 0, 0))) << "all are, so nobody looks";
 }

@@ -79,7 +79,7 @@ class TileFitterTest : public testing::Test {
     LimitEvaluator evaluator(*solid_);
     std::vector<double> channels(solid_->channel_count());
     double worst = 0;
-    for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid_->cells()) {
       if (!solid_->index().cell_boxes.box(cell).transformed(voxel_of_world).intersects(box)) continue;
       for (int n = 0; n < (kSteps + 1) * (kSteps + 1) * (kSteps + 1); ++n) {
         const Vec3 steps(n % (kSteps + 1), n / (kSteps + 1) % (kSteps + 1), n / (kSteps + 1) / (kSteps + 1));

@@ -74,7 +74,7 @@ class SplitTile : public testing::Test {
     const TileTree::Node split = tree_.add_split(0b101);
     const VoxelFrame frame = VoxelFrame::of(Vec3(0, 0, 16), Vec3(63, 63, 23));
     tree_.set_child(split, 0b000, tree_.add_polynomials(frame, constant(7)));
-    tree_.set_child(split, 0b001, tree_.add_exact(CellParam{42, Vec3::Zero()}));
+    tree_.set_child(split, 0b001, tree_.add_exact(CellParam{LimitCellId{42}, Vec3::Zero()}));
     const TileTree::Node rows = tree_.add_split(0b010);
     tree_.set_child(rows, 0b000, tree_.add_exact({}));
     tree_.set_child(rows, 0b010, tree_.add_polynomials(frame, constant(8)));

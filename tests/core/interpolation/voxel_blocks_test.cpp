@@ -49,7 +49,7 @@ TEST_F(VoxelBlocksTest, AreWhatTheEvaluatorSaysAtTheNodes) {
   BlockPlacesInVoxels places;
   std::vector<BlockValues> values(7);
   std::vector<double> channels(3);
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     blocks.sample(cell, box, places, values);
     ASSERT_EQ(values.size(), 2u);
     for (std::size_t n = 0; n < std::tuple_size_v<BlockPoints>; ++n) {

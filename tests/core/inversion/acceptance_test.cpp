@@ -27,7 +27,7 @@ TEST(Acceptance, IsAShareOfTheCellOrTheMostAllowed) {
     const auto solid = cubes(size_mm);
     const Acceptance acceptance(*solid, 1e-6);
     const double share = kAcceptOfCell * size_mm / std::sqrt(3.0), expected = std::min(share, 1e-6);
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid->cells()) {
       EXPECT_NEAR(acceptance.in_cell(cell), expected, 1e-9 * expected) << size_mm;
     }
     EXPECT_NEAR(acceptance.at(Mat3::Identity() / size_mm), expected, 1e-9 * expected);
@@ -47,7 +47,7 @@ TEST(Acceptance, AsksForNoMoreThanDoublesCanTellApart) {
   const auto far_away = cubes(1e-3, Vec3(0, -2e5, 0));
   const Acceptance acceptance(*far_away, 1e-6);
   EXPECT_NEAR(acceptance.least_mm(), 16 * 0x1p-52 * 2e5, 1e-14);
-  EXPECT_EQ(acceptance.in_cell(0), acceptance.least_mm());
+  EXPECT_EQ(acceptance.in_cell(LimitCellId{0}), acceptance.least_mm());
   EXPECT_EQ(acceptance.at(1e30 * Mat3::Identity()), acceptance.least_mm());
   EXPECT_EQ(Acceptance(*far_away, 1e-20).at(1e-30 * Mat3::Identity()), acceptance.least_mm());
 }

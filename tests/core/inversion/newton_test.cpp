@@ -16,7 +16,7 @@ TEST(Newton, ArrivesInOneStepInALinearCell) {
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
   const NewtonResult result =
-      newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(1, 9, 4), Acceptance(*solid, 1e-9));
+      newton_in_cell(evaluator, LimitCellId{0}, Vec3(0.5, 0.5, 0.5), Vec3(1, 9, 4), Acceptance(*solid, 1e-9));
   EXPECT_LT((result.uvw - Vec3(0.1, 0.9, 0.4)).norm(), 1e-12);
   EXPECT_EQ(result.steps, 1);
 }
@@ -26,11 +26,12 @@ TEST(Newton, SlidesAlongTheFaceToTheNearestParameter) {
   oracle::sharpen_by_cells(mesh, 1);
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
-  const NewtonResult face = newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 3, 4), Acceptance(*solid, 1e-9));
+  const NewtonResult face =
+      newton_in_cell(evaluator, LimitCellId{0}, Vec3(0.5, 0.5, 0.5), Vec3(-2, 3, 4), Acceptance(*solid, 1e-9));
   EXPECT_LT((face.uvw - Vec3(0, 0.3, 0.4)).norm(), 1e-12);
   EXPECT_NEAR(face.residual_mm, 2, 1e-12);
   const NewtonResult corner =
-      newton_in_cell(evaluator, 0, Vec3(0.5, 0.5, 0.5), Vec3(-2, 13, 15), Acceptance(*solid, 1e-9));
+      newton_in_cell(evaluator, LimitCellId{0}, Vec3(0.5, 0.5, 0.5), Vec3(-2, 13, 15), Acceptance(*solid, 1e-9));
   EXPECT_LT((corner.uvw - Vec3(0, 1, 1)).norm(), 1e-12);
 }
 
@@ -38,7 +39,7 @@ TEST(Newton, NeverLeavesTheCell) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
-    for (std::uint32_t c = 0; c < solid->cell_count(); c += 3) {
+    for (LimitCellId c; c < solid->cell_count(); c += 3) {
       for (const Vec3& far : {Vec3(100, 0, 0), Vec3(-50, 80, -20), Vec3(15, 15, 15)}) {
         const NewtonResult result =
             newton_in_cell(evaluator, c, Vec3(0.375, 0.625, 0.125), far, Acceptance(*solid, 1e-9));

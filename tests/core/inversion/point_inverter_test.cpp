@@ -33,7 +33,7 @@ TEST(PointInverter, FindsEveryEvaluatedPointOfTheCatalogue) {
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
     for (int i = 0; i < 300; ++i) {
-      CellParam at{cell(random), Vec3(u(random), u(random), u(random))};
+      CellParam at{LimitCellId{cell(random)}, Vec3(u(random), u(random), u(random))};
       // Every third point lies beside a line, every ninth beside a corner.
       for (int a = 0; a < (i % 3 ? 0 : i % 9 ? 2 : 3); ++a) at.uvw[a] = std::exp2(-exponent(random));
       const Vec3 point = evaluator.geo(at);
@@ -52,7 +52,7 @@ class PlacesBesideFaces {
       : random_(random), cell_(0, solid.cell_count() - 1), exponent_(8, most_halvings) {}
 
   CellParam operator()(int i) {
-    CellParam at{cell_(random_), Vec3(u_(random_), u_(random_), u_(random_))};
+    CellParam at{LimitCellId{cell_(random_)}, Vec3(u_(random_), u_(random_), u_(random_))};
     for (int k = 0; k <= i / 3 % 2; ++k) {
       const double distance = std::exp2(-exponent_(random_));
       at.uvw[(i + k) % 3] = i % 5 < 2 ? distance : 1 - distance;
@@ -148,7 +148,7 @@ TEST(PointInverter, EndsAtTheFaceBelowAPointThatAHintLeadsTo) {
   std::uniform_int_distribution<std::uint32_t> face(0, static_cast<std::uint32_t>(surface.faces().size() - 1));
   int quick = 0;
   for (int i = 0; i < 1000; ++i) {
-    const std::uint32_t f = face(random);
+    const BoundaryFaceId f{face(random)};
     const CellParam at = surface.cell_param(f, u(random), u(random));
     const LimitSample sample = evaluator.sample(at);
     const int axis = surface.faces()[f].cell_side / 2;
@@ -197,7 +197,7 @@ TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
   std::uniform_int_distribution<std::uint32_t> face(0, static_cast<std::uint32_t>(surface.faces().size() - 1));
   int inside = 0;
   for (int i = 0; i < 4000; ++i) {
-    const CellParam at = surface.cell_param(face(random), u(random), u(random));
+    const CellParam at = surface.cell_param(BoundaryFaceId{face(random)}, u(random), u(random));
     // A thousandth of a millimetre to some side: outside of the arm itself, half of the time.
     const Vec3 point = evaluator.geo(at) + 1e-3 * Vec3(u(random) - 0.5, u(random) - 0.5, u(random) - 0.5);
     const auto searched = fresh.invert(point);
@@ -219,7 +219,7 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
   const Vec3 point = solid->summary().folds.front().position;
   const auto plain = inverter.invert(point);
   ASSERT_TRUE(plain);
-  for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+  for (const LimitCellId c : solid->cells()) {
     const auto hinted = inverter.invert(point, CellParam{c, Vec3::Constant(0.5)});
     ASSERT_TRUE(hinted);
     EXPECT_EQ(hinted->at.cell, plain->at.cell);
@@ -239,7 +239,7 @@ TEST(PointInverter, GivesOverlapsToThePartWithTheLowestCellWhateverTheHint) {
     const bool in_first = (point.array() < 30).all();
     const bool in_second =
         ((point - Vec3(13, 14, 12)).array() > 0).all() && ((point - Vec3(13, 14, 12)).array() < 30).all();
-    const CellParam hint{static_cast<std::uint32_t>(random() % 54), Vec3(u(random), u(random), u(random))};
+    const CellParam hint{LimitCellId{static_cast<std::uint32_t>(random() % 54)}, Vec3(u(random), u(random), u(random))};
     const auto found = inverter.invert(point, hint);
     ASSERT_EQ(found.has_value(), in_first || in_second) << point.transpose();
     if (!found) continue;

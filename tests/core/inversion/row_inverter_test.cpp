@@ -68,7 +68,7 @@ TEST(RowInverter, FindsEveryPointOfRowsThroughTheCatalogue) {
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
     for (int i = 0; i < 8; ++i) {
-      const Vec3 middle = evaluator.geo({cell(random), Vec3(u(random), u(random), u(random))});
+      const Vec3 middle = evaluator.geo({LimitCellId{cell(random)}, Vec3(u(random), u(random), u(random))});
       const Vec3 step = (i % 2 ? 0.05 : 0.4) * Vec3(direction(random), direction(random), direction(random));
       rows.expect_exact(middle - 20 * step, step, 41, name);
     }
@@ -110,7 +110,7 @@ void expect_alike(double scale) {
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
     for (int i = 0; i < 12; ++i) {
-      CellParam middle{cell(random), Vec3(u(random), u(random), u(random))};
+      CellParam middle{LimitCellId{cell(random)}, Vec3(u(random), u(random), u(random))};
       for (int a = 0; a < i % 4; ++a) middle.uvw[a] = std::exp2(-exponent(random));
       const Vec3 step = scale * (i % 2 ? 0.05 : 0.4) * Vec3(direction(random), direction(random), direction(random));
       EXPECT_LT(worst_difference(rows, evaluator.geo(middle) - 20 * step, step, 41, compared), 1e-6)

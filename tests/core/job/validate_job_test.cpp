@@ -148,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "ask for EXR"},
         Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
                 ErrorCode::kEnumValueUnknown, "planes[0].encoding",
-                "ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF or EXR"},
+                "ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF, EXR, PNG_ALPHA or TIFF_ALPHA"},
         Spoiled{"EmptyRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {2, 2};
@@ -179,6 +179,18 @@ INSTANTIATE_TEST_SUITE_P(
                   job.planes[0].range = {0, 1};
                 },
                 ErrorCode::kValueRangeUnexpected, "planes[0].value_range", "leave it out"},
+        Spoiled{"OutsideOfOccupancy", [](SliceJob& job) { job.planes[0].outside_sample = 1; },
+                ErrorCode::kOutsideSampleInvalid, "planes[0].outside_sample", "leave it out"},
+        Spoiled{"OutsideBeyondBytes", [](SliceJob& job) { job.planes[1].outside_sample = 256; },
+                ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
+        Spoiled{"OutsideBetweenSamples", [](SliceJob& job) { job.planes[1].outside_sample = 0.5; },
+                ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
+        Spoiled{"OutsideNanOfBytes", [](SliceJob& job) { job.planes[1].outside_sample = kNan; },
+                ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
+        Spoiled{"OutsideBeyondFloats", [](SliceJob& job) { job.planes[2].outside_sample = 1e300; },
+                ErrorCode::kOutsideSampleInvalid, "planes[2].outside_sample", "no FLOAT32"},
+        Spoiled{"OccupancyWithAlpha", [](SliceJob& job) { job.planes[0].encoding = Encoding::kPngAlpha; },
+                ErrorCode::kEncodingUnsupported, "planes[0].encoding", "PNG without"},
         Spoiled{"ToleranceZero", [](SliceJob& job) { job.contour_tolerance_mm = 0; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "0 is outside [1e-05, 1]"},
         Spoiled{"ToleranceNan", [](SliceJob& job) { job.contour_tolerance_mm = kNan; }, ErrorCode::kToleranceInvalid,

@@ -31,7 +31,7 @@ Vec3 evaluate(const BezierPatch& patch, double s, double t) {
 /// Calls visit(face, s, t, surface point) on a grid of each regular face and of several levels of each irregular one.
 template <typename Visit>
 void sample(const BoundarySurface& surface, Visit visit) {
-  for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
+  for (const BoundaryFaceId f : surface.face_ids()) {
     const auto patch_at = [&](const BezierPatch& patch, double s0, double t0, double size) {
       for (int i = 0; i < 25; ++i) {
         const double s = i % 5 / 4.0, t = i / 5 / 4.0;
@@ -62,7 +62,7 @@ TEST(BoundarySurface, IsWhereTheVolumeEndsOnTheCatalogue) {
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
     double worst = 0;
-    sample(surface, [&](std::uint32_t f, double s, double t, const Vec3& p) {
+    sample(surface, [&](BoundaryFaceId f, double s, double t, const Vec3& p) {
       worst = std::max(worst, (evaluator.geo(surface.cell_param(f, s, t)) - p).norm());
     });
     EXPECT_LT(worst, 1e-11 * diagonal) << name;
@@ -74,7 +74,7 @@ TEST(BoundarySurface, FacesOutwards) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
-    for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
+    for (const BoundaryFaceId f : surface.face_ids()) {
       const auto at = [&](double s, double t) { return evaluator.geo(surface.cell_param(f, s, t)); };
       const Vec3 normal = (at(0.51, 0.5) - at(0.5, 0.5)).cross(at(0.5, 0.51) - at(0.5, 0.5));
       CellParam inside = surface.cell_param(f, 0.5, 0.5);
@@ -93,7 +93,7 @@ TEST(BoundarySurface, KeysNamePlacesWhateverTheFace) {
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
     std::map<SurfaceKey, Vec3> places;
-    for (std::uint32_t f = 0; f < surface.faces().size(); ++f) {
+    for (const BoundaryFaceId f : surface.face_ids()) {
       for (std::uint32_t i = 0; i < 25; ++i) {
         const std::uint32_t s = i % 5 * (kSurfaceOne / 4), t = i / 5 * (kSurfaceOne / 4);
         const Vec3 p = evaluator.geo(surface.cell_param(f, i % 5 / 4.0, i / 5 / 4.0));
@@ -118,7 +118,7 @@ TEST(BoundarySurface, HullBoxesHoldTheirFaces) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
     const BoundarySurface surface(*solid);
-    sample(surface, [&](std::uint32_t f, double, double, const Vec3& p) {
+    sample(surface, [&](BoundaryFaceId f, double, double, const Vec3& p) {
       const Box3 box = surface.hull_box(f);
       EXPECT_LT(box.exteriorDistance(p), 1e-9) << name << " face " << f;
     });

@@ -32,7 +32,7 @@ class CellBoxesTest : public testing::TestWithParam<oracle::TinyMesh> {
 
 TEST_P(CellBoxesTest, HoldTheirCellsAndWhatTheirMapsGuess) {
   const LimitSolid::Data& data = solid_->data();
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const CellMap& map = data.cell_maps[cell];
     for (int k = 0; k < 12; ++k) {
       Vec3 uvw = random_parameter();
@@ -49,7 +49,7 @@ TEST_P(CellBoxesTest, HoldTheirCellsAndWhatTheirMapsGuess) {
 // They hold the control points of parts of their cells.
 TEST_P(CellBoxesTest, AreNotFarLargerThanTheirCells) {
   double of_boxes = 0, of_samples = 0;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     Box3 samples;
     for (int k = 0; k < 125; ++k) samples.extend(evaluator_.geo({cell, Vec3(k % 5, k / 5 % 5, k / 25) / 4}));
     of_boxes += solid_->data().cell_boxes.box(cell).diagonal().norm();
@@ -61,7 +61,7 @@ TEST_P(CellBoxesTest, AreNotFarLargerThanTheirCells) {
 TEST_P(CellBoxesTest, MapsAreToFirstOrderAboutTheMiddle) {
   const LimitSolid::Data& data = solid_->data();
   CellVolumes regular, irregular;
-  for (std::uint32_t cell = 0; cell < solid_->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid_->cells()) {
     const Vec3 middle = Vec3::Constant(0.5);
     constexpr double kStep = 1e-6;
     Mat3 jacobian;

@@ -27,13 +27,15 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
   std::uniform_real_distribution<double> u(0, 1), exponent(0, 20);
   int others_by_box = 0, others_by_hull = 0;
   for (int i = 0; i < 20000; ++i) {
-    CellParam at{static_cast<std::uint32_t>(random() % solid->cell_count()), Vec3(u(random), u(random), u(random))};
+    CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % solid->cell_count())},
+                 Vec3(u(random), u(random), u(random))};
     for (int a = 0; a < i % 4; ++a) at.uvw[a] = std::exp2(-exponent(random));
     const Vec3 point = evaluator.geo(at);
     EXPECT_TRUE(index.hulls_near_folds.may_hold(at.cell, index.cell_maps[at.cell](point), Vec3::Zero()))
         << "seed " << kSeed << ", cell " << at.cell << " at " << at.uvw.transpose();
     if (!index.fold_boxes.any_at(point, 0)) continue;
-    index.cell_boxes.visit_at(point, 0, [&](std::uint32_t cell) {
+    index.cell_boxes.visit_at(point, 0, [&](std::uint32_t item) {
+      const LimitCellId cell{item};
       others_by_box += cell != at.cell;
       others_by_hull +=
           cell != at.cell && index.hulls_near_folds.may_hold(cell, index.cell_maps[cell](point), Vec3::Zero());

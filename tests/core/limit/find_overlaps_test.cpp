@@ -23,18 +23,18 @@ std::shared_ptr<const LimitSolid> two_boxes(const Vec3& offset) {
 }
 
 /// Cells of the first box come first.
-std::uint32_t part_of(const LimitSolid& solid, std::uint32_t cell) { return cell < solid.cell_count() / 2 ? 0 : 1; }
+std::uint32_t part_of(const LimitSolid& solid, LimitCellId cell) { return cell < solid.cell_count() / 2 ? 0 : 1; }
 
 TEST(FindOverlaps, FindsTheCellsWhoseBoxesMeetThoseOfTheOtherPart) {
   for (const Vec3& offset : {Vec3(25, 1, 1), Vec3(5, -5, 15), Vec3(29, 29, 29), Vec3(0.5, 0.5, 0.5)}) {
     const auto solid = two_boxes(offset);
     const LimitSolid::Data& data = solid->data();
     ASSERT_EQ(data.parts.size(), solid->cell_count());
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid->cells()) {
       EXPECT_EQ(data.parts[cell], part_of(*solid, cell));
       const Box3 box = data.cell_boxes.box(cell);
       bool meets = false;
-      for (std::uint32_t other = 0; other < solid->cell_count(); ++other) {
+      for (const LimitCellId other : solid->cells()) {
         meets |= part_of(*solid, cell) != part_of(*solid, other) && box.intersects(data.cell_boxes.box(other));
       }
       const bool found = data.overlap_boxes.any_meeting(

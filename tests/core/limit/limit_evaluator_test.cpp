@@ -21,7 +21,7 @@ TEST(LimitEvaluator, ReproducesASharpBoxAndALinearGradient) {
   const auto solid = LimitSolid::prepare(mesh);
   LimitEvaluator evaluator(*solid);
   std::vector<double> material(3);
-  for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+  for (const LimitCellId c : solid->cells()) {
     const CellParam at{c, Vec3(0.2, 0.55, 0.9)};
     const Vec3 expected = 4 * (Vec3(c % 2, c / 2 % 3, c / 6) + at.uvw);
     EXPECT_LT((evaluator.geo(at) - expected).norm(), 1e-12);
@@ -51,7 +51,7 @@ TEST(LimitEvaluator, JacobianAgreesWithFiniteDifferencesOnTheCatalogue) {
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
     for (int i = 0; i < 200; ++i) {
-      const CellParam at{cell(random), random_parameter(random)};
+      const CellParam at{LimitCellId{cell(random)}, random_parameter(random)};
       const LimitSample sample = evaluator.sample(at);
       EXPECT_EQ(sample.position, evaluator.geo(at));
       for (int a = 0; a < 3; ++a) {
@@ -76,7 +76,7 @@ TEST(LimitEvaluator, IsContinuousAcrossThePatchesOfACell) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
-    for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+    for (const LimitCellId c : solid->cells()) {
       if (solid->cell_class(c) == CellClass::kRegular) continue;
       for (const double cut : {0.5, 0.25, 0.75, 0.0625}) {
         CellParam low{c, Vec3(u(random), u(random), u(random))};
@@ -97,7 +97,7 @@ TEST(LimitEvaluator, CellsMeetAtEverySharedFace) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
     std::vector<Vec3> corners;
-    for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+    for (const LimitCellId c : solid->cells()) {
       for (int j = 0; j < 8; ++j) corners.push_back(evaluator.geo({c, Vec3(j & 1, j >> 1 & 1, j >> 2)}));
     }
     const double diagonal = solid->summary().bounding_box.diagonal().norm();
@@ -120,7 +120,7 @@ TEST(LimitEvaluator, DoesNotDependOnWhatItEvaluatedBefore) {
   std::mt19937 random(5);
   std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
   for (int i = 0; i < 3000; ++i) {
-    const CellParam at{cell(random), random_parameter(random)};
+    const CellParam at{LimitCellId{cell(random)}, random_parameter(random)};
     const Vec3 warm = used.geo(at);
     if (i % 50 == 0) {
       EXPECT_EQ(LimitEvaluator(*solid).geo(at), warm);

@@ -40,7 +40,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
-    for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+    for (const LimitCellId cell : solid->cells()) {
       const CellMap& map = solid->data().cell_maps[cell];
       for (int n = 0; n < 40; ++n) {
         Vec3 uvw(share(random), share(random), share(random));
@@ -52,7 +52,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   ControlMesh sheared = oracle::box_mesh(4, 4, 4);
   for (Vec3& p : sheared.positions) p.x() += 3 * p.z();
   const auto solid = LimitSolid::prepare(sheared);
-  for (std::uint32_t cell = 0; cell < solid->cell_count(); ++cell) {
+  for (const LimitCellId cell : solid->cells()) {
     if (solid->cell_class(cell) != CellClass::kRegular) continue;
     const CellMap& map = solid->data().cell_maps[cell];
     const Vec3 beside = map.middle + Vec3(12, 0, 0);  // In the cell's box.
@@ -65,10 +65,12 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
 TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
-    for (std::uint32_t c = 1; c < solid->cell_count(); ++c) {
-      EXPECT_LE(solid->control_cell(c - 1), solid->control_cell(c)) << name;
+    ControlCellId before;
+    for (const LimitCellId c : solid->cells()) {
+      EXPECT_LE(before, solid->control_cell(c)) << name;
+      before = solid->control_cell(c);
     }
-    EXPECT_EQ(solid->control_cell(solid->cell_count() - 1), mesh.cell_count() - 1) << name;
+    EXPECT_EQ(before, mesh.cell_count() - 1) << name;
   }
 }
 
@@ -130,7 +132,7 @@ TEST(LimitSolid, BoundingBoxHoldsTheLimitAndIsTouchedByIt) {
     const Box3 box = solid->placed_bounding_box(turn);
     Box3 sampled;
     LimitEvaluator evaluator(*solid);
-    for (std::uint32_t c = 0; c < solid->cell_count(); ++c) {
+    for (const LimitCellId c : solid->cells()) {
       for (int i = 0; i < 17 * 17 * 17; ++i) {
         const Vec3 uvw = Vec3(i % 17, i / 17 % 17, i / 289) / 16;
         if (((uvw.array() != 0) && (uvw.array() != 1)).all()) continue;
@@ -170,7 +172,7 @@ TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
 std::vector<double> numbers_of(const LimitSolid& solid) {
   std::vector<double> numbers;
   const auto put = [&](const auto& values) { numbers.insert(numbers.end(), values.begin(), values.end()); };
-  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+  for (const LimitCellId c : solid.cells()) {
     const CellMap& map = solid.index().cell_maps[c];
     put(map.middle);
     put(map.inverse_jacobian.reshaped());
@@ -246,7 +248,7 @@ TEST(LimitSolid, IsTheSameWheneverItIsPrepared) {
   const ControlMesh& mesh = oracle::tiny_mesh("hollow_cube");
   const auto first = LimitSolid::prepare(mesh), second = LimitSolid::prepare(mesh);
   LimitEvaluator a(*first), b(*second);
-  for (std::uint32_t c = 0; c < first->cell_count(); ++c) {
+  for (const LimitCellId c : first->cells()) {
     EXPECT_EQ(a.geo({c, Vec3(0.1, 0.01, 0.7)}), b.geo({c, Vec3(0.1, 0.01, 0.7)}));
   }
 }

@@ -59,7 +59,7 @@ TEST(LimitStencils, WeighAsTheEvaluatorWalks) {
     const LimitSolid::Data& data = solid->data();
     LimitEvaluator evaluator(*solid);
     std::vector<double> channels(solid->channel_count());
-    for (std::uint32_t c = 0; c < solid->cell_count(); c += 1 + solid->cell_count() / 8) {
+    for (LimitCellId c; c < solid->cell_count(); c += 1 + solid->cell_count() / 8) {
       const LimitCell& cell = data.cells[c];
       if (cell.cell_class == CellClass::kRegular) continue;
       ++(cell.cell_class == CellClass::kLine ? line_cells : vertex_cells);

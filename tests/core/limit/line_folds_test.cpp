@@ -20,7 +20,7 @@ namespace {
 constexpr int kSamples = 64;
 
 /// The place of a cell at framed coordinates: its irregular line along the third axis, its vertex at the origin.
-CellParam framed(const LimitCell& cell, std::uint32_t number, const Vec3& at) {
+CellParam framed(const LimitCell& cell, LimitCellId number, const Vec3& at) {
   CellParam result{number, Vec3::Zero()};
   for (Eigen::Index a = 0; a < 3; ++a) {
     const auto b = cell.frame.axis[static_cast<std::size_t>(a)];
@@ -30,14 +30,14 @@ CellParam framed(const LimitCell& cell, std::uint32_t number, const Vec3& at) {
 }
 
 /// det J of the cell at w along its line, in the direction and at the level that LineFolds looks at.
-double determinant_at(const LimitCell& cell, std::uint32_t number, double w, LimitEvaluator& evaluator) {
+double determinant_at(const LimitCell& cell, LimitCellId number, double w, LimitEvaluator& evaluator) {
   const double beside = std::ldexp(0.75, -LineFolds::kLevels);
   return evaluator.sample(framed(cell, number, {beside, beside, w})).jacobian.determinant();
 }
 
 /// det J / (|J_u| |J_v| |J_w|), the smallest one met at distances 1 to 2^-30 from the cell's line, or from every pair
 /// of the axes that meet in its vertex, in many directions: as far as it is beyond what doubles make of it.
-double least_sampled(const LimitCell& cell, std::uint32_t number, LimitEvaluator& evaluator) {
+double least_sampled(const LimitCell& cell, LimitCellId number, LimitEvaluator& evaluator) {
   double least = 1;
   const auto look = [&](const Vec3& at) {
     const Mat3 j = evaluator.sample(framed(cell, number, at)).jacobian;
@@ -68,7 +68,7 @@ void for_each_line_cell(const LimitSolid& solid, LineFolds::Views views, Visit v
   LimitEvaluator evaluator(solid);
   PatchBuilder builder(solid.data(), kPositionDimension);
   LineFolds folds(solid.data());
-  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+  for (const LimitCellId c : solid.cells()) {
     const LimitCell& cell = solid.data().cells[c];
     if (cell.cell_class != CellClass::kLine) continue;
     FoldFinding finding;
@@ -151,7 +151,7 @@ ControlMesh crossed_valleys() {
 std::size_t count_sampled(const LimitSolid& solid) {
   LimitEvaluator evaluator(solid);
   std::size_t count = 0;
-  for (std::uint32_t c = 0; c < solid.cell_count(); ++c) {
+  for (const LimitCellId c : solid.cells()) {
     const LimitCell& cell = solid.data().cells[c];
     if (cell.cell_class == CellClass::kRegular || least_sampled(cell, c, evaluator) > 0) continue;
     ++count;

@@ -55,7 +55,7 @@ TEST(Support, IsThatOfDenseSamples) {
     LimitEvaluator evaluator(*solid);
     const std::vector<Vec3> directions = random_directions(random, 12);
     std::vector<double> largest(directions.size(), -std::numeric_limits<double>::infinity());
-    for (std::uint32_t face = 0; face < surface.faces().size(); ++face) {
+    for (const BoundaryFaceId face : surface.face_ids()) {
       for (int k = 0; k < (kSteps + 1) * (kSteps + 1); ++k) {
         const double s = k % (kSteps + 1) / double{kSteps}, t = k / (kSteps + 1) / double{kSteps};
         const Vec3 point = evaluator.geo(surface.cell_param(face, s, t));

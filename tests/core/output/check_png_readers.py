@@ -5,7 +5,7 @@
 
     check_png_readers.py FOLDER
 
-Each NAME.png of the folder must show the colours of NAME.rgba, four bytes a voxel.
+Each NAME.png of the folder must show the colours of NAME.rgba, four bytes a voxel, and say 600 x 300 dots an inch.
 """
 
 import pathlib
@@ -21,6 +21,8 @@ def check(picture):
         image.load()
         if image.convert("RGBA").tobytes() != expected:
             sys.exit(f"Pillow sees something else in {picture.name}")
+        if [round(dpi, 1) for dpi in image.info["dpi"]] != [600, 300]:
+            sys.exit(f"Pillow sees {image.info['dpi']} dots an inch in {picture.name}")
     seen = subprocess.run(["convert", picture, "-depth", "8", "rgba:-"], check=True, capture_output=True).stdout
     if seen != expected:
         sys.exit(f"ImageMagick sees something else in {picture.name}")

@@ -82,6 +82,45 @@ TEST(ImageFile, ReadsBackEveryKindOfSampleAtEverySize) {
   }
 }
 
+TEST(ImageFile, ATiffSaysTheResolutionWhereThePitchIsKnown) {
+  const Bytes samples = {1, 2};
+  const PixelPitch pitch = {25.4 / 600, 25.4 / 300};
+  const Bytes with = encode_image_file(Encoding::kTiff, {SampleType::kUint8, 2, 1, samples, {}, pitch}, {});
+  const OIIO::ImageSpec spec = read_with_openimageio(with, "a.tif").spec;
+  EXPECT_EQ(spec.get_string_attribute("ResolutionUnit"), "in");
+  EXPECT_FLOAT_EQ(spec.get_float_attribute("XResolution"), 600);
+  EXPECT_FLOAT_EQ(spec.get_float_attribute("YResolution"), 300);
+  const Bytes without = encode_image_file(Encoding::kTiff, {SampleType::kUint8, 2, 1, samples}, {});
+  EXPECT_EQ(read_with_openimageio(without, "a.tif").spec.find_attribute("XResolution"), nullptr);
+}
+
+TEST(ImageFile, ATiffWithAlphaSaysWhatIsInside) {
+  const Bytes inside = {0b01010000, 0b10100000};
+  for (const SampleType type : {SampleType::kUint8, SampleType::kUint16, SampleType::kFloat32}) {
+    const Bytes samples = samples_of(type, 8);
+    SampleImage image{type, 4, 2, samples};
+    image.inside = inside;
+    const Decoded decoded = read_with_openimageio(encode_image_file(Encoding::kTiffAlpha, image, {}), "a.tif");
+    ASSERT_EQ(decoded.spec.nchannels, 2);
+    EXPECT_EQ(decoded.spec.alpha_channel, 1);
+    const std::size_t bytes = samples.size() / 8;
+    const float one = 1;
+    Bytes opaque(bytes, 255);
+    if (type == SampleType::kFloat32) std::memcpy(opaque.data(), &one, sizeof one);
+    for (std::size_t i = 0; i < 8; ++i) {
+      // A reader multiplies by alpha: what is outside comes out as 0.
+      const bool in = inside[i / 4] >> (7 - i % 4) & 1;
+      const auto at = decoded.samples.begin() + static_cast<std::ptrdiff_t>(2 * bytes * i);
+      const auto from = samples.begin() + static_cast<std::ptrdiff_t>(bytes * i);
+      const Bytes sample(at, at + static_cast<std::ptrdiff_t>(bytes)),
+          alpha(at + static_cast<std::ptrdiff_t>(bytes), at + static_cast<std::ptrdiff_t>(2 * bytes));
+      EXPECT_EQ(alpha, in ? opaque : Bytes(bytes, 0)) << i;
+      if (!in) continue;
+      EXPECT_EQ(sample, Bytes(from, from + static_cast<std::ptrdiff_t>(bytes))) << i;
+    }
+  }
+}
+
 TEST(ImageFile, OccupancyIsOneBitInATiff) {
   for (const std::uint32_t width : {1u, 8u, 61u, 1975u}) {
     const std::uint32_t height = 75;

@@ -22,6 +22,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+constexpr PixelPitch kPitch = {25.4 / 600, 25.4 / 300};  // As check_png_readers.py expects.
 const std::vector<std::uint32_t> kPalette = {0x000000ff, 0x00ffffff, 0xff00ffff, 0xffff00ff, 0xffffffff,
                                              0x102030ff, 0x405060ff, 0x708090ff, 0xa0b0c0ff};
 
@@ -92,6 +93,35 @@ TEST(Png, IndexedKeepsAlpha) {
   EXPECT_THAT(read_tiny_png(plane.bytes).alphas, testing::ElementsAre(0, 255, 128));
 }
 
+TEST(Png, AlphaSaysWhatIsInside) {
+  const std::uint32_t width = 11, height = 3;  // Rows of bits end within a byte.
+  for (const SampleType type : {SampleType::kUint8, SampleType::kUint16}) {
+    const std::size_t bytes = type == SampleType::kUint8 ? 1 : 2;
+    Bytes samples, inside, expected;
+    for (std::uint32_t y = 0; y < height; ++y) {
+      inside.resize(inside.size() + 2);
+      for (std::uint32_t x = 0; x < width; ++x) {
+        const bool in = (x + y) % 3 != 0;
+        const std::uint32_t sample = 700 * x + 13 * y;
+        if (in) inside[2 * y + x / 8] = static_cast<std::uint8_t>(inside[2 * y + x / 8] | 0x80 >> x % 8);
+        for (std::size_t i = 0; i < bytes; ++i) samples.push_back(static_cast<std::uint8_t>(sample >> 8 * i));
+        for (std::size_t i = bytes; i-- > 0;) expected.push_back(static_cast<std::uint8_t>(sample >> 8 * i));
+        expected.insert(expected.end(), bytes, in ? 255 : 0);
+      }
+    }
+    SampleImage image{type, width, height, samples};
+    image.inside = inside;
+    const EncodedPlane plane = PlaneEncoder().encode(image, Encoding::kPngAlpha);
+    const TinyPng png = read_tiny_png(plane.bytes);
+    EXPECT_EQ(png.color_type, 4);
+    EXPECT_EQ(png.bit_depth, static_cast<int>(8 * bytes));
+    EXPECT_EQ(png.samples, expected);
+    EXPECT_EQ(plane.crc32, crc32_of(samples)) << "of the samples alone";
+    image.inside = {};
+    EXPECT_THROW(PlaneEncoder().encode(image, Encoding::kPngAlpha), Error);
+  }
+}
+
 TEST(Png, AMaskIsOneBitAVoxel) {
   const Bytes indices = halftoned(975, 487, 3);
   const IndexImage image{975, 487, indices, std::span(kPalette).first(4)};
@@ -105,6 +135,24 @@ TEST(Png, AMaskIsOneBitAVoxel) {
     EXPECT_EQ(png.samples, mask);
     EXPECT_EQ(plane.crc32, crc32_of(mask));
   }
+}
+
+TEST(Png, SaysTheResolutionWhereThePitchIsKnown) {
+  const std::vector<std::string> with = {"IHDR", "pHYs", "IDAT", "IEND"}, without = {"IHDR", "IDAT", "IEND"};
+  const Bytes indices = {0, 1};
+  const SampleImage grey{SampleType::kUint8, 2, 1, indices, {}, kPitch};
+  const Bytes file = PlaneEncoder().encode(grey, Encoding::kPng).bytes;
+  EXPECT_EQ(read_tiny_png(file).chunks, with);
+  // After the signature and IHDR, the length and the name: pixels a metre along x and y, and 1 for the metre.
+  const std::size_t at = 8 + 25 + 8;
+  EXPECT_EQ(Bytes(file.begin() + at, file.begin() + at + 9), (Bytes{0, 0, 0x5c, 0x46, 0, 0, 0x2e, 0x23, 1}));
+  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode({SampleType::kUint8, 2, 1, indices}, Encoding::kPng).bytes).chunks,
+            without);
+  const IndexImage numbers{2, 1, indices, std::span(kPalette).first(2), kPitch};
+  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode(numbers, SampleType::kBit, Encoding::kPngRgba).bytes).chunks, with);
+  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode_mask(numbers, 1, Encoding::kPng).bytes).chunks, with);
+  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode(numbers, SampleType::kBit, Encoding::kPng).bytes).chunks,
+            (std::vector<std::string>{"IHDR", "pHYs", "PLTE", "IDAT", "IEND"}));
 }
 
 TEST(Png, HasTheSameBytesOnEveryMachine) {
@@ -150,7 +198,7 @@ TEST(Png, OtherProgramsSeeTheSame) {
   for (const Case& c : kCases) {
     const std::string size = std::to_string(c.width) + "x" + std::to_string(c.height);
     const Bytes indices = halftoned(c.width, c.height, c.materials);
-    const IndexImage image{c.width, c.height, indices, std::span(kPalette).first(c.materials + 1)};
+    const IndexImage image{c.width, c.height, indices, std::span(kPalette).first(c.materials + 1), kPitch};
     const SampleType type = smallest_index_type(c.materials);
     folder.add("rgba_" + size, PlaneEncoder().encode(image, type, Encoding::kPngRgba).bytes, colours_of(image));
     folder.add("indexed_" + size, PlaneEncoder().encode(image, type, Encoding::kPng).bytes, colours_of(image));
@@ -161,7 +209,7 @@ TEST(Png, OtherProgramsSeeTheSame) {
                colours_of({c.width, c.height, mask, black_and_white}));
     std::vector<std::uint32_t> greys(256);
     for (std::uint32_t i = 0; i < 256; ++i) greys[i] = i * 0x01010100 | 0xff;
-    const SampleImage grey{SampleType::kUint8, c.width, c.height, indices};
+    const SampleImage grey{SampleType::kUint8, c.width, c.height, indices, {}, kPitch};
     folder.add("grey_" + size, PlaneEncoder().encode(grey, Encoding::kPng).bytes,
                colours_of({c.width, c.height, indices, greys}));
   }

@@ -26,7 +26,9 @@ std::uint8_t paeth(int a, int b, int c) {
   return static_cast<std::uint8_t>(pa <= pb && pa <= pc ? a : pb <= pc ? b : c);
 }
 
-std::size_t bits_per_voxel(const TinyPng& png) { return png.bit_depth * std::size_t{png.color_type == 6 ? 4u : 1u}; }
+std::size_t bits_per_voxel(const TinyPng& png) {
+  return png.bit_depth * std::size_t{png.color_type == 6 ? 4u : png.color_type == 4 ? 2u : 1u};
+}
 
 std::size_t png_row_bytes(const TinyPng& png) { return (bits_per_voxel(png) * png.width + 7) / 8; }
 
@@ -59,8 +61,9 @@ void read_header(TinyPng& png, std::span<const std::uint8_t> data) {
   png.bit_depth = data[8];
   png.color_type = data[9];
   const bool depth = png.bit_depth == 8 || (png.color_type == 0 && (png.bit_depth == 1 || png.bit_depth == 16)) ||
+                     (png.color_type == 4 && png.bit_depth == 16) ||
                      (png.color_type == 3 && (png.bit_depth == 1 || png.bit_depth == 2 || png.bit_depth == 4));
-  const bool type = png.color_type == 0 || png.color_type == 3 || png.color_type == 6;
+  const bool type = png.color_type == 0 || png.color_type == 3 || png.color_type == 4 || png.color_type == 6;
   require(depth && type && data[10] == 0 && data[11] == 0 && data[12] == 0, "kind of picture");
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <random>
 
+#include "tests/support/allocation_count.h"
 #include "tests/support/winding_number.h"
 
 namespace ccslice {
@@ -20,7 +21,7 @@ Contours contours_of(const std::vector<Polygon>& polygons) {
   Contours contours;
   for (const Polygon& polygon : polygons) {
     ContourLoop& loop = contours.loops.emplace_back();
-    for (const Vec2& point : polygon) loop.points.push_back({.face = 0, .s = 0, .t = 0, .xy = point});
+    for (const Vec2& point : polygon) loop.points.push_back({.face = BoundaryFaceId{0}, .s = 0, .t = 0, .xy = point});
   }
   return contours;
 }
@@ -132,6 +133,39 @@ TEST(Occupancy, OfSomeRowsIsThatOfTheWhole) {
     EXPECT_EQ(rows[i].begin, cut[i].begin);
     EXPECT_EQ(rows[i].end, cut[i].end);
   }
+}
+
+// Held all at once, the crossings take 200 MB.
+TEST(Occupancy, ManyTallLoopsAreHeldForSomeRowsAtATime) {
+  constexpr std::uint32_t kWidth = 8, kHeight = 65'536;
+  const LayerLattice lattice{.x0_mm = -0.5, .y0_mm = -0.5, .dx_mm = 1, .dy_mm = 1, .width = kWidth, .height = kHeight};
+  std::mt19937 random(20261125);
+  std::vector<Polygon> polygons;
+  BitImage expected(kWidth, kHeight);
+  for (int k = 0; k < 400; ++k) {
+    const std::uint32_t left = random() % kWidth, bottom = random() % 32'768, top = bottom + random() % 32'768;
+    const bool tall = k % 2 == 0;
+    polygons.push_back(rectangle(left, tall ? 9 : bottom, left + 1, tall ? kHeight - 5 - k : top));
+    if (tall && left % 2 == 0) polygons.pop_back();  // So that columns differ.
+  }
+  for (const Polygon& polygon : polygons) {
+    const auto column = static_cast<std::uint32_t>(polygon[0].x());
+    for (auto row = static_cast<std::uint32_t>(polygon[0].y()); row < polygon[2].y(); ++row) {
+      expected.bits[row] |= static_cast<std::uint8_t>(0x80 >> column);
+    }
+  }
+  const Contours contours = contours_of(polygons);
+  const oracle::HeldMemory held;
+  const std::vector<VoxelRun> spans = rasterize(contours, lattice);
+  EXPECT_LT(held.most_bytes(), (16u << 20) + 2 * spans.capacity() * sizeof(VoxelRun));
+  EXPECT_EQ(to_bit_image(spans, kWidth, kHeight).bits, expected.bits);
+}
+
+TEST(Occupancy, IsCancelledAmongTheRows) {
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  const LayerLattice lattice{.x0_mm = 0, .y0_mm = 0, .dx_mm = 1, .dy_mm = 1, .width = 5, .height = 5};
+  EXPECT_THROW(rasterize(contours_of({rectangle(1, 1, 3, 3)}), lattice, {}, cancel), Error);
 }
 
 TEST(Occupancy, BitImagesHoldEverySpan) {

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/allocation_count.h"
+
 namespace ccslice {
 namespace {
 
@@ -65,6 +67,31 @@ TEST(RegionRuns, FillVoxelsInNoRegionFromBesideThem) {
   for (RegionEdge& edge : moved) edge.from.x() += 1, edge.to.x() += 1;
   const LayerLattice lattice{.width = 10, .height = 2};
   EXPECT_EQ(Text()(find_regions(moved, std::vector<VoxelRun>{{0, 0, 10}}, lattice)), "0:0-5=0 0:5-10=1 ");
+}
+
+// Held all at once, the crossings take 160 MB.
+TEST(RegionRuns, OfManyTallEdgesHoldCrossingsOfSomeRowsAtATime) {
+  constexpr std::uint32_t kHeight = 50'000;
+  std::vector<RegionEdge> edges;
+  for (int k = 0; k < 100; ++k) {
+    for (RegionEdge edge : halves(3.2)) {
+      edge.from.y() *= kHeight / 2;
+      edge.to.y() *= kHeight / 2;
+      edges.push_back(edge);
+    }
+  }
+  std::vector<VoxelRun> spans;  // Rows are left out within bands, and whole bands.
+  for (std::uint32_t row = 7; row < kHeight; row += row % 20'000 < 3'000 ? 5 : 19'999) spans.push_back({row, 0, 8});
+  const LayerLattice lattice{.width = 8, .height = kHeight};
+  const oracle::HeldMemory held;
+  const std::vector<RegionRun> runs = find_regions(edges, spans, lattice);
+  EXPECT_LT(held.most_bytes(), (16u << 20) + 2 * runs.capacity() * sizeof(RegionRun));
+  ASSERT_EQ(runs.size(), 2 * spans.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    ASSERT_EQ(runs[k].row, spans[k / 2].row);
+    ASSERT_EQ(runs[k].begin, k % 2 == 0 ? 0u : 3u);
+    ASSERT_EQ(runs[k].region, k % 2);
+  }
 }
 
 TEST(RegionRuns, LeaveNoVoxelOutside) { EXPECT_EQ(Text()(find_regions({}, kSpans, kLattice)), "0:0-8=0 1:0-8=0 "); }

@@ -12,26 +12,16 @@ namespace {
 
 ServiceErrorCode refusal(CallRegistry& registry) {
   try {
-    const CallRegistry::Ticket ticket = registry.admit();
+    const CallRegistry::Ticket ticket = registry.open_call();
   } catch (const ServiceError& error) {
     return error.code();
   }
   return ServiceErrorCode{};
 }
 
-TEST(CallRegistry, AdmitsNoMoreThanItsMaximumAtATime) {
-  CallRegistry registry(2);
-  CallRegistry::Ticket first = registry.admit();
-  const CallRegistry::Ticket second = registry.admit();
-  EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerBusy);
-  first = {};
-  EXPECT_EQ(refusal(registry), ServiceErrorCode{});
-  EXPECT_EQ(registry.running(), 1u);
-}
-
 TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {
-  CallRegistry registry(2);
-  CallRegistry::Ticket running = registry.admit();
+  CallRegistry registry;
+  CallRegistry::Ticket running = registry.open_call();
   registry.drain();
   EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerDraining);
   EXPECT_FALSE(registry.wait_idle(std::chrono::steady_clock::now() + std::chrono::milliseconds(5)));
@@ -39,25 +29,12 @@ TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {
   EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
 }
 
-TEST(CallRegistry, ACallWithItsStatusMakesRoomButADrainStillWaitsForIt) {
-  CallRegistry registry(1);
-  CallRegistry::Ticket ending = registry.admit();
-  ending.end_run();
-  ending.end_run();
-  EXPECT_EQ(registry.running(), 0u);
-  EXPECT_EQ(registry.open(), 1u);
-  EXPECT_EQ(refusal(registry), ServiceErrorCode{}) << "there is room";
-  EXPECT_FALSE(registry.wait_idle(std::chrono::steady_clock::now()));
-  ending = {};
-  EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
-}
-
 TEST(CallRegistry, CutsOffTheCallsThatAreOpen) {
-  CallRegistry registry(3);
+  CallRegistry registry;
   int first_cuts = 0, second_cuts = 0;
-  CallRegistry::Ticket first = registry.admit([&] { ++first_cuts; });
-  const CallRegistry::Ticket second = registry.admit([&] { ++second_cuts; });
-  const CallRegistry::Ticket third = registry.admit();
+  CallRegistry::Ticket first = registry.open_call([&] { ++first_cuts; });
+  const CallRegistry::Ticket second = registry.open_call([&] { ++second_cuts; });
+  const CallRegistry::Ticket third = registry.open_call();
   first = {};
   EXPECT_FALSE(registry.cutting_off());
   registry.cut_off_all();
@@ -67,9 +44,9 @@ TEST(CallRegistry, CutsOffTheCallsThatAreOpen) {
 }
 
 TEST(CallRegistry, ACallMayEndWhileItIsCutOff) {
-  CallRegistry registry(1);
+  CallRegistry registry;
   CallRegistry::Ticket ticket;
-  ticket = registry.admit([&] { ticket = {}; });
+  ticket = registry.open_call([&] { ticket = {}; });
   registry.cut_off_all();
   EXPECT_TRUE(registry.wait_idle(std::chrono::steady_clock::now()));
 }

@@ -23,6 +23,8 @@ namespace {
 using namespace std::chrono_literals;
 using SteadyClock = std::chrono::steady_clock;
 
+Executor::Lane lane_in(Executor& executor) { return executor.make_lane("client", Pieces::kBatch); }
+
 /// A consumer that waits for its stream, as a call's pump does without waiting.
 class Consumer {
  public:
@@ -96,7 +98,7 @@ TEST(LayerStream, DeliversEveryLayerInOrderHoweverLongEachTakes) {
       };
     };
     const auto stream =
-        LayerStream::start(executor, range, {.slab_layers = 8, .window_slabs = 4}, make, consumer.notify());
+        LayerStream::start(lane_in(executor), range, {.slab_layers = 8, .window_slabs = 4}, make, consumer.notify());
     LayerStream::Pull last{};
     EXPECT_EQ(consumer.pull_all(*stream, last), indices_of(range));
     EXPECT_EQ(last, LayerStream::Pull::kEnd);
@@ -112,8 +114,8 @@ TEST(LayerStream, StartsSlabsAtMultiplesOfTheirSizeSoThatWorkersKeepTheirState) 
     return [](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
   };
   // The window holds all: a stream that waits for its consumer lets functions go, as often as the consumer is late.
-  const auto stream = LayerStream::start(executor, {.first = 0, .count = 800}, {.slab_layers = 8, .window_slabs = 100},
-                                         make, consumer.notify());
+  const auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 800},
+                                         {.slab_layers = 8, .window_slabs = 100}, make, consumer.notify());
   LayerStream::Pull last{};
   EXPECT_EQ(consumer.pull_all(*stream, last).size(), 800u);
   EXPECT_LE(makes, 2) << "a worker's finished slab hands its function on";
@@ -128,7 +130,7 @@ TEST(LayerStream, AConsumerThatNeverPullsHoldsTheWindowAndNoThread) {
       return make_layer(index);
     };
   };
-  const auto stream = LayerStream::start(executor, {.first = 0, .count = 1'000'000},
+  const auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 1'000'000},
                                          {.slab_layers = 4, .window_slabs = 3}, make, [] {});
   executor.wait_idle();  // Would not return if a worker waited for the consumer.
   EXPECT_EQ(computed, 12);
@@ -147,8 +149,8 @@ TEST(LayerStream, AFailedLayerFailsTheStreamAfterTheLayersBeforeIt) {
       return make_layer(index);
     };
   };
-  const auto stream = LayerStream::start(executor, {.first = 0, .count = 100}, {.slab_layers = 8, .window_slabs = 5},
-                                         make, consumer.notify());
+  const auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 100},
+                                         {.slab_layers = 8, .window_slabs = 5}, make, consumer.notify());
   LayerStream::Pull last{};
   EXPECT_EQ(consumer.pull_all(*stream, last), indices_of({.first = 0, .count = 19}));
   EXPECT_EQ(last, LayerStream::Pull::kFailed);
@@ -165,8 +167,8 @@ void work_for_5_s(const CancellationToken& cancel) {
 std::chrono::nanoseconds time_to_cancel(const LayerStream::MakeCompute& make) {
   Executor executor(2);
   Consumer consumer;
-  auto stream = LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make,
-                                   consumer.notify());
+  auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 1000},
+                                   {.slab_layers = 8, .window_slabs = 4}, make, consumer.notify());
   SteadyClock::time_point start;
   std::thread canceller([&] {
     std::this_thread::sleep_for(20ms);
@@ -227,13 +229,14 @@ TEST(LayerStream, AVanishedConsumerLeavesNothingBehind) {
     const auto make = [&census](const CancellationToken&) {
       return [own = census.count()](std::uint32_t index, const CancellationToken&) { return make_layer(index); };
     };
-    (void)LayerStream::start(executor, {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4}, make, [] {});
+    (void)LayerStream::start(lane_in(executor), {.first = 0, .count = 1000}, {.slab_layers = 8, .window_slabs = 4},
+                             make, [] {});
   }
   EXPECT_EQ(census.alive(), 0);
 }
 
 TEST(LayerStream, StreamsShareTheThreadsLayerByLayer) {
-  Executor executor(1);
+  Executor executor(1, [] { return Executor::Clock::time_point(); });  // All layers take the same time.
   std::mutex mutex;
   std::vector<char> order;
   const auto make = [&](char name) {
@@ -246,11 +249,11 @@ TEST(LayerStream, StreamsShareTheThreadsLayerByLayer) {
     };
   };
   std::promise<void> gate;
-  executor.make_lane().post([&] { gate.get_future().wait(); });
-  const auto a =
-      LayerStream::start(executor, {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2}, make('a'), [] {});
-  const auto b =
-      LayerStream::start(executor, {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2}, make('b'), [] {});
+  lane_in(executor).post([&] { gate.get_future().wait(); });
+  const auto a = LayerStream::start(lane_in(executor), {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2},
+                                    make('a'), [] {});
+  const auto b = LayerStream::start(lane_in(executor), {.first = 0, .count = 8}, {.slab_layers = 8, .window_slabs = 2},
+                                    make('b'), [] {});
   gate.set_value();
   executor.wait_idle();
   EXPECT_EQ(std::string(order.begin(), order.end()), "abababababababab");
@@ -273,8 +276,8 @@ TEST(LayerStreamConsistency, ManyStreamsManyCancelsUnderLoad) {
         };
         const LayerRange range{.first = static_cast<std::uint32_t>(own() % 20),
                                .count = 1 + static_cast<std::uint32_t>(own() % 90)};
-        const auto stream =
-            LayerStream::start(executor, range, {.slab_layers = 4, .window_slabs = 3}, make, consumer.notify());
+        const auto stream = LayerStream::start(lane_in(executor), range, {.slab_layers = 4, .window_slabs = 3}, make,
+                                               consumer.notify());
         const std::uint32_t stop_at = own() % 2 == 0 ? range.count : own() % range.count;
         Layer layer;
         for (std::uint32_t i = 0; i < stop_at; ++i) {
@@ -313,7 +316,7 @@ TEST(LayerStream, CountsContoursThatNobodyCouldForesee) {
     };
   };
   Consumer consumer;
-  const auto stream = LayerStream::start(executor, {.first = 3, .count = 100},
+  const auto stream = LayerStream::start(lane_in(executor), {.first = 3, .count = 100},
                                          choose_window(0, 4 * kLayerBytes, kThreads), make, consumer.notify());
   executor.wait_idle();
   EXPECT_LE(computed, 4 + kThreads) << "the window, and what was being computed when it filled up";
@@ -334,8 +337,8 @@ TEST(LayerStream, AFailureAheadDoesntKeepParkedLayersFromComing) {
   };
   for (const std::uint64_t window_bytes : {std::uint64_t{1}, std::uint64_t{60'000}, std::uint64_t{1} << 30}) {
     Consumer consumer;
-    const auto stream = LayerStream::start(executor, {.first = 0, .count = 64}, choose_window(0, window_bytes, 3), make,
-                                           consumer.notify());
+    const auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 64},
+                                           choose_window(0, window_bytes, 3), make, consumer.notify());
     executor.wait_idle();
     LayerStream::Pull last{};
     EXPECT_EQ(consumer.pull_all(*stream, last), indices_of({.first = 0, .count = 12}));
@@ -349,8 +352,8 @@ TEST(LayerStream, ALayerLargerThanTheWindowStillComes) {
     return [](std::uint32_t layer, const CancellationToken&) { return make_layer_of_contours(layer, 10'000); };
   };
   Consumer consumer;
-  const auto stream =
-      LayerStream::start(executor, {.first = 0, .count = 50}, choose_window(0, 100, 3), make, consumer.notify());
+  const auto stream = LayerStream::start(lane_in(executor), {.first = 0, .count = 50}, choose_window(0, 100, 3), make,
+                                         consumer.notify());
   LayerStream::Pull last{};
   EXPECT_EQ(consumer.pull_all(*stream, last).size(), 50u);
   EXPECT_EQ(last, LayerStream::Pull::kEnd);

@@ -55,6 +55,24 @@ TEST(Options, LeaveMemoryForTheProcessItself) {
   }
 }
 
+TEST(Options, SizesAreSharesOfTheMemoryThatIsGiven) {
+  const ServerOptions of_machine = parse({}, {}, {.cpus = 6, .memory_bytes = 4ull << 30}).options;
+  for (const ServerOptions& given :
+       {parse({"--memory", "4GiB"}).options, parse({"--memory=4GiB"}, {{"CCSLICE_MEMORY", "3GiB"}}).options,
+        parse({}, {{"CCSLICE_MEMORY", "4GiB"}}).options}) {
+    EXPECT_EQ(given.memory_bytes, 4ull << 30);
+    EXPECT_EQ(given.cache_bytes, of_machine.cache_bytes);
+    EXPECT_EQ(given.max_mesh_bytes, of_machine.max_mesh_bytes);
+    EXPECT_EQ(given.preparation_budget_bytes, of_machine.preparation_budget_bytes);
+    EXPECT_EQ(given.stream_window_bytes, of_machine.stream_window_bytes);
+    EXPECT_EQ(given.stream_budget_bytes, of_machine.stream_budget_bytes);
+    EXPECT_EQ(given.upload_budget_bytes, of_machine.upload_budget_bytes);
+  }
+  const ServerOptions own = parse({"--cache-bytes", "100MiB", "--memory", "4GiB"}).options;
+  EXPECT_EQ(own.cache_bytes, 100u << 20) << "whatever the order";
+  EXPECT_THAT(fault({"--memory", "2MiB"}), HasSubstr("--memory takes a size of at least 256MiB"));
+}
+
 TEST(Options, ComeByFlagInBothForms) {
   const ServerOptions options =
       parse({"--threads", "3", "--cache-bytes=256MiB", "--mesh-ttl", "2h", "--log-format", "json",
@@ -103,6 +121,7 @@ TEST(Options, ABudgetHoldsAtLeastOneOfWhatItIsFor) {
 }
 
 TEST(Options, HealthCheckTakesAnAddressOrThatOfTheServer) {
+  EXPECT_EQ(parse({"--private", "--threads", "2"}).command, Command::kServePrivately);
   EXPECT_EQ(parse({"--health-check"}).command, Command::kHealthCheck);
   EXPECT_EQ(parse({"--health-check"}).health_check_address, "127.0.0.1:50051");
   EXPECT_EQ(parse({"--health-check", "--listen", "0.0.0.0:7"}).health_check_address, "localhost:7");

@@ -90,5 +90,23 @@ TEST_F(UploadTest, AllUploadsShareTheBudgetAndGiveItBack) {
   EXPECT_EQ(budget.used_bytes(), 0u);
 }
 
+TEST(UploadPace, WantsEnoughBytesInEachWhile) {
+  using std::chrono::seconds;
+  const UploadPace::Clock::time_point begin{};
+  UploadPace pace(100, begin);
+  EXPECT_NO_THROW(pace.count(1, begin + seconds(1))) << "not before ten seconds are over";
+  EXPECT_NO_THROW(pace.count(1000, begin + seconds(10)));
+  EXPECT_NO_THROW(pace.count(999, begin + seconds(19)));
+  try {
+    pace.count(0, begin + seconds(20));
+    ADD_FAILURE() << "999 bytes in ten seconds";
+  } catch (const ServiceError& error) {
+    EXPECT_EQ(error.code(), ServiceErrorCode::kUploadTooSlow);
+    EXPECT_NE(std::string(error.what()).find("100 a second"), std::string::npos);
+  }
+  UploadPace any(0, begin);
+  EXPECT_NO_THROW(any.count(0, begin + seconds(1000)));
+}
+
 }  // namespace
 }  // namespace ccslice::server

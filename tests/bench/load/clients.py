@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""64 clients with 32 places: half of them ask for single layers of the ring, 512 x 512, with pauses, the others for
+whole jobs of different sizes. What they get, and what the server keeps of memory meanwhile and afterwards."""
+
+import random
+import statistics
+import threading
+import time
+
+import grpc
+
+from ccsliced_process import Server
+from load.part import Figure, resident_mb
+from served_clients import Jobs, Stub, percentile, python_client, sample
+
+_THREADS = 2
+_CLIENTS = 64
+_ADDRESSES = 8
+_COLUMNS = (700, 1000, 1400, 2000)  # Of whole jobs.
+_LONGEST_REST_S = 60
+
+
+class _Clients:
+    """What they do for some seconds, and what they saw."""
+
+    def __init__(self, address, jobs, seconds):
+        self.small_range_s, self.failures, self.voxels = [], [], 0
+        self._address, self._jobs = address, jobs
+        self._seconds = seconds
+        self._lock = threading.Lock()
+
+    def run(self, kinds):
+        self._end = time.monotonic() + self._seconds
+        stubs = [Stub(self._address, 40 + k) for k in range(min(_ADDRESSES, len(kinds)))]
+        threads = [threading.Thread(target=self._call, args=(stubs[k % len(stubs)], kind, random.Random(k)))
+                   for k, kind in enumerate(kinds)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        for stub in stubs:
+            stub.close()
+
+    def _call(self, stub, kind, chance):
+        while time.monotonic() < self._end:
+            try:
+                getattr(self, "_" + kind)(stub.calls, chance)
+            except grpc.RpcError as error:
+                if error.code() != grpc.StatusCode.CANCELLED:
+                    self.failures.append(f"{error.code()}: {error.details()}")
+
+    def _read(self, stream, columns):
+        for message in stream:
+            if message.HasField("layer_end") and time.monotonic() < self._end:
+                with self._lock:
+                    self.voxels += columns * columns
+            elif time.monotonic() >= self._end:
+                stream.cancel()
+
+    def _small_range(self, calls, chance):
+        begin = time.perf_counter()
+        self._read(calls.SliceRange(self._jobs.request(512, chance.randrange(self._jobs.layers), 1)), 512)
+        self.small_range_s.append(time.perf_counter() - begin)
+        time.sleep(chance.uniform(0.5, 1.5))
+
+    def _whole_job(self, calls, chance):
+        columns = chance.choice(_COLUMNS)
+        self._read(calls.SliceRange(self._jobs.request(columns)), columns)
+
+
+class _Memory(threading.Thread):
+    """Of a process, ten times a second."""
+
+    def __init__(self, pid):
+        super().__init__()
+        self._pid, self._seen_mb, self._over = pid, [], threading.Event()
+        self.start()
+
+    def run(self):
+        while not self._over.wait(0.1):
+            self._seen_mb.append(resident_mb(self._pid))
+
+    def fifths_mb(self):
+        """The medians of fifths of the time."""
+        self._over.set()
+        self.join()
+        length = max(1, len(self._seen_mb) // 5)
+        return [statistics.median(self._seen_mb[k * length:(k + 1) * length]) for k in range(5)]
+
+
+def measure(job):
+    ccslice = python_client(job.folder)
+    options = ["--threads", str(_THREADS), "--max-concurrent-calls", str(_CLIENTS // 2),
+               "--max-waiting-calls", str(_CLIENTS), "--admission-wait", "60s",
+               "--stream-window-bytes", "32MiB", "--stream-budget-bytes", "2GiB"]
+    with Server(job.ccsliced(), job.folder, *options) as server:
+        address = server.address()
+        with ccslice.Client(address) as client:
+            summary = client.upload(sample(job.build, job.folder, "ring"))
+        jobs = Jobs(summary)
+        alone = _Clients(address, jobs, job.seconds)
+        alone.run(["whole_job"])
+        start_mb = resident_mb(server.pid())
+        memory = _Memory(server.pid())
+        many = _Clients(address, jobs, job.seconds)
+        many.run([("small_range", "whole_job")[k // _ADDRESSES % 2] for k in range(_CLIENTS)])
+        fifths_mb = memory.fifths_mb()
+        time.sleep(min(_LONGEST_REST_S, job.seconds))
+        rest_mb = resident_mb(server.pid())
+    for failure in sorted(set(alone.failures + many.failures)):
+        print("  " + failure)
+    median_s = statistics.median(many.small_range_s)
+    p99_s = percentile(many.small_range_s, 0.99)
+    return [Figure("failed calls of all clients", len(alone.failures) + len(many.failures), "", at_most=0),
+            Figure("small ranges, median", median_s, "s"),
+            Figure("small ranges, 99th percentile", p99_s / median_s, "medians", at_most=6),
+            Figure("throughput, of that of one client", many.voxels / alone.voxels, "times", at_least=0.85),
+            Figure("memory at the start", start_mb, "MB"),
+            Figure("memory in the last fifth, of the second's", fifths_mb[4] / fifths_mb[1], "times", at_most=1.05),
+            Figure("memory after a rest, of that at the start", rest_mb / start_mb, "times", at_most=1.1)]

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/help.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "client/cli/option_of_field.h"
+#include "client/cli/program.h"
+
+namespace ccslice::cli {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Help, CountsTheLettersBetweenTwoWords) {
+  EXPECT_EQ(edit_distance("", ""), 0u);
+  EXPECT_EQ(edit_distance("", "abc"), 3u);
+  EXPECT_EQ(edit_distance("slice", "slice"), 0u);
+  EXPECT_EQ(edit_distance("slce", "slice"), 1u);
+  EXPECT_EQ(edit_distance("silce", "slice"), 1u) << "two letters swapped";
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+  EXPECT_EQ(edit_distance("sitting", "kitten"), 3u);
+}
+
+TEST(Help, FindsWhatWasMeant) {
+  const std::vector<std::string> names = {"slice", "show", "plan", "picture", "probe"};
+  EXPECT_EQ(closest_name("slce", names), "slice");
+  EXPECT_EQ(closest_name("silce", names), "slice");
+  EXPECT_EQ(closest_name("plann", names), "plan");
+  EXPECT_EQ(closest_name("pict", names), "picture") << "cut short";
+  EXPECT_EQ(closest_name("frobnicate", names), "");
+  EXPECT_EQ(closest_name("", names), "");
+  EXPECT_EQ(closest_name("slice", {}), "");
+}
+
+/// An app of one command with one option.
+struct SmallApp {
+  SmallApp() {
+    app.require_subcommand(1);
+    app.add_subcommand("slice", "Slice a mesh")->add_option("--pitch", pitch, "Voxel pitch")->required();
+    app.add_subcommand("plan", "Say what slicing would give");
+  }
+  std::string error_of(std::vector<std::string> arguments) {
+    std::reverse(arguments.begin(), arguments.end());
+    try {
+      app.parse(arguments);
+    } catch (const CLI::ParseError& error) {
+      return describe_parse_error(app, error);
+    }
+    return "no error";
+  }
+
+  CLI::App app{"A program", "ccslice"};
+  double pitch = 0;
+};
+
+TEST(Help, ErrorsSayWhatWasMeantAndWhereHelpIs) {
+  EXPECT_THAT(SmallApp().error_of({"slce"}), HasSubstr("unknown command slce; did you mean slice?\nccslice --help"));
+  EXPECT_THAT(SmallApp().error_of({"slice", "--pitch=1", "--pich=2"}),
+              HasSubstr("unknown option --pich; did you mean --pitch?\nccslice slice --help"));
+  EXPECT_THAT(SmallApp().error_of({"slice", "--pich", "1"}), HasSubstr("did you mean --pitch?"));
+  EXPECT_THAT(SmallApp().error_of({"slice", "--pitch=1", "more"}), HasSubstr("unexpected argument more"));
+  EXPECT_THAT(SmallApp().error_of({"slice"}), HasSubstr("--pitch is required"));
+  EXPECT_THAT(SmallApp().error_of({"sl\x1b[31mce"}), testing::Not(HasSubstr("\x1b")));
+}
+
+TEST(Help, IsAsWideAsTheTerminal) {
+  for (const std::size_t columns : {std::size_t{60}, std::size_t{100}}) {
+    SmallApp small;
+    CLI::App* const command = small.app.get_subcommand("slice");
+    int unused = 0;
+    command->add_option("--a-name-that-is-wider-than-its-column", unused, std::string(30, 'w') + " is one word");
+    std::string words;
+    for (int i = 0; i < 60; ++i) words += (i ? " word" : "word") + std::to_string(i);
+    command->add_option("--long", unused, words);
+    command->formatter(std::make_shared<HelpFormatter>(columns));
+    std::istringstream help(command->help());
+    std::size_t widest = 0;
+    std::string text;
+    for (std::string line; std::getline(help, line);) {
+      widest = std::max(widest, line.size());
+      text += line + " ";
+    }
+    EXPECT_LE(widest, columns);
+    EXPECT_GT(widest, columns - 10);
+    for (int i = 0; i < 60; ++i) EXPECT_THAT(text, HasSubstr("word" + std::to_string(i) + " "));
+  }
+}
+
+TEST(Help, OfEveryCommandFitsANarrowTerminal) {
+  constexpr std::size_t kColumns = 60;
+  Program program;
+  const auto formatter = std::make_shared<HelpFormatter>(kColumns);
+  std::vector<CLI::App*> apps = program.app.get_subcommands([](CLI::App*) { return true; });
+  apps.push_back(&program.app);
+  for (CLI::App* app : apps) {
+    app->formatter(formatter);
+    std::istringstream help(app->help());
+    for (std::string line; std::getline(help, line);) {
+      const std::size_t word = line.find_first_not_of(' ');
+      const bool one_word = word != std::string::npos && line.find(' ', word) == std::string::npos;
+      EXPECT_TRUE(one_word || line.size() <= kColumns) << app->get_name() << ": " << line;
+    }
+  }
+}
+
+TEST(Help, ExamplesGoOnBeforeAnOptionAndProseIsFilled) {
+  EXPECT_EQ(wrapped_footer("Examples:\n  ccslice models", 60), "Examples:\n  ccslice models\n");
+  EXPECT_EQ(wrapped_footer("Some words of prose that are too long.\n\nMore.", 20),
+            "Some words of prose\nthat are too long.\n\nMore.\n");
+  const std::string example = "  ccslice slice part.vtk --pitch 0.05 --region 10,10,0,30,20,4 --occupancy -o corner";
+  EXPECT_EQ(wrapped_footer(example, 60),
+            "  ccslice slice part.vtk --pitch 0.05 \\\n"
+            "      --region 10,10,0,30,20,4 --occupancy -o corner\n");
+  EXPECT_EQ(wrapped_footer(example, 100), example + "\n");
+  EXPECT_EQ(wrapped_footer("  ccslice slice part.mesh --pitch 0.1 -o - | tar -xf -", 50),
+            "  ccslice slice part.mesh --pitch 0.1 -o - | tar \\\n      -xf -\n");
+  const std::string value = "  ccslice slice part.vtk --output=" + std::string(60, 'x') + " --force";
+  EXPECT_EQ(wrapped_footer(value, 60),
+            "  ccslice slice part.vtk \\\n      --output=" + std::string(60, 'x') + " \\\n      --force\n");
+}
+
+TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
+  EXPECT_EQ(option_of_field("grid.pitch.x_mm"), "--pitch");
+  EXPECT_EQ(option_of_field("printer.name"), "--profile");
+  EXPECT_EQ(option_of_field("planes[12].channel.name"), "--channel");
+  EXPECT_EQ(option_of_field("planes[0].channels"), "--all-channels");
+  EXPECT_EQ(option_of_field("printing.materials[3].rgba"), "--material");
+  EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.blend"), "--map region:...");
+  EXPECT_EQ(option_of_field("region.voxels"), "--region-voxels");
+  EXPECT_EQ(option_of_field("regional"), "");
+  EXPECT_EQ(option_of_field(""), "");
+  EXPECT_EQ(in_terms_of_options("grid.pitch.x_mm: -1 is wrong"), "--pitch: -1 is wrong");
+  EXPECT_EQ(in_terms_of_options("cells[3]: is wrong"), "cells[3]: is wrong");
+  EXPECT_EQ(in_terms_of_options("no field at all"), "no field at all");
+}
+
+}  // namespace
+}  // namespace ccslice::cli

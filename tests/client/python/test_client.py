@@ -1,0 +1,526 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""The Python client against real servers. run.py sets the environment: CCSLICED, CCSLICE, PYTHONPATH."""
+
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import zlib
+from concurrent import futures
+from unittest import mock
+
+import grpc
+import numpy as np
+
+import ccslice
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(REPOSITORY / "tests/support"))
+from ccsliced_process import Server  # noqa: E402
+
+CCSLICED, CCSLICE = os.environ["CCSLICED"], os.environ["CCSLICE"]
+CORNERS = np.array([[x, y, z] for z in (0, 10) for y in (0, 10) for x in (0, 10)], dtype=float)
+HEXAHEDRON = np.array([[0, 1, 3, 2, 4, 5, 7, 6]])
+EDGES = [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (3, 7), (2, 6)]
+
+
+def cube(**options):
+    """10 mm a side, all edges sharp, so that the limit is the cube; channel g is x / 10."""
+    return ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": CORNERS[:, 0] / 10}, sharp_edges=EDGES, **options)
+
+
+def private_folders(folder):
+    return [name for name in os.listdir(folder) if name.startswith("ccsliced-")]
+
+
+def comes_true(condition, seconds=10):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+class Stream:
+    """Messages, as a call gives them."""
+
+    def __init__(self, messages):
+        self._messages = iter(messages)
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        return next(self._messages)
+
+    def cancel(self):
+        pass
+
+
+class Values(unittest.TestCase):
+    """What calls give, against what is known of a cube."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.client = ccslice.Client(local=True)
+        cls.mesh = cube()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.client.close()
+
+    def test_upload_says_what_the_mesh_is(self):
+        summary = self.client.upload(self.mesh)
+        self.assertEqual(summary.mesh_id, self.mesh.id)
+        self.assertAlmostEqual(summary.deviation.limit_volume_mm3, 1000, places=6)
+
+    def test_plan(self):
+        plan = self.client.plan(self.mesh, (1, 2, 0.5))
+        self.assertEqual((plan.grid.extent.columns, plan.grid.extent.rows, plan.layer_count), (10, 5, 20))
+
+    def test_channels_have_the_values_at_voxel_centres(self):
+        layers = list(self.client.slice(self.mesh, 1, channels=["g"], occupancy=True, contours=True))
+        self.assertEqual([layer.index for layer in layers], list(range(10)))
+        for layer in layers:
+            self.assertAlmostEqual(layer.z_mm, layer.index + 0.5)
+            self.assertEqual(layer.channels["g"].dtype, np.float32)
+            np.testing.assert_allclose(layer.channels["g"], np.tile((np.arange(10) + 0.5) / 10, (10, 1)), atol=2e-5)
+            self.assertTrue(layer.occupancy.all())
+            self.assertEqual(layer.voxel_count, 100)
+            self.assertEqual(len(layer.contours), 1)
+
+    def test_integers_stand_for_the_range(self):
+        layer = next(self.client.slice(self.mesh, 1, channels={"g": "uint8"}, value_ranges={"g": (0, 2)}))
+        np.testing.assert_array_equal(layer.channels["g"][0], np.round((np.arange(10) + 0.5) / 20 * 255).astype(np.uint8))
+        layer = next(self.client.slice(self.mesh, 1, channels={"g": np.uint16}))
+        self.assertEqual(layer.channels["g"].dtype, np.uint16)
+        self.assertLess(abs(int(layer.channels["g"][3, 9]) - round(0.95 * 65535)), 3)
+
+    def test_halftones_have_the_fractions(self):
+        printing = ccslice.Printing({"a": "#ff0000", "b": (0, 0, 255)}, ccslice.blend("g", {0: "a", 1: "b"}))
+        voxels = np.stack([layer.materials for layer in self.client.slice(self.mesh, 0.5, printing=printing)])
+        self.assertEqual(voxels.shape, (20, 20, 20))
+        self.assertEqual(set(np.unique(voxels)), {1, 2})
+        np.testing.assert_allclose((voxels == 2).mean(axis=(0, 1)), (np.arange(20) + 0.5) / 20, atol=0.06)
+
+    def test_layers_region_placement_and_profile(self):
+        layers = list(self.client.slice(self.mesh, 1, layers=range(3, 5)))
+        self.assertEqual([layer.index for layer in layers], [3, 4])
+        turned = np.array([[0, -1, 0, 10], [1, 0, 0, 0], [0, 0, 1, 0]])
+        layer = next(self.client.slice(self.mesh, 1, channels=["g"], placement=turned))
+        np.testing.assert_allclose(layer.channels["g"][:, 0], (np.arange(10) + 0.5) / 10, atol=2e-5)
+        layer = next(self.client.slice(self.mesh, 1, region_mm=((2, 2, 4), (5, 4, 6))))
+        self.assertEqual((layer.index, layer.occupancy.shape), (4, (2, 3)))
+        layer = next(self.client.slice(self.mesh, profile="j750-hm", layers=range(5, 6)))
+        self.assertEqual(layer.occupancy.shape, (118, 236))
+
+    def test_cell_regions(self):
+        points = np.array([[x, y, z] for x in (0, 1, 2) for y in (0, 1) for z in (0, 1)], dtype=float)
+        cells = [[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]]
+        mesh = ccslice.Mesh(points, cells, regions=["left", "right"])
+        layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), cell_regions=True))
+        self.assertEqual(set(np.unique(layer.cell_regions)) - {0}, {1, 2})
+        self.assertTrue((np.diff(layer.cell_regions[2][layer.cell_regions[2] > 0].astype(int)) >= 0).all())
+
+    def test_tetrahedra_and_wedges_by_name(self):
+        points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [0, 0, 2.0]])
+        mesh = ccslice.Mesh(points, {"wedge": [[0, 1, 2, 3, 4, 5]], "tetra": [[3, 4, 5, 6]]})
+        self.assertEqual(self.client.upload(mesh).control_cells, 2)
+
+    def test_probe_and_evaluate_agree(self):
+        points = np.array([[5, 5, 5], [2, 7, 1], [20, 0, 0]])
+        probe = self.client.probe(self.mesh, points)
+        np.testing.assert_array_equal(probe.inside, [True, True, False])
+        np.testing.assert_allclose(probe.channels["g"], [0.5, 0.2, np.nan], atol=1e-9)
+        limit = self.client.evaluate(self.mesh, probe.limit_cells[:2], probe.uvw[:2])
+        np.testing.assert_allclose(limit.positions_mm, points[:2], atol=1e-9)
+        np.testing.assert_allclose(limit.channels["g"], [0.5, 0.2], atol=1e-9)
+        self.assertEqual(limit.jacobians_mm.shape, (2, 3, 3))
+        self.assertEqual(self.client.probe(self.mesh, np.empty((0, 3))).inside.shape, (0,))
+
+    def test_tessellate(self):
+        surface = self.client.tessellate(self.mesh)
+        a, b, c = (surface.points_mm[surface.triangles[:, i]] for i in range(3))
+        self.assertAlmostEqual(np.einsum("ij,ij->", a, np.cross(b, c)) / 6, 1000, places=6)
+        np.testing.assert_allclose(surface.channels["g"], surface.points_mm[:, 0] / 10, atol=1e-6)
+
+    def test_regions_are_numbered_by_their_size(self):
+        points = np.array([[x, y, z] for x in range(13) for y in (0, 1) for z in (0, 1)], dtype=float)
+        cells = [[4 * i, 4 * i + 4, 4 * i + 6, 4 * i + 2, 4 * i + 1, 4 * i + 5, 4 * i + 7, 4 * i + 3] for i in range(12)]
+        mesh = ccslice.Mesh(points, cells, regions=np.arange(12))
+        self.assertEqual(mesh.region_names, [str(i) for i in range(12)])
+        layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), cell_regions=True))
+        numbers = layer.cell_regions[2][layer.cell_regions[2] > 0].astype(int)
+        self.assertTrue((np.diff(numbers) >= 0).all())
+        self.assertEqual(numbers.max(), 12)
+
+    def test_placements_have_three_rows_or_four(self):
+        three = np.array([[0, -1, 0, 10], [1, 0, 0, 0], [0, 0, 1, 0]])
+        four = np.vstack([three, [0, 0, 0, 1]])
+        pictures = [next(self.client.slice(self.mesh, 1, channels=["g"], placement=matrix)).channels["g"]
+                    for matrix in (three, four)]
+        np.testing.assert_array_equal(*pictures)
+        with self.assertRaises(ValueError):
+            self.client.plan(self.mesh, 1, placement=np.ones((4, 4)))
+
+    def test_pictures_are_read_only(self):
+        layer = next(self.client.slice(self.mesh, 1, channels=["g"], occupancy=True))
+        for picture in (layer.occupancy, layer.channels["g"]):
+            with self.assertRaises(ValueError):
+                picture[0, 0] = 1
+
+    def test_progress(self):
+        seen = []
+        for _ in self.client.slice(self.mesh, 2, on_progress=lambda done, total: seen.append((done, total))):
+            pass
+        self.assertEqual(seen, [(i + 1, 5) for i in range(5)])
+
+    def test_layers_are_those_of_the_command_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([CCSLICE, "models", "ring", "-o", f"{folder}/ring.ccmesh", "--quiet"], check=True,
+                           stdout=subprocess.DEVNULL)
+            subprocess.run([CCSLICE, "slice", f"{folder}/ring.ccmesh", "--server", self.client.address, "--pitch", "0.5",
+                            "--channel", "hardness:f32", "--encoding", "raw", "--layers", "10..12", "-o",
+                            f"{folder}/layers", "--quiet"], check=True, stdout=subprocess.DEVNULL)
+            ring = ccslice.Mesh.from_file(f"{folder}/ring.ccmesh")
+            for layer in self.client.slice(ring, 0.5, channels=["hardness"], layers=range(10, 13)):
+                written = pathlib.Path(f"{folder}/layers/layer_{layer.index:04}_hardness.bin").read_bytes()
+                self.assertEqual(layer.channels["hardness"].tobytes(), written)
+
+    def test_errors_name_reason_and_field(self):
+        with self.assertRaises(ccslice.CallError) as caught:
+            self.client.plan(self.mesh, -1)
+        self.assertEqual(caught.exception.reason, "PITCH_INVALID")
+        self.assertEqual(caught.exception.metadata["field"], "grid.pitch.x_mm")
+        with self.assertRaises(ccslice.CallError) as caught:
+            list(self.client.slice(self.mesh, 1, channels=["nosuch"]))
+        self.assertEqual(caught.exception.reason, "CHANNEL_UNKNOWN")
+        with self.assertRaises(ccslice.CallError) as caught:
+            self.client.plan("sha256:" + "0" * 64, 1)
+        self.assertEqual(caught.exception.reason, "MESH_MISSING")
+        with self.assertRaises(ccslice.CallError) as caught:
+            self.client.upload(ccslice.Mesh(CORNERS, [[0, 1, 3, 2, 4, 5, 7, 7]]))
+        self.assertEqual(caught.exception.reason, "MESH_REPEATED_VERTEX")
+
+
+class WrongArguments(unittest.TestCase):
+    """Arrays that don't fit are named, with what fits; all that can be read is."""
+
+    def refused(self, text, make):
+        with self.assertRaises(ValueError) as caught:
+            make()
+        self.assertIn(text, str(caught.exception))
+
+    def test_arrays(self):
+        self.refused("points has shape (n, 3), not (24,)", lambda: ccslice.Mesh(CORNERS.ravel(), HEXAHEDRON))
+        self.refused("points takes numbers", lambda: ccslice.Mesh([["a", "b", "c"]], HEXAHEDRON))
+        self.refused("isn't finite, at [3, 1]", lambda: ccslice.Mesh(
+            np.where(np.arange(24).reshape(8, 3) == 10, np.nan, CORNERS), HEXAHEDRON))
+        self.refused("(m, 8), (m, 6) or (m, 4), not (1, 5)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON[:, :5]))
+        self.refused("whole numbers, not float64", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON + 0.5))
+        self.refused("from 0 to 7", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON + 1))
+        self.refused("from 0 to 7", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON - 1))
+        self.refused("channels['g'] has shape (8,), not (7,)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": np.zeros(7)}))
+        self.refused("sharp_edges has shape (k, 2)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, sharp_edges=[1, 2]))
+        self.refused("hexahedron, tetra and wedge, not 'quad'", lambda: ccslice.Mesh(CORNERS, {"quad": [[0, 1, 2, 3]]}))
+        self.refused("cells['tetra'] has shape (m, 4)", lambda: ccslice.Mesh(CORNERS, {"tetra": HEXAHEDRON}))
+        self.refused("cells has shape", lambda: ccslice.Mesh(CORNERS, [[0, 1, 2, 3], [4, 5, 6]]))
+        self.refused("points takes numbers", lambda: ccslice.Mesh(CORNERS * 1j, HEXAHEDRON))
+        self.refused("one for each cell, not (2,)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, regions=[1, 2]))
+
+    def test_any_layout_and_type_of_arrays(self):
+        mesh = cube()
+        fortran = ccslice.Mesh(np.asfortranarray(CORNERS), np.asfortranarray(HEXAHEDRON).astype(np.int16),
+                               {"g": (CORNERS / 10)[:, 0]}, sharp_edges=np.array(EDGES)[:, ::-1][:, ::-1])
+        self.assertEqual(fortran.id, mesh.id)
+        every_other = np.repeat(CORNERS, 2, axis=0)[::2]
+        self.assertEqual(ccslice.Mesh(every_other, HEXAHEDRON.tolist(), {"g": every_other[:, 0] / 10}, sharp_edges=EDGES).id,
+                         mesh.id)
+
+    def test_meshio_and_pyvista(self):
+        class Looks:
+            points = CORNERS
+            point_data = {"g": CORNERS[:, 0] / 10, "normals": CORNERS}
+
+        Looks.cells_dict = {"hexahedron": HEXAHEDRON, "quad": HEXAHEDRON[:, :4]}
+        self.assertEqual(ccslice.Mesh.from_meshio(Looks, sharp_edges=EDGES).id, cube().id)
+        Looks.cells_dict = {12: HEXAHEDRON, 9: HEXAHEDRON[:, :4]}
+        self.assertEqual(ccslice.Mesh.from_pyvista(Looks, sharp_edges=EDGES).id, cube().id)
+        Looks.cells_dict = {"quad": HEXAHEDRON[:, :4]}
+        self.refused("no hexahedra", lambda: ccslice.Mesh.from_meshio(Looks))
+
+    def test_jobs(self):
+        with ccslice.Client(local=True) as client:
+            mesh = cube()
+            self.refused("give a pitch", lambda: client.plan(mesh))
+            self.refused("pitch takes three numbers", lambda: client.plan(mesh, (1, 2)))
+            self.refused("placement has shape", lambda: client.plan(mesh, 1, placement=np.eye(3)))
+            self.refused("list of names", lambda: client.plan(mesh, 1, channels="g"))
+            self.refused("is one of uint8", lambda: client.plan(mesh, 1, channels={"g": "float64"}))
+            self.refused("mesh is a ccslice.Mesh", lambda: client.plan(CORNERS, 1))
+            self.refused("isn't empty", lambda: list(client.slice(mesh, 1, layers=range(3, 3))))
+            self.refused("points_mm has shape (n, 3)", lambda: client.probe(mesh, [1, 2, 3]))
+            for cell in (-1, 2**32):
+                self.refused("from 0 to 4294967295", lambda: client.evaluate(mesh, [cell], [[0.5, 0.5, 0.5]]))
+            self.refused("limit_cells has shape (1,)", lambda: client.evaluate(mesh, [0, 1], [[0.5, 0.5, 0.5]]))
+        for colour in ("red", "#+12345", "#12_456"):
+            self.refused("'#RRGGBB'", lambda: ccslice.Printing({"a": colour}))
+        self.refused("from 0 to 255", lambda: ccslice.Printing({"a": (0, 0, 256)}))
+        self.refused("halftone is one of", lambda: ccslice.Printing({"a": "#ff0000"}, halftone="dots"))
+        self.refused("no address", lambda: ccslice.Client("localhost:1", local=True))
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(b"no mesh at all")
+            file.flush()
+            self.refused("isn't a .ccmesh file", lambda: ccslice.Mesh.from_file(file.name))
+
+
+class WrongAnswers(unittest.TestCase):
+    """A server that doesn't give what it was asked for."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.client = ccslice.Client(local=True)
+        cls.right = staticmethod(cls.client._stub.SliceRange)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.client.close()
+
+    def refused(self, text, answer):
+        """`answer`: the messages in place of those that came."""
+        self.client._stub.SliceRange = lambda request: Stream(answer(list(self.right(request))))
+        with self.assertRaises(ccslice.AnswerError) as caught:
+            list(self.client.slice(cube(), 5, channels=["g"]))
+        self.assertIn(text, str(caught.exception))
+
+    def changed(self, change):
+        def answer(messages):
+            for message in messages:
+                change(message)
+            return messages
+
+        return answer
+
+    def test_streams(self):
+        self.refused("without a header", lambda messages: [])
+        self.refused("another request", lambda messages: messages[1:])
+        self.refused("ended before its summary", lambda messages: messages[:-1])
+
+    def test_planes(self):
+        def another_type(message):
+            if message.WhichOneof("event") == "header":
+                message.header.planes[0].sample_type = 99
+
+        def a_byte_less(message):
+            if message.WhichOneof("event") == "layer_begin":
+                message.layer_begin.encoded_bytes[0] -= 1
+            elif message.WhichOneof("event") == "plane_chunk":
+                message.plane_chunk.data = message.plane_chunk.data[:-1]
+
+        def another_byte(message):
+            if message.WhichOneof("event") == "plane_chunk":
+                message.plane_chunk.data = b"?" + message.plane_chunk.data[1:]
+
+        self.refused("another request", self.changed(another_type))
+        self.refused("another size", self.changed(a_byte_less))
+        self.refused("checksum", self.changed(another_byte))
+
+    def test_compressed_planes(self):
+        from ccslice.layers import _inflated
+
+        try:
+            import zstandard
+        except ImportError:
+            self.skipTest("there is no zstandard")
+        frame = zstandard.ZstdCompressor().compress(bytes(100))
+        self.assertEqual(_inflated(frame, 100), bytes(100))
+        for wrong, size in ((frame, 99), (frame[:-1], 100), (b"no frame at all", 100)):
+            with self.assertRaises(ccslice.AnswerError):
+                _inflated(wrong, size)
+
+
+class LongJobs(unittest.TestCase):
+    """Servers that go and come back."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def server_at(self, address):
+        """A server on a port of its own, which another one may take over."""
+        process = subprocess.Popen([CCSLICED, "--listen", address, "--log-level", "error"])
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_a_job_goes_on_after_its_server_is_killed(self):
+        with Server(CCSLICED, pathlib.Path(self.folder.name)) as found:
+            address = found.address()  # A free port, which is left again.
+        servers = [self.server_at(address)]
+        # A megabyte a layer: more than what is under way when a server dies.
+        mesh, job = cube(), {"channels": ["g"], "layers": range(300)}
+        with ccslice.Client(address) as client:
+            whole = [zlib.crc32(layer.channels["g"]) for layer in client.slice(mesh, 0.02, **job)]
+            got, streams, killed, open_stream = [], [], 0, client._stub.SliceRange
+            client._stub.SliceRange = lambda request: streams.append(request.first_layer) or open_stream(request)
+            for layer in client.slice(mesh, 0.02, **job):
+                self.assertEqual(layer.index, len(got))
+                got.append(zlib.crc32(layer.channels["g"]))
+                # The first server at once, and the second one as soon as it has given a layer.
+                if len(servers) == killed + 1 and (killed == 0 or (killed == 1 and streams[-1] > 0)):
+                    servers[-1].kill()
+                    servers[-1].wait()
+                    killed += 1
+                    again = threading.Timer(0.5, lambda: servers.append(self.server_at(address)))
+                    again.start()
+                    self.addCleanup(again.join)
+        self.assertEqual(len(servers), 3)
+        self.assertGreater(len({first for first in streams}), 2, "streams that begin where another one broke")
+        self.assertEqual(got, whole)
+
+    def test_a_server_that_has_dropped_the_mesh_gets_it_again(self):
+        with Server(CCSLICED, pathlib.Path(self.folder.name)) as server, ccslice.Client(server.address()) as client, \
+                ccslice.Client(server.address()) as other:
+            mesh = cube()
+            client.upload(mesh)
+            self.assertTrue(other.delete(mesh))
+            self.assertEqual(len(list(client.slice(mesh, 2))), 5)
+            self.assertTrue(client.delete(mesh))
+            with self.assertRaises(ccslice.CallError) as caught:
+                client.plan(mesh.id, 1)
+            self.assertEqual(caught.exception.missing_mesh_id, mesh.id)
+
+    def test_a_standing_connection_whose_calls_fail_is_asked_with_pauses(self):
+        calls = []
+
+        class Refusing(grpc.GenericRpcHandler):
+            def service(self, details):
+                def refuse(_, context):
+                    calls.append(details.method)
+                    context.abort(grpc.StatusCode.UNAVAILABLE, "a proxy without a server")
+
+                return grpc.unary_unary_rpc_method_handler(refuse)
+
+        proxy = grpc.server(futures.ThreadPoolExecutor(2), handlers=[Refusing()])
+        port = proxy.add_insecure_port("127.0.0.1:0")
+        proxy.start()
+        with ccslice.Client(f"127.0.0.1:{port}", patience_s=1.5) as client:
+            with self.assertRaises(ccslice.CallError):
+                client.server_info()
+        proxy.stop(0)
+        self.assertGreater(len(calls), 1)
+        self.assertLess(len(calls), 10)
+
+    def test_patience_begins_with_the_first_failure(self):
+        class Broken(grpc.RpcError):
+            code = staticmethod(lambda: grpc.StatusCode.UNAVAILABLE)
+            details = staticmethod(lambda: "the connection broke")
+            trailing_metadata = staticmethod(lambda: ())
+
+        def breaking(request):
+            """A stream that breaks after its first layer, if that is the job's."""
+            for message in right(request):
+                yield message
+                if message.WhichOneof("event") == "layer_end" and message.layer_end.layer == 0:
+                    raise Broken()
+
+        real, passed, firsts = time.monotonic, 0, []
+        with ccslice.Client(local=True, patience_s=60) as client, \
+                mock.patch("ccslice.client.time.monotonic", lambda: real() + passed):
+            right = client._stub.SliceRange
+            client._stub.SliceRange = lambda request: firsts.append(request.first_layer) or Stream(breaking(request))
+            for layer in client.slice(cube(), 2):
+                passed += 90 if layer.index == 0 else 0  # What a caller does with a layer may take longer.
+        self.assertEqual(firsts, [0, 1])
+
+    def test_patience_runs_out(self):
+        begin = time.monotonic()
+        with ccslice.Client("127.0.0.1:1", patience_s=0.5) as client:
+            with self.assertRaises(ccslice.CallError):
+                client.server_info()
+        self.assertLess(time.monotonic() - begin, 5)
+
+
+class LocalServers(unittest.TestCase):
+    """Servers that clients start for themselves."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.temporary = folder.name
+        self.environment = {key: value for key, value in os.environ.items() if key != "CCSLICE_SERVER"}
+        self.environment["TMPDIR"] = self.temporary
+
+    def python(self, code, **environment):
+        return subprocess.run([sys.executable, "-c", code], env={**self.environment, **environment}, text=True,
+                              capture_output=True)
+
+    def test_two_at_once_end_with_their_clients(self):
+        before = os.environ.get("TMPDIR")
+        os.environ["TMPDIR"] = self.temporary
+        try:
+            with ccslice.Client(local=True) as one, ccslice.Client(local=True) as other:
+                self.assertNotEqual(one.address, other.address)
+                self.assertEqual(len(private_folders(self.temporary)), 2)
+                self.assertEqual(one.server_info().engine_version, other.server_info().engine_version)
+        finally:
+            os.environ.pop("TMPDIR") if before is None else os.environ.__setitem__("TMPDIR", before)
+        self.assertEqual(private_folders(self.temporary), [])
+
+    def test_none_is_left_when_the_client_is_killed(self):
+        code = "import ccslice, time; c = ccslice.Client(local=True); print(c.address, flush=True); time.sleep(60)"
+        client = subprocess.Popen([sys.executable, "-c", code], env=self.environment, stdout=subprocess.PIPE)
+        client.stdout.readline()
+        self.assertEqual(len(private_folders(self.temporary)), 1)
+        client.send_signal(signal.SIGKILL)
+        client.wait()
+        client.stdout.close()
+        self.assertTrue(comes_true(lambda: private_folders(self.temporary) == []))
+
+    def test_programs_that_arent_the_server_are_named(self):
+        code = "import ccslice; ccslice.Client(local=True)"
+        for program, text in (("/nonexistent", "can't be started"), ("/bin/false", "another version")):
+            result = self.python(code, CCSLICED=program)
+            self.assertIn(f"LocalServerError: {program}", result.stderr)
+            self.assertIn(text, result.stderr)
+
+    def test_without_grpcio_the_remedy_is_said(self):
+        blocked = pathlib.Path(self.temporary) / "grpc.py"
+        blocked.write_text("raise ImportError('not there')\n")
+        result = self.python("import ccslice", PYTHONPATH=f"{self.temporary}:{os.environ['PYTHONPATH']}")
+        self.assertIn("ccslice needs grpcio: apt-get install python3-grpcio", result.stderr)
+        self.assertNotIn("not there", result.stderr)
+
+
+class Package(unittest.TestCase):
+    def test_the_example_of_the_readme_runs_from_a_wheel(self):
+        pages = [(REPOSITORY / page).read_text() for page in ("README.md", "client/python/README.md")]
+        example, same = (re.search(r"```python\n(.*?)```", page, re.DOTALL).group(1) for page in pages)
+        self.assertEqual(example, same)
+        with tempfile.TemporaryDirectory() as folder:
+            pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "--no-cache-dir"]
+            # A copy, so that building leaves nothing in the checkout.
+            subprocess.run(["cp", "-r", "--parents", "client/python", "proto", f"{folder}"], check=True, cwd=REPOSITORY)
+            source = pathlib.Path(folder) / "client/python"
+            subprocess.run([*pip, "wheel", "--no-build-isolation", "--no-deps", "-w", f"{folder}/wheels", str(source)],
+                           check=True)
+            wheel = next(pathlib.Path(folder).glob("wheels/*.whl"))
+            subprocess.run([*pip, "install", "--no-deps", "--root-user-action=ignore", "--target", f"{folder}/site", str(wheel)], check=True)
+            environment = {**os.environ, "PYTHONPATH": f"{folder}/site"}
+            result = subprocess.run([sys.executable, "-c", example], env=environment, cwd=folder, text=True,
+                                    capture_output=True)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            shape, share = re.match(r"(\(.*\)) (\S+)", result.stdout).groups()
+            self.assertEqual(len(json.loads(shape.replace("(", "[").replace(")", "]"))), 3)
+            self.assertAlmostEqual(float(share), 0.5, delta=0.02)
+
+
+if __name__ == "__main__":
+    unittest.main()

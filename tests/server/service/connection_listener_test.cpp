@@ -1,0 +1,274 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/connection_listener.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Serves connections by keeping them until it is told to close them.
+class Keeper {
+ public:
+  explicit Keeper(const ConnectionLimits& limits, const std::string& address = "127.0.0.1:0")
+      : listener_(address, limits) {
+    listener_.start([this](int descriptor) {
+      const std::lock_guard lock(mutex_);
+      kept_.emplace_back(descriptor);
+    });
+  }
+  ~Keeper() { listener_.stop(); }
+
+  const std::string& address() const { return listener_.address(); }
+  ConnectionTable& table() { return listener_.connections(); }
+  std::size_t kept() {
+    const std::lock_guard lock(mutex_);
+    return kept_.size();
+  }
+  bool comes_to_keep(std::size_t connections) {
+    for (int i = 0; i < 500 && kept() != connections; ++i) usleep(10'000);
+    return kept() == connections;
+  }
+  void close_all() {
+    const std::lock_guard lock(mutex_);
+    kept_.clear();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<Descriptor> kept_;
+  ConnectionListener listener_;
+};
+
+/// A connection from one of this machine's addresses, 127.0.0.x.
+Descriptor call_from(const std::string& source, const std::string& address) {
+  Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in from{}, to{};
+  from.sin_family = to.sin_family = AF_INET;
+  inet_pton(AF_INET, source.c_str(), &from.sin_addr);
+  const std::size_t colon = address.rfind(':');
+  inet_pton(AF_INET, address.substr(0, colon).c_str(), &to.sin_addr);
+  to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1))));
+  EXPECT_EQ(bind(socket.get(), reinterpret_cast<const sockaddr*>(&from), sizeof from), 0);
+  EXPECT_EQ(connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+  return socket;
+}
+
+/// Whether the other end closes, or has closed, this connection.
+bool is_closed_soon(const Descriptor& socket, int limit_ms = 5000) {
+  pollfd wait{.fd = socket.get(), .events = POLLIN, .revents = 0};
+  char byte = 0;
+  return poll(&wait, 1, limit_ms) == 1 && read(socket.get(), &byte, 1) <= 0;
+}
+
+ConnectionLimits limits(std::size_t connections, std::size_t per_address) {
+  return {.connections = connections, .per_address = per_address, .idle = 0ms, .arriving = 0ms};
+}
+
+/// This process with few files, for a while.
+class FewFiles {
+ public:
+  explicit FewFiles(std::size_t more) {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    const Descriptor next(dup(0));
+    const rlimit few{.rlim_cur = static_cast<rlim_t>(next.get()) + more, .rlim_max = before_.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &few);
+  }
+  ~FewFiles() { setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(ConnectionListener, TakesAFreePortAndSaysWhich) {
+  Keeper keeper(limits(10, 10));
+  EXPECT_TRUE(keeper.address().starts_with("127.0.0.1:"));
+  EXPECT_NE(keeper.address(), "127.0.0.1:0");
+  const Descriptor connection = call_from("127.0.0.1", keeper.address());
+  EXPECT_TRUE(keeper.comes_to_keep(1));
+}
+
+TEST(ConnectionListener, ClosesConnectionsBeyondItsLimitAtOnceAndTakesNewOnesWhenOthersHaveLeft) {
+  Keeper keeper(limits(2, 2));
+  const Descriptor first = call_from("127.0.0.1", keeper.address()), second = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  EXPECT_TRUE(is_closed_soon(call_from("127.0.0.1", keeper.address())));
+  EXPECT_TRUE(is_closed_soon(call_from("127.0.0.2", keeper.address())));
+  keeper.close_all();
+  usleep(50'000);
+  const Descriptor third = call_from("127.0.0.1", keeper.address());
+  EXPECT_TRUE(keeper.comes_to_keep(1));
+}
+
+TEST(ConnectionListener, ServesASecondAddressWhileOneHasAllThatOneMayHave) {
+  Keeper keeper(limits(10, 2));
+  const Descriptor first = call_from("127.0.0.1", keeper.address()), second = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  EXPECT_TRUE(is_closed_soon(call_from("127.0.0.1", keeper.address())));
+  const Descriptor other = call_from("127.0.0.2", keeper.address());
+  EXPECT_TRUE(keeper.comes_to_keep(3));
+}
+
+TEST(ConnectionListener, OutlivesTheEndOfFileDescriptors) {
+  Keeper keeper(limits(1000, 1000));
+  std::vector<Descriptor> callers;
+  for (int i = 0; i < 40; ++i) callers.emplace_back(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(keeper.address().substr(10))));
+  inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+  {
+    const FewFiles few(8);
+    for (const Descriptor& caller : callers) {
+      ASSERT_EQ(connect(caller.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+    }
+    std::size_t refused = 0;
+    for (const Descriptor& caller : callers) refused += is_closed_soon(caller, 200) ? 1 : 0;
+    EXPECT_GE(refused, 30u);
+    EXPECT_LE(keeper.kept(), 8u);
+  }
+  keeper.close_all();
+  const Descriptor later = call_from("127.0.0.1", keeper.address());
+  EXPECT_TRUE(keeper.comes_to_keep(1));
+}
+
+TEST(ConnectionListener, DropsConnectionsWithoutCallsWhenTheirTimeIsUpAndLeavesThoseWithOne) {
+  ConnectionLimits some = limits(10, 10);
+  some.idle = 200ms;
+  Keeper keeper(some);
+  const Descriptor silent = call_from("127.0.0.1", keeper.address()), busy = call_from("127.0.0.2", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  sockaddr_storage own{};
+  socklen_t size = sizeof own;
+  getsockname(busy.get(), reinterpret_cast<sockaddr*>(&own), &size);
+  const ConnectionTable::ConnectionId call = keeper.table().begin_call(*peer_of(own));
+  ASSERT_NE(call, 0u);
+  EXPECT_TRUE(is_closed_soon(silent));
+  EXPECT_FALSE(is_closed_soon(busy, 1500));
+  keeper.table().end_call(call, ConnectionTable::Clock::now(), /*served=*/true);
+  EXPECT_TRUE(is_closed_soon(busy));
+}
+
+TEST(ConnectionListener, DropsSoonerWhatSendsMuchThatMakesNoCall) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving = 200ms;
+  Keeper keeper(some);
+  const Descriptor silent = call_from("127.0.0.1", keeper.address()), half = call_from("127.0.0.2", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  const std::string much(64 << 10, 'x');
+  ASSERT_EQ(write(half.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+  EXPECT_TRUE(is_closed_soon(half));
+  EXPECT_FALSE(is_closed_soon(silent, 1500));
+}
+
+TEST(ConnectionListener, CountsNoCancelledCallAsServed) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving = 500ms;
+  Keeper keeper(some);
+  const Descriptor half = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  const std::string much(64 << 10, 'x');
+  ASSERT_EQ(write(half.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+  sockaddr_storage own{};
+  socklen_t size = sizeof own;
+  getsockname(half.get(), reinterpret_cast<sockaddr*>(&own), &size);
+  usleep(300'000);
+  keeper.table().end_call(keeper.table().begin_call(*peer_of(own)), ConnectionTable::Clock::now(), /*served=*/false);
+  EXPECT_TRUE(is_closed_soon(half));
+}
+
+TEST(ConnectionListener, ReplacesAUnixSocketThatNobodyListensOnAndNoOther) {
+  const std::string path = "/tmp/ccslice-listener-" + std::to_string(getpid()), address = "unix:" + path;
+  {
+    const Descriptor dead(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_un name{};
+    name.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), name.sun_path);
+    ASSERT_EQ(bind(dead.get(), reinterpret_cast<const sockaddr*>(&name), sizeof name), 0);
+  }
+  {
+    Keeper keeper(limits(10, 1), address);
+    EXPECT_EQ(keeper.address(), address);
+    EXPECT_THROW(ListenSockets second(address), std::runtime_error);
+    EXPECT_TRUE(std::filesystem::exists(path));
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(ConnectionListener, SaysWhyItCannotListenAndWhatToDo) {
+  const ListenSockets first("127.0.0.1:0");
+  try {
+    const ListenSockets second(first.address());
+    FAIL() << "both listen on " << second.address();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "can't listen on " + first.address() + ": Address already in use; choose another address with --listen");
+  }
+  EXPECT_THROW(ListenSockets("192.0.2.1:50051"), std::runtime_error);
+  EXPECT_THROW(ListenSockets("unix:/no/such/folder/socket"), std::runtime_error);
+  EXPECT_THROW(ListenSockets("unix:" + std::string(200, 'x')), std::runtime_error);
+}
+
+TEST(ConnectionLimits, ShrinkInProportionWhereDescriptorsAreFewer) {
+  ServerOptions options;
+  options.max_connections = 10'000;
+  options.max_connections_per_address = 7'500;
+  EXPECT_EQ(connection_limits(options, 20'000).connections, 10'000u);
+  EXPECT_EQ(connection_limits(options, 1'000).connections, 1'000u);
+  EXPECT_EQ(connection_limits(options, 1'000).per_address, 750u);
+  EXPECT_EQ(connection_limits(options, 1).per_address, 1u);
+}
+
+TEST(Peer, IsReadAsGrpcWritesIt) {
+  sockaddr_storage storage{};
+  auto& four = reinterpret_cast<sockaddr_in&>(storage);
+  four.sin_family = AF_INET;
+  four.sin_port = htons(50'000);
+  inet_pton(AF_INET, "192.0.2.1", &four.sin_addr);
+  EXPECT_EQ(parse_peer("ipv4:192.0.2.1:50000"), peer_of(storage));
+  auto& six = reinterpret_cast<sockaddr_in6&>(storage);
+  six = {};
+  six.sin6_family = AF_INET6;
+  six.sin6_port = htons(50'000);
+  inet_pton(AF_INET6, "2001:db8::1", &six.sin6_addr);
+  EXPECT_EQ(parse_peer("ipv6:[2001:db8::1]:50000"), peer_of(storage));
+  EXPECT_EQ(parse_peer("ipv6:%5B2001:db8::1%5D:50000"), peer_of(storage));
+  EXPECT_EQ(parse_peer("ipv6:%5B2001:db8::1%25eth0%5D:50000"), peer_of(storage));
+  for (const char* const other :
+       {"", ":", "unix:", "unix:/tmp/a:1", "ipv4:1.2.3:4", "ipv4:1.2.3.4:65536", "ipv4:1.2.3.4"}) {
+    EXPECT_EQ(parse_peer(other), std::nullopt) << other;
+  }
+}
+
+TEST(Peer, CountsAMappedAddressAsIpv4AndASiteOfIpv6AsOne) {
+  sockaddr_storage storage{};
+  auto& six = reinterpret_cast<sockaddr_in6&>(storage);
+  six.sin6_family = AF_INET6;
+  six.sin6_port = htons(1);
+  inet_pton(AF_INET6, "::ffff:192.0.2.1", &six.sin6_addr);
+  EXPECT_EQ(peer_of(storage), parse_peer("ipv4:192.0.2.1:1"));
+  const auto site = [](const char* peer) { return parse_peer(peer)->site(); };
+  EXPECT_EQ(site("ipv6:[2001:db8::1]:1"), site("ipv6:[2001:db8::2]:2"));
+  EXPECT_NE(site("ipv6:[2001:db8::1]:1"), site("ipv6:[2001:db8:0:1::1]:1"));
+  EXPECT_EQ(site("ipv4:192.0.2.1:1"), site("ipv4:192.0.2.1:2"));
+  EXPECT_NE(site("ipv4:192.0.2.1:1"), site("ipv4:192.0.2.2:1"));
+}
+
+}  // namespace
+}  // namespace ccslice::server

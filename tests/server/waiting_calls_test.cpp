@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Calls beyond those that run: they wait, in every RPC that computes.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/service/mesh_id.h"
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+ServerOptions one_place(std::chrono::milliseconds wait) {
+  ServerOptions options = test_options();
+  options.max_concurrent_calls = 1;
+  options.max_waiting_calls = 2;
+  options.admission_wait = wait;
+  return options;
+}
+
+/// A server whose only place is taken until it is given back.
+class WaitingCalls : public ::testing::Test {
+ protected:
+  explicit WaitingCalls(std::chrono::milliseconds wait = 1h) : server_(one_place(wait)) {
+    mesh_id_ = server_.upload_good(make_block(1, 10));
+    EXPECT_TRUE(eventually([this] { return admission().running() == 0; }, 1s));
+    take_place();
+  }
+
+  Admission& admission() { return server_.server().state().admission; }
+  void take_place() {
+    place_ = std::make_unique<Admission::Place>(admission());
+    admission().request(*place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
+  }
+
+  /// Each makes one call and returns its status.
+  std::map<std::string, std::function<grpc::Status(grpc::ClientContext&)>> calls() {
+    return {{"PlanSlices",
+             [this](grpc::ClientContext& context) {
+               v1::PlanSlicesRequest request;
+               request.set_mesh_id(mesh_id_);
+               for (auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
+                 (request.mutable_grid()->mutable_pitch()->*set)(1);
+               }
+               v1::PlanSlicesResponse response;
+               return server_.stub().PlanSlices(&context, request, &response);
+             }},
+            {"SliceRange",
+             [this](grpc::ClientContext& context) {
+               const auto reader = server_.stub().SliceRange(&context, slice_request(mesh_id_, 1, 0, 2));
+               v1::SliceRangeResponse message;
+               while (reader->Read(&message)) {
+               }
+               return reader->Finish();
+             }},
+            {"ProbePoints",
+             [this](grpc::ClientContext& context) {
+               const auto stream = server_.stub().ProbePoints(&context);
+               v1::ProbePointsRequest request;
+               request.set_mesh_id(mesh_id_);
+               for (int i = 0; i < 3; ++i) request.add_points_mm(5);
+               stream->Write(request);
+               stream->WritesDone();
+               v1::ProbePointsResponse response;
+               while (stream->Read(&response)) {
+               }
+               return stream->Finish();
+             }},
+            {"TessellateBoundary",
+             [this](grpc::ClientContext& context) {
+               v1::TessellateBoundaryRequest request;
+               request.set_mesh_id(mesh_id_);
+               const auto reader = server_.stub().TessellateBoundary(&context, request);
+               v1::TessellateBoundaryResponse message;
+               while (reader->Read(&message)) {
+               }
+               return reader->Finish();
+             }},
+            {"UploadMesh", [this](grpc::ClientContext& context) {
+               const std::string bytes = make_block(2, 11).SerializeAsString();
+               v1::UploadMeshResponse response;
+               const auto writer = server_.stub().UploadMesh(&context, &response);
+               v1::UploadMeshRequest message;
+               message.mutable_start()->set_mesh_id(mesh_id_of(bytes));
+               message.mutable_start()->set_size_bytes(bytes.size());
+               writer->Write(message);
+               message.set_chunk(bytes);
+               writer->Write(message);
+               writer->WritesDone();
+               return writer->Finish();
+             }}};
+  }
+
+  TestServer server_;
+  std::string mesh_id_;
+  std::unique_ptr<Admission::Place> place_;
+};
+
+TEST_F(WaitingCalls, HaveTheirTurn) {
+  for (const auto& [name, call] : calls()) {
+    if (!place_) take_place();
+    grpc::ClientContext context;
+    auto status = std::async(std::launch::async, [&, &call = call] { return call(context); });
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s)) << name;
+    EXPECT_EQ(status.wait_for(20ms), std::future_status::timeout) << name;
+    place_ = nullptr;
+    EXPECT_TRUE(status.get().ok()) << name;
+    EXPECT_TRUE(eventually([this] { return admission().running() == 0; }, 1s)) << name;
+  }
+}
+
+TEST_F(WaitingCalls, EndAtTheirDeadline) {
+  for (const auto& [name, call] : calls()) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + 150ms);
+    EXPECT_EQ(call(context).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED) << name;
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 0; }, 1s)) << name << " left the queue";
+    EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 0; }, 1s)) << name;
+  }
+}
+
+TEST_F(WaitingCalls, EndWhenTheyAreCancelled) {
+  for (const auto& [name, call] : calls()) {
+    grpc::ClientContext context;
+    auto status = std::async(std::launch::async, [&, &call = call] { return call(context); });
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s)) << name;
+    context.TryCancel();
+    EXPECT_EQ(status.get().error_code(), grpc::StatusCode::CANCELLED) << name;
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 0; }, 1s)) << name << " left the queue";
+  }
+}
+
+TEST_F(WaitingCalls, AreToldToGoElsewhereWhenTheServerDrains) {
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::future<grpc::Status>> waiting;
+  const auto all = calls();
+  for (const char* name : {"SliceRange", "PlanSlices"}) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    waiting.push_back(std::async(std::launch::async, all.at(name), std::ref(*contexts.back())));
+  }
+  EXPECT_TRUE(eventually([this] { return admission().waiting() == 2; }, 2s));
+  admission().drain();
+  for (std::future<grpc::Status>& status : waiting) EXPECT_EQ(failure_of(status.get()).reason, "SERVER_DRAINING");
+}
+
+TEST_F(WaitingCalls, EndOnceHoweverOftenTheyAreStopped) {
+  const auto all = calls();
+  for (const char* name : {"PlanSlices", "SliceRange", "TessellateBoundary"}) {
+    for (int round = 0; round < 20; ++round) {
+      grpc::ClientContext context;
+      auto status = std::async(std::launch::async, all.at(name), std::ref(context));
+      EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s)) << name;
+      for (int i = 0; i < 20; ++i) server_.server().state().calls.cut_off_all();
+      EXPECT_EQ(failure_of(status.get()).reason, "SERVER_SHUTTING_DOWN") << name;
+    }
+  }
+}
+
+TEST_F(WaitingCalls, MoreThanMayWaitAreRefusedWithAPushback) {
+  std::vector<std::unique_ptr<Admission::Place>> others;
+  for (int i = 0; i < 2; ++i) {
+    others.push_back(std::make_unique<Admission::Place>(admission()));
+    admission().request(*others.back(), [](const std::exception_ptr&) {});
+  }
+  for (const auto& [name, call] : calls()) {
+    grpc::ClientContext context;
+    const Failure failure = failure_of(call(context));
+    EXPECT_EQ(failure.reason, "SERVER_BUSY") << name;
+    EXPECT_TRUE(failure.retry) << name;
+    const auto& trailers = context.GetServerTrailingMetadata();
+    const auto pushback = trailers.find("grpc-retry-pushback-ms");
+    ASSERT_NE(pushback, trailers.end()) << name;
+    EXPECT_GE(std::stoi(std::string(pushback->second.data(), pushback->second.size())), 1000) << name;
+  }
+}
+
+class ImpatientCalls : public WaitingCalls {
+ protected:
+  ImpatientCalls() : WaitingCalls(50ms) {}
+};
+
+TEST_F(ImpatientCalls, AreRefusedAfterTheLongestWait) {
+  for (const auto& [name, call] : calls()) {
+    grpc::ClientContext context;
+    EXPECT_EQ(failure_of(call(context)).reason, "SERVER_BUSY") << name;
+    EXPECT_EQ(admission().waiting(), 0u) << name;
+  }
+}
+
+TEST_F(WaitingCalls, UploadsWhoseBytesArriveTakeNoPlace) {
+  place_ = nullptr;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<v1::UploadMeshResponse> responses(5);
+  std::vector<std::unique_ptr<grpc::ClientWriter<v1::UploadMeshRequest>>> uploads;
+  v1::UploadMeshRequest message;
+  message.mutable_start()->set_mesh_id("sha256:" + std::string(64, 'a'));
+  message.mutable_start()->set_size_bytes(1000);
+  for (v1::UploadMeshResponse& response : responses) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    uploads.push_back(server_.stub().UploadMesh(contexts.back().get(), &response));
+    ASSERT_TRUE(uploads.back()->Write(message));
+  }
+  EXPECT_TRUE(eventually([this] { return server_.server().state().calls.open() == 5; }, 2s));
+  EXPECT_EQ(admission().running(), 0u);
+  grpc::ClientContext context;
+  EXPECT_TRUE(calls().at("PlanSlices")(context).ok());
+  for (const auto& open : contexts) open->TryCancel();
+  for (const auto& upload : uploads) EXPECT_EQ(upload->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
+}  // namespace
+}  // namespace ccslice::server
