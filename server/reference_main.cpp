@@ -7,21 +7,8 @@
 #include <iostream>
 #include <string>
 
+#include "core/base/roff.h"
 #include "server/service/options.h"
-
-namespace {
-
-/// Text for roff, as it is: lines that begin with a dot are no commands.
-std::string roff(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if ((out.empty() || out.back() == '\n') && (c == '.' || c == '\'')) out += "\\&";
-    out += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);
-  }
-  return out;
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -36,7 +23,7 @@ int main(int argc, char** argv) {
   page << ".TH CCSLICED 1 \"\" \"ccslice " CCSLICE_SERVER_VERSION "\" \"ccslice\"\n"
        << ".SH NAME\nccsliced \\- slices Catmull-Clark solids into voxel layers, over gRPC\n"
        << ".SH DESCRIPTION\nWhat ccsliced \\-\\-help says on a machine with 4 CPUs and 16 GiB of memory.\n.PP\n.nf\n"
-       << roff(ccslice::server::help_text(machine)) << ".fi\n.SH SEE ALSO\n\\fBccslice\\fR(1)\n";
+       << ccslice::roff(ccslice::server::help_text(machine)) << ".fi\n.SH SEE ALSO\n\\fBccslice\\fR(1)\n";
   if (page.flush()) return 0;
   std::cerr << "ccsliced_reference: can't write " << argv[1] << "\n";
   return 1;

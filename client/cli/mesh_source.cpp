@@ -67,6 +67,10 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<CellMe
     file.warnings.push_back("sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
                             "; --regions-from NAME,NAME makes regions of them, --regions-from sets of all");
   }
+  if (regions_from.empty() && file.cell_materials.size() > 1) {
+    file.warnings.push_back("materials of cells left out: " + echoed_names(file.cell_materials, '\'') +
+                            "; --regions-from materials makes regions of them");
+  }
   for (const CellNumbers& numbers : file.cell_numbers) {
     const bool varies = std::ranges::adjacent_find(numbers.of_cells, std::not_equal_to<>()) != numbers.of_cells.end();
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
@@ -212,7 +216,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
                   "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
                   "the name of an array of cell data in .vtk and .vtu, 'reference' in MEDIT .mesh, 'entity' in Gmsh "
                   ".msh; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus .inp, physical "
-                  "groups in Gmsh .msh")
+                  "groups in Gmsh .msh; or of 'materials', which sections give to element sets in .inp")
       ->group("Mesh");
   command
       .add_option("--cell-data", options.cell_data,

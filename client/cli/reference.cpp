@@ -10,6 +10,7 @@
 
 #include "client/cli/help.h"
 #include "client/cli/text_values.h"
+#include "core/base/roff.h"
 
 namespace ccslice::cli {
 namespace {
@@ -47,17 +48,6 @@ bool takes_file(const CLI::Option& option) {
 std::string upper(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return text;
-}
-
-/// Text for roff: backslashes, hyphens that are meant as such, and dots that begin a line are no commands.
-std::string roff(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    const bool begins_line = out.empty() || out.back() == '\n';
-    if (begins_line && (c == '.' || c == '\'')) out += "\\&";
-    out += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);
-  }
-  return out;
 }
 
 std::string bold(const std::string& text) { return "\\fB" + roff(text) + "\\fR"; }

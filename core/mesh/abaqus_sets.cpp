@@ -118,7 +118,7 @@ class AbaqusSets::Resolver {
   /// Whether a set of that scope has come before the member.
   bool add_use(std::size_t number, const AbaqusScope& scope, const PlacedIndex* place) {
     const Member& member = sets_.members_[number];
-    const auto known = sets_.index_.find({scope, member.set});
+    const auto known = sets_.index_.find({scope, member.set, false});
     if (known == sets_.index_.end() || sets_.sets_[known->second].first_member > number) return false;
     if (known->second != member.of) found_[known->second].uses.push_back({member.of, place});
     return true;
@@ -155,10 +155,20 @@ class AbaqusSets::Resolver {
   std::set<std::string> unknown_;
 };
 
-std::size_t AbaqusSets::open(const AbaqusScope& scope, std::string_view name) {
-  const auto [known, is_new] = index_.try_emplace({scope, abaqus_key(name)}, sets_.size());
-  if (is_new) sets_.push_back({std::string(name), scope, members_.size()});
+std::size_t AbaqusSets::open(const AbaqusScope& scope, std::string_view name) { return open(scope, name, Kind::kSet); }
+
+std::size_t AbaqusSets::open_internal(const AbaqusScope& scope, std::string_view name) {
+  return open(scope, name, Kind::kInternal);
+}
+
+std::size_t AbaqusSets::open(const AbaqusScope& scope, std::string_view name, Kind kind) {
+  const auto [known, is_new] = index_.try_emplace({scope, abaqus_key(name), kind == Kind::kMaterial}, sets_.size());
+  if (is_new) sets_.push_back({std::string(name), scope, members_.size(), kind});
   return known->second;
+}
+
+void AbaqusSets::add_section(const AbaqusScope& scope, std::string_view set, std::string_view material) {
+  members_.push_back({open(scope, material, Kind::kMaterial), scope, abaqus_key(set), {}});
 }
 
 void AbaqusSets::add(std::size_t set, std::uint64_t number) { add_number(set, sets_[set].scope, number); }
@@ -200,7 +210,7 @@ void AbaqusSets::add_entries(std::size_t set, const AbaqusScope& members, bool g
     }
     const std::string name = abaqus_key(entry);
     const std::size_t point = name.find('.');
-    if (index_.contains({members, name}) || point == std::string::npos) {
+    if (index_.contains({members, name, false}) || point == std::string::npos) {
       members_.push_back({set, members, name, {}});
       continue;
     }
@@ -216,22 +226,25 @@ void AbaqusSets::add_entries(std::size_t set, const AbaqusScope& members, bool g
 
 AbaqusSets::LeftOut AbaqusSets::finish(const std::vector<PlacedElements>& placed, MeshFile& file) {
   const Resolver resolver(*this, placed, file.mesh.cell_count());
-  std::map<std::string, std::vector<std::uint32_t>> cells_of_name;
-  std::vector<std::string> order;
-  for (std::size_t set = 0; set < sets_.size(); ++set) {
-    const std::vector<std::uint32_t>& cells = resolver.cells(set);
-    const auto [known, is_new] = cells_of_name.try_emplace(abaqus_key(sets_[set].name));
-    known->second.insert(known->second.end(), cells.begin(), cells.end());
-    if (is_new) order.push_back(sets_[set].name);
-  }
   LeftOut left_out{{}, {resolver.unknown().begin(), resolver.unknown().end()}};
-  for (const std::string& name : order) {
-    std::vector<std::uint32_t>& found = cells_of_name.at(abaqus_key(name));
-    sort_unique(found);
-    if (found.empty()) {
-      left_out.empty.push_back(name);
-    } else {
-      file.cell_sets.push_back({name, std::move(found)});
+  for (const Kind kind : {Kind::kSet, Kind::kMaterial}) {
+    std::vector<CellSet> named;  // In the order of their names' first openings.
+    std::map<std::string, std::size_t> index;
+    for (std::size_t set = 0; set < sets_.size(); ++set) {
+      if (sets_[set].kind != kind) continue;
+      const auto [known, is_new] = index.try_emplace(abaqus_key(sets_[set].name), named.size());
+      if (is_new) named.push_back({sets_[set].name, {}});
+      const std::vector<std::uint32_t>& cells = resolver.cells(set);
+      std::vector<std::uint32_t>& all = named[known->second].cells;
+      all.insert(all.end(), cells.begin(), cells.end());
+    }
+    for (CellSet& set : named) {
+      sort_unique(set.cells);
+      if (!set.cells.empty()) {
+        (kind == Kind::kSet ? file.cell_sets : file.cell_materials).push_back(std::move(set));
+      } else if (kind == Kind::kSet) {
+        left_out.empty.push_back(std::move(set.name));
+      }
     }
   }
   return left_out;

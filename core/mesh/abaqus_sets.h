@@ -4,7 +4,8 @@
 // The element sets of an Abaqus input file [Abaqus, Element definition: grouping elements into element sets]. *ELSET
 // lists elements and earlier sets, or with GENERATE first and last elements and steps; *ELEMENT names a set for its
 // elements. A part's set holds its elements in every instance. The assembly's sets hold those of one instance, or name
-// them as INSTANCE.SET and INSTANCE.NUMBER. Names count whatever their case.
+// them as INSTANCE.SET and INSTANCE.NUMBER. *SOLID SECTION gives a set's elements a material. Names count whatever their
+// case.
 
 #pragma once
 
@@ -40,9 +41,14 @@ class AbaqusSets {
  public:
   /// The set of that name, a new one unless it has come before.
   std::size_t open(const AbaqusScope& scope, std::string_view name);
+  /// The same for one that Abaqus made for itself: it isn't handed over, but others may name it.
+  std::size_t open_internal(const AbaqusScope& scope, std::string_view name);
   void add(std::size_t set, std::uint64_t number);
   /// A data line of *ELSET, whose numbers and names are those of `members`: the set's own scope, or an instance.
   void add_entries(std::size_t set, const AbaqusScope& members, bool generate, AbaqusLines& lines);
+
+  /// The elements of the set are of that material.
+  void add_section(const AbaqusScope& scope, std::string_view set, std::string_view material);
 
   /// What finish() couldn't hand over.
   struct LeftOut {
@@ -50,8 +56,9 @@ class AbaqusSets {
     std::vector<std::string> unknown;  // Names in data lines, of sets that hadn't come there.
   };
 
-  /// Hands over the sets that have cells, one for all of the same name. A set named in a data line stands for all
-  /// that the file puts into it. Throws Error{kMeshTooLarge} where sets repeat cells without end.
+  /// Hands over the sets that have cells, one for all of the same name, and the materials likewise. A set named in a
+  /// data line or a section stands for all that the file puts into it. Throws Error{kMeshTooLarge} where sets repeat
+  /// cells without end.
   LeftOut finish(const std::vector<PlacedElements>& placed, MeshFile& file);
 
  private:
@@ -65,14 +72,18 @@ class AbaqusSets {
     std::string set{};  // A set's name in capitals; empty if elements are added.
     Range numbers{};    // Elements, if `set` is empty.
   };
+  enum class Kind { kSet, kInternal, kMaterial };
   struct Set {
     std::string name;  // As written first.
     AbaqusScope scope;
     std::size_t first_member;  // Members from this one on may name it.
+    Kind kind;
   };
+  std::size_t open(const AbaqusScope& scope, std::string_view name, Kind kind);
   void add_number(std::size_t set, const AbaqusScope& scope, std::uint64_t number);
 
-  using Key = std::pair<AbaqusScope, std::string>;  // Name in capitals.
+  /// The name is in capitals. Materials have names of their own.
+  using Key = std::tuple<AbaqusScope, std::string, bool>;
 
   std::vector<Set> sets_;
   std::vector<Member> members_;  // Of all sets, in the order of the file.

@@ -18,7 +18,7 @@ namespace ccslice {
 
 namespace {
 
-constexpr std::string_view kAllSets = "sets";
+constexpr std::string_view kAllSets = "sets", kAllMaterials = "materials";
 constexpr std::uint8_t kInNone = 255;
 
 [[noreturn]] void refuse(const std::string& message) {
@@ -50,18 +50,21 @@ void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, cons
   for (const std::int64_t number : whole) mesh.cell_regions.push_back(regions.at(number));
 }
 
-/// The sets that are meant, none if one of the names is nobody's.
-std::vector<const CellSet*> find_sets(const std::string& names, const std::vector<CellSet>& all) {
+/// The sets that are meant, none if one of the names is nobody's. A set goes before a material of its name.
+std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& file) {
   std::vector<const CellSet*> sets;
   const auto add = [&](std::string_view name) {
-    const auto found = std::ranges::find(all, name, &CellSet::name);
-    if (found == all.end()) return false;
-    if (!contains(sets, &*found)) sets.push_back(&*found);
-    return true;
+    for (const std::vector<CellSet>* all : {&file.cell_sets, &file.cell_materials}) {
+      const auto found = std::ranges::find(*all, name, &CellSet::name);
+      if (found == all->end()) continue;
+      if (!contains(sets, &*found)) sets.push_back(&*found);
+      return true;
+    }
+    return false;
   };
   if (add(names)) return sets;
-  if (names == kAllSets) {
-    for (const CellSet& set : all) sets.push_back(&set);
+  if (names == kAllSets || names == kAllMaterials) {
+    for (const CellSet& set : names == kAllSets ? file.cell_sets : file.cell_materials) sets.push_back(&set);
     return sets;
   }
   for (std::size_t begin = 0; begin <= names.size();) {
@@ -97,12 +100,14 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
 }  // namespace
 
 std::string known_cell_numbers(const MeshFile& file) {
-  if (file.cell_numbers.empty() && file.cell_sets.empty()) return "it has none";
   std::string text;
-  if (!file.cell_numbers.empty()) text = "it has numbers called " + echoed_names(file.cell_numbers, '\'');
-  if (!file.cell_sets.empty())
-    text += (text.empty() ? "it has sets " : ", and sets ") + echoed_names(file.cell_sets, '\'');
-  return text;
+  const auto add = [&](const std::string& what, const auto& named) {
+    if (!named.empty()) text += (text.empty() ? "it has " : ", and ") + what + " " + echoed_names(named, '\'');
+  };
+  add("numbers called", file.cell_numbers);
+  add("sets", file.cell_sets);
+  add("materials", file.cell_materials);
+  return text.empty() ? "it has none" : text;
 }
 
 std::optional<std::int64_t> exact_integer(double value) {
@@ -117,7 +122,7 @@ void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimit
   mesh.cell_regions.clear();
   const auto numbers = std::ranges::find(file.cell_numbers, names, &CellNumbers::name);
   if (numbers != file.cell_numbers.end()) return make_regions_of_numbers(*numbers, mesh, limits);
-  const std::vector<const CellSet*> sets = find_sets(names, file.cell_sets);
+  const std::vector<const CellSet*> sets = find_sets(names, file);
   if (sets.empty()) {
     refuse("the file has no numbers or sets called '" + echoed(names) + "' for its cells; " + known_cell_numbers(file));
   }

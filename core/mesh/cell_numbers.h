@@ -28,7 +28,8 @@ std::string known_cell_numbers(const MeshFile& file);
 ///
 ///   the numbers of that name   a region for each, in ascending order and called by it;
 ///   sets                       `names` are theirs, separated by commas, or "sets" for all: a region for each, in this
-///                              order; cells that are in none of them become the region "rest".
+///                              order; cells that are in none of them become the region "rest";
+///   materials                  likewise, or "materials" for all.
 ///
 /// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if a number
 /// isn't whole, if sets have a cell in common, or if there are more than limits.max_cell_regions.

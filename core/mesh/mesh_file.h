@@ -34,6 +34,7 @@ struct MeshFile {
   std::vector<std::string> warnings;        // What the file held that was left out, a sentence each.
   std::vector<CellNumbers> cell_numbers{};  // For cell regions (cell_numbers.h) or channels (cell_averages.h).
   std::vector<CellSet> cell_sets{};         // For cell regions.
+  std::vector<CellSet> cell_materials{};    // The same of the materials that sections give to elements.
 };
 
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };

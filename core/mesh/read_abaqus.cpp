@@ -67,6 +67,7 @@ class AbaqusReader {
   void open_node(const AbaqusKeyword& keyword);
   void open_elements(const AbaqusKeyword& keyword);
   void open_set(const AbaqusKeyword& keyword);
+  void read_section(const AbaqusKeyword& keyword);
   AbaqusScope scope() const;
   void open_part(const AbaqusKeyword& keyword);
   void open_instance(const AbaqusKeyword& keyword);
@@ -138,6 +139,7 @@ void AbaqusReader::read_keyword() {
                        "the whole mesh into the file, as Abaqus/CAE does");
   }
   if (keyword.name == "ELSET") return open_set(keyword);
+  if (keyword.name == "SOLIDSECTION") return read_section(keyword);
   if (is_one_of(kSets, keyword.name)) {
     for (const char* parameter : {"NSET", "NAME"}) other_sets_.insert(printable(keyword.value_of(parameter)));
   } else if (!is_one_of(kSilent, keyword.name)) {
@@ -188,19 +190,21 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
   if (!set.empty()) set_ = sets_.open(scope(), set);
 }
 
-/// Sets that Abaqus/CAE makes for itself (INTERNAL) are left out.
+/// Sets that Abaqus/CAE makes for itself (INTERNAL) are what its sections name; nobody else wants them.
 void AbaqusReader::open_set(const AbaqusKeyword& keyword) {
   const std::string_view name = keyword.value_of("ELSET");
   if (name.empty()) lines_.fail("the name of the set (ELSET=...)", "none");
-  if (keyword.has("INTERNAL")) {
-    other_sets_.insert(printable(name));
-    return;
-  }
   const std::string instance = abaqus_key(keyword.value_of("INSTANCE"));
-  set_ = sets_.open(scope(), name);
+  set_ = keyword.has("INTERNAL") ? sets_.open_internal(scope(), name) : sets_.open(scope(), name);
   members_ = instance.empty() ? scope() : AbaqusScope{0, instance};
   generates_ = keyword.has("GENERATE");
   data_ = Data::kSet;
+}
+
+/// Its data line, the thickness of some elements, is nothing to a solid.
+void AbaqusReader::read_section(const AbaqusKeyword& keyword) {
+  const std::string_view set = keyword.value_of("ELSET"), material = keyword.value_of("MATERIAL");
+  if (!set.empty() && !material.empty()) sets_.add_section(scope(), set, material);
 }
 
 /// The scope of a set that is opened here: in a part, in an instance, or outside of both.

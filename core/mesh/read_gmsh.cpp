@@ -15,6 +15,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/channels.h"
+#include "core/mesh/gmsh_element_data.h"
 #include "core/mesh/gmsh_elements.h"
 #include "core/mesh/gmsh_groups.h"
 #include "core/mesh/gmsh_scanner.h"
@@ -78,7 +79,6 @@ class GmshReader {
   void count_cells();
   void read_node_data();
   void read_rows(std::uint64_t count, Field& field);
-  std::vector<std::string> read_strings();
   void refuse_unsupported();
   void connect();
   void add_field(const Field& field, const std::vector<bool>& used);
@@ -95,6 +95,7 @@ class GmshReader {
   std::uint64_t flat_ = 0, second_order_ = 0;
   Refused pyramids_, high_order_;
   GmshGroups groups_;
+  GmshElementData element_data_;
   std::set<std::string> entity_sections_;  // Names of those that have come.
   bool entities_broken_ = false;
   MeshFile file_;
@@ -137,6 +138,9 @@ void GmshReader::read_section() {
   } else if (name == "NodeData") {
     read_node_data();
     scanner_.close_section(name);
+  } else if (name == "ElementData") {
+    element_data_.read(scanner_);
+    scanner_.close_section(name);
   } else {
     skip_section(name);
   }
@@ -169,8 +173,9 @@ void GmshReader::skip_section(const std::string& name) {
     std::string_view line = scanner_.text().rest_of_line();
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
     if (line.ends_with(end)) {
-      if (name == "ElementData" || name == "ElementNodeData") {
-        file_.warnings.push_back("a field at elements ($" + name + ") left out; fields at nodes are read");
+      if (name == "ElementNodeData") {
+        file_.warnings.push_back("a field at the nodes of each element ($" + name +
+                                 ") left out; $NodeData and $ElementData are read");
       }
       return;
     }
@@ -291,7 +296,7 @@ void GmshReader::read_elements_2() {
   const std::uint64_t count = scanner_.text().count("the number of elements");
   if (scanner_.binary()) scanner_.text().end_line();
   for (std::uint64_t i = 0; i < count;) {
-    if (!scanner_.binary()) scanner_.text().skip(1, "an element's number");
+    std::uint64_t number = scanner_.binary() ? 0 : scanner_.integer("an element's number");
     const GmshElementType& type = element_type();
     const std::uint64_t group = scanner_.binary() ? scanner_.integer("the number of elements that follow") : 1;
     const std::uint64_t tags = scanner_.integer("the number of tags");
@@ -299,7 +304,7 @@ void GmshReader::read_elements_2() {
       scanner_.text().fail("at most " + std::to_string(count - i) + " elements", std::to_string(group));
     }
     for (std::uint64_t k = 0; k < group; ++k, ++i) {
-      if (scanner_.binary()) scanner_.skip_integer("an element's number");
+      if (scanner_.binary()) number = scanner_.integer("an element's number");
       std::array<std::int64_t, 2> group_and_volume{};  // Others may follow: partitions.
       for (std::uint64_t t = 0; t < tags; ++t) {
         const std::int64_t tag = scanner_.signed_integer("a tag");
@@ -313,6 +318,7 @@ void GmshReader::read_elements_2() {
         continue;
       }
       groups_.add_cell(volume, physical);
+      element_data_.add_cell(number);
       count_cells();
     }
   }
@@ -329,56 +335,29 @@ void GmshReader::read_elements_4() {
     const GmshElementType& type = element_type();
     const std::uint64_t count = scanner_.size("the number of elements in the block");
     for (std::uint64_t i = 0; i < count; ++i) {
-      (void)scanner_.size("an element's tag");
+      const std::uint64_t number = scanner_.size("an element's tag");
       if (!read_element(type, true)) continue;
       groups_.add_cell(entity, 0);
+      element_data_.add_cell(number);
       count_cells();
     }
   }
 }
 
-std::vector<std::string> GmshReader::read_strings() {
-  constexpr std::uint64_t kMostTags = 64;
-  const std::uint64_t count = scanner_.text().count_up_to("the number of tags", kMostTags);
-  scanner_.text().end_line();
-  std::vector<std::string> strings;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    std::string_view line = scanner_.text().rest_of_line();
-    line = between_quotes(line).value_or(line);
-    while (!line.empty() && (line.back() == '\r' || line.back() == '\n')) line.remove_suffix(1);
-    strings.emplace_back(line);
-  }
-  return strings;
-}
-
-/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes,
-/// partition (0 or none: the whole mesh).
 void GmshReader::read_node_data() {
-  const std::vector<std::string> names = read_strings();
-  (void)read_strings();
-  constexpr std::uint64_t kMostTags = 64, kMostComponents = 9;
-  TextScanner& text = scanner_.text();
-  const std::uint64_t integer_tags = text.count_up_to("the number of integer tags", kMostTags);
-  if (integer_tags < 3) text.fail("at least 3 integer tags", std::to_string(integer_tags));
-  const std::string step(text.next("a time step"));
-  const std::uint64_t components = text.count_up_to("the number of components", kMostComponents);
-  const std::uint64_t count = text.count_up_to("the number of values", limits_.max_vertices);
-  const std::uint64_t partition = integer_tags > 3 ? text.count("a partition") : 0;
-  text.skip(integer_tags - std::min<std::uint64_t>(integer_tags, 4), "an integer tag");
-  if (scanner_.binary()) text.end_line();
-  const std::string name = names.empty() || names[0].empty() ? "field" : names[0];
-  Field field{open_channels(name, components), {}, step, {}};
+  const GmshFieldHeader header = read_field_header(scanner_, limits_.max_vertices);
+  Field field{open_channels(header.name, header.components), {}, header.step, {}};
   const auto known = std::ranges::find_if(fields_, [&](const Field& other) {
     return !other.channels.empty() && !field.channels.empty() && other.channels[0].name == field.channels[0].name;
   });
   if (known == fields_.end()) {
-    read_rows(count, field);
+    read_rows(header.count, field);
     fields_.push_back(std::move(field));
-  } else if (partition > 0 && known->step == step && known->channels.size() == components) {
-    read_rows(count, *known);
+  } else if (header.partition > 0 && known->step == header.step && known->channels.size() == header.components) {
+    read_rows(header.count, *known);
   } else {
-    read_rows(count, field);
-    file_.warnings.push_back("field '" + printable(name) + "' comes again for another time: left out");
+    read_rows(header.count, field);
+    file_.warnings.push_back("field '" + printable(header.name) + "' comes again for another time: left out");
   }
 }
 
@@ -454,6 +433,7 @@ void GmshReader::warn() {
   note(flat_, "points, lines and faces left out");
   note(second_order_, "cells of second order taken by their corners: curved edges become straight");
   groups_.finish(file_);
+  element_data_.finish(file_);
 }
 
 }  // namespace

@@ -99,9 +99,37 @@ TEST(AbaqusSets, WithoutCellsAreLeftOut) {
   const MeshFile file = read_abaqus(kNodes + tets({1}) + "*ELSET, ELSET=none\n5\n*ELSET, ELSET=cae, INTERNAL\n1\n" +
                                     "*ELSET, ELSET=itself\nitself, unknown\n");
   EXPECT_THAT(file.cell_sets, IsEmpty());
-  EXPECT_THAT(file.warnings, ElementsAre("sets left out: cae, itself, none",
+  EXPECT_THAT(file.warnings, ElementsAre("sets left out: itself, none",
                                          "members of sets, for no set of that name stands before them, left out: "
                                          "UNKNOWN"));
+}
+
+// Abaqus/CAE names the elements of a section by a set of its own.
+TEST(AbaqusSets, GiveElementsMaterialsBySections) {
+  MeshFile file = read_abaqus(kNodes + tets({1, 2, 3}, "all") + tets({4}, "Loose") +
+                              "*ELSET, ELSET=_Picked2, INTERNAL, GENERATE\n1, 2\n*ELSET, ELSET=late\n3\n"
+                              "*Solid Section, elset=_PICKED2, material=Steel\n,\n"
+                              "*SOLID SECTION, ELSET=late, MATERIAL=Nylon 12\n1.,\n"
+                              "*SOLID SECTION, ELSET=loose, MATERIAL=STEEL\n*SOLID SECTION, ELSET=none, MATERIAL=x\n");
+  ASSERT_EQ(file.cell_materials.size(), 2u);
+  EXPECT_EQ(file.cell_materials[0].name, "Steel");
+  EXPECT_THAT(file.cell_materials[0].cells, ElementsAre(0, 1, 3));
+  EXPECT_THAT(file.cell_materials[1].cells, ElementsAre(2));
+  EXPECT_EQ(file.cell_sets.size(), 3u);
+  EXPECT_THAT(file.warnings, ElementsAre(testing::HasSubstr("no set of that name stands before them, left out: NONE")));
+  make_cell_regions("materials", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("Steel", file.cell_materials[1].name));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(0, 0, 1, 0));
+  make_cell_regions("Steel", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("Steel", "rest"));
+}
+
+TEST(AbaqusSets, HaveNamesOfTheirOwnBesideMaterials) {
+  const MeshFile file = read_abaqus(kNodes + tets({1, 2}) + "*ELSET, ELSET=core\n1\n*ELSET, ELSET=all\n1, 2\n" +
+                                    "*SOLID SECTION, ELSET=all, MATERIAL=core\n");
+  ASSERT_EQ(file.cell_materials.size(), 1u);
+  EXPECT_THAT(file.cell_materials[0].cells, ElementsAre(0, 1));
+  EXPECT_THAT(file.cell_sets[0].cells, ElementsAre(0));
 }
 
 TEST(AbaqusSets, ThatAreNoSetsNameTheLine) {

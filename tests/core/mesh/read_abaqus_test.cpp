@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -111,7 +112,7 @@ class IncludedFiles : public testing::Test {
   }
   static MeshFile read(const std::string& path) { return read_abaqus(read_file_bytes(path, 1 << 20), {}, path); }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) / "ccslice_included_files";
+  const fs::path folder_ = fs::path(testing::TempDir()) / ("ccslice_included_files_" + std::to_string(getpid()));
 };
 
 TEST_F(IncludedFiles, StandWhereTheyAreNamed) {

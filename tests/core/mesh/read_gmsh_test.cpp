@@ -181,8 +181,8 @@ TEST(ReadGmsh, LeavesOutFieldsThatLackAValueOrComeAgain) {
   const MeshFile lacking = read_gmsh(kTet + replaced(replaced(field, "\n4\n4 1\n", "\n3\n4 1\n"), "10 3\n", ""));
   EXPECT_EQ(lacking.mesh.channel_count(), 0u);
   EXPECT_THAT(lacking.warnings, ElementsAre("field 'hardness' left out: 1 vertices have no value in it"));
-  const std::string elements = "$ElementData\n1\n\"stress\"\n1\n0\n3\n0\n1\n1\n1 5\n$EndElementData\n";
-  EXPECT_THAT(read_gmsh(kTet + elements).warnings, ElementsAre(HasSubstr("$ElementData")));
+  const std::string elements = "$ElementNodeData\n1\n\"stress\"\n1\n0\n3\n0\n1\n1\n1 4 5 5 5 5\n$EndElementNodeData\n";
+  EXPECT_THAT(read_gmsh(kTet + elements).warnings, ElementsAre(HasSubstr("($ElementNodeData) left out")));
 }
 
 TEST(ReadGmsh, TakesAnyNumbersWhereNoCellIs) {

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Fields at the elements of a Gmsh file ($ElementData), which become numbers of cells, and the header that they have in
+// common with fields at nodes [Gmsh reference manual, MSH file format].
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/mesh/gmsh_scanner.h"
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/node_numbers.h"
+
+namespace ccslice {
+
+/// What stands before the values of a field.
+struct GmshFieldHeader {
+  std::string name = "field";
+  std::string step;  // As it is written.
+  std::uint64_t components = 0;
+  std::uint64_t count = 0;      // Of nodes or elements with values.
+  std::uint64_t partition = 0;  // 0: of the whole mesh.
+};
+
+/// Behind the name of the section. Throws Error{kFileSyntax}, Error{kMeshTooLarge} for more than `most` values.
+GmshFieldHeader read_field_header(GmshScanner& scanner, std::uint64_t most);
+
+class GmshElementData {
+ public:
+  /// The next cell is the element of this number.
+  void add_cell(std::uint64_t element) { elements_.add(element, 0); }
+  /// Between the name of the section and its end.
+  void read(GmshScanner& scanner);
+  /// Hands over the fields that have one number for each cell. The others are left out with a warning.
+  void finish(MeshFile& file);
+
+ private:
+  struct Field {
+    std::string name, step;
+    std::vector<std::uint64_t> elements;
+    std::vector<double> values;
+  };
+  Field* to_take(const GmshFieldHeader& header);
+
+  NodeNumbers elements_;  // Of cells.
+  std::vector<Field> fields_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace ccslice
