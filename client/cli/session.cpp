@@ -3,10 +3,13 @@
 
 #include "client/cli/session.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <string_view>
 #include <system_error>
 
 #include "client/cli/console.h"
@@ -22,9 +25,10 @@ constexpr double kLongestS = 1e9;
 
 /// HOST:PORT, or an address with a scheme of gRPC's, such as unix:PATH or dns:///HOST:PORT.
 bool is_address(const std::string& text) {
-  if (text.starts_with("unix:") || text.find("://") != std::string::npos || text.starts_with("dns:")) return true;
+  constexpr std::array<std::string_view, 6> kSchemes = {"unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:"};
+  if (std::ranges::any_of(kSchemes, [&](std::string_view scheme) { return text.starts_with(scheme); })) return true;
   const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return false;
+  if (colon == std::string::npos || colon == 0 || text.find('/') != std::string::npos) return false;
   int port = 0;
   const char* const end = text.data() + text.size();
   const auto [stop, status] = std::from_chars(text.data() + colon + 1, end, port);

@@ -341,7 +341,8 @@ TEST_F(CommandLine, WrongOptionsExitAlikeWhoeverFindsThem) {
 }
 
 TEST_F(CommandLine, AddressesThatAreNoneAreNamed) {
-  for (const char* address : {"localhost", "localhost:", ":50051", "localhost:0", "localhost:65536", "localhost:1x"}) {
+  for (const char* address : {"localhost", "localhost:", ":50051", "localhost:0", "localhost:65536", "localhost:1x",
+                              "http://localhost:50051"}) {
     const ProcessResult result = run_alone({"info", std::string("--server=") + address});
     EXPECT_EQ(result.exit_code, cli::kExitUsage) << address;
     EXPECT_THAT(result.err, HasSubstr("--server takes an address HOST:PORT")) << address;
