@@ -14,6 +14,8 @@
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+# shellcheck source=deploy/bare_debian.sh
+source deploy/bare_debian.sh
 
 readonly work=$PWD/build/check-image
 readonly base=debian:12-slim # The Dockerfile's own FROM name.
@@ -110,13 +112,6 @@ clean() {
 
 # --- Base -------------------------------------------------------------------------------------------------------------
 
-# This machine's sources of Debian 12, as lines of a sources.list.
-apt_sources() {
-  # shellcheck disable=SC2016 # The placeholders are apt's.
-  apt-get indextargets --format 'deb $(REPO_URI) $(RELEASE) $(COMPONENT)' "Created-By: Packages" |
-    grep -E ' bookworm(-updates|-security)? ' | sort --unique
-}
-
 # Leaves out what Docker's own slim image does, so that sizes compare.
 slim_down() {
   local root=$1
@@ -128,16 +123,9 @@ slim_down() {
 make_base() {
   if containers image exists "$base"; then return; fi
   step "Base: Debian 12 by debootstrap"
-  local sources mirror options=(--variant=minbase)
-  sources=$(apt_sources) || fail "apt on this machine has no source for bookworm"
-  mirror=$(awk '$3 == "bookworm" && $4 == "main" { print $2; exit }' <<<"$sources")
-  [[ -n $mirror ]] || fail "apt on this machine has no source for bookworm main"
   rm -rf --one-file-system "$work/base"
-  [[ $sources == *https:* ]] && options+=(--include=ca-certificates)
-  quietly debootstrap "${options[@]}" bookworm "$work/base" "$mirror"
+  quietly bare_debian "$work/base"
   slim_down "$work/base"
-  printf '%s\n' "$sources" >"$work/base/etc/apt/sources.list"
-  { apt-config dump | grep -E '^Acquire::(http|https|Check-)' || true; } >"$work/base/etc/apt/apt.conf.d/90machine"
   local container
   container=$(buildah from scratch)
   quietly buildah add --quiet "$container" "$work/base"
