@@ -24,8 +24,9 @@ struct Plane {
 /// Closed: the last point joins the first.
 struct ContourLoop {
   std::vector<double> points_mm;     // x, y of every point, world frame.
-  std::vector<std::uint32_t> faces;  // Boundary face of every point.
-  std::vector<double> parameters;    // s, t of every point on its face.
+  std::vector<std::uint32_t> faces;  // Boundary face of every point; empty of contours by region.
+  std::vector<double> parameters;    // s, t of every point on its face; likewise.
+  std::uint32_t cell_region = 0;     // Of contours by region: 1 + its index in SliceHeader.cell_region_names.
 };
 
 struct Layer {

@@ -85,11 +85,15 @@ void LayerAssembler::add_piece(const v1::ContourPiece& piece) {
   std::vector<ContourLoop>& loops = open_->contours;
   if (loops.size() == complete_loops_) loops.emplace_back();
   ContourLoop& loop = loops.back();
+  const auto regions = static_cast<std::uint32_t>(header_.cell_region_names_size());
+  if (piece.first_point() == 0) loop.cell_region = piece.cell_region();
+  require(piece.cell_region() == loop.cell_region && piece.cell_region() <= regions, "contours of an unknown region");
   require(piece.first_point() == loop.points_mm.size() / 2, "contour points with a gap");
   loop.points_mm.insert(loop.points_mm.end(), piece.points_mm().begin(), piece.points_mm().end());
   loop.faces.insert(loop.faces.end(), piece.faces().begin(), piece.faces().end());
   loop.parameters.insert(loop.parameters.end(), piece.parameters().begin(), piece.parameters().end());
-  require(2 * loop.faces.size() == loop.points_mm.size() && loop.parameters.size() == loop.points_mm.size(),
+  const std::size_t numbers = loop.cell_region == 0 ? loop.points_mm.size() : 0;  // Two a point.
+  require(2 * loop.faces.size() == numbers && loop.parameters.size() == numbers,
           "contour points without their faces or parameters");
   if (piece.last()) ++complete_loops_;
 }

@@ -47,6 +47,7 @@ struct SliceOptions {
   std::string output;
   std::string layers;
   std::string contours = "none";
+  bool contours_by_region = false;
   bool no_contact_sheet = false;
   bool force = false;
   bool resume = false;
@@ -110,9 +111,13 @@ void run_plan(Session& session, const JobOptions& options) {
   print_line(json.text());
 }
 
-ContourFormat contour_format_of(const std::string& name) {
-  if (name == "json") return ContourFormat::kJson;
-  return name == "csv" ? ContourFormat::kCsv : ContourFormat::kNone;
+ContourFiles contour_files_of(const SliceOptions& options) {
+  const bool csv = options.contours == "csv";
+  if (csv || options.contours == "json") {
+    return {csv ? ContourFormat::kCsv : ContourFormat::kJson, options.contours_by_region};
+  }
+  if (options.contours_by_region) throw UsageError("--contours-by-region goes with --contours json or csv");
+  return {};
 }
 
 /// What the plan of a job for GrabCAD doesn't say.
@@ -137,10 +142,12 @@ LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse
   return range;
 }
 
-v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const LayerRange& range, bool contours) {
+v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const LayerRange& range,
+                                    const ContourFiles& contours) {
   v1::SliceRangeRequest request;
   copy_job_fields(plan, request);
-  request.set_contours(contours);
+  request.set_contours(contours.format != ContourFormat::kNone);
+  request.set_contours_by_region(contours.by_region);
   request.set_first_layer(range.first);
   request.set_layer_count(range.last - range.first + 1);
   return request;
@@ -300,8 +307,8 @@ v1::PlanSlicesResponse plan_job(Session& session, const SliceOptions& options, c
 }
 
 void run_slice(Session& session, const SliceOptions& options) {
-  const ContourFormat contours = contour_format_of(options.contours);
-  const bool with_contours = contours != ContourFormat::kNone;
+  const ContourFiles contours = contour_files_of(options);
+  const bool with_contours = contours.format != ContourFormat::kNone;
   const bool for_grabcad = options.job.software == "grabcad";
   if (for_grabcad && with_contours) throw UsageError("--for grabcad writes pictures only; leave out --contours");
   v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
@@ -309,7 +316,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
   job.set_mesh_id(ensure_on_server(session, options.job.mesh));
   const v1::PlanSlicesResponse plan = plan_job(session, options, job);
-  const v1::SliceRangeRequest request = slice_request(job, layer_range(options, plan), with_contours);
+  const v1::SliceRangeRequest request = slice_request(job, layer_range(options, plan), contours);
   const JobKey key = job_key_of(request, plan, options.contours + options.job.software);
   const LayerFiles files({job.planes().begin(), job.planes().end()}, contours, plan.grid().extent().layers(),
                          for_grabcad ? grabcad_names(client::region_of(plan).first_layer()) : LayerNames());
@@ -353,6 +360,9 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   app->add_option("--contours", options->contours, "Write the outlines too: json or csv")
       ->check(CLI::IsMember({"none", "json", "csv"}))
       ->capture_default_str()
+      ->group("Pictures");
+  app->add_flag("--contours-by-region", options->contours_by_region,
+                "Write the outlines of each cell region by itself, interfaces included")
       ->group("Pictures");
   app->add_flag("--no-contact-sheet", options->no_contact_sheet,
                 "Leave out contact_sheet.png, a picture of up to 24 of the layers");

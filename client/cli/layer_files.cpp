@@ -59,7 +59,7 @@ std::set<std::string> extensions_of_ours() {
   return extensions;
 }
 
-std::string contours_as_json(const client::Layer& layer) {
+std::string contours_as_json(const client::Layer& layer, bool by_region) {
   JsonWriter json;
   json.begin_object().member("layer", layer.index).member("z_mm", layer.z_mm).key("loops").begin_array();
   for (const client::ContourLoop& loop : layer.contours) {
@@ -69,16 +69,23 @@ std::string contours_as_json(const client::Layer& layer) {
     }
     json.end_array();
   }
-  json.end_array().end_object();
+  json.end_array();
+  if (by_region) {
+    json.key("cell_regions").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) json.value(loop.cell_region);
+    json.end_array();
+  }
+  json.end_object();
   return json.text() + "\n";
 }
 
-std::string contours_as_csv(const client::Layer& layer) {
-  std::string text = "loop,x_mm,y_mm\n";
+std::string contours_as_csv(const client::Layer& layer, bool by_region) {
+  std::string text = by_region ? "loop,x_mm,y_mm,cell_region\n" : "loop,x_mm,y_mm\n";
   for (std::size_t loop = 0; loop < layer.contours.size(); ++loop) {
     const std::vector<double>& points = layer.contours[loop].points_mm;
+    const std::string end = (by_region ? "," + std::to_string(layer.contours[loop].cell_region) : "") + "\n";
     for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
-      text += std::to_string(loop) + "," + shortest(points[i]) + "," + shortest(points[i + 1]) + "\n";
+      text += std::to_string(loop) + "," + shortest(points[i]) + "," + shortest(points[i + 1]) + end;
     }
   }
   return text;
@@ -102,7 +109,7 @@ bool is_layer_file(const std::string& name) {
          (prefix == kPlainPrefix && rest == ".png");
 }
 
-LayerFiles::LayerFiles(const std::vector<v1::PlaneSpec>& planes, ContourFormat contours, std::uint32_t grid_layers,
+LayerFiles::LayerFiles(const std::vector<v1::PlaneSpec>& planes, ContourFiles contours, std::uint32_t grid_layers,
                        LayerNames names)
     : contours_(contours),
       names_(names),
@@ -121,9 +128,11 @@ std::vector<LayerFile> LayerFiles::of(const client::Layer& layer) const {
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     files.push_back({prefix + suffixes_[i], layer.planes[i].encoded});
   }
-  if (contours_ == ContourFormat::kNone) return files;
-  const bool csv = contours_ == ContourFormat::kCsv;
-  files.push_back({prefix + contour_suffix(contours_), csv ? contours_as_csv(layer) : contours_as_json(layer)});
+  const auto& [format, by_region] = contours_;
+  if (format == ContourFormat::kNone) return files;
+  const bool csv = format == ContourFormat::kCsv;
+  files.push_back(
+      {prefix + contour_suffix(format), csv ? contours_as_csv(layer, by_region) : contours_as_json(layer, by_region)});
   return files;
 }
 
@@ -155,7 +164,7 @@ std::string LayerFiles::manifest_entry(const client::Layer& layer, const std::ve
     json.member("sha256", client::sha256_of(files[i].bytes)).end_object();
   }
   json.end_array();
-  if (contours_ != ContourFormat::kNone) {
+  if (contours_.format != ContourFormat::kNone) {
     const LayerFile& contours = files.back();
     json.key("contours").begin_object().member("file", contours.name).member("file_bytes", contours.bytes.size());
     json.member("sha256", client::sha256_of(contours.bytes)).end_object();

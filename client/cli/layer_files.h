@@ -5,7 +5,8 @@
 //
 //   layer_0017_occupancy.png    a picture: .png, .tif, .exr, .zst (one zstd frame) or .bin (samples as they are)
 //   layer_0017_hardness.zst
-//   layer_0017_contours.json    {"layer":17,"z_mm":...,"loops":[[[x,y],...],...]}, or .csv: loop,x_mm,y_mm
+//   layer_0017_contours.json    {"layer":17,"z_mm":...,"loops":[[[x,y],...],...]}, or .csv: loop,x_mm,y_mm; of contours
+//                               by region also "cell_regions":[1,...], the number of each loop's, or a fourth column
 //
 // Layer numbers are the grid's, padded with zeros; other LayerNames give slice_0.png, slice_1.png, ... instead.
 
@@ -24,6 +25,11 @@ inline constexpr const char* kContactSheet = "contact_sheet.png";
 
 enum class ContourFormat { kNone, kJson, kCsv };
 
+struct ContourFiles {
+  ContourFormat format = ContourFormat::kNone;
+  bool by_region = false;
+};
+
 /// How the files of layers are named.
 struct LayerNames {
   bool plain = false;          // slice_17.png: not padded, and without the name of the one plane.
@@ -40,7 +46,7 @@ bool is_layer_file(const std::string& name);
 class LayerFiles {
  public:
   /// REQUIRES: one plane, if names are plain.
-  LayerFiles(const std::vector<v1::PlaneSpec>& planes, ContourFormat contours, std::uint32_t grid_layers,
+  LayerFiles(const std::vector<v1::PlaneSpec>& planes, ContourFiles contours, std::uint32_t grid_layers,
              LayerNames names = {});
 
   /// A file for each plane, then that of the contours if there is one.
@@ -51,7 +57,7 @@ class LayerFiles {
  private:
   std::string prefix_of(std::uint32_t layer) const;
 
-  const ContourFormat contours_;
+  const ContourFiles contours_;
   const LayerNames names_;
   const std::vector<std::string> suffixes_;  // "_hardness.png", one a plane.
   const std::size_t digits_;

@@ -90,6 +90,23 @@ VoxelRegion region_of_box(const Grid& grid, const Box3& box) {
   return {ranges[0].first, ranges[1].first, ranges[2].first, {count(0), count(1), count(2)}};
 }
 
+const Vec2& xy_of(const ContourPoint& point) { return point.xy; }
+const Vec2& xy_of(const Vec2& point) { return point; }
+
+template <typename Loop>
+void drop_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<Loop>& loops) {
+  const auto corner = [&](std::uint32_t column, std::uint32_t row) {
+    return Vec2(lattice.x0_mm + column * lattice.dx_mm, lattice.y0_mm + row * lattice.dy_mm);
+  };
+  const Eigen::AlignedBox2d box(corner(window.first_column, window.first_row),
+                                corner(window.end_column(), window.end_row()));
+  std::erase_if(loops, [&](const Loop& loop) {
+    Eigen::AlignedBox2d bounds;
+    for (const auto& point : loop.points) bounds.extend(xy_of(point));
+    return !bounds.intersects(box);
+  });
+}
+
 }  // namespace
 
 VoxelRegion whole_region(const Grid& grid) { return {0, 0, 0, grid.extent}; }
@@ -127,17 +144,12 @@ void validate_region(const Grid& grid, const VoxelRegion& region) {
   }
 }
 
-void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, Contours& contours) {
-  const auto corner = [&](std::uint32_t column, std::uint32_t row) {
-    return Vec2(lattice.x0_mm + column * lattice.dx_mm, lattice.y0_mm + row * lattice.dy_mm);
-  };
-  const Eigen::AlignedBox2d box(corner(window.first_column, window.first_row),
-                                corner(window.end_column(), window.end_row()));
-  std::erase_if(contours.loops, [&](const ContourLoop& loop) {
-    Eigen::AlignedBox2d bounds;
-    for (const ContourPoint& point : loop.points) bounds.extend(point.xy);
-    return !bounds.intersects(box);
-  });
+void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<ContourLoop>& loops) {
+  drop_outside(window, lattice, loops);
+}
+
+void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<RegionLoop>& loops) {
+  drop_outside(window, lattice, loops);
 }
 
 }  // namespace ccslice

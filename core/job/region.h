@@ -11,6 +11,7 @@
 
 #include "core/base/types.h"
 #include "core/contour/contour.h"
+#include "core/contour/region_loops.h"
 #include "core/job/grid.h"
 #include "core/raster/layer_window.h"
 
@@ -41,6 +42,7 @@ VoxelRegion plan_region(const Grid& grid, const RegionRequest& request);
 void validate_region(const Grid& grid, const VoxelRegion& region);
 
 /// Leaves out the loops whose bounding boxes don't meet the window's voxels: winding numbers there stay as they are.
-void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, Contours& contours);
+void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<ContourLoop>& loops);
+void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<RegionLoop>& loops);
 
 }  // namespace ccslice

@@ -13,6 +13,7 @@
 
 #include "core/base/types.h"
 #include "core/contour/contour.h"
+#include "core/contour/region_loops.h"
 #include "core/job/grid.h"
 #include "core/job/region.h"
 #include "core/output/arrange.h"
@@ -36,6 +37,7 @@ struct SliceJob {
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;  // REQUIRED by planes of materials.
   bool contours = false;             // Deliver the polylines too.
+  bool contours_by_region = false;   // Instead of the solid's, those of each cell region by itself.
   double contour_tolerance_mm = 1e-3;
   std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
                                              // 1/1024 for 8-bit planes and materials, 1/65536 for
@@ -69,9 +71,10 @@ struct Layer {
   std::uint32_t index = 0;
   double z_mm = 0;
   LayerStats stats;
-  std::vector<EncodedPlane> planes;  // In the order of SliceJob::planes.
-  Contours contours;                 // Empty unless asked for. xy are world x and y. Of a region: all loops whose
-                                     // bounding boxes meet it, as they are.
+  std::vector<EncodedPlane> planes;      // In the order of SliceJob::planes.
+  Contours contours;                     // Empty unless asked for. xy are world x and y. Of a region: all loops whose
+                                         // bounding boxes meet it, as they are.
+  std::vector<RegionLoop> region_loops;  // Likewise, of cell regions.
 };
 
 /// Layers [first, first + count) as (first, count) of slabs, cut at multiples of kSlabLayers.

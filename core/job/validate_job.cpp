@@ -233,6 +233,13 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
     throw Error(ErrorCode::kNothingRequested,
                 "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");
   }
+  if (job.contours_by_region && summary.cell_regions.empty()) {
+    throw Error(
+        ErrorCode::kCellRegionsMissing,
+        "contours_by_region: the mesh has no cell regions; upload it with cell_region_names and cell_regions, or "
+        "ask for the contours of the whole",
+        "contours_by_region");
+  }
   if (job.planes.size() > limits.max_planes) {
     throw Error(ErrorCode::kTooManyPlanes,
                 "planes: " + std::to_string(job.planes.size()) + " are more than the limit of " +

@@ -62,7 +62,8 @@ struct LayerSlicer::Shared {
 struct LayerShape {
   Contours contours;  // Only if the job delivers them.
   std::vector<VoxelRun> spans;
-  std::vector<RegionRun> regions;  // Only if the job needs them.
+  std::vector<RegionRun> regions;        // Only if the job needs them.
+  std::vector<RegionLoop> region_loops;  // Likewise.
   LayerStats stats;
 };
 
@@ -124,13 +125,27 @@ struct LayerSlicer::State {
     return runs;
   }
 
+  std::vector<RegionLoop> region_loops(const Contours& contours, const CancellationToken& cancel) const {
+    if (shared->solid->has_several_regions()) return join_region_loops(contours.region_edges, cancel);
+    std::vector<RegionLoop> loops;
+    for (const ContourLoop& loop : contours.loops) {
+      RegionLoop& made = loops.emplace_back(RegionLoop{shared->solid->region_of(ControlCellId{0}), {}});
+      for (const ContourPoint& point : loop.points) made.points.push_back(point.xy);
+    }
+    return loops;
+  }
+
   LayerShape shape(std::uint32_t layer, const CancellationToken& cancel) {
     LayerShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows, cancel);
     if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result, cancel);
+    if (job.contours_by_region) result.region_loops = region_loops(result.contours, cancel);
     result.contours.region_edges = {};
-    if (scope.region != window_of(lattice)) drop_loops_outside(scope.region, lattice, result.contours);
+    if (scope.region != window_of(lattice)) {
+      drop_loops_outside(scope.region, lattice, result.contours.loops);
+      drop_loops_outside(scope.region, lattice, result.region_loops);
+    }
     result.stats.contour_loops = result.contours.loops.size();
     for (const ContourLoop& loop : result.contours.loops) result.stats.contour_points += loop.points.size();
     result.stats.contour_leaves_unresolved = result.contours.unresolved_leaves;
@@ -138,7 +153,7 @@ struct LayerSlicer::State {
       const VoxelRun part = scope.region.clipped(span);
       result.stats.voxels_inside += part.end - part.begin;
     }
-    if (!job.contours) result.contours = {};
+    if (!job.contours || job.contours_by_region) result.contours = {};
     return result;
   }
 
@@ -190,6 +205,7 @@ struct LayerSlicer::State {
     const LayerShape& shape = slabs ? shape_in_slab(index, cancel) : own;
     layer.stats = shape.stats;
     layer.contours = shape.contours;
+    layer.region_loops = shape.region_loops;
     if (evaluate_materials(shape.spans, layer, cancel) == WindowOutcome::kNeedsWholeLayer) {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
       return whole->slice(index, cancel);

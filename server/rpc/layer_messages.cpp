@@ -14,13 +14,20 @@ namespace {
 constexpr std::size_t kPointBytes = 4 * sizeof(double) + 5;
 constexpr std::size_t kPieceBytes = 48;
 
+void add_point(const Vec2& point, v1::ContourPiece& piece) {
+  piece.add_points_mm(point.x());
+  piece.add_points_mm(point.y());
+}
+
 void add_point(const ContourPoint& point, v1::ContourPiece& piece) {
-  piece.add_points_mm(point.xy.x());
-  piece.add_points_mm(point.xy.y());
+  add_point(point.xy, piece);
   piece.add_faces(point.face);
   piece.add_parameters(point.s);
   piece.add_parameters(point.t);
 }
+
+std::uint32_t region_number_of(const ContourLoop& /*loop*/) { return 0; }
+std::uint32_t region_number_of(const RegionLoop& loop) { return loop.region + 1u; }
 
 }  // namespace
 
@@ -52,7 +59,7 @@ void LayerMessages::write_begin(v1::LayerBegin& begin) const {
   begin.set_layer(layer_.index);
   begin.set_z_mm(layer_.z_mm);
   for (const EncodedPlane& plane : layer_.planes) begin.add_encoded_bytes(plane.bytes.size());
-  begin.set_contour_loops(layer_.contours.loops.size());
+  begin.set_contour_loops(layer_.contours.loops.size() + layer_.region_loops.size());
 }
 
 bool LayerMessages::write_plane_chunk(v1::SliceRangeResponse& message) {
@@ -71,18 +78,25 @@ bool LayerMessages::write_plane_chunk(v1::SliceRangeResponse& message) {
   return true;
 }
 
+/// A layer has loops of one kind only.
 bool LayerMessages::write_contour_chunk(v1::SliceRangeResponse& message) {
-  const std::vector<ContourLoop>& loops = layer_.contours.loops;
+  return layer_.region_loops.empty() ? write_loops(layer_.contours.loops, message)
+                                     : write_loops(layer_.region_loops, message);
+}
+
+template <typename Loop>
+bool LayerMessages::write_loops(const std::vector<Loop>& loops, v1::SliceRangeResponse& message) {
   if (loop_ == loops.size()) return false;
   v1::ContourChunk& chunk = *message.mutable_contour_chunk();
   chunk.Clear();
   std::size_t room = max_chunk_bytes_;
   while (loop_ < loops.size() && room >= kPieceBytes + kPointBytes) {
-    const std::vector<ContourPoint>& points = loops[loop_].points;
+    const auto& points = loops[loop_].points;
     const std::size_t count = std::min((room - kPieceBytes) / kPointBytes, points.size() - point_);
     v1::ContourPiece& piece = *chunk.add_pieces();
     piece.set_loop(loop_);
     piece.set_first_point(point_);
+    piece.set_cell_region(region_number_of(loops[loop_]));
     for (std::size_t i = 0; i < count; ++i) add_point(points[point_ + i], piece);
     point_ += count;
     room -= kPieceBytes + count * kPointBytes;

@@ -30,6 +30,8 @@ class LayerMessages {
   void write_begin(v1::LayerBegin& begin) const;
   [[nodiscard]] bool write_plane_chunk(v1::SliceRangeResponse& message);
   [[nodiscard]] bool write_contour_chunk(v1::SliceRangeResponse& message);
+  template <typename Loop>
+  [[nodiscard]] bool write_loops(const std::vector<Loop>& loops, v1::SliceRangeResponse& message);
   void write_end(v1::LayerEnd& end) const;
 
   Layer layer_;

@@ -172,7 +172,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     for (const PlaneSpec& plane : job.planes) {
       *header_.add_planes() = to_message(plane, mesh_->solid()->summary(), job.printing);
     }
-    if (shows_cell_regions(job)) {
+    if (shows_cell_regions(job) || job.contours_by_region) {
       for (const CellRegionSummary& region : mesh_->solid()->summary().cell_regions) {
         header_.add_cell_region_names(region.name);
       }

@@ -229,7 +229,8 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
   job.order = to_order(request.layout());
   if (request.has_printing()) job.printing = to_printing(request.printing(), solid.summary());
   job.planes = to_planes(request.planes(), solid.summary(), job.printing);
-  job.contours = request.contours();
+  job.contours_by_region = request.contours_by_region();
+  job.contours = request.contours() || job.contours_by_region;
   if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
   if (request.has_material_tolerance()) job.material_tolerance = request.material_tolerance();
   validate_job(solid, job, limits);

@@ -240,6 +240,16 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
       run({"slice", mesh, "--regions-from", "reference", "--cell-regions", "--pitch", "0.1", "-o", path("r")});
   EXPECT_EQ(slice.exit_code, 0) << slice.err;
   EXPECT_TRUE(std::filesystem::exists(path("r") + "/layer_0000_cell_regions.png"));
+  const std::vector<std::string> outlines = {
+      "slice", mesh,       "--regions-from", "reference", "--contours", "json",    "--pitch",
+      "0.1",   "--layers", "4..4",           "-o",        path("o"),    "--force", "--contours-by-region"};
+  ASSERT_EQ(run(outlines).exit_code, 0);
+  const std::string loops = read_file_bytes(path("o") + "/layer_0004_contours.json", 1 << 20);
+  EXPECT_EQ(json_at(loops, "loops").list_value().values_size(), 2);
+  EXPECT_EQ(json_at(loops, "cell_regions").list_value().values(1).number_value(), 2);
+  EXPECT_EQ(json_at(read_file_bytes(path("o") + "/manifest.json", 1 << 20), "cell_regions").list_value().values_size(),
+            2);
+  EXPECT_EQ(run({"slice", mesh, "--contours-by-region", "--pitch", "0.1", "-o", path("n")}).exit_code, cli::kExitUsage);
   const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);
   EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");

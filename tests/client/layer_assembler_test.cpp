@@ -65,6 +65,31 @@ TEST(LayerAssembler, PutsContourPiecesTogether) {
   EXPECT_EQ(assembler.next_layer(), 5u);
 }
 
+v1::SliceRangeResponse region_piece(std::uint64_t loop, std::uint32_t region) {
+  v1::SliceRangeResponse message = piece(loop, 0, {1, 2, 3, 4}, true);
+  v1::ContourPiece& only = *message.mutable_contour_chunk()->mutable_pieces(0);
+  only.clear_faces();
+  only.clear_parameters();
+  only.set_cell_region(region);
+  return message;
+}
+
+TEST(LayerAssembler, PutsContoursOfRegionsTogether) {
+  v1::SliceHeader header = contours_only();
+  for (const char* name : {"core", "shell"}) header.add_cell_region_names(name);
+  LayerAssembler assembler(header);
+  EXPECT_FALSE(assembler.add(begin(2)));
+  EXPECT_FALSE(assembler.add(region_piece(0, 1)));
+  EXPECT_FALSE(assembler.add(region_piece(1, 2)));
+  const std::optional<Layer> layer = assembler.add(end());
+  ASSERT_TRUE(layer);
+  EXPECT_EQ(layer->contours[0].cell_region, 1u);
+  EXPECT_EQ(layer->contours[1].cell_region, 2u);
+  LayerAssembler other(header);
+  EXPECT_FALSE(other.add(begin(1)));
+  EXPECT_THROW((void)other.add(region_piece(0, 3)), ClientError);
+}
+
 TEST(LayerAssembler, RefusesContoursWithGaps) {
   const std::vector<std::vector<v1::SliceRangeResponse>> streams = {
       {begin(1), piece(0, 1, {1, 2}, true)},                                    // Begins in the middle.

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
@@ -81,6 +82,54 @@ TEST_F(CellRegions, AreInTheSummary) {
   EXPECT_EQ(response.mesh().cell_regions(0).control_cells(), 32u);
   EXPECT_NEAR(response.mesh().cell_regions(0).volume_mm3() + response.mesh().cell_regions(1).volume_mm3(),
               response.mesh().deviation().limit_volume_mm3(), 1e-6);
+}
+
+TEST_F(CellRegions, HaveContoursOfTheirOwn) {
+  v1::ControlMesh mesh = make_box(4, 10);  // Left and right, so that every layer has both.
+  mesh.add_cell_region_names("core");
+  mesh.add_cell_region_names("shell");
+  for (int cell = 0; cell < mesh.cell_kinds_size(); ++cell) {
+    double x = 0;
+    for (int corner = 8 * cell; corner < 8 * cell + 8; ++corner) {
+      x += mesh.positions_mm(3 * static_cast<int>(mesh.cell_vertices(corner))) / 8;
+    }
+    mesh.add_cell_regions(x < 5 ? 0 : 1);
+  }
+  v1::SliceRangeRequest request = request_for(mesh);
+  request.clear_planes();
+  request.set_contours_by_region(true);
+  request.set_first_layer(20);
+  request.set_layer_count(1);
+  grpc::ClientContext context;
+  const auto stream = server_.stub().SliceRange(&context, request);
+  v1::SliceRangeResponse message;
+  std::vector<double> area_of(3);
+  std::uint64_t loops = 0;
+  while (stream->Read(&message)) {
+    if (message.has_header()) EXPECT_EQ(message.header().cell_region_names_size(), 2);
+    if (message.has_layer_begin()) loops = message.layer_begin().contour_loops();
+    for (const v1::ContourPiece& piece : message.contour_chunk().pieces()) {
+      EXPECT_TRUE(piece.last());
+      EXPECT_EQ(piece.faces_size() + piece.parameters_size(), 0);
+      ASSERT_TRUE(piece.cell_region() == 1 || piece.cell_region() == 2);
+      const int points = piece.points_mm_size() / 2;
+      for (int i = 0; i < points; ++i) {
+        const int next = (i + 1) % points;
+        area_of[piece.cell_region()] += (piece.points_mm(2 * i) * piece.points_mm(2 * next + 1) -
+                                         piece.points_mm(2 * next) * piece.points_mm(2 * i + 1)) /
+                                        2;
+      }
+    }
+  }
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(loops, 2u);
+  EXPECT_GT(area_of[1], 25);
+  EXPECT_NEAR(area_of[1], area_of[2], 1e-6);  // The box is symmetric.
+
+  request.set_mesh_id(server_.upload_good(make_box(4, 10)));
+  const Failure failure = server_.slice_failure(request);
+  EXPECT_EQ(failure.reason, "CELL_REGIONS_MISSING");
+  EXPECT_EQ(failure.field, "contours_by_region");
 }
 
 v1::CellRegionMap map_of(const std::string& region, const std::string& material) {

@@ -188,8 +188,8 @@ class Client:
         return self._call(lambda: self._stub.PlanSlices(request))
 
     def slice(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
-              contours: bool = False, on_progress: Optional[Callable[[int, int], None]] = None,
-              **job: Any) -> Iterator[Layer]:
+              contours: bool = False, contours_by_region: bool = False,
+              on_progress: Optional[Callable[[int, int], None]] = None, **job: Any) -> Iterator[Layer]:
         """The layers, one after the other, as they come.
 
         mesh: a Mesh, or the id of an uploaded one.
@@ -199,7 +199,7 @@ class Client:
         value_ranges: {channel: (low, high)} that integers stand for instead.
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
         printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
-        contours: whether layers have their outlines.
+        contours: whether layers have their outlines. contours_by_region: those of each cell region instead.
         profile: a printer's name. placement: (3, 4) or (4, 4) matrix, row by row. origin_mm, extent: of the grid.
         region_mm: ((x, y, z), (x, y, z)), only this box of it.
         tolerance_mm, material_tolerance: as the command line has them.
@@ -207,6 +207,7 @@ class Client:
 
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
         """
+        contours = contours or contours_by_region
         plan_request = self._plan_request(mesh, pitch, contours=contours, **job)
         plan = self._call(lambda: self._stub.PlanSlices(plan_request))
         first = plan.region.first_layer if plan.HasField("region") else 0
@@ -214,7 +215,8 @@ class Client:
             layers = range(first, first + plan.layer_count)
         elif layers.step != 1 or len(layers) == 0:
             raise ValueError(f"layers is a range of step 1 that isn't empty, not {layers}")
-        yield from self._slice_from(plan_request, plan, layers, contours, on_progress)
+        request = slice_pb2.SliceRangeRequest(contours=contours, contours_by_region=contours_by_region)
+        yield from self._slice_from(request, plan_request, plan, layers, on_progress)
 
     def probe(self, mesh: Union[Mesh, str], points_mm: Any, *, placement: Any = None,
               tolerance_mm: Optional[float] = None) -> Probe:
@@ -381,10 +383,10 @@ class Client:
             request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).materials.SetInParent()
             request.printing.CopyFrom(printing.message)
 
-    def _slice_from(self, job: slice_pb2.PlanSlicesRequest, plan: slice_pb2.PlanSlicesResponse, layers: range,
-                    contours: bool, on_progress: Optional[Callable[[int, int], None]]) -> Iterator[Layer]:
+    def _slice_from(self, request: slice_pb2.SliceRangeRequest, job: slice_pb2.PlanSlicesRequest,
+                    plan: slice_pb2.PlanSlicesResponse, layers: range,
+                    on_progress: Optional[Callable[[int, int], None]]) -> Iterator[Layer]:
         """Delivers every layer once, however often streams break. Layers of different engines or grids never mix."""
-        request = slice_pb2.SliceRangeRequest(contours=contours)
         for field, value in job.ListFields():
             target = getattr(request, field.name)
             if field.label == field.LABEL_REPEATED:

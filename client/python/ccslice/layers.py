@@ -31,6 +31,7 @@ class Layer:
     cell_regions: Optional[np.ndarray]  # uint8: 1 for the first region, 0 outside; None if it wasn't asked for.
     contours: List[np.ndarray]  # (k, 2) float64 x, y in mm, a closed loop each; empty if they weren't asked for.
     material_voxels: List[int]  # Of each material.
+    contour_regions: List[int]  # Of contours by region: each loop's, from 1; 0 otherwise.
 
 
 def _require(holds: bool, otherwise: str) -> None:
@@ -80,6 +81,7 @@ class Assembler:
         self._begin: Optional[slice_pb2.LayerBegin] = None
         self._chunks: List[List[bytes]] = []
         self._loops: List[List[float]] = []
+        self._loop_regions: List[int] = []
         self._loops_done = 0
         self.complete = False
 
@@ -108,7 +110,7 @@ class Assembler:
         _require(len(begin.encoded_bytes) == len(self._header.planes), "a layer with other planes than asked for")
         self._begin = begin
         self._chunks = [[] for _ in self._header.planes]
-        self._loops, self._loops_done = [], 0
+        self._loops, self._loop_regions, self._loops_done = [], [], 0
 
     def _add_chunk(self, chunk: slice_pb2.PlaneChunk) -> None:
         _require(chunk.plane < len(self._chunks), "a chunk of a plane that wasn't asked for")
@@ -121,6 +123,7 @@ class Assembler:
             _require(piece.loop == self._loops_done, "contour loops out of order")
             if len(self._loops) == self._loops_done:
                 self._loops.append([])
+                self._loop_regions.append(piece.cell_region)
             loop = self._loops[-1]
             _require(piece.first_point == len(loop) // 2, "contour points with a gap")
             loop.extend(piece.points_mm)
@@ -132,7 +135,8 @@ class Assembler:
         _require(len(end.planes) == len(self._chunks), "a layer without a result for each plane")
         _require(self._loops_done == begin.contour_loops == len(self._loops), "fewer or more contours than announced")
         layer = Layer(end.layer, begin.z_mm, end.voxel_count, None, {}, None, None,
-                      [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels))
+                      [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels),
+                      self._loop_regions)
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
             _require(len(encoded) == size, "a plane shorter or longer than announced")

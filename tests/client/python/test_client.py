@@ -128,6 +128,9 @@ class Values(unittest.TestCase):
         layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), cell_regions=True))
         self.assertEqual(set(np.unique(layer.cell_regions)) - {0}, {1, 2})
         self.assertTrue((np.diff(layer.cell_regions[2][layer.cell_regions[2] > 0].astype(int)) >= 0).all())
+        layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), contours_by_region=True))
+        self.assertEqual(layer.contour_regions, [1, 2])
+        self.assertEqual([contour.shape[1] for contour in layer.contours], [2, 2])
 
     def test_tetrahedra_and_wedges_by_name(self):
         points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [0, 0, 2.0]])
