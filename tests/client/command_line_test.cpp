@@ -249,6 +249,10 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   EXPECT_EQ(json_at(loops, "cell_regions").list_value().values(1).number_value(), 2);
   EXPECT_EQ(json_at(read_file_bytes(path("o") + "/manifest.json", 1 << 20), "cell_regions").list_value().values_size(),
             2);
+  const ProcessResult picture = run({"picture", mesh, "--regions-from", "reference", "--cell-regions", "--voxels", "24",
+                                     "--width", "100", "-o", path("regions.png")});
+  EXPECT_EQ(picture.exit_code, 0) << picture.err;
+  EXPECT_TRUE(read_file_bytes(path("regions.png"), 1 << 20).starts_with("\x89PNG"));
   EXPECT_EQ(run({"slice", mesh, "--contours-by-region", "--pitch", "0.1", "-o", path("n")}).exit_code, cli::kExitUsage);
   const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);

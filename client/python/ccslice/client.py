@@ -197,6 +197,7 @@ class Client:
         layers: a range of them, counted in the grid; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
         value_ranges: {channel: (low, high)} that integers stand for instead.
+        outside: what channels hold outside the part, an integer as it is stored or a float; default: 0.
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
         printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
         contours: whether layers have their outlines. contours_by_region: those of each cell region instead.
@@ -326,7 +327,8 @@ class Client:
                       printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
                       profile: Optional[str] = None, placement: Any = None, origin_mm: Any = None, extent: Any = None,
                       region_mm: Any = None, tolerance_mm: Optional[float] = None,
-                      material_tolerance: Optional[float] = None) -> slice_pb2.PlanSlicesRequest:
+                      material_tolerance: Optional[float] = None,
+                      outside: Optional[float] = None) -> slice_pb2.PlanSlicesRequest:
         request = slice_pb2.PlanSlicesRequest()
         if pitch is not None:
             size = request.grid.pitch
@@ -348,6 +350,10 @@ class Client:
             for corner, values in ((request.region.box_mm.min_mm, low), (request.region.box_mm.max_mm, high)):
                 corner.x, corner.y, corner.z = _triple("region_mm", values)
         self._add_planes(request, channels, value_ranges or {}, occupancy, printing, cell_regions, contours)
+        if outside is not None:
+            for plane in request.planes:
+                if plane.WhichOneof("content") == "channel":
+                    plane.outside_sample = outside
         if tolerance_mm is not None:
             request.contour_tolerance_mm = tolerance_mm
         if material_tolerance is not None:

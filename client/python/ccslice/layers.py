@@ -26,7 +26,7 @@ class Layer:
     z_mm: float  # Of its voxels' centres.
     voxel_count: int  # Inside.
     occupancy: Optional[np.ndarray]  # bool; None if it wasn't asked for.
-    channels: Dict[str, np.ndarray]  # float32, uint8 or uint16 by name, as asked for; 0 outside.
+    channels: Dict[str, np.ndarray]  # float32, uint8 or uint16 by name, as asked for; `outside`, or 0, outside.
     materials: Optional[np.ndarray]  # uint8: 1 for the first material, 0 outside; None without printing.
     cell_regions: Optional[np.ndarray]  # uint8: 1 for the first region, 0 outside; None if it wasn't asked for.
     contours: List[np.ndarray]  # (k, 2) float64 x, y in mm, a closed loop each; empty if they weren't asked for.

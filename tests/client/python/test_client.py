@@ -103,6 +103,14 @@ class Values(unittest.TestCase):
         self.assertEqual(layer.channels["g"].dtype, np.uint16)
         self.assertLess(abs(int(layer.channels["g"][3, 9]) - round(0.95 * 65535)), 3)
 
+    def test_outside_is_told_apart(self):
+        shape = {"extent": (12, 10, 1), "origin_mm": (0, 0, 0)}
+        layer = next(self.client.slice(self.mesh, 1, channels=["g"], outside=float("nan"), **shape))
+        self.assertTrue(np.isnan(layer.channels["g"][:, 10:]).all())
+        self.assertFalse(np.isnan(layer.channels["g"][:, :10]).any())
+        layer = next(self.client.slice(self.mesh, 1, channels={"g": "uint8"}, outside=255, **shape))
+        self.assertTrue((layer.channels["g"][:, 10:] == 255).all())
+
     def test_halftones_have_the_fractions(self):
         printing = ccslice.Printing({"a": "#ff0000", "b": (0, 0, 255)}, ccslice.blend("g", {0: "a", 1: "b"}))
         voxels = np.stack([layer.materials for layer in self.client.slice(self.mesh, 0.5, printing=printing)])
