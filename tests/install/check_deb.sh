@@ -41,39 +41,39 @@ step() {
 }
 
 inside() {
-  chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"
+  chroot "$root" env -i HOME=/tmp PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"
 }
 
 make_package() {
   (cd "$work" && cpack -G DEB --config "$build/CPackConfig.cmake" -B "$work/package")
-  cp "$work"/package/*.deb "$root/root/ccslice.deb"
+  cp "$work"/package/*.deb "$root/mnt/ccslice.deb"
 }
 
 grabcad_folder() {
   local options=(--size z=30 --grade depth=distance:1..0:6 --for grabcad --profile j750-hm)
-  inside ccslice slice "/root/$1" "${options[@]}" --material Agilus30Clr --material VeroClear --material VeroCY-V \
-    --map blend:depth:0=Agilus30Clr,0.5=VeroClear,1=VeroCY-V -o /root/grabcad --quiet
+  inside ccslice slice "/mnt/$1" "${options[@]}" --material Agilus30Clr --material VeroClear --material VeroCY-V \
+    --map blend:depth:0=Agilus30Clr,0.5=VeroClear,1=VeroCY-V -o /mnt/grabcad --quiet
 }
 
 step "A bare Debian 12" bare_debian "$root"
 mount -t proc proc "$root/proc"
 step "The package" make_package
 step "apt-get update" inside apt-get update
-step "apt-get install ./ccslice.deb" inside apt-get install --yes --no-install-recommends /root/ccslice.deb
+step "apt-get install ./ccslice.deb" inside apt-get install --yes --no-install-recommends /mnt/ccslice.deb
 mkdir "$root/src"
 cp -r README.md docs deploy "$root/src"
 mkdir "$root/src/tests"
 cp -r tests/docs "$root/src/tests"
 if [[ -z $mesh ]]; then
-  inside ccslice models bracket -o /root/bracket.ccmesh >/dev/null
+  inside ccslice models bracket -o /mnt/bracket.ccmesh >/dev/null
   mesh=bracket.ccmesh
 else
-  cp "$mesh" "$root/root"
+  cp "$mesh" "$root/mnt"
 fi
 begin=$SECONDS
 step "$(basename "$mesh") to a folder for GrabCAD" grabcad_folder "$(basename "$mesh")"
 took=$((SECONDS - begin))
-printf '%-50s %4d\n' "  its layers" "$(find "$root/root/grabcad" -name 'slice_*.png' | wc -l)"
+printf '%-50s %4d\n' "  its layers" "$(find "$root/mnt/grabcad" -name 'slice_*.png' | wc -l)"
 for page in "README.md#A first slice" docs/tutorial.md; do
   step "Commands of $page" inside env CCSLICE_BUILD=/none /src/tests/docs/run_page.sh "$page"
 done

@@ -50,7 +50,8 @@ TEST(LayerMessages, CutsContoursIntoPiecesThatNeverExceedTheChunk) {
   for (const std::size_t points : {1000u, 3u, 5u, 400u}) {
     ContourLoop loop;
     for (std::size_t i = 0; i < points; ++i) {
-      loop.points.push_back({.face = BoundaryFaceId{0xffffffff}, .s = 0.5, .t = 0.25, .xy = {static_cast<double>(i), 1}});
+      loop.points.push_back(
+          {.face = BoundaryFaceId{0xffffffff}, .s = 0.5, .t = 0.25, .xy = {static_cast<double>(i), 1}});
     }
     layer.contours.loops.push_back(loop);
   }

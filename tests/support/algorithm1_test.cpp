@@ -52,8 +52,7 @@ TEST(Algorithm1, ReusesNeighboursWithinACellAndSearchesAcross) {
   BentRow row(2);
   Algorithm1 algorithm(row, {.threshold_mm = 1e-9});
   std::vector<Vec3> points;
-  for (int i = 0; i < 10; ++i)
-    points.push_back(row.geo({LimitCellId(i / 5), {0.1 + 0.2 * (i % 5), 0.5, 0.5}}));
+  for (int i = 0; i < 10; ++i) points.push_back(row.geo({LimitCellId(i / 5), {0.1 + 0.2 * (i % 5), 0.5, 0.5}}));
   std::vector<std::optional<CellParam>> line(points.size());
   algorithm.invert_line(points, std::vector<bool>(points.size(), true), {}, line);
   EXPECT_EQ(algorithm.full_inversions(), 2u);
