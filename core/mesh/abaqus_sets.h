@@ -4,8 +4,8 @@
 // The element sets of an Abaqus input file [Abaqus, Element definition: grouping elements into element sets]. *ELSET
 // lists elements and earlier sets, or with GENERATE first and last elements and steps; *ELEMENT names a set for its
 // elements. A part's set holds its elements in every instance. The assembly's sets hold those of one instance, or name
-// them as INSTANCE.SET and INSTANCE.NUMBER. *SOLID SECTION gives a set's elements a material. Names count whatever their
-// case.
+// them as INSTANCE.SET and INSTANCE.NUMBER. *SOLID SECTION gives a set's elements a material. Names count whatever
+// their case.
 
 #pragma once
 

@@ -33,8 +33,8 @@ std::vector<std::string> read_strings(TextScanner& text) {
 
 }  // namespace
 
-/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes or
-/// elements, partition (0 or none: the whole mesh).
+/// String tags (the first is the name), real tags (the first is the time), integer tags: time step, components, nodes
+/// or elements, partition (0 or none: the whole mesh).
 GmshFieldHeader read_field_header(GmshScanner& scanner, std::uint64_t most) {
   TextScanner& text = scanner.text();
   GmshFieldHeader header;

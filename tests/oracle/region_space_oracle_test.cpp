@@ -53,8 +53,8 @@ ControlMesh bar_of_five() {
   return with_regions(mesh, 5, [](const Vec3& p) { return static_cast<int>(p.x() / 10); });
 }
 
-/// Each region of a pure material of its own but the last, which blends two. Planes: regions, materials, and the mask of
-/// each material.
+/// Each region of a pure material of its own but the last, which blends two. Planes: regions, materials, and the mask
+/// of each material.
 SliceJob printed_job(const ControlMesh& mesh) {
   SliceJob job;
   Printing& printing = job.printing.emplace();

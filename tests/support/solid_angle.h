@@ -17,8 +17,8 @@ namespace ccslice::oracle {
 /// Steradians, positive if the point sees the triangle's back, which the corners go round clockwise.
 double solid_angle(const Vec3& point, const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// A BfrSurface as samples^2 quads a face. Far away from a point, quads of a face count together: two triangles stand for
-/// a square of them that is seen from more than twice its box's diagonal.
+/// A BfrSurface as samples^2 quads a face. Far away from a point, quads of a face count together: two triangles stand
+/// for a square of them that is seen from more than twice its box's diagonal.
 class SurfaceWinding {
  public:
   /// REQUIRES: samples is a power of two.
