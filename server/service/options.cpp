@@ -114,6 +114,7 @@ OptionSpec choice_option(std::string flag, T ServerOptions::*member, std::vector
           [=](const ServerOptions& o) { return names[static_cast<std::size_t>(o.*member)]; }};
 }
 
+// NOLINTNEXTLINE(readability-function-size): a row for each option.
 const std::vector<OptionSpec>& option_specs() {
   static const std::vector<OptionSpec> specs = {
       {"--listen", "HOST:PORT",
