@@ -56,4 +56,13 @@ std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<
   return ToleranceList(job, channels).take();
 }
 
+double outside_mm_of(const SliceJob& job) {
+  constexpr double kSlackMm = 1e-3;  // Beyond the contours' own tolerance.
+  return job.contour_tolerance_mm + kSlackMm;
+}
+
+InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels) {
+  return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job)};
+}
+
 }  // namespace ccslice

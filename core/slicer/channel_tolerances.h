@@ -19,4 +19,10 @@ namespace ccslice {
 /// any of the planes asks for. `channels`: the solid's. REQUIRES: job.material_tolerance isn't 0.
 std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels);
 
+/// How far outside the limit volume a voxel inside the contours may lie, world mm.
+double outside_mm_of(const SliceJob& job);
+
+/// What a job's interpolation has to keep. REQUIRES: as above; some plane shows a channel or is made of one.
+InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels);
+
 }  // namespace ccslice

@@ -17,37 +17,9 @@
 #include "core/slicer/channel_tolerances.h"
 #include "core/slicer/halftone_pass.h"
 #include "core/slicer/layer_planes.h"
+#include "core/slicer/layer_scope.h"
 
 namespace ccslice {
-namespace {
-
-// How far outside the limit volume a voxel inside the contours may lie, beyond the contours' own tolerance.
-constexpr double kOutsideSlackMm = 1e-3;
-
-/// What of a layer is worked on, for a region of it.
-struct LayerScope {
-  RowRange rows;       // Whose voxels are found and solved,
-  LayerWindow window;  // what is made of them,
-  LayerWindow region;  // What is delivered.
-};
-
-LayerScope whole_scope(const SliceJob& job) {
-  return {{0, job.grid.extent.rows}, window_of(job.grid.lattice()), region_of(job).window()};
-}
-
-LayerScope scope_of(const SliceJob& job) {
-  LayerScope scope{{}, region_of(job).window(), region_of(job).window()};
-  // Errors come from all voxels before.
-  if (shows_materials(job) && job.printing->halftone.traits().carries_errors) {
-    scope.window = {0, 0, job.grid.extent.columns, scope.region.end_row()};
-  }
-  const std::uint32_t last_block = (scope.window.end_row() - 1) / kRowsTogether;
-  scope.rows.begin = scope.window.first_row - scope.window.first_row % kRowsTogether;
-  scope.rows.end = std::min((last_block + 1) * kRowsTogether, job.grid.extent.rows);
-  return scope;
-}
-
-}  // namespace
 
 // What all workers on a job read.
 struct LayerSlicer::Shared {
@@ -92,13 +64,11 @@ struct LayerSlicer::State {
         planes(job, shared->solid->summary()) {
     if (shared->halftone) halftone.emplace(*shared->halftone);
     if (planes.channels().empty()) return;
-    const double outside_mm = job.contour_tolerance_mm + kOutsideSlackMm;
-    field = make_material_field(shared->solid, job.placement, outside_mm);
+    field = make_material_field(shared->solid, job.placement, outside_mm_of(job));
     if (job.material_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      const InterpolationSpec spec{job.placement, job.grid, channel_tolerances(job, shared->solid->summary().channels),
-                                   outside_mm};
+      const InterpolationSpec spec = interpolation_spec_of(job, shared->solid->summary().channels);
       slabs.emplace(shared->solid, *field, spec, shared->pieces, scope.rows);
     }
   }

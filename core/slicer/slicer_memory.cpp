@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/slicer_memory.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <random>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/contour/contour.h"
+#include "core/contour/surface_tree.h"
+#include "core/interpolation/cell_fitter.h"
+#include "core/interpolation/slab_pieces.h"
+#include "core/interpolation/small_cells.h"
+#include "core/interpolation/voxel_blocks.h"
+#include "core/limit/boundary_surface.h"
+#include "core/limit/cell_index.h"
+#include "core/output/encode.h"
+#include "core/slicer/channel_tolerances.h"
+#include "core/slicer/layer_planes.h"
+#include "core/slicer/layer_scope.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kMiB = 1 << 20;
+
+// Vectors that grow are half empty and, while they are moved, there twice.
+constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
+
+// What codecs, inverters and fitters keep at most, whatever the job.
+constexpr double kCodecs = 4 * kMiB;
+constexpr double kPatchesOfInverter = 11 * kMiB, kPatchesOfFitters = 22 * kMiB;
+constexpr double kStencilsAndLines = 2 * (16 + 8) * kMiB, kStencilsOfCell = 16 * 1024;
+constexpr double kPiecesOfJob = 48 * kMiB;
+
+// Of contours: points are there as crossings, between them, and in loops.
+constexpr double kCopiesOfPoints = 3, kFewestPoints = 4;
+constexpr double kNodesOfCutFace = 1.5, kMostNodesOfRegular = 6, kMostNodesOfIrregular = 96;
+constexpr double kNodeBytes = sizeof(SurfaceNode) + sizeof(BezierNet) + 160;  // With vertices and marks.
+
+// How finely cells are cut is found out for some of them: others may be cut more finely.
+constexpr std::size_t kDescents = 24;
+constexpr double kFiner = 1.25, kVoxelsOfTile = 128;
+constexpr double kRunBytes = 2 * sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);
+constexpr double kParticles = 4 * kMiB;
+
+/// What there is in a layer, or in a slab: the largest sum over intervals that overlap.
+class Overlaps {
+ public:
+  explicit Overlaps(std::size_t places) : changes_(places + 1) {}
+
+  /// `amount` at the places [low, high] that there are.
+  void add(double low, double high, double amount) {
+    const auto last = static_cast<double>(changes_.size() - 2);
+    if (high < 0 || low > last) return;
+    changes_[static_cast<std::size_t>(std::clamp(low, 0.0, last))] += amount;
+    changes_[static_cast<std::size_t>(std::clamp(high, 0.0, last)) + 1] -= amount;
+  }
+  double most() const {
+    double sum = 0, most = 0;
+    for (const double change : changes_) most = std::max(most, sum += change);
+    return most;
+  }
+
+ private:
+  std::vector<double> changes_;
+};
+
+double voxels_of(const LayerWindow& window) { return static_cast<double>(window.columns) * window.rows; }
+
+/// Samples of channels and materials, and what is made of them on the way to bytes.
+double picture_bytes(const SliceJob& job, const LayerScope& scope) {
+  const auto plane_bytes_in = [](const PlaneSpec& plane, const LayerWindow& window) {
+    const std::size_t channels = plane.content == PlaneContent::kChannels ? plane.channels.size() : 1;
+    return static_cast<double>(
+        sample_bytes(plane.sample_type, window.columns, window.rows, static_cast<std::uint32_t>(channels)));
+  };
+  double bytes = 0, largest = 0;
+  for (const PlaneSpec& plane : shown_channels(job)) bytes += plane_bytes_in(plane, scope.window);
+  for (const PlaneSpec& plane : mixed_channels(job)) bytes += plane_bytes_in(plane, scope.window);
+  for (const PlaneSpec& plane : job.planes) {
+    if (plane.content == PlaneContent::kChannels) largest = std::max(largest, plane_bytes_in(plane, scope.window));
+    largest = std::max(largest, plane_bytes_in(plane, scope.region));
+    bytes += plane_bytes_in(plane, scope.region);  // The layer's bytes: no more than raw, or little more.
+  }
+  if (shows_materials(job)) bytes += voxels_of(scope.window) + voxels_of(scope.region);
+  if (shows_cell_regions(job)) bytes += 2 * voxels_of(scope.region);
+  const double bits = voxels_of(scope.region) / 8;
+  return bytes + 3 * largest + bits;  // Side by side, in another order, and where a codec writes.
+}
+
+/// What planes and rows meet of the boundary.
+struct Boundary {
+  double faces = 0;   // In all,
+  double cut = 0;     // and at most by one plane.
+  double nodes = 0;   // That its faces can be halved into, at most.
+  double points = 0;  // Of its contours.
+  double rows = 0;    // Of all its faces that are cut, one after the other.
+};
+
+Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerScope& scope,
+                     const CancellationToken& cancel) {
+  const BoundarySurface surface(solid);
+  const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
+  const VoxelRegion region = region_of(job);
+  double nodes = 0;
+  Overlaps cut(region.extent.layers), points(region.extent.layers), rows(region.extent.layers);
+  PeriodicPoll poll(cancel);
+  const IdRange<BoundaryFaceId> faces(surface.faces_and_interfaces().size());
+  const double scale = job.placement.linear().norm();
+  for (const BoundaryFaceId face : faces) {
+    poll();
+    const Box3& hull = surface.hull_box(face);
+    const Box3 voxels = hull.transformed(voxel_of);
+    const double low = std::floor(voxels.min().z() - region.first_layer) - 1;
+    const double high = std::ceil(voxels.max().z() - region.first_layer) + 1;
+    cut.add(low, high, 1);
+    nodes += surface.faces_and_interfaces()[face].regular ? kMostNodesOfRegular : kMostNodesOfIrregular;
+    points.add(low, high, kFewestPoints + std::sqrt(hull.diagonal().norm() * scale / (4 * job.contour_tolerance_mm)));
+    const double first_row = std::max<double>(voxels.min().y(), scope.rows.begin);
+    const double end_row = std::min<double>(voxels.max().y(), scope.rows.end);
+    rows.add(low, high, std::max(0.0, end_row - first_row) + 1);
+  }
+  return {static_cast<double>(faces.size()), cut.most(), nodes, points.most(), rows.most()};
+}
+
+/// `kept_layers`: those whose spans and contours are kept.
+double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerScope& scope, double kept_layers) {
+  const double visited = kNodesOfCutFace * boundary.cut;
+  const double nodes = std::min(std::max<double>(SurfaceTree::kKeptNodes, 8 * visited) + visited, boundary.nodes);
+  const double loops = boundary.points * sizeof(ContourPoint);
+  const double crossings =
+      std::min(boundary.rows, std::max<double>(1 << 20, 4 * boundary.points)) * sizeof(std::uint64_t);
+  const double row_begins = 8.0 * job.grid.extent.rows;
+  const double spans = (boundary.rows / 2 + scope.rows.end - scope.rows.begin) * sizeof(VoxelRun);
+  const bool has_regions = shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
+  const double kept = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
+  return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * kept) + crossings + row_begins;
+}
+
+/// What slabs meet of the cells.
+struct Cells {
+  double pieces = 0;       // In the fullest slab.
+  double all_pieces = 0;   // Of all slabs.
+  double runs = 0;         // Of pieces, in a layer of it.
+  double tile_voxels = 0;  // Of cells without pieces, in the fullest slab.
+};
+
+/// How many pieces and holes cells of one class are cut into on average: some of them are followed down their trees, to
+/// a child that chance picks each time, which stands for all children [Knuth 1975, Estimating the efficiency of
+/// backtrack programs].
+class CutCells {
+ public:
+  CutCells(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job)
+      : fitter_(solid, interpolation_spec_of(job, solid->summary().channels)) {}
+
+  double leaves_of(std::span<const std::pair<LimitCellId, Box3>> cells, const CancellationToken& cancel) {
+    double leaves = 0;
+    for (std::size_t k = 0; k < kDescents && !cells.empty(); ++k) {
+      cancel.throw_if_cancelled();
+      const auto& [cell, box] = cells[cells.size() * k / kDescents];
+      leaves += descend(cell, box);
+    }
+    return leaves / kDescents;
+  }
+
+ private:
+  double descend(LimitCellId cell, const Box3& box) {
+    std::vector<CellNode> nodes(1);
+    nodes[0].bounds = Box3(box.min() - Vec3::Ones(), box.max() + Vec3::Ones());
+    double leaves = 1;
+    for (std::uint32_t at = 0;;) {
+      fitter_.examine(cell, nodes, at);
+      const std::uint32_t children = nodes[at].end_child - nodes[at].first_child;
+      if (nodes[at].kind != CellNode::Kind::kHalved || children == 0) return leaves;
+      leaves *= children;
+      at = nodes[at].first_child + static_cast<std::uint32_t>(chance_() % children);
+    }
+  }
+
+  CellFitter fitter_;
+  std::minstd_rand chance_;
+};
+
+Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const SliceJob& job, const LayerScope& scope,
+               const CancellationToken& cancel) {
+  const LimitSolid& solid = *shared_solid;
+  const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
+  const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine));
+  const double voxels_of_mm3 = std::abs(voxel_of.linear().determinant());
+  const std::size_t slabs = job.grid.extent.layers / kSlabLayers + 1;
+  Overlaps pieces(slabs), runs(slabs), tile_voxels(slabs);
+  std::array<std::vector<std::pair<LimitCellId, Box3>>, 2> cut;  // Regular cells, others.
+  PeriodicPoll poll(cancel);
+  for (const LimitCellId cell : solid.cells()) {
+    poll();
+    const Box3 box = solid.index().cell_boxes.box(cell).transformed(voxel_of);
+    if (box.max().y() < scope.rows.begin || box.min().y() > scope.rows.end) continue;
+    if (!small.contain(cell)) {
+      cut[solid.cell_class(cell) == CellClass::kRegular ? 0 : 1].emplace_back(cell, box);
+      continue;
+    }
+    const Vec3 size = box.sizes().cwiseMax(1);
+    const double volume = std::min(solid.index().volume_mm3(cell) * voxels_of_mm3, size.prod());
+    tile_voxels.add(std::floor(box.min().z() / kSlabLayers), std::floor(box.max().z() / kSlabLayers),
+                    volume * std::min(1.0, kSlabLayers / size.z()));
+  }
+  CutCells cutter(shared_solid, job);
+  double all_pieces = 0;
+  for (const auto& cells : cut) {
+    const double leaves = kFiner * cutter.leaves_of(cells, cancel), each_way = std::cbrt(leaves);
+    all_pieces += leaves * static_cast<double>(cells.size());
+    for (const auto& [cell, box] : cells) {
+      const double first = std::floor(box.min().z() / kSlabLayers), last = std::floor(box.max().z() / kSlabLayers);
+      const Vec3 size = box.sizes().cwiseMax(1);
+      pieces.add(first, last, leaves * std::min(1.0, kSlabLayers / size.z() + 1 / each_way));
+      runs.add(first, last, each_way * size.y());
+    }
+  }
+  return {pieces.most(), all_pieces, runs.most(), tile_voxels.most()};
+}
+
+/// What stays of a piece as long as it's known, and what a slab makes of it besides.
+double piece_bytes(double channels) {
+  return sizeof(CellPiece) + 2 * sizeof(CellNode) + channels * sizeof(CubicPolynomial);
+}
+double slab_piece_bytes(double channels) {
+  return kGrowthOfPieces * (sizeof(SlabPiece) + 24 + channels * (sizeof(CubicPolynomial) + sizeof(CubicInLayer)));
+}
+
+}  // namespace
+
+SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
+                           const CancellationToken& cancel) {
+  const LayerScope scope = scope_of(job);
+  const Boundary boundary = boundary_of(*solid, job, scope, cancel);
+  const double channels = static_cast<double>(shown_channels(job).size() + mixed_channels(job).size());
+  const bool interpolates = channels > 0 && job.material_tolerance != 0.0;
+  double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
+  slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
+  if (channels > 0) slicer += kPatchesOfInverter;
+  if (interpolates) {
+    const Cells cells = cells_of(solid, job, scope, cancel);
+    const double irregular = static_cast<double>(solid->cell_count() - solid->summary().regular_cells);
+    const double all_piece_bytes = cells.all_pieces * piece_bytes(channels);
+    shared += std::min(kPiecesOfJob, all_piece_bytes);
+    slicer += kPatchesOfFitters + std::min(kStencilsAndLines, irregular * kStencilsOfCell);
+    slicer += cells.pieces * slab_piece_bytes(channels);
+    if (all_piece_bytes > kPiecesOfJob) slicer += cells.pieces * piece_bytes(channels);  // Forgotten by others.
+    slicer += kGrowthOfPieces * kSlabLayers * cells.runs * kRunBytes;
+    if (cells.tile_voxels > 0) slicer += kParticles;
+    slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
+  }
+  return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer)};
+}
+
+}  // namespace ccslice

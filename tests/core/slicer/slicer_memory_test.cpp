@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/slicer_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/job/validate_job.h"
+#include "core/mesh/models.h"
+#include "core/slicer/layer_slicer.h"
+#include "tests/core/slicer/test_jobs.h"
+#include "tests/support/allocation_count.h"
+
+namespace ccslice {
+namespace {
+
+struct NamedJob {
+  std::string name;
+  SliceJob job;
+};
+
+VoxelPitch pitch_for(const Solid& solid, double columns) {
+  const double length = solid->summary().bounding_box.sizes().x() / columns;
+  return {length, length, length};
+}
+
+/// Jobs that differ in what slicers hold.
+std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
+  const SliceJob plain = job_of(solid, pitch_for(solid, columns));
+  std::vector<NamedJob> jobs;
+  const auto add = [&](const char* name) -> SliceJob& { return jobs.emplace_back(NamedJob{name, plain}).job; };
+  add("occupancy").planes = {occupancy()};
+  add("channel").planes = {channel(0, SampleType::kUint8, Encoding::kRawZstd)};
+  add("float").planes = {occupancy(), channel(0, SampleType::kFloat32)};
+  add("exact").material_tolerance = 0;
+  SliceJob& contours = add("contours");
+  contours.planes = {};
+  contours.contours = true;
+  SliceJob& region = add("region");
+  region.region = whole_region(region.grid);
+  region.region->extent.rows = region.grid.extent.rows / 3 + 1;
+  region.region->first_row = region.grid.extent.rows / 3;
+  return jobs;
+}
+
+/// Slices two slabs in the middle, and compares what is held with what was told.
+void expect_enough(const std::string& what, const Solid& solid, const SliceJob& job) {
+  validate_job(*solid, job);
+  const SlicerMemory told = slicer_memory(solid, job);
+  const oracle::HeldMemory held;
+  const LayerSlicer prototype(solid, job);
+  LayerSlicer slicer = prototype.twin();
+  const std::uint32_t middle = job.grid.extent.layers / 2, end = std::min(middle + 20, job.grid.extent.layers);
+  for (std::uint32_t layer = middle - std::min(middle, 20u); layer < end; ++layer) (void)slicer.slice(layer, {});
+  EXPECT_LE(held.most_bytes(), told.shared_bytes + told.slicer_bytes) << what;
+}
+
+TEST(SlicerMemory, IsToldBeforeItIsTaken) {
+  for (const SampleModel& model : sample_models()) {
+    const Solid solid = LimitSolid::prepare(model.make());
+    for (const int columns : {60, 400}) {
+      for (const NamedJob& each : jobs_of(solid, columns)) {
+        expect_enough(std::string(model.name) + " " + each.name + " " + std::to_string(columns), solid, each.job);
+      }
+    }
+  }
+}
+
+TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) {
+  for (const char* name : {"engine", "ring"}) {
+    const Solid solid = LimitSolid::prepare(find_sample_model(name)->make());
+    for (const NamedJob& each : jobs_of(solid, 1200)) expect_enough(name + each.name, solid, each.job);
+  }
+}
+
+TEST(SlicerMemory, StopsWhenCancelled) {
+  const Solid solid = LimitSolid::prepare(make_grid());
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  EXPECT_THROW((void)slicer_memory(solid, job_of(solid, pitch_for(solid, 400)), cancel), Error);
+}
+
+}  // namespace
+}  // namespace ccslice
