@@ -80,6 +80,29 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       self->refuse(to_status(refusal));
     });
   }
+  /// Memory for a call that runs, or for one that shed its own: admission.h. `decided` keeps the call alive.
+  void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
+    state_.admission.request_memory(place_, std::move(memory), std::move(decided));
+  }
+  void resume(Admission::Memory memory, Admission::Decision decided) {
+    state_.admission.resume(place_, std::move(memory), std::move(decided));
+  }
+  /// Stops waiting for memory.
+  void leave_memory_queue() { state_.admission.leave_memory_queue(place_); }
+  void give_place_back() { state_.admission.give_back(place_); }
+
+  /// Clients of gRPC's that retry by themselves look for this trailer. Before end().
+  void add_pushback(const std::exception_ptr& refusal) {
+    try {
+      std::rethrow_exception(refusal);
+    } catch (const ServiceError& error) {
+      if (!error.retry_delay()) return;
+      const std::chrono::milliseconds delay = *error.retry_delay();
+      context_.AddTrailingMetadata("grpc-retry-pushback-ms", std::to_string(delay.count()));
+    } catch (...) {
+      return;  // No refusal.
+    }
+  }
   virtual void refuse(const grpc::Status& status) { end(status); }
   /// For whoever stops the call: if it was still waiting for its place, it ends here.
   bool end_if_waiting() {
@@ -95,6 +118,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
 
   /// Stops the computing. Any thread, any number of times.
   virtual void stop() {}
+  /// The client hasn't read for a while: what the call holds is given back as far as it can be had again. On the
+  /// watch's thread; the client may read on at the same time.
+  virtual void shed() {}
 
   /// Bounds the waits that follow. REQUIRES: admitted.
   void watch() { state_.idle_watch.add(self_); }
@@ -126,17 +152,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   const std::string client_;  // Who makes the call (client_id.h).
 
  private:
-  /// Clients of gRPC's that retry by themselves look for this trailer.
-  void add_pushback(const std::exception_ptr& refusal) {
-    try {
-      std::rethrow_exception(refusal);
-    } catch (const ServiceError& error) {
-      if (!error.retry_delay()) return;
-      const std::chrono::milliseconds delay = *error.retry_delay();
-      context_.AddTrailingMetadata("grpc-retry-pushback-ms", std::to_string(delay.count()));
-    }
-  }
-
   void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
 
   template <class Start>
@@ -167,6 +182,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     const grpc::Status status = for_reader_ ? stalled_status() : idle_status();
     if (for_reader_) reset_stream(context_, status);
     end(status);
+  }
+
+  void lag() override {
+    if (for_reader_) shed();
   }
 
   std::shared_ptr<Call> self_;

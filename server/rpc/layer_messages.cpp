@@ -63,10 +63,7 @@ void LayerMessages::write_begin(v1::LayerBegin& begin) const {
 }
 
 bool LayerMessages::write_plane_chunk(v1::SliceRangeResponse& message) {
-  while (plane_ < layer_.planes.size() && offset_ == layer_.planes[plane_].bytes.size()) {
-    ++plane_;
-    offset_ = 0;
-  }
+  skip_sent_planes();
   if (plane_ == layer_.planes.size()) return false;
   const std::vector<std::uint8_t>& bytes = layer_.planes[plane_].bytes;
   const std::size_t size = std::min<std::size_t>(max_chunk_bytes_, bytes.size() - offset_);
@@ -75,7 +72,17 @@ bool LayerMessages::write_plane_chunk(v1::SliceRangeResponse& message) {
   chunk.set_offset(offset_);
   chunk.set_data(bytes.data() + offset_, size);
   offset_ += size;
+  skip_sent_planes();
   return true;
+}
+
+/// Their bytes aren't needed any more: a client may take its time for the last message.
+void LayerMessages::skip_sent_planes() {
+  while (plane_ < layer_.planes.size() && offset_ == layer_.planes[plane_].bytes.size()) {
+    layer_.planes[plane_].bytes = {};
+    ++plane_;
+    offset_ = 0;
+  }
 }
 
 /// A layer has loops of one kind only.

@@ -20,6 +20,7 @@ class LayerMessages {
   LayerMessages(Layer layer, std::uint32_t max_chunk_bytes)
       : layer_(std::move(layer)), max_chunk_bytes_(max_chunk_bytes), stage_(Stage::kBegin) {}
 
+  /// Without the bytes of planes that were sent.
   const Layer& layer() const { return layer_; }
   /// Writes the next message; false after the last one.
   [[nodiscard]] bool next(v1::SliceRangeResponse& message);
@@ -29,6 +30,7 @@ class LayerMessages {
 
   void write_begin(v1::LayerBegin& begin) const;
   [[nodiscard]] bool write_plane_chunk(v1::SliceRangeResponse& message);
+  void skip_sent_planes();
   [[nodiscard]] bool write_contour_chunk(v1::SliceRangeResponse& message);
   template <typename Loop>
   [[nodiscard]] bool write_loops(const std::vector<Loop>& loops, v1::SliceRangeResponse& message);

@@ -34,10 +34,12 @@ class Server {
   const std::string& address() const noexcept { return listener_.address(); }
   ServiceState& state() noexcept { return state_; }
 
-  /// Drops expired meshes and ends calls whose clients are silent. To be called now and then.
+  /// Drops expired meshes, ends calls whose clients are silent, has those shed what they hold whose clients lag, and
+  /// gives memory back to the machine. To be called now and then.
   void sweep() {
     state_.cache.sweep();
     state_.idle_watch.sweep();
+    state_.heap_trim.sweep();
   }
 
   /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`

@@ -13,6 +13,7 @@
 #include "server/service/admission.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
+#include "server/service/heap_trim.h"
 #include "server/service/idle_watch.h"
 #include "server/service/limits.h"
 #include "server/service/memory_budget.h"
@@ -28,11 +29,16 @@ struct ServiceState {
         cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
         uploads(options.upload_budget_bytes),
         preparations(options.preparation_budget_bytes),
-        streams(options.stream_budget_bytes),
+        streams(options.stream_budget_bytes, [this] { admission.retry(); }),
+        scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),
         admission({.running = options.max_concurrent_calls,
                    .waiting = options.max_waiting_calls,
                    .longest_wait = options.admission_wait}),
-        idle_watch(options.idle_timeout) {
+        idle_watch(options.idle_timeout),
+        heap_trim([this] {
+          return uploads.given_back_bytes() + preparations.given_back_bytes() + streams.given_back_bytes() +
+                 scratch.given_back_bytes();
+        }) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
   }
@@ -48,9 +54,11 @@ struct ServiceState {
   MemoryBudget uploads;       // Bytes received.
   MemoryBudget preparations;  // Meshes on their way to solids.
   MemoryBudget streams;       // Layers and triangles on their way to clients.
+  MemoryBudget scratch;       // What slicers hold while they work.
   CallRegistry calls;
   Admission admission;
   IdleWatch idle_watch;
+  HeapTrim heap_trim;
 };
 
 }  // namespace ccslice::server

@@ -13,18 +13,23 @@
 #include "core/printing/halftone.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
+#include "core/slicer/slicer_memory.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/layer_messages.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/slice_job.h"
 #include "server/service/layer_stream.h"
+#include "server/service/slicer_source.h"
 
 namespace ccslice::server {
 namespace {
 
 /// Ranges of so many bytes of samples are interactive.
 constexpr std::uint64_t kInteractiveBytes = 4u << 20;
+
+/// Rounded up.
+std::string show_mib(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
 
 /// Contours take time too, though no samples: they count like occupancy.
 Pieces pieces_of(const SliceJob& job, std::uint32_t layers) {
@@ -49,18 +54,17 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     parse_request(raw_, request_);
     mesh_ = require_mesh(state_, request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    const SliceJob job = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
+    job_ = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
+    const SliceJob& job = *job_;
     range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
     validate_layer_range(job, range_.first, range_.count);
     log_.note(request_.mesh_id());
     log_.note("layers " + std::to_string(range_.first) + "+" + std::to_string(range_.count));
     write_header(job);
-    share_ = take_memory(job);
-    const std::optional<VoxelShape> mask = mask_of(job);
-    if (mask && !has_shared_mask(*mask)) return start_later(job, Pieces::kLong);
-    const Pieces pieces = pieces_of(job, range_.count);
-    if (pieces != Pieces::kInteractive) return start_later(job, pieces);
-    start_stream(job);  // On a worker for interactive work as it is.
+    memory_ = slicer_memory(mesh_->solid(), job, cancel_);
+    pieces_ = pieces_of(job, range_.count);
+    require_memory();
+    ask_for_memory(wanted_memory(), decided());
   }
 
   static std::optional<VoxelShape> mask_of(const SliceJob& job) {
@@ -68,60 +72,125 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return job.printing ? mask_shape(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm) : std::nullopt;
   }
 
+  /// Batch work leaves some of the memory for scratch to interactive work, unless it couldn't begin then.
+  std::uint64_t left_bytes() const {
+    if (pieces_ == Pieces::kInteractive) return 0;
+    const std::uint64_t all = state_.scratch.capacity_bytes();
+    const std::uint64_t left = std::max(all / kInteractiveShareOfScratch, std::min(all / 2, kInteractiveScratchBytes));
+    return std::min(left, all - SlicerSource::least_bytes(memory_));
+  }
+
+  /// Refuses what could never begin.
+  void require_memory() const {
+    const std::uint64_t needed = SlicerSource::least_bytes(memory_);
+    if (needed <= state_.scratch.capacity_bytes()) return;
+    throw ServiceError(ServiceErrorCode::kJobExceedsMemory,
+                       "slicing takes about " + show_mib(needed) + " while it works on a layer, and the server has " +
+                           show_mib(state_.scratch.capacity_bytes()) +
+                           " for that: ask for a region, fewer planes or a coarser pitch, or raise "
+                           "--scratch-budget-bytes");
+  }
+
+  Admission::Memory wanted_memory() {
+    return {.reserve = [this] { return reserve(); }, .overtakes = pieces_ == Pieces::kInteractive};
+  }
+
+  /// What the slicers need, one of them at least, and the window's share of the memory of all streams: what the layers
+  /// need, one of them at least. How much contours need isn't known before.
+  bool reserve() {
+    const std::uint64_t one = std::max(layer_bytes(*job_), kMinStreamWindowBytes);
+    const std::uint64_t all = one * range_.count;
+    const std::uint64_t most = state_.options.stream_window_bytes;
+    MemoryBudget::Share scratch(state_.scratch);
+    if (!scratch.resize(SlicerSource::least_bytes(memory_), left_bytes())) return false;
+    std::optional<MemoryBudget::Share> share =
+        state_.streams.take_between(one, job_->contours ? most : std::min(most, all));
+    if (!share) {
+      (void)scratch.resize(0);  // Without telling those who wait, of whom this is one.
+      return false;
+    }
+    scratch_ = std::move(scratch);
+    share_ = std::move(*share);
+    return true;
+  }
+
+  Admission::Decision decided() {
+    return [this, self = shared_from_this()](const std::exception_ptr& refusal) {
+      {
+        const std::lock_guard lock(stream_mutex_);
+        start_error_ = refusal;
+        has_memory_ = true;
+      }
+      if (!refusal) start_later();
+      wake();
+    };
+  }
+
   /// As a piece of work of its own: a long one where it makes a mask, which takes about a second.
-  void start_later(const SliceJob& job, Pieces pieces) {
-    make_lane(pieces).post([this, self = shared_from_this(), job] {
+  void start_later() {
+    const std::optional<VoxelShape> mask = mask_of(*job_);
+    const Pieces pieces = mask && !has_shared_mask(*mask) ? Pieces::kLong : pieces_;
+    make_lane(pieces).post([this, self = shared_from_this()] {
       try {
-        start_stream(job);
+        start_stream();
       } catch (...) {
-        std::lock_guard lock(stream_mutex_);
+        const std::lock_guard lock(stream_mutex_);
         start_error_ = std::current_exception();
       }
       wake();
     });
   }
 
-  /// The window's share of the memory of all streams: what the layers need, one of them at least. How much contours
-  /// need isn't known before.
-  MemoryBudget::Share take_memory(const SliceJob& job) {
-    const std::uint64_t one = std::max(layer_bytes(job), kMinStreamWindowBytes);
-    const std::uint64_t all = one * request_.layer_count();
-    const std::uint64_t most = state_.options.stream_window_bytes;
-    std::optional<MemoryBudget::Share> share =
-        state_.streams.take_between(one, job.contours ? most : std::min(most, all));
-    if (!share) throw stream_memory_used_up();
-    return std::move(*share);
+  /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
+  void start_stream() {
+    LayerSlicer prototype(mesh_->solid(), *job_, cancel_);
+    const auto source = std::make_shared<SlicerSource>(
+        std::move(prototype), memory_, std::move(scratch_),
+        SlicerSource::Limits{.left_bytes = left_bytes(),
+                             .is_crowded = [&admission = state_.admission] { return admission.wants_memory(); }});
+    StreamWindow window = choose_window(layer_bytes(*job_), share_.bytes(), state_.executor.threads());
+    const std::uint32_t all_slabs = window.window_slabs;
+    if (summary_.layers() > 0) window.window_slabs = 1;  // Its client may stop again soon.
+    auto stream = LayerStream::start(
+        make_lane(pieces_), range_, window, source->make(),
+        [weak = weak_from_this()] {
+          if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
+        },
+        source->limit());
+    {
+      const std::lock_guard lock(stream_mutex_);
+      stream_ = stream;
+      all_slabs_ = all_slabs;
+      layers_of_stream_ = 0;
+    }
+    if (cancel_.cancelled()) stream->cancel();
   }
 
-  /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
-  void start_stream(const SliceJob& job) {
-    const auto prototype = std::make_shared<const LayerSlicer>(mesh_->solid(), job, cancel_);
-    const auto make = [prototype](const CancellationToken&) {
-      return [slicer = std::make_shared<LayerSlicer>(prototype->twin())](
-                 std::uint32_t layer, const CancellationToken& token) { return slicer->slice(layer, token); };
-    };
-    auto stream = LayerStream::start(make_lane(pieces_of(job, range_.count)), range_,
-                                     choose_window(layer_bytes(job), share_.bytes(), state_.executor.threads()), make,
-                                     [weak = weak_from_this()] {
-                                       if (const auto call = weak.lock()) static_cast<SliceCall&>(*call).wake();
-                                     });
+  /// Keeps the layer that is being sent; what comes behind it will be computed anew.
+  void shed() override {
+    std::shared_ptr<LayerStream> dropped;
+    MemoryBudget::Share given_back;
     {
-      std::lock_guard lock(stream_mutex_);
-      stream_ = stream;
+      const std::lock_guard lock(stream_mutex_);
+      if (!stream_) return;
+      dropped = std::exchange(stream_, nullptr);
+      given_back = share_.split_off_beyond(std::min(share_.bytes(), sent_bytes_));
     }
-    if (stopped()) stream->cancel();
+    dropped->cancel();
+    dropped = nullptr;
+    given_back.give_back();
+    give_place_back();
+    {
+      const std::lock_guard lock(stream_mutex_);
+      has_shed_ = true;
+    }
+    wake();
   }
 
   void stop() override {
     cancel_.cancel();
+    leave_memory_queue();
     if (const auto stream = this->stream()) stream->cancel();
-  }
-
-  /// Null until it has been started. Throws why it can't be.
-  std::shared_ptr<LayerStream> started_stream() {
-    std::lock_guard lock(stream_mutex_);
-    if (start_error_) std::rethrow_exception(start_error_);
-    return stream_;
   }
 
   std::shared_ptr<LayerStream> stream() {
@@ -131,6 +200,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
 
   Next next(v1::SliceRangeResponse& message) override {
     if (stage_ == Stage::kHeader) {
+      if (!may_begin()) return Next::kPending;
       *message.mutable_header() = std::move(header_);
       stage_ = Stage::kLayers;
       return Next::kMessage;
@@ -145,20 +215,54 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return Next::kEnd;
   }
 
+  /// A call without memory may still be refused, which clients take better before the first message. Throws why it is.
+  bool may_begin() {
+    const std::lock_guard lock(stream_mutex_);
+    if (start_error_) std::rethrow_exception(start_error_);
+    return has_memory_;
+  }
+
   Next next_of_layers(v1::SliceRangeResponse& message) {
     if (messages_.next(message)) return Next::kMessage;
-    const std::shared_ptr<LayerStream> stream = started_stream();
-    if (!stream) return Next::kPending;
     Layer layer;
-    switch (stream->pull(layer)) {
+    switch (pull(layer)) {
       case LayerStream::Pull::kPending: return Next::kPending;
-      case LayerStream::Pull::kFailed: std::rethrow_exception(stream->error());
+      case LayerStream::Pull::kFailed:  // It throws.
       case LayerStream::Pull::kEnd: stage_ = Stage::kSummary; return next(message);
       case LayerStream::Pull::kLayer: break;
     }
     count(layer);
     messages_ = LayerMessages(std::move(layer), max_chunk_bytes_);
     return next_of_layers(message);
+  }
+
+  /// A layer of the stream. Where that was shed, asks for another one. Throws why there is none.
+  LayerStream::Pull pull(Layer& layer) {
+    std::unique_lock lock(stream_mutex_);
+    if (start_error_) std::rethrow_exception(start_error_);
+    if (!stream_) {
+      if (range_.count == 0) return LayerStream::Pull::kEnd;
+      const bool asks = std::exchange(has_shed_, false);
+      lock.unlock();
+      if (asks) ask_again();
+      return LayerStream::Pull::kPending;
+    }
+    const LayerStream::Pull pulled = stream_->pull(layer);
+    if (pulled == LayerStream::Pull::kFailed) std::rethrow_exception(stream_->error());
+    if (pulled != LayerStream::Pull::kLayer) return pulled;
+    sent_bytes_ = memory_bytes(layer);
+    ++range_.first;
+    --range_.count;
+    if (++layers_of_stream_ == kSlabLayers) stream_->set_window_slabs(all_slabs_);
+    return pulled;
+  }
+
+  /// The call may have been stopped when nobody could take it out of the queue yet.
+  void ask_again() {
+    messages_ = {};
+    share_.give_back();
+    resume(wanted_memory(), decided());
+    if (cancel_.cancelled()) leave_memory_queue();
   }
 
   void write_header(const SliceJob& job) {
@@ -194,16 +298,25 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   const grpc::ByteBuffer& raw_;
   v1::SliceRangeRequest request_;
   MeshPtr mesh_;  // In use until the call is done.
-  LayerRange range_;
-  MemoryBudget::Share share_;
+  std::optional<SliceJob> job_;
+  SlicerMemory memory_;
+  Pieces pieces_ = Pieces::kBatch;
+  MemoryBudget::Share share_;    // For layers.
+  MemoryBudget::Share scratch_;  // For slicers that are about to start.
   std::uint32_t max_chunk_bytes_ = 0;
   Stage stage_ = Stage::kHeader;
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
   LayerMessages messages_;
   CancellationToken cancel_ = Executor::make_token();  // Cancels the work before the stream.
-  std::mutex stream_mutex_;
-  std::shared_ptr<LayerStream> stream_;
+  std::mutex stream_mutex_;                            // Guards what follows.
+  LayerRange range_;                                   // What is still to be pulled.
+  std::shared_ptr<LayerStream> stream_;                // Null until it has been started, and when it was shed.
+  bool has_memory_ = false;                            // Or had it.
+  bool has_shed_ = false;                              // Everything was given back; nothing has been asked for since.
+  std::uint64_t sent_bytes_ = 0;                       // Memory of the layer that is being sent.
+  std::uint32_t all_slabs_ = 0;                        // In flight, once the stream runs.
+  std::uint32_t layers_of_stream_ = 0;                 // Pulled.
   std::exception_ptr start_error_;
 };
 

@@ -43,6 +43,7 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kMeshExceedsCache:
     case ServiceErrorCode::kCacheFull:
     case ServiceErrorCode::kMeshExceedsMemory:
+    case ServiceErrorCode::kJobExceedsMemory:
     case ServiceErrorCode::kOutOfMemory: return StatusCode::RESOURCE_EXHAUSTED;
     case ServiceErrorCode::kServerBusy:
     case ServiceErrorCode::kServerDraining:

@@ -48,60 +48,128 @@ Admission::~Admission() {
   clock_.join();
 }
 
-void Admission::request(Place& place, Decision decision) {
-  std::exception_ptr refusal;
-  {
-    const std::lock_guard lock(mutex_);
-    if (draining_) {
-      refusal = draining();
-    } else if (running_ < limits_.running) {
-      ++running_;
-      place.state_ = Place::State::kRunning;
-    } else if (queue_.size() < limits_.waiting) {
-      place.state_ = Place::State::kWaiting;
-      place.decision_ = std::move(decision);
-      place.since_ = Clock::now();
-      place.position_ = queue_.insert(queue_.end(), &place);
-      if (queue_.size() > 1) return;
-      last_end_ = place.since_;  // What ended while nobody waited says nothing of the pace.
-      changed_.notify_all();
-      return;
-    } else {
-      refusal = busy();
-    }
-  }
-  decision(refusal);
+void Admission::request(Place& place, Decision decision) { enter(place, Place::Turn::kIsNew, {}, std::move(decision)); }
+
+void Admission::request_memory(Place& place, Memory memory, Decision decision) {
+  enter(place, Place::Turn::kHasBegun, std::move(memory), std::move(decision));
 }
 
-bool Admission::leave_queue(Place& place) {
+void Admission::resume(Place& place, Memory memory, Decision decision) {
+  enter(place, Place::Turn::kResumes, std::move(memory), std::move(decision));
+}
+
+void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision decision) {
+  std::exception_ptr refusal;
+  std::vector<Decision> admitted;
+  bool waits = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool had_place = place.state_ == Place::State::kRunning;
+    const bool is_refused = draining_ && turn != Place::Turn::kResumes;
+    if (!(is_refused && !had_place) && may_run(place, turn, memory)) {
+      if (!had_place) ++running_;
+      place.state_ = Place::State::kRunning;
+    } else if (is_refused) {
+      refusal = draining();
+    } else if (turn == Place::Turn::kResumes || expiring_ < limits_.waiting) {
+      waits = true;
+      if (had_place) --running_;
+      insert(place, turn, std::move(memory), std::move(decision));
+      admit(admitted);  // To the place that it had.
+    } else {
+      refusal = busy(memory.reserve != nullptr);
+    }
+  }
+  if (!waits) decision(refusal);
+  for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
+}
+
+/// Takes its memory if so. REQUIRES: the lock.
+bool Admission::may_run(const Place& place, Place::Turn turn, const Memory& memory) const {
+  if (place.state_ != Place::State::kRunning && running_ >= limits_.running) return false;
+  if (!memory.reserve) return true;
+  const bool others_come_first =
+      std::ranges::any_of(queue_, [&](const Place* other) { return other->turn_ <= turn && other->memory_.reserve; });
+  return (!others_come_first || memory.overtakes) && memory.reserve();
+}
+
+/// REQUIRES: the lock.
+void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision decision) {
+  place.state_ = Place::State::kWaiting;
+  place.turn_ = turn;
+  place.memory_ = std::move(memory);
+  place.decision_ = std::move(decision);
+  place.since_ = Clock::now();
+  auto behind = queue_.end();
+  if (turn != Place::Turn::kIsNew) {
+    behind = std::ranges::find_if(queue_, [&](const Place* other) { return other->turn_ > turn; });
+  }
+  place.position_ = queue_.insert(behind, &place);
+  if (place.memory_.reserve) ++memory_waiters_;
+  if (queue_.size() == 1) last_end_ = place.since_;  // What ended while nobody waited says nothing of the pace.
+  if (turn != Place::Turn::kResumes && ++expiring_ == 1) changed_.notify_all();
+}
+
+bool Admission::leave_queue(Place& place) { return leave(place, /*is_new=*/true); }
+
+bool Admission::leave_memory_queue(Place& place) { return leave(place, /*is_new=*/false); }
+
+bool Admission::leave(Place& place, bool is_new) {
   Decision dropped;  // It may hold the last reference to the call: it goes after the lock.
   const std::lock_guard lock(mutex_);
-  if (place.state_ != Place::State::kWaiting) return false;
+  if (place.state_ != Place::State::kWaiting || (place.turn_ == Place::Turn::kIsNew) != is_new) return false;
   dropped = std::move(place.decision_);
   take_out(place, Place::State::kNone);
   return true;
 }
 
-void Admission::give_back(Place& place) {
-  Decision next;
+/// Begins what may begin. REQUIRES: the lock.
+void Admission::admit(std::vector<Decision>& admitted) {
+  bool memory_is_awaited = false;
+  for (auto at = queue_.begin(); at != queue_.end() && running_ < limits_.running;) {
+    Place& place = **at++;
+    const Memory& memory = place.memory_;
+    if (memory.reserve && ((memory_is_awaited && !memory.overtakes) || !memory.reserve())) {
+      memory_is_awaited = true;
+      continue;
+    }
+    ++running_;
+    admitted.push_back(std::move(place.decision_));
+    take_out(place, Place::State::kRunning);
+  }
+}
+
+void Admission::retry() {
+  if (!wants_memory()) return;
+  std::vector<Decision> admitted;
   {
     const std::lock_guard lock(mutex_);
-    if (place.state_ == Place::State::kWaiting) take_out(place, Place::State::kNone);
+    admit(admitted);
+  }
+  for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
+}
+
+void Admission::give_back(Place& place) {
+  Decision dropped;  // As in leave().
+  std::vector<Decision> admitted;
+  {
+    const std::lock_guard lock(mutex_);
+    if (place.state_ == Place::State::kWaiting) {
+      dropped = std::move(place.decision_);
+      take_out(place, Place::State::kNone);
+    }
     if (place.state_ != Place::State::kRunning) return;
     place.state_ = Place::State::kNone;
+    --running_;
     const Clock::time_point now = Clock::now();
     if (!queue_.empty()) {
       constexpr double kWeight = 0.1;
       pace_s_ += kWeight * (std::chrono::duration<double>(now - last_end_).count() - pace_s_);
-      Place& first = *queue_.front();
-      next = std::move(first.decision_);
-      take_out(first, Place::State::kRunning);
       last_end_ = now;
-    } else {
-      --running_;
+      admit(admitted);
     }
   }
-  if (next) run_in_turn([next = std::move(next)] { next(nullptr); });
+  for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
 }
 
 void Admission::drain() {
@@ -109,9 +177,11 @@ void Admission::drain() {
   {
     const std::lock_guard lock(mutex_);
     draining_ = true;
-    while (!queue_.empty()) {
-      refused.push_back(std::move(queue_.front()->decision_));
-      take_out(*queue_.front(), Place::State::kNone);
+    for (auto at = queue_.begin(); at != queue_.end();) {
+      Place& place = **at++;
+      if (place.turn_ == Place::Turn::kResumes) continue;
+      refused.push_back(std::move(place.decision_));
+      take_out(place, Place::State::kNone);
     }
   }
   for (const Decision& decision : refused) decision(draining());
@@ -127,23 +197,22 @@ std::size_t Admission::waiting() const {
   return queue_.size();
 }
 
-/// All wait for the same time, so the first one's ends first.
 void Admission::expire_waits() {
   std::unique_lock lock(mutex_);
   while (!over_) {
-    if (queue_.empty()) {
+    Place* const first = next_to_expire();
+    if (first == nullptr) {
       changed_.wait(lock);
       continue;
     }
-    Place& first = *queue_.front();
-    const Clock::time_point end = first.since_ + limits_.longest_wait;
+    const Clock::time_point end = first->since_ + limits_.longest_wait;
     if (Clock::now() < end) {
       changed_.wait_until(lock, end);
       continue;
     }
-    Decision decision = std::move(first.decision_);
-    take_out(first, Place::State::kNone);
-    const std::exception_ptr refusal = busy();
+    Decision decision = std::move(first->decision_);
+    const std::exception_ptr refusal = busy(first->memory_.reserve != nullptr);
+    take_out(*first, Place::State::kNone);
     lock.unlock();
     decision(refusal);
     decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
@@ -151,18 +220,32 @@ void Admission::expire_waits() {
   }
 }
 
+/// All wait for the same time, so of each turn the first one's ends first. REQUIRES: the lock.
+Admission::Place* Admission::next_to_expire() const {
+  Place* first = nullptr;
+  for (Place* const place : queue_) {
+    if (place->turn_ == Place::Turn::kResumes) continue;
+    if (first == nullptr || place->since_ < first->since_) first = place;
+    if (place->turn_ == Place::Turn::kIsNew) break;
+  }
+  return first;
+}
+
 /// REQUIRES: the lock, and a place that waits.
 void Admission::take_out(Place& place, Place::State state) {
   queue_.erase(place.position_);
   place.state_ = state;
+  if (place.memory_.reserve) --memory_waiters_;
+  place.memory_ = {};
+  if (place.turn_ != Place::Turn::kResumes) --expiring_;
 }
 
-std::exception_ptr Admission::busy() const {
-  return std::make_exception_ptr(ServiceError(ServiceErrorCode::kServerBusy,
-                                              "all " + std::to_string(limits_.running) +
-                                                  " calls that the server takes are running, and " +
-                                                  std::to_string(queue_.size()) + " wait: try again later",
-                                              retry_delay()));
+std::exception_ptr Admission::busy(bool for_memory) const {
+  const std::string all =
+      for_memory ? "all memory that the server has for slicing is in use, and "
+                 : "all " + std::to_string(limits_.running) + " calls that the server takes are running, and ";
+  return std::make_exception_ptr(ServiceError(
+      ServiceErrorCode::kServerBusy, all + std::to_string(queue_.size()) + " wait: try again later", retry_delay()));
 }
 
 /// When those who wait will have been served, at the pace of late.

@@ -4,9 +4,15 @@
 // Who may compute, and who waits for it. So many calls RUN; so many more WAIT, in the order in which they came, for at
 // most so long; further ones are refused and told when to come again. A call that waits holds no thread and nothing of
 // the server's but its request.
+//
+// A call that finds out what memory it needs, and doesn't find that, gives up its place and waits for both, before
+// those that come new. Who waits for memory holds up nobody who needs none. Calls that gave back all that they had in
+// their middle RESUME: before all others, and they wait for as long as it takes, since their clients have begun to
+// read.
 
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -15,6 +21,7 @@
 #include <list>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 namespace ccslice::server {
 
@@ -31,7 +38,14 @@ class Admission {
   /// thread that asked, or later on any other one.
   using Decision = std::function<void(std::exception_ptr refusal)>;
 
-  /// A call's place, once. Gives it back when it goes.
+  /// What a call needs besides its place.
+  struct Memory {
+    /// Takes it all, or nothing. Runs under a lock: calls nothing here. Doesn't keep the call alive; the decision does.
+    std::function<bool()> reserve;
+    bool overtakes = false;  // It may be served before others that wait for memory.
+  };
+
+  /// A call's place. Gives it back when it goes.
   class Place {
    public:
     explicit Place(Admission& admission) : admission_(admission) {}
@@ -42,10 +56,13 @@ class Admission {
    private:
     friend class Admission;
     enum class State { kNone, kWaiting, kRunning };
+    enum class Turn { kResumes, kHasBegun, kIsNew };  // Who comes first.
 
     Admission& admission_;
     State state_ = State::kNone;
-    Decision decision_;  // While it waits.
+    Turn turn_ = Turn::kIsNew;
+    Memory memory_;      // While it waits.
+    Decision decision_;  // Likewise.
     std::chrono::steady_clock::time_point since_;
     std::list<Place*>::iterator position_;  // In the queue, while it waits.
   };
@@ -57,12 +74,23 @@ class Admission {
 
   /// REQUIRES: the first time for this place.
   void request(Place& place, Decision decision);
-  /// Whether the call was waiting. Then it doesn't any more, and its decision never runs.
+  /// Memory for a call that runs. It goes on running if that is there; otherwise it gives its place to others, and
+  /// waits for both. Refused as in request(): then it still runs.
+  void request_memory(Place& place, Memory memory, Decision decision);
+  /// A place and memory for a call that ran before and gave its place back. Never refused.
+  void resume(Place& place, Memory memory, Decision decision);
+  /// Whether a new call was waiting. Then it doesn't any more, and its decision never runs.
   bool leave_queue(Place& place);
+  /// The same of one that asked for memory.
+  bool leave_memory_queue(Place& place);
+  /// To be called when there may be more memory than before.
+  void retry();
+  /// Whether some call waits for memory.
+  bool wants_memory() const noexcept { return memory_waiters_.load() > 0; }
   /// Ends a run, and begins that of a call that waits. Does nothing for a place that isn't running. A run that ends
   /// while this begins it is followed by the next one only after its decision has returned.
   void give_back(Place& place);
-  /// Refuses those who wait, and all who come from now on.
+  /// Refuses those who wait, and all who come from now on; but none that resumes.
   void drain();
 
   std::size_t running() const;
@@ -71,15 +99,23 @@ class Admission {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
+  bool may_run(const Place& place, Place::Turn turn, const Memory& memory) const;
+  void insert(Place& place, Place::Turn turn, Memory memory, Decision decision);
+  bool leave(Place& place, bool is_new);
+  void admit(std::vector<Decision>& admitted);
   void expire_waits();
-  std::exception_ptr busy() const;
+  Place* next_to_expire() const;
+  std::exception_ptr busy(bool for_memory) const;
   std::chrono::seconds retry_delay() const;
   void take_out(Place& place, Place::State state);
 
   const AdmissionLimits limits_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<Place*> queue_;
+  std::list<Place*> queue_;   // By turn, then in the order in which they came.
+  std::size_t expiring_ = 0;  // Of those, all but the ones that resume.
+  std::atomic<std::size_t> memory_waiters_{0};
   std::size_t running_ = 0;
   bool draining_ = false, over_ = false;
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.

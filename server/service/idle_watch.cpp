@@ -27,8 +27,12 @@ void IdleCall::end_wait_begun_before(std::chrono::steady_clock::time_point time)
   if (since_.compare_exchange_strong(since, kNotWaiting)) idle();
 }
 
+void IdleCall::note_wait_begun_before(std::chrono::steady_clock::time_point time) {
+  const WaitBegin since = since_.load();
+  if (since > 0 && since < time.time_since_epoch().count()) lag();
+}
+
 void IdleWatch::add(const std::shared_ptr<IdleCall>& call) {
-  if (patience_.count() == 0) return;
   std::lock_guard lock(mutex_);
   calls_.push_back(call);
 }
@@ -43,8 +47,11 @@ void IdleWatch::sweep() {
       return weak.expired();
     });
   }
-  const auto time = std::chrono::steady_clock::now() - patience_;
-  for (const auto& call : open) call->end_wait_begun_before(time);
+  const auto now = std::chrono::steady_clock::now();
+  for (const auto& call : open) {
+    if (patience_.count() > 0) call->end_wait_begun_before(now - patience_);
+    call->note_wait_begun_before(now - lag_);
+  }
 }
 
 }  // namespace ccslice::server

@@ -5,6 +5,8 @@
 // one: such a call costs the client nothing and would hold a place among the running calls, and memory, for ever.
 //
 // A wait has one end: what was waited for came, or the watch lost patience. Whoever ends it goes on with the call.
+//
+// Long before, a call that LAGS is told so: what it holds may be of more use to others.
 
 #pragma once
 
@@ -24,6 +26,8 @@ class IdleCall {
 
   /// Calls idle() if the call has been waiting since before `time`, and ends the wait.
   void end_wait_begun_before(std::chrono::steady_clock::time_point time);
+  /// Calls lag() if the call has been waiting since before `time`.
+  void note_wait_begun_before(std::chrono::steady_clock::time_point time);
 
  protected:
   /// When a wait began, in ticks of the steady clock.
@@ -42,6 +46,8 @@ class IdleCall {
  private:
   /// Ends the call. On the watch's thread.
   virtual void idle() = 0;
+  /// The call has been waiting for a while, and may be no more. On the watch's thread, as often as it sweeps meanwhile.
+  virtual void lag() {}
 
   static constexpr WaitBegin kNotWaiting = 0;
   std::atomic<WaitBegin> since_{kNotWaiting};  // Negative until it's armed.
@@ -50,15 +56,16 @@ class IdleCall {
 /// Thread-safe.
 class IdleWatch {
  public:
-  /// A patience of 0 never ends a call.
-  explicit IdleWatch(std::chrono::milliseconds patience) : patience_(patience) {}
+  /// A patience of 0 never ends a call. `lag`: after so long a call lags.
+  explicit IdleWatch(std::chrono::milliseconds patience, std::chrono::milliseconds lag = std::chrono::seconds(1))
+      : patience_(patience), lag_(lag) {}
 
   void add(const std::shared_ptr<IdleCall>& call);
-  /// Ends the calls that have waited too long. To be called now and then.
+  /// Ends the calls that have waited too long, and tells those that lag. To be called now and then.
   void sweep();
 
  private:
-  const std::chrono::milliseconds patience_;
+  const std::chrono::milliseconds patience_, lag_;
   std::mutex mutex_;
   std::vector<std::weak_ptr<IdleCall>> calls_;
 };

@@ -28,17 +28,19 @@ std::uint64_t memory_bytes(const Layer& layer) {
 }
 
 std::shared_ptr<LayerStream> LayerStream::start(const Executor::Lane& lane, LayerRange range, StreamWindow window,
-                                                MakeCompute make, Notify notify) {
-  std::shared_ptr<LayerStream> stream(new LayerStream(lane, range, window, std::move(make), std::move(notify)));
+                                                MakeCompute make, Notify notify, ComputeLimit limit) {
+  std::shared_ptr<LayerStream> stream(
+      new LayerStream(lane, range, window, std::move(make), std::move(notify), std::move(limit)));
   stream->start_slabs();
   return stream;
 }
 
 LayerStream::LayerStream(const Executor::Lane& lane, LayerRange range, StreamWindow window, MakeCompute make,
-                         Notify notify)
+                         Notify notify, ComputeLimit limit)
     : lane_(lane),
-      window_(window),
       make_(std::move(make)),
+      limit_(std::move(limit)),
+      window_(window),
       consumer_{.notify = std::move(notify)},
       next_layer_(range.first),
       end_layer_(range.first + range.count) {}
@@ -88,10 +90,10 @@ void LayerStream::compute_next(const SlabPtr& slab) {
   if (!begin_layer(*slab)) return;
   std::optional<Layer> layer;
   std::exception_ptr error;
-  ComputeLayer compute;
+  ComputeLayer compute = std::exchange(slab->compute, nullptr);
   try {
     cancel_.throw_if_cancelled();
-    compute = take_compute(*slab);
+    if (!compute) compute = make_(cancel_);
     layer = compute(slab->layers.first + slab->computed, cancel_);
   } catch (...) {
     error = std::current_exception();
@@ -99,11 +101,11 @@ void LayerStream::compute_next(const SlabPtr& slab) {
   finish_layer(slab, std::move(layer), std::move(error), std::move(compute));
 }
 
-/// False if the slab has to wait for room, which other layers took meanwhile.
+/// False if the slab has to wait for room or for a function, which other layers took meanwhile.
 bool LayerStream::begin_layer(Slab& slab) {
   std::vector<IdleCompute> dropped;
   std::lock_guard lock(mutex_);
-  slab.parked = !cancelled_ && !has_room_locked(slab);
+  slab.parked = !cancelled_ && !(has_room_locked(slab) && claim_compute_locked(slab));
   if (slab.parked) {
     --active_;
     if (slab.compute) idle_computes_.push_back({slab.layers.first, std::exchange(slab.compute, nullptr)});
@@ -114,21 +116,27 @@ bool LayerStream::begin_layer(Slab& slab) {
   return !slab.parked;
 }
 
-/// The slab's own while it is being computed; of idle ones rather that which it had before it was parked.
-LayerStream::ComputeLayer LayerStream::take_compute(Slab& slab) {
-  {
-    std::lock_guard lock(mutex_);
-    if (slab.compute) return std::exchange(slab.compute, nullptr);
-    const auto own = std::find_if(idle_computes_.begin(), idle_computes_.end(),
-                                  [&](const IdleCompute& idle) { return idle.first_layer == slab.layers.first; });
-    if (own != idle_computes_.end()) std::swap(*own, idle_computes_.back());
-    if (!idle_computes_.empty()) {
-      ComputeLayer compute = std::move(idle_computes_.back().compute);
-      idle_computes_.pop_back();
-      return compute;
-    }
+/// The slab's own while it is being computed; of idle ones rather that which it had before it was parked; or else one
+/// that will be made.
+bool LayerStream::claim_compute_locked(Slab& slab) {
+  if (slab.compute) return true;
+  if (idle_computes_.empty()) {
+    if (computes_ > 0 && limit_.may_add && !limit_.may_add()) return false;
+    ++computes_;
+    return true;
   }
-  return make_(cancel_);
+  const auto own = std::find_if(idle_computes_.begin(), idle_computes_.end(),
+                                [&](const IdleCompute& idle) { return idle.first_layer == slab.layers.first; });
+  if (own != idle_computes_.end()) std::swap(*own, idle_computes_.back());
+  slab.compute = std::move(idle_computes_.back().compute);
+  idle_computes_.pop_back();
+  return true;
+}
+
+/// The one that works on the layer that is awaited stays.
+bool LayerStream::gives_compute_back_locked(const Slab& slab) const {
+  if (computes_ < 2 || !limit_.is_crowded || !limit_.is_crowded()) return false;
+  return in_flight_.empty() || &slab != in_flight_.front().get();
 }
 
 void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error,
@@ -143,7 +151,10 @@ void LayerStream::finish_layer(const SlabPtr& slab, std::optional<Layer> layer, 
     failed_ = failed_ || error;
     slab->error = std::move(error);
     if (layer) add_layer_locked(*slab, std::move(*layer));
-    goes_on = !slab->done() && !cancelled_ && has_room_locked(*slab);
+    if (compute && gives_compute_back_locked(*slab))
+      dropped.push_back({slab->layers.first, std::exchange(compute, {})});
+    if (!compute) --computes_;
+    goes_on = compute && !slab->done() && !cancelled_ && has_room_locked(*slab);
     if (goes_on) {
       slab->compute = std::move(compute);
     } else if (compute) {
@@ -176,10 +187,14 @@ void LayerStream::add_layer_locked(Slab& slab, Layer layer) {
 
 /// Their scratch memory may be large: a stream that has come to a stop keeps one, a cancelled one none.
 void LayerStream::trim_computes_locked(std::vector<IdleCompute>& dropped) {
-  const std::size_t kept = cancelled_ ? 0 : active_ == 0 ? 1 : idle_computes_.size();
+  std::size_t kept = idle_computes_.size();
+  if (limit_.is_crowded && limit_.is_crowded()) kept = std::min<std::size_t>(kept, computes_ > kept ? 0 : 1);
+  if (active_ == 0) kept = std::min<std::size_t>(kept, 1);
+  if (cancelled_) kept = 0;
   while (idle_computes_.size() > kept) {
     dropped.push_back(std::move(idle_computes_.back()));
     idle_computes_.pop_back();
+    --computes_;
   }
 }
 
@@ -214,6 +229,14 @@ std::exception_ptr LayerStream::error() {
   return std::make_exception_ptr(Error(ErrorCode::kCancelled, "cancelled by the caller or by its deadline"));
 }
 
+void LayerStream::set_window_slabs(std::uint32_t slabs) {
+  {
+    const std::lock_guard lock(mutex_);
+    window_.window_slabs = slabs;
+  }
+  start_slabs();
+}
+
 void LayerStream::cancel() {
   std::deque<SlabPtr> dropped;
   std::vector<IdleCompute> idle;
@@ -225,6 +248,7 @@ void LayerStream::cancel() {
     cancel_.cancel();
     dropped.swap(in_flight_);
     idle.swap(idle_computes_);
+    computes_ -= idle.size();
     for (const SlabPtr& slab : dropped) std::deque<Layer>().swap(slab->ready);
     if (consumer_.waiting) notify = consumer_.notify;
     consumer_.waiting = false;

@@ -13,6 +13,9 @@
 // so far still fits into `window_bytes`; otherwise its slab is PARKED until there is room. The layer that the consumer
 // waits for is always computed. The window is exceeded by the layers being computed at most.
 //
+// What computes layers may be large too, and scarce: a slab for which there is none is parked as well. One is always
+// there.
+//
 // Pulling never blocks: when the next layer isn't ready, `pull` says so and `notify` is called once it is worth trying
 // again.
 
@@ -46,6 +49,14 @@ struct StreamWindow {
   std::uint64_t window_bytes = UINT64_MAX;
 };
 
+/// What bounds how many layers are computed at the same time, beyond the first. Asked under a lock, on any thread.
+struct ComputeLimit {
+  /// Whether one more function may be made; then it will be, unless the stream is cancelled. DEFAULT: always.
+  std::function<bool()> may_add;
+  /// Whether others need what functions hold: all but one go when their layers are done. DEFAULT: never.
+  std::function<bool()> is_crowded;
+};
+
 /// What a layer occupies.
 std::uint64_t memory_bytes(const Layer& layer);
 
@@ -73,7 +84,8 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
 
   /// Starts at once. The lane's executor outlives the stream.
   [[nodiscard]] static std::shared_ptr<LayerStream> start(const Executor::Lane& lane, LayerRange range,
-                                                          StreamWindow window, MakeCompute make, Notify notify);
+                                                          StreamWindow window, MakeCompute make, Notify notify,
+                                                          ComputeLimit limit = {});
 
   /// One consumer at a time.
   Pull pull(Layer& layer);
@@ -82,6 +94,8 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   /// Stops the work: running layers see their token, nothing further is started, finished layers are freed, and pull()
   /// fails. Any thread, any number of times.
   void cancel();
+  /// From now on so many slabs may be in flight.
+  void set_window_slabs(std::uint32_t slabs);
 
  private:
   struct Slab {
@@ -90,7 +104,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     std::deque<Layer> ready;
     std::exception_ptr error;
     bool parked = false;
-    ComputeLayer compute;  // Between two layers that follow one another.
+    ComputeLayer compute;  // Between two layers that follow one another, and before one begins.
     bool done() const { return computed == layers.count || error; }
   };
   using SlabPtr = std::shared_ptr<Slab>;
@@ -108,25 +122,28 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
     ComputeLayer compute;
   };
 
-  LayerStream(const Executor::Lane& lane, LayerRange range, StreamWindow window, MakeCompute make, Notify notify);
+  LayerStream(const Executor::Lane& lane, LayerRange range, StreamWindow window, MakeCompute make, Notify notify,
+              ComputeLimit limit);
   void start_slabs();
   void start_slabs_locked(std::vector<SlabPtr>& started);
   bool has_room_locked(const Slab& slab) const;
   void compute_next(const SlabPtr& slab);
   [[nodiscard]] bool begin_layer(Slab& slab);
+  [[nodiscard]] bool claim_compute_locked(Slab& slab);
+  bool gives_compute_back_locked(const Slab& slab) const;
   void post(const std::vector<SlabPtr>& slabs);
-  ComputeLayer take_compute(Slab& slab);
   void finish_layer(const SlabPtr& slab, std::optional<Layer> layer, std::exception_ptr error, ComputeLayer compute);
   void add_layer_locked(Slab& slab, Layer layer);
   void trim_computes_locked(std::vector<IdleCompute>& dropped);
   bool worth_pulling_locked() const;
 
   const Executor::Lane lane_;
-  const StreamWindow window_;
   const MakeCompute make_;
+  const ComputeLimit limit_;
   const CancellationToken cancel_ = Executor::make_token();
 
   std::mutex mutex_;
+  StreamWindow window_;
   Consumer consumer_;
   bool cancelled_ = false;
   bool failed_ = false;       // A slab failed: no further ones are started.
@@ -136,6 +153,7 @@ class LayerStream : public std::enable_shared_from_this<LayerStream> {
   std::uint32_t active_ = 0;       // Slabs with a layer queued or being computed.
   std::uint32_t running_ = 0;      // Layers being computed.
   LayerMemory memory_;
+  std::size_t computes_ = 0;  // Functions, those about to be made included.
   std::vector<IdleCompute> idle_computes_;
 };
 

@@ -51,6 +51,11 @@ inline constexpr double kMinChordToleranceMm = 1e-5;
 inline constexpr double kMaxChordToleranceMm = 1e3;
 inline constexpr double kDefaultChordToleranceMm = 0.05;
 
+/// Of the memory for scratch, what ranges of layers that aren't interactive leave to those that are: an eighth, but at
+/// least this or half of it, so that one of these finds room.
+inline constexpr std::uint64_t kInteractiveShareOfScratch = 8;
+inline constexpr std::uint64_t kInteractiveScratchBytes = 128u << 20;
+
 /// What a slicing call takes at least of the memory for streams.
 inline constexpr std::uint64_t kMinStreamWindowBytes = 1u << 20;
 

@@ -7,14 +7,28 @@
 
 namespace ccslice::server {
 
-bool MemoryBudget::Share::resize(std::uint64_t bytes) noexcept {
+bool MemoryBudget::Share::resize(std::uint64_t bytes, std::uint64_t left_bytes) noexcept {
   if (bytes > bytes_) {
-    if (!budget_->try_take(bytes - bytes_)) return false;
+    if (!budget_->try_take(bytes - bytes_, left_bytes)) return false;
   } else if (bytes < bytes_) {
     budget_->give_back(bytes_ - bytes);
   }
   bytes_ = bytes;
   return true;
+}
+
+MemoryBudget::Share MemoryBudget::Share::split_off_beyond(std::uint64_t bytes) noexcept {
+  Share rest;
+  rest.budget_ = budget_;
+  rest.bytes_ = bytes_ - bytes;
+  bytes_ = bytes;
+  return rest;
+}
+
+void MemoryBudget::Share::give_back() {
+  if (bytes_ == 0) return;
+  (void)resize(0);
+  if (budget_->given_back_) budget_->given_back_();
 }
 
 std::optional<MemoryBudget::Share> MemoryBudget::take_between(std::uint64_t least, std::uint64_t most) {
@@ -24,10 +38,11 @@ std::optional<MemoryBudget::Share> MemoryBudget::take_between(std::uint64_t leas
   return std::nullopt;
 }
 
-bool MemoryBudget::try_take(std::uint64_t bytes) noexcept {
+bool MemoryBudget::try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexcept {
+  const std::uint64_t most_used = capacity_bytes_ - std::min(capacity_bytes_, left_bytes);
   std::uint64_t used = used_bytes_.load();
   do {
-    if (bytes > capacity_bytes_ || used > capacity_bytes_ - bytes) return false;
+    if (bytes > most_used || used > most_used - bytes) return false;
   } while (!used_bytes_.compare_exchange_weak(used, used + bytes));
   return true;
 }

@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Memory that calls may hold together, whatever their number. It is reserved before it is used, by estimate or by
-// count; who gets none is refused and never waits, so nobody can wait for another.
+// count. Nobody waits here: who gets none is refused, or waits in admission.h, where nobody can wait for another.
 
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -31,17 +32,22 @@ class MemoryBudget {
     ~Share() { give_back(); }
 
     std::uint64_t bytes() const noexcept { return bytes_; }
-    /// Takes more, or gives some back. False, with nothing changed, if the budget hasn't that much.
-    /// REQUIRES: made from a budget, or bytes == 0.
-    [[nodiscard]] bool resize(std::uint64_t bytes) noexcept;
-    void give_back() noexcept { (void)resize(0); }
+    /// Takes more, or gives some back, of which nobody is told. False, with nothing changed, if the budget hasn't that
+    /// much, or less than `left_bytes` would be left of it. REQUIRES: made from a budget, or bytes == 0.
+    [[nodiscard]] bool resize(std::uint64_t bytes, std::uint64_t left_bytes = 0) noexcept;
+    /// Keeps that much, and makes a share of its own of the rest. REQUIRES: bytes <= bytes().
+    [[nodiscard]] Share split_off_beyond(std::uint64_t bytes) noexcept;
+    /// Gives everything back and tells of it.
+    void give_back();
 
    private:
     MemoryBudget* budget_ = nullptr;
     std::uint64_t bytes_ = 0;
   };
 
-  explicit MemoryBudget(std::uint64_t capacity_bytes) : capacity_bytes_(capacity_bytes) {}
+  /// `given_back`: called after shares have given some back, on their threads; mustn't throw.
+  explicit MemoryBudget(std::uint64_t capacity_bytes, std::function<void()> given_back = {})
+      : capacity_bytes_(capacity_bytes), given_back_(std::move(given_back)) {}
 
   /// A share of `most` bytes while there is plenty, and less the fuller the budget is: at most a quarter of what is
   /// free, at least `least`. Nothing if not even that is free.
@@ -49,13 +55,19 @@ class MemoryBudget {
 
   std::uint64_t capacity_bytes() const noexcept { return capacity_bytes_; }
   std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
+  /// In all, since the beginning.
+  std::uint64_t given_back_bytes() const noexcept { return given_back_bytes_.load(); }
 
  private:
-  [[nodiscard]] bool try_take(std::uint64_t bytes) noexcept;
-  void give_back(std::uint64_t bytes) noexcept { used_bytes_.fetch_sub(bytes); }
+  [[nodiscard]] bool try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
+  void give_back(std::uint64_t bytes) noexcept {
+    used_bytes_.fetch_sub(bytes);
+    given_back_bytes_.fetch_add(bytes);
+  }
 
   const std::uint64_t capacity_bytes_;
-  std::atomic<std::uint64_t> used_bytes_{0};
+  const std::function<void()> given_back_;
+  std::atomic<std::uint64_t> used_bytes_{0}, given_back_bytes_{0};
 };
 
 }  // namespace ccslice::server

@@ -30,8 +30,13 @@ constexpr std::size_t kMostConnections = 1'000'000;
 /// Below, the budgets' own minima take more.
 constexpr std::uint64_t kLeastMemory = 256 * kMiB;
 
-/// Three quarters of the memory go to what has a bound of its own. The last one is for the process itself (130 MB with
-/// OpenImageIO) and for what workers need while they compute.
+/// Of what the other budgets leave, so much is for the process itself (130 MB with OpenImageIO) and for work that isn't
+/// counted; the rest is for slicers, but at least so much, or a quarter of a small memory.
+constexpr std::uint64_t kProcessMemory = 256 * kMiB;
+constexpr std::uint64_t kLeastScratch = 256 * kMiB;
+
+/// Three quarters of the memory go to what comes and stays, the last one to the process itself and to what workers need
+/// while they compute.
 ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
   ServerOptions options;
   options.threads = cpus;
@@ -72,6 +77,12 @@ void settle_budgets(ServerOptions& options) {
                 "--max-mesh-bytes");
   settle_budget(options.stream_budget_bytes, usual, options.stream_window_bytes, "--stream-budget-bytes",
                 "--stream-window-bytes");
+  if (options.scratch_budget_bytes == 0) {
+    const std::uint64_t others = options.cache_bytes + options.preparation_budget_bytes + options.upload_budget_bytes +
+                                 options.stream_budget_bytes + options.connection_budget_bytes + kProcessMemory;
+    options.scratch_budget_bytes = std::max(options.memory_bytes - std::min(others, options.memory_bytes),
+                                            std::min(kLeastScratch, options.memory_bytes / 4));
+  }
 }
 
 /// How one option is written, read and shown.
@@ -150,8 +161,14 @@ const std::vector<OptionSpec>& option_specs() {
                   "bounds the size of a single layer."),
       size_option("--stream-budget-bytes", &ServerOptions::stream_budget_bytes, {kMiB},
                   "Memory that all those calls may hold together; at least --stream-window-bytes. The less is left, "
-                  "the smaller the windows of new calls. Calls for which nothing is left are refused and asked to "
-                  "retry (SERVER_BUSY)."),
+                  "the smaller the windows of new calls. Slicing calls for which nothing is left wait for it "
+                  "(--admission-wait), others are refused and asked to retry (SERVER_BUSY)."),
+      size_option(
+          "--scratch-budget-bytes", &ServerOptions::scratch_budget_bytes, {16 * kMiB},
+          "Memory that slicing may take together, by estimate, besides the layers that come of it. A call works "
+          "with as many slicers as fit, and waits where not even one does (--admission-wait). One that could "
+          "never begin is refused (JOB_EXCEEDS_MEMORY). Some is kept for short ranges. By default what the other "
+          "budgets leave of --memory, less 256MiB for the process, but at least 256MiB or a quarter of --memory."),
       size_option("--max-mesh-bytes", &ServerOptions::max_mesh_bytes, {1024, kMaxProtobufBytes}, "Largest upload."),
       size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, {1024},
                   "Bytes that all running uploads may hold together; at least --max-mesh-bytes."),

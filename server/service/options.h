@@ -35,6 +35,7 @@ struct ServerOptions {
   std::chrono::milliseconds admission_wait{10'000};
   std::uint64_t stream_window_bytes = 0;
   std::uint64_t stream_budget_bytes = 0;
+  std::uint64_t scratch_budget_bytes = 0;
   std::uint64_t max_mesh_bytes = 0;
   std::uint64_t upload_budget_bytes = 0;
   std::uint64_t min_upload_rate = 0;  // Bytes a second. 0: any.

@@ -18,6 +18,7 @@ std::string_view reason(ServiceErrorCode code) {
     case ServiceErrorCode::kCacheFull: return "CACHE_FULL";
     case ServiceErrorCode::kServerBusy: return "SERVER_BUSY";
     case ServiceErrorCode::kUploadTooSlow: return "UPLOAD_TOO_SLOW";
+    case ServiceErrorCode::kJobExceedsMemory: return "JOB_EXCEEDS_MEMORY";
     case ServiceErrorCode::kServerDraining: return "SERVER_DRAINING";
     case ServiceErrorCode::kBatchTooLarge: return "BATCH_TOO_LARGE";
     case ServiceErrorCode::kChunkSizeInvalid: return "CHUNK_SIZE_INVALID";

@@ -41,6 +41,7 @@ enum class ServiceErrorCode : int {
   kPrinterUnknown = 521,        // A printer profile that isn't there.
   kPrinterInvalid = 522,        // A printer profile that can't be.
   kUploadTooSlow = 523,         // Fewer bytes a second than the least.
+  kJobExceedsMemory = 524,      // Slicing takes more than the server has for that.
 };
 
 inline constexpr std::array kServiceErrorCodes = {
@@ -68,6 +69,7 @@ inline constexpr std::array kServiceErrorCodes = {
     ServiceErrorCode::kPrinterUnknown,
     ServiceErrorCode::kPrinterInvalid,
     ServiceErrorCode::kUploadTooSlow,
+    ServiceErrorCode::kJobExceedsMemory,
 };
 
 /// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.

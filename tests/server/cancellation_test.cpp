@@ -43,6 +43,7 @@ class Cancellation : public ::testing::Test {
     ServerOptions options = test_options();
     options.stream_window_bytes = 256 << 20;
     options.stream_budget_bytes = 512 << 20;
+    options.scratch_budget_bytes = 2ull << 30;
     return options;
   }
 

@@ -10,7 +10,9 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "core/contour/contour.h"
 #include "server/service/mesh_id.h"
@@ -58,6 +60,7 @@ TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
   ServerOptions options = test_options();
   options.stream_window_bytes = 4 << 20;
   options.stream_budget_bytes = 4 << 20;
+  options.admission_wait = 50ms;
   TestServer server(options);
   const std::string id = server.upload_good(make_block(2, 10));
   v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 900);  // Some 100 MB: far more than the transport holds.
@@ -92,6 +95,155 @@ TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
   for (const auto& reader : readers) reader->Finish();
   EXPECT_TRUE(eventually([&] { return server.server().state().streams.used_bytes() == 0; }, 2s));
   EXPECT_TRUE(server.slice(slice_request(id, 0.5, 0, 10)).status.ok());
+}
+
+TEST(Resources, AJobThatNeverFitsIsRefusedWithWhatItTakes) {
+  ServerOptions options = test_options();
+  options.scratch_budget_bytes = 16 << 20;
+  TestServer server(options);
+  const std::string id = server.upload_good(make_block(2, 10));
+  v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100);
+  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  request.mutable_planes(0)->mutable_channel()->set_name("x");
+  const Failure failure = server.slice_failure(request);
+  EXPECT_EQ(failure.reason, "JOB_EXCEEDS_MEMORY") << failure.message;
+  EXPECT_EQ(failure.code, grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_FALSE(failure.retry);
+  EXPECT_NE(failure.message.find("has 16 MiB"), std::string::npos) << failure.message;
+  EXPECT_EQ(server.server().state().scratch.used_bytes(), 0u);
+  EXPECT_TRUE(server.slice(slice_request(id, 1, 0, 10)).status.ok());
+}
+
+/// Clients that read the first message and no more, of a server with memory for a few of them.
+class LaggingClients : public ::testing::Test {
+ protected:
+  struct Reader {
+    grpc::ClientContext context;
+    std::unique_ptr<v1::SlicerService::Stub> stub;
+    std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>> stream;
+    std::string bytes;
+    grpc::Status status;
+
+    bool read() {
+      v1::SliceRangeResponse message;
+      if (!stream->Read(&message)) return false;
+      if (!message.has_summary()) bytes += message.SerializeAsString();
+      return true;
+    }
+    void read_all() {
+      while (read()) {
+      }
+      status = stream->Finish();
+    }
+  };
+
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.stream_window_bytes = 4 << 20;
+    options.stream_budget_bytes = 8 << 20;
+    return options;
+  }
+
+  void SetUp() override { id_ = server_.upload_good(make_block(2, 10)); }
+
+  /// Far more than the transport holds.
+  v1::SliceRangeRequest request(std::uint32_t layers) {
+    v1::SliceRangeRequest request = slice_request(id_, 0.01, 50, layers);
+    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    return request;
+  }
+  std::unique_ptr<Reader> call(const v1::SliceRangeRequest& request) {
+    auto reader = std::make_unique<Reader>();
+    reader->stub = server_.new_stub();
+    reader->stream = reader->stub->SliceRange(&reader->context, request);
+    return reader;
+  }
+  /// Sweeps until the condition holds.
+  template <class Condition>
+  bool comes_true(const Condition& condition, std::chrono::milliseconds limit = 10s) {
+    return eventually(
+        [&] {
+          state().idle_watch.sweep();
+          return condition();
+        },
+        limit);
+  }
+  ServiceState& state() { return server_.server().state(); }
+
+  TestServer server_{options()};
+  std::string id_;
+};
+
+TEST_F(LaggingClients, KeepTheLayerBeingSentAndNothingElse) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 2s));
+  EXPECT_TRUE(comes_true([this] { return state().scratch.used_bytes() == 0 && state().admission.running() == 0; }));
+  EXPECT_LE(state().streams.used_bytes(), 200u << 10) << "a layer of 1000 x 1000 bits";
+  EXPECT_EQ(state().calls.open(), 1u);
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
+}
+
+TEST_F(LaggingClients, GetTheSameBytesWhenTheyReadOn) {
+  const auto all = call(request(400));
+  all->read_all();
+  ASSERT_TRUE(all->status.ok()) << all->status.error_message();
+  std::vector<std::unique_ptr<Reader>> readers;
+  for (int i = 0; i < 6; ++i) readers.push_back(call(request(400)));
+  std::vector<std::thread> threads;
+  for (const auto& reader : readers) threads.emplace_back([&] { EXPECT_TRUE(reader->read()); });
+  EXPECT_TRUE(comes_true(
+      [&] { return state().calls.open() == 6 && state().admission.running() == 0 && state().admission.waiting() == 0; },
+      20s))
+      << "each had its turn, though there is memory for two";
+  for (std::thread& thread : threads) thread.join();
+  threads.clear();
+  for (const auto& reader : readers) threads.emplace_back([&] { reader->read_all(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& reader : readers) {
+    EXPECT_TRUE(reader->status.ok()) << reader->status.error_message();
+    EXPECT_TRUE(reader->bytes == all->bytes);
+  }
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 2s));
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, EndWhereverTheyAreStopped) {
+  for (const bool waits : {false, true}) {
+    const auto reader = call(request(400));
+    ASSERT_TRUE(reader->read());
+    EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+    MemoryBudget::Share all(state().scratch);
+    EXPECT_TRUE(all.resize(state().scratch.capacity_bytes()));
+    std::thread reads_on;
+    if (waits) {
+      reads_on = std::thread([&] { reader->read_all(); });
+      EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s)) << "for memory";
+    }
+    reader->context.TryCancel();
+    if (!waits) reads_on = std::thread([&] { reader->read_all(); });
+    reads_on.join();
+    EXPECT_EQ(reader->status.error_code(), grpc::StatusCode::CANCELLED);
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 2s));
+  }
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  MemoryBudget::Share all(state().scratch);
+  EXPECT_TRUE(all.resize(state().scratch.capacity_bytes()));
+  std::thread reads_on([&] { reader->read_all(); });
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+  state().admission.drain();
+  EXPECT_EQ(state().admission.waiting(), 1u) << "a call that runs may go on";
+  state().calls.cut_off_all();
+  reads_on.join();
+  EXPECT_EQ(failure_of(reader->status).reason, "SERVER_SHUTTING_DOWN");
 }
 
 TEST(Resources, AnUploadOfEmptyNamesIsRefusedBeforeItTakesMemory) {

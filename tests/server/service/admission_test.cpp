@@ -197,5 +197,115 @@ TEST(Admission, ManyThreadsNeverRunMoreThanTheLimit) {
   EXPECT_EQ(admission.waiting(), 0u);
 }
 
+/// So much memory, and calls that want some of it.
+class AdmissionToMemory : public ::testing::Test {
+ protected:
+  /// A call that has a place and asks for memory, or one that gave its place back before.
+  class Wanting {
+   public:
+    Wanting(AdmissionToMemory& test, int units, bool overtakes = false, bool resumes = false)
+        : test_(test), place_(test.admission_) {
+      if (!resumes) test.admission_.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
+      const Admission::Memory memory{.reserve = [&test, units] { return test.take(units); }, .overtakes = overtakes};
+      const auto decided = [this](const std::exception_ptr& refusal) { (refusal ? refused_ : runs_) = true; };
+      resumes ? test.admission_.resume(place_, memory, decided)
+              : test.admission_.request_memory(place_, memory, decided);
+    }
+    bool runs() const { return runs_; }
+    bool refused() const { return refused_; }
+    void end() { test_.admission_.give_back(place_); }
+    bool leave() { return test_.admission_.leave_memory_queue(place_); }
+    bool leave_as_new() { return test_.admission_.leave_queue(place_); }
+
+   private:
+    AdmissionToMemory& test_;
+    Admission::Place place_;
+    std::atomic<bool> runs_ = false, refused_ = false;
+  };
+
+  bool take(int units) {
+    if (units > free_) return false;
+    free_ -= units;
+    return true;
+  }
+  void free(int units) {
+    free_ += units;
+    admission_.retry();
+  }
+
+  Admission admission_{{.running = 4, .waiting = 2, .longest_wait = 1h}};
+  int free_ = 10;
+};
+
+TEST_F(AdmissionToMemory, IsInOrderAndHoldsUpNobodyElse) {
+  Wanting first(*this, 8), second(*this, 6), third(*this, 2);
+  EXPECT_TRUE(first.runs());
+  EXPECT_FALSE(second.runs());
+  EXPECT_FALSE(third.runs()) << "the second comes first, although there is enough for this one";
+  EXPECT_EQ(admission_.running(), 1u) << "who waits has no place";
+  EXPECT_TRUE(admission_.wants_memory());
+  Caller needs_none(admission_);
+  EXPECT_TRUE(needs_none.runs());
+  Wanting hasty(*this, 2, /*overtakes=*/true);
+  EXPECT_TRUE(hasty.runs());
+  needs_none.end();
+  free(8);
+  EXPECT_TRUE(second.runs() && third.runs());
+  EXPECT_FALSE(admission_.wants_memory());
+}
+
+TEST_F(AdmissionToMemory, WaitsForAPlaceTooBeforeThoseWhoAreNew) {
+  Wanting first(*this, 10), second(*this, 10);
+  Caller a(admission_), b(admission_), c(admission_), is_new(admission_);
+  EXPECT_TRUE(a.runs() && b.runs() && c.runs());
+  EXPECT_FALSE(is_new.decided());
+  free(10);
+  EXPECT_FALSE(second.runs()) << "there is no place";
+  a.end();
+  EXPECT_TRUE(second.runs());
+  EXPECT_FALSE(is_new.decided());
+  b.end();
+  EXPECT_TRUE(is_new.runs());
+}
+
+TEST_F(AdmissionToMemory, LetsThoseResumeFirstAndRefusesNoneOfThem) {
+  Wanting first(*this, 10), waits(*this, 5), waits_too(*this, 5);
+  Wanting refused(*this, 1);
+  EXPECT_TRUE(refused.refused()) << "the queue is full";
+  EXPECT_EQ(admission_.running(), 2u) << "and it still has its place";
+  Wanting resumes(*this, 10, false, /*resumes=*/true);
+  admission_.drain();
+  EXPECT_TRUE(waits.refused() && waits_too.refused());
+  EXPECT_FALSE(resumes.runs() || resumes.refused());
+  free(10);
+  EXPECT_TRUE(resumes.runs());
+}
+
+TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
+  Wanting first(*this, 10), second(*this, 10), third(*this, 10);
+  EXPECT_FALSE(second.leave_as_new()) << "it has begun";
+  EXPECT_TRUE(second.leave());
+  EXPECT_FALSE(second.leave());
+  third.end();
+  free(10);
+  EXPECT_FALSE(second.runs() || third.runs());
+  EXPECT_FALSE(admission_.wants_memory());
+}
+
+TEST(Admission, RefusesWhoWaitsForMemoryTooLong) {
+  Admission admission({.running = 1, .waiting = 1, .longest_wait = 20ms});
+  Admission::Place place(admission);
+  admission.request(place, [](const std::exception_ptr&) {});
+  std::atomic<bool> refused = false;
+  admission.request_memory(place, {.reserve = [] { return false; }},
+                           [&](const std::exception_ptr& refusal) { refused = refusal != nullptr; });
+  EXPECT_TRUE(comes_true([&] { return refused.load(); }));
+  std::atomic<bool> resumed = false;
+  admission.resume(place, {.reserve = [] { return false; }}, [&](const std::exception_ptr&) { resumed = true; });
+  std::this_thread::sleep_for(60ms);
+  EXPECT_FALSE(resumed) << "it waits for as long as it takes";
+  EXPECT_TRUE(admission.leave_memory_queue(place));
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -19,10 +19,11 @@ class SilentCall final : public IdleCall {
   using IdleCall::end_armed_wait;
   using IdleCall::end_wait;
   void wait() { arm_wait(begin_wait()); }
-  int ended = 0;
+  int ended = 0, lagged = 0;
 
  private:
   void idle() override { ++ended; }
+  void lag() override { ++lagged; }
 };
 
 TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
@@ -37,6 +38,24 @@ TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
   watch.sweep();
   EXPECT_EQ(call->ended, 1);
   EXPECT_FALSE(call->end_wait()) << "a message that comes now comes too late";
+}
+
+TEST(IdleWatch, TellsCallsThatLagLongBefore) {
+  for (const auto patience : {0ms, 3'600'000ms}) {
+    IdleWatch watch(patience, 20ms);
+    const auto call = std::make_shared<SilentCall>();
+    watch.add(call);
+    call->wait();
+    watch.sweep();
+    EXPECT_EQ(call->lagged, 0) << "it has time";
+    std::this_thread::sleep_for(30ms);
+    watch.sweep();
+    EXPECT_EQ(call->lagged, 1);
+    EXPECT_EQ(call->ended, 0);
+    EXPECT_TRUE(call->end_wait()) << "the wait goes on";
+    watch.sweep();
+    EXPECT_EQ(call->lagged, 1);
+  }
 }
 
 TEST(IdleWatch, LeavesCallsThatDontWait) {

@@ -382,5 +382,77 @@ TEST(StreamWindow, NeverExceedsItsBytesUnlessForOneLayer) {
   }
 }
 
+/// A stream whose functions are counted, and made only as a switch says.
+class LimitedStream : public ::testing::Test {
+ protected:
+  LayerStream::MakeCompute make() {
+    return [this](const CancellationToken&) {
+      return [this, counted = census_.count()](std::uint32_t index, const CancellationToken&) {
+        most_alive_ = std::max<int>(most_alive_, census_.alive());
+        std::this_thread::sleep_for(100us);
+        return make_layer(index);
+      };
+    };
+  }
+  ComputeLimit limit() {
+    return {.may_add = [this] { return may_add_.load(); }, .is_crowded = [this] { return crowded_.load(); }};
+  }
+
+  Census census_;
+  std::atomic<int> most_alive_ = 0;
+  std::atomic<bool> may_add_ = true, crowded_ = false;
+  Executor executor_{4};
+  Consumer consumer_;
+};
+
+TEST_F(LimitedStream, ComesToItsEndWithOneFunctionAlone) {
+  may_add_ = false;
+  const LayerRange range{.first = 5, .count = 300};
+  const auto stream = LayerStream::start(lane_in(executor_), range, {.slab_layers = 4, .window_slabs = 6}, make(),
+                                         consumer_.notify(), limit());
+  LayerStream::Pull last{};
+  EXPECT_EQ(consumer_.pull_all(*stream, last), indices_of(range));
+  EXPECT_EQ(most_alive_, 1);
+}
+
+TEST_F(LimitedStream, GivesFunctionsBackWhileOthersNeedThemAndTakesMoreLater) {
+  const auto stream = LayerStream::start(lane_in(executor_), {.first = 0, .count = 100'000},
+                                         {.slab_layers = 16, .window_slabs = 6}, make(), consumer_.notify(), limit());
+  Layer layer;
+  const auto pull_until = [&](const auto& holds) {
+    for (int i = 0; i < 20'000 && !holds(); ++i) {
+      if (consumer_.pull(*stream, layer) != LayerStream::Pull::kLayer) return false;
+    }
+    return holds();
+  };
+  EXPECT_TRUE(pull_until([this] { return census_.alive() >= 2; }));
+  may_add_ = false;
+  crowded_ = true;
+  EXPECT_TRUE(pull_until([this] { return census_.alive() == 1; }));
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_EQ(consumer_.pull(*stream, layer), LayerStream::Pull::kLayer);
+    EXPECT_EQ(census_.alive(), 1);
+  }
+  may_add_ = true;
+  crowded_ = false;
+  EXPECT_TRUE(pull_until([this] { return census_.alive() >= 2; }));
+  stream->cancel();
+  executor_.wait_idle();
+}
+
+TEST_F(LimitedStream, HasMoreSlabsInFlightWhenToldTo) {
+  const auto stream = LayerStream::start(lane_in(executor_), {.first = 0, .count = 100'000},
+                                         {.slab_layers = 4, .window_slabs = 1}, make(), consumer_.notify());
+  executor_.wait_idle();
+  EXPECT_EQ(most_alive_, 1);
+  stream->set_window_slabs(8);
+  executor_.wait_idle();
+  Layer layer;
+  for (int i = 0; i < 32; ++i) ASSERT_EQ(stream->pull(layer), LayerStream::Pull::kLayer) << i;
+  stream->cancel();
+  executor_.wait_idle();
+  EXPECT_EQ(census_.alive(), 0);
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -63,5 +63,37 @@ TEST(MemoryBudget, ThreadsNeverTakeMoreThanThereIs) {
   EXPECT_EQ(budget.used_bytes(), 0u);
 }
 
+TEST(MemoryBudget, LeavesWhatItIsToldTo) {
+  MemoryBudget budget(100);
+  MemoryBudget::Share share(budget);
+  EXPECT_FALSE(share.resize(90, 20));
+  EXPECT_TRUE(share.resize(80, 20));
+  MemoryBudget::Share other(budget);
+  EXPECT_FALSE(other.resize(1, 20));
+  EXPECT_TRUE(other.resize(20));
+  EXPECT_FALSE(other.resize(21, 200)) << "more than there is";
+}
+
+TEST(MemoryBudget, TellsOfWhatSharesGiveBack) {
+  int told = 0;
+  MemoryBudget budget(100, [&] { ++told; });
+  MemoryBudget::Share share(budget);
+  ASSERT_TRUE(share.resize(60));
+  ASSERT_TRUE(share.resize(50));
+  EXPECT_EQ(told, 0) << "not of what is resized";
+  {
+    const MemoryBudget::Share rest = share.split_off_beyond(20);
+    EXPECT_EQ(rest.bytes(), 30u);
+    EXPECT_EQ(share.bytes(), 20u);
+    EXPECT_EQ(budget.used_bytes(), 50u);
+  }
+  EXPECT_EQ(told, 1);
+  EXPECT_EQ(budget.used_bytes(), 20u);
+  share.give_back();
+  share.give_back();
+  EXPECT_EQ(told, 2) << "nothing was left the second time";
+  EXPECT_EQ(budget.given_back_bytes(), 60u);
+}
+
 }  // namespace
 }  // namespace ccslice::server

@@ -154,5 +154,18 @@ TEST(OptionValues, SizesAndTimesHaveUnits) {
   EXPECT_EQ(show_size(3ull << 30), "3GiB");
 }
 
+TEST(Options, SlicersGetWhatTheOtherBudgetsLeave) {
+  const ServerOptions large = parse({}, {}, {.cpus = 2, .memory_bytes = 16ull << 30}).options;
+  EXPECT_EQ(large.scratch_budget_bytes + large.cache_bytes + large.preparation_budget_bytes +
+                large.upload_budget_bytes + large.stream_budget_bytes + large.connection_budget_bytes + (256ull << 20),
+            16ull << 30);
+  EXPECT_EQ(parse({"--memory", "1GiB"}).options.scratch_budget_bytes, 256ull << 20);
+  EXPECT_EQ(parse({"--memory", "512MiB"}).options.scratch_budget_bytes, 128ull << 20) << "a quarter";
+  EXPECT_EQ(parse({"--cache-bytes", "64GiB"}).options.scratch_budget_bytes, 256ull << 20) << "nothing is left";
+  EXPECT_EQ(parse({"--scratch-budget-bytes", "3GiB"}).options.scratch_budget_bytes, 3ull << 30);
+  EXPECT_EQ(parse({}, {{"CCSLICE_SCRATCH_BUDGET_BYTES", "1GiB"}}).options.scratch_budget_bytes, 1ull << 30);
+  EXPECT_THAT(fault({"--scratch-budget-bytes", "1MiB"}), HasSubstr("at least 16MiB"));
+}
+
 }  // namespace
 }  // namespace ccslice::server
