@@ -9,14 +9,24 @@ import time
 _START_S = 30
 
 
+def address_in(log):
+    """Where the server with this log serves, or None as long as it doesn't."""
+    found = re.search(r"serves on (\S+): .*\n", log)
+    return found and found.group(1)
+
+
 class Server:
     """ccsliced on a free port of this machine, with its log in a file of `folder`. `open_files`: its limit of them."""
 
     def __init__(self, program, folder, *options, open_files=None):
         self._log = folder / "server.log"
         limit = ["prlimit", f"--nofile={open_files}:{open_files}"] if open_files else []
+        self._command = [*limit, program, *options]
+        self._start("127.0.0.1:0")
+
+    def _start(self, listen):
         with open(self._log, "wb") as log:
-            self._process = subprocess.Popen([*limit, program, "--listen", "127.0.0.1:0", *options], stderr=log)
+            self._process = subprocess.Popen([*self._command, "--listen", listen], stderr=log)
 
     def __enter__(self):
         return self
@@ -25,6 +35,15 @@ class Server:
         self._process.terminate()
         self._process.wait()
 
+    def kill_for(self, seconds):
+        """Ends it without a word, as SIGKILL does. After that time it serves again at the same address."""
+        address = self.address()
+        self._process.kill()
+        self._process.wait()
+        time.sleep(seconds)
+        self._start(address)
+        self.address()
+
     def pid(self):
         return self._process.pid
 
@@ -32,8 +51,7 @@ class Server:
         """Waits until it serves."""
         end = time.monotonic() + _START_S
         while time.monotonic() < end and self._process.poll() is None:
-            found = re.search(r"serves on (\S+): .*\n", self._log.read_text())
-            if found:
-                return found.group(1)
-            time.sleep(0.05)
+            if address := address_in(self._log.read_text()):
+                return address
+            time.sleep(0.01)
         raise RuntimeError("the server doesn't serve: " + self._log.read_text())
