@@ -3,6 +3,7 @@
 
 #include "server/rpc/server.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -14,6 +15,7 @@
 #include <limits>
 #include <mutex>
 #include <stdexcept>
+#include <string>
 
 #include "server/rpc/count_calls.h"
 
@@ -29,13 +31,18 @@ constexpr std::chrono::milliseconds kLastWords = 1s;
 /// What clients have for the beginning of HTTP/2.
 constexpr std::chrono::milliseconds kHandshake = 20s;
 
-/// What gRPC says of its insides is for those who look for a fault there.
+/// What gRPC and protobuf say of their insides, and of what clients send, is for those who look for a fault there. They
+/// would write to standard error themselves, and calls would wait for whoever reads it.
 void log_of_grpc(gpr_log_func_args* line) { spdlog::debug("gRPC: {}", line->message); }
+void log_of_protobuf(google::protobuf::LogLevel, const char*, int, const std::string& message) {
+  spdlog::debug("protobuf: {}", message);
+}
 
 void enable_extras() {
   static std::once_flag once;
   std::call_once(once, [] {
     gpr_set_log_function(log_of_grpc);
+    google::protobuf::SetLogHandler(log_of_protobuf);
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   });

@@ -13,23 +13,31 @@ from ccsliced_process import address_in
 from load.part import Figure
 
 _CALLERS = 4
+_NOT_UTF8 = b"\x0a\x02\xff\xfe"  # A mesh_id of which protobuf has something to say, too.
 _FEWEST_CALLS = 12_000  # A pipe holds some 700 lines, and the server's queue 8,192.
 _LONGEST_S = 120
 _LONGEST_STOP_S = 5
 
 
+def _ends_with(code, method, request):
+    try:
+        method(request, timeout=10)
+    except grpc.RpcError as error:
+        return error.code() == code
+    return code == grpc.StatusCode.OK
+
+
 def _call(address, end, counts):
-    """Calls of one client, one after the other: adds how many it made and how many failed."""
+    """Calls of one client, one after the other: adds how many it made and how many ended otherwise than they should."""
     with grpc.insecure_channel(address, options=[("grpc.use_local_subchannel_pool", 1)]) as channel:
-        method = channel.unary_unary("/ccslice.v1.SlicerService/ListMeshes")
+        good = channel.unary_unary("/ccslice.v1.SlicerService/ListMeshes")
+        bad = channel.unary_unary("/ccslice.v1.SlicerService/GetMesh")
         made = failed = 0
         begin = time.monotonic()
         while (made < _FEWEST_CALLS / _CALLERS or time.monotonic() < end) and time.monotonic() < begin + _LONGEST_S:
-            try:
-                method(b"", timeout=10)
-            except grpc.RpcError:
-                failed += 1
-            made += 1
+            failed += not _ends_with(grpc.StatusCode.OK, good, b"")
+            failed += not _ends_with(grpc.StatusCode.INVALID_ARGUMENT, bad, _NOT_UTF8)
+            made += 2
     counts.append((made, failed))
 
 
