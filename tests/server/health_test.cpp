@@ -218,5 +218,14 @@ TEST(Reflection, ListsTheService) {
   EXPECT_NE(answer.find("ccslice.v1.SlicerService"), std::string::npos);
 }
 
+TEST(Reflection, DescribesTheService) {
+  TestServer server;
+  const std::string name = "ccslice.v1.SlicerService";
+  // ServerReflectionRequest{file_containing_symbol: name}.
+  const std::string describe = std::string("\x22") + static_cast<char>(name.size()) + name;
+  Conversation reflection(server.channel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", describe);
+  EXPECT_NE(reflection.read().find("ccslice.v1.TessellateBoundaryRequest"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace ccslice::server
