@@ -5,6 +5,7 @@
 
 #include <libdeflate.h>
 
+#include <limits>
 #include <string>
 
 #include "client/client_error.h"
@@ -16,6 +17,10 @@ std::uint64_t sample_bytes(const v1::PlaneSpec& spec, const v1::GridExtent& exte
   const std::uint64_t columns =
       extent.columns() * std::uint64_t(spec.has_channels() ? spec.channels().names_size() : 1);
   const std::uint64_t rows = extent.rows();
+  constexpr std::uint64_t kLargestSample = 4;
+  if (rows > 0 && columns > std::numeric_limits<std::uint64_t>::max() / kLargestSample / rows) {
+    answer_corrupt("the server reports a grid of more samples than there can be");
+  }
   switch (spec.sample_type()) {
     case v1::SAMPLE_TYPE_BIT: return (columns + 7) / 8 * rows;
     case v1::SAMPLE_TYPE_UINT8: return columns * rows;

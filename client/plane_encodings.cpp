@@ -14,8 +14,10 @@ namespace ccslice::client {
 namespace {
 
 std::string inflate_frame(const std::string& frame, std::uint64_t expected_bytes) {
+  constexpr std::uint64_t kMostOfAByte = 1 << 15;  // A block makes 128 KiB at most, and has four bytes at least.
   const auto announced = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (announced != ZSTD_CONTENTSIZE_UNKNOWN && announced != expected_bytes) {
+  if ((announced != ZSTD_CONTENTSIZE_UNKNOWN && announced != expected_bytes) ||
+      expected_bytes > kMostOfAByte * frame.size()) {
     answer_corrupt("a zstd plane doesn't hold the " + std::to_string(expected_bytes) + " bytes of its grid");
   }
   std::string samples(expected_bytes, '\0');

@@ -16,6 +16,7 @@
 #include "client/cli/json_fields.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {
@@ -72,9 +73,10 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
 }
 
 bool holds_whole_job(const fs::path& folder, const JobKey& job) {
-  std::ifstream file(folder / "manifest.json", std::ios::binary);
-  if (!file) return false;
-  const std::optional<Struct> manifest = parse_object({std::istreambuf_iterator<char>(file), {}});
+  constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
+  const fs::path path = folder / "manifest.json";
+  if (!fs::exists(path)) return false;
+  const std::optional<Struct> manifest = parse_object(read_file_bytes(path.string(), kMostBytes));
   const std::string remedy = "; take another folder, or --force to replace them";
   if (!manifest || text(*manifest, "job") != job.id) {
     throw Error(ErrorCode::kFileUnwritable, folder.string() + " holds all layers of another job" + remedy);

@@ -4,8 +4,6 @@
 #include "client/cli/layer_stack.h"
 
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -17,6 +15,7 @@
 #include "client/mesh_bytes.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {
@@ -24,14 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using google::protobuf::Struct;
 
+constexpr std::uint64_t kMostFileBytes = std::uint64_t{4} << 30;
 constexpr std::uint64_t kMostVoxels = std::numeric_limits<std::uint32_t>::max();  // Along an axis.
-
-std::string read_whole(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw Error(ErrorCode::kFileUnreadable, "cannot read " + path.string());
-  return bytes;
-}
 
 std::array<double, 3> triple(const Struct& object, const char* name) {
   const auto& values = items(object, name);
@@ -48,7 +41,8 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
                     " holds no manifest.json: it isn't a folder of layers, or the job isn't "
                     "complete (ccslice slice --resume goes on with it)");
   }
-  const std::optional<Struct> manifest = parse_object(read_whole(folder_ / "manifest.json"));
+  const std::optional<Struct> manifest =
+      parse_object(read_file_bytes((folder_ / "manifest.json").string(), kMostFileBytes));
   if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("isn't a manifest of layers");
   if (number(*manifest, "format_version") != kManifestVersion) {
     fail("is one of another version of ccslice; slice the layers again with this one");
@@ -127,7 +121,7 @@ void LayerStack::read_layers(const Struct& manifest) {
 
 std::string LayerStack::picture(std::uint32_t layer, std::size_t plane) const {
   const File& file = files_[layer][plane];
-  std::string bytes = read_whole(folder_ / fs::path(file.name).filename());
+  std::string bytes = read_file_bytes((folder_ / fs::path(file.name).filename()).string(), kMostFileBytes);
   if (client::sha256_of(bytes) != file.sha256) fail("doesn't fit " + echoed(file.name) + ", which has changed since");
   return bytes;
 }
