@@ -1,73 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <string>
+#include <utility>
 
 #include "client/attempts.h"
 #include "client/call.h"
 #include "client/client.h"
+#include "client/surface_assembler.h"
 
 namespace ccslice::client {
-namespace {
-
-void require(bool holds, const std::string& otherwise) {
-  if (holds) return;
-  throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
-                    "the server's answer is wrong: " + otherwise);
-}
-
-/// What is announced is checked against what comes, never allocated unseen.
-class SurfaceAssembler {
- public:
-  void add(const v1::TessellateBoundaryResponse& message) {
-    switch (message.event_case()) {
-      case v1::TessellateBoundaryResponse::kHeader:
-        require(!begun_, "a second header");
-        begun_ = true;
-        surface_.header = message.header();
-        break;
-      case v1::TessellateBoundaryResponse::kVertexChunk: add(message.vertex_chunk()); break;
-      case v1::TessellateBoundaryResponse::kTriangleChunk: add(message.triangle_chunk()); break;
-      default: require(false, "an empty message");
-    }
-  }
-
-  Surface finish() && {
-    require(begun_ && surface_.points_mm.size() == surface_.header.vertex_count() &&
-                surface_.triangles.size() == surface_.header.triangle_count(),
-            "it ended before all triangles came");
-    return std::move(surface_);
-  }
-
- private:
-  void add(const v1::VertexChunk& chunk) {
-    const int points = chunk.positions_mm_size() / 3;
-    require(begun_ && chunk.first_vertex() == surface_.points_mm.size(), "vertices out of order");
-    require(
-        chunk.positions_mm_size() == 3 * points && chunk.materials_size() == points * surface_.header.channels_size(),
-        "vertices without all their numbers");
-    for (int i = 0; i < 3 * points; i += 3) {
-      surface_.points_mm.push_back({chunk.positions_mm(i), chunk.positions_mm(i + 1), chunk.positions_mm(i + 2)});
-    }
-    surface_.materials.insert(surface_.materials.end(), chunk.materials().begin(), chunk.materials().end());
-  }
-
-  void add(const v1::TriangleChunk& chunk) {
-    require(begun_ && chunk.first_triangle() == surface_.triangles.size(), "triangles out of order");
-    require(chunk.vertices_size() % 3 == 0, "part of a triangle");
-    for (int i = 0; i < chunk.vertices_size(); i += 3) {
-      surface_.triangles.push_back({chunk.vertices(i), chunk.vertices(i + 1), chunk.vertices(i + 2)});
-      for (const std::uint32_t vertex : surface_.triangles.back()) {
-        require(vertex < surface_.points_mm.size(), "a triangle of an unknown vertex");
-      }
-    }
-  }
-
-  Surface surface_;
-  bool begun_ = false;
-};
-
-}  // namespace
 
 Surface Client::tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call) {
   return with_retries(call, [&] {

@@ -27,6 +27,7 @@ class ZlibStream {
  public:
   /// A unit of colours that stands for one byte 0: the filter type in front of a PNG row.
   static constexpr std::uint8_t kSeparator = 255;
+  static constexpr std::size_t kMostColours = 16;
 
   ZlibStream();
   ~ZlibStream();
@@ -35,8 +36,8 @@ class ZlibStream {
 
   /// Forgets everything; units are bytes from now on.
   void start_bytes();
-  /// Forgets everything; from now on units are indices of `palette`, at most 255 colours. Every `row_units` units begin
-  /// with kSeparator.
+  /// Forgets everything; from now on units are indices of `palette`. Every `row_units` units begin with kSeparator.
+  /// REQUIRES: at most kMostColours.
   void start_colours(std::span<const Colour> palette, std::size_t row_units);
 
   /// REQUIRES: started; units within the palette. How units are split over calls makes no difference.

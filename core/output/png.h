@@ -24,7 +24,7 @@ namespace ccslice {
 /// throw Error{kCancelled}.
 class PngEncoder {
  public:
-  static constexpr std::size_t kMostRgbaColours = 16;
+  static constexpr std::size_t kMostRgbaColours = ZlibStream::kMostColours;
 
   /// kBit becomes 8 bits, 0 or 255. REQUIRES: kBit, kUint8 or kUint16, one sample a voxel.
   std::vector<std::uint8_t> grey(const SampleImage& image, const CancellationToken& cancel);

@@ -17,21 +17,13 @@
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/control_mesh.h"
+#include "tests/fuzz/byte_reader.h"
 
 namespace {
 
+using ccslice::fuzz::ByteReader;
+
 constexpr int kLattice = 4;
-
-class ByteReader {
- public:
-  ByteReader(const std::uint8_t* data, std::size_t size) : at_(data), end_(data + size) {}
-  bool at_end() const { return at_ == end_; }
-  std::uint8_t next() { return at_end() ? 0 : *at_++; }
-
- private:
-  const std::uint8_t* at_;
-  const std::uint8_t* end_;
-};
 
 ccslice::Vec3 lattice_position(int index) {
   const int x = index % kLattice, y = index / kLattice % kLattice, z = index / (kLattice * kLattice);

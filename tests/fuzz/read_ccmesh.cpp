@@ -10,6 +10,7 @@
 #include "client/cli/mesh_convert.h"
 #include "core/base/error.h"
 #include "core/mesh/validate.h"
+#include "tests/fuzz/quiet_protobuf.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
