@@ -2,52 +2,142 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# What takes too long for every change: random jobs by the thousands, every voxel of the real meshes, interpolation under
-# sanitizers, the way from CAD, and clang-tidy.
+# What takes too long for every change, step by step:
 #
-#   tests/nightly.sh [FIRST [LAST]]    # seeds, DEFAULT: 1 10000
+#   jobs      random jobs by the thousands
+#   meshes    every voxel of the real meshes
+#   fuzz      libFuzzer: ten minutes on the way of an uploaded mesh, two on each other target
+#   asan      interpolation, and all tests of server and client, ccsliced included, under AddressSanitizer and
+#             UndefinedBehaviorSanitizer
+#   tsan      core and server/service under ThreadSanitizer
+#   load      what the server stands (tests/bench/load_bench.py)
+#   images    the container images (deploy/check-image.sh), for which it takes root
+#   cad       the way from CAD, as written
+#   tidy      clang-tidy
 #
-# Reports go to build/nightly. Exit code 1 if anything failed; the rest is run all the same.
+#   tests/nightly.sh [--steps fuzz,load] [FIRST [LAST]]    # DEFAULT: all steps; seeds of random jobs 1 to 10000
+#
+# What each step prints goes to build/nightly, as do inputs that a fuzzer found. Ends with a table. Exit code 1 if
+# anything failed; the rest is run all the same.
 
+# shellcheck disable=SC2317 # run() calls the functions.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-first="${1:-1}"
-last="${2:-10000}"
-part=500 # Seeds a process: a crash ends one of them.
-reports=build/nightly
+readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,images,cad,tidy
+steps=$all_steps
+if [[ ${1:-} == --steps ]]; then
+  steps=${2:?which of $all_steps?}
+  shift 2
+  for step in ${steps//,/ }; do
+    [[ ",$all_steps," == *",$step,"* ]] || { echo "nightly.sh: no step $step; there are $all_steps" >&2 && exit 2; }
+  done
+fi
+readonly first="${1:-1}" last="${2:-10000}"
+readonly part=500 # Seeds a process: a crash ends one of them.
+readonly reports=build/nightly corpora=build/nightly-corpora
+readonly mesh_target=slice_mesh mesh_seconds=600 other_seconds=120 load_seconds=120
 failed=0
+rows=()
 
-cmake --preset release -D CCSLICE_BUILD_BENCHMARKS=ON
-cmake --build --preset release --parallel "$(nproc)" --target ccslice ccsliced hostile_jobs error_analysis
+# run <name> <command...>: a line of the table, and a report. Fails if the command does.
+run() {
+  local name=$1 outcome=ok begin=$SECONDS report
+  report="$reports/${name//[^A-Za-z0-9.]/_}.txt"
+  shift
+  echo "== $name"
+  "$@" >"$report" 2>&1 || outcome=FAILED
+  tail -n 2 "$report"
+  if [[ $outcome == FAILED ]]; then failed=1; fi
+  rows+=("$name|$((SECONDS - begin))|$outcome")
+  [[ $outcome == ok ]]
+}
+
+wants() {
+  [[ ",$steps," == *",$1,"* ]]
+}
+
+# build <preset> <target>...
+build() {
+  local benchmarks=OFF
+  if [[ $1 == release ]]; then benchmarks=ON; fi
+  cmake --preset "$1" -D CCSLICE_BUILD_BENCHMARKS="$benchmarks" &&
+    cmake --build --preset "$1" --parallel "$(nproc)" --target "${@:2}"
+}
+
+random_jobs() {
+  local begin end status=0
+  for ((begin = first; begin <= last; begin += part)); do
+    end=$((begin + part - 1 < last ? begin + part - 1 : last))
+    build/release/tests/bench/hostile_jobs --seeds "$begin..$end" --json "$reports/jobs_${begin}_$end.json" || status=1
+  done
+  return "$status"
+}
+
+# fuzz <target> <seconds>: goes on with what earlier nights found.
+fuzz() {
+  mkdir -p "$corpora/$1"
+  build/fuzz/tests/fuzz/fuzz_"$1" -max_total_time="$2" -timeout=60 -rss_limit_mb=2048 -max_len=16384 \
+    -artifact_prefix="$reports/$1-" -print_final_stats=1 "$corpora/$1" "tests/fuzz/corpus/$1"
+}
+
+# The fuzz preset's build has both sanitizers, and they end what they find something in.
+tests_of() {
+  ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1 \
+    ctest --test-dir "build/fuzz/tests/$1" --output-on-failure --no-tests=error
+}
+
+interpolation() {
+  build asan interpolation_test && ctest --preset asan --parallel "$(nproc)" --tests-regex interpolation_test
+}
+
+thread_sanitizer() {
+  deploy/install.sh build test && tests/tsan/build_tbb.sh && build tsan all &&
+    ctest --preset tsan --parallel "$(nproc)"
+}
+
+from_cad() {
+  deploy/install.sh cad && tests/docs/run_page.sh docs/from-cad.md
+}
+
+images() {
+  deploy/install.sh containers && deploy/check-image.sh
+}
+
 rm -rf "$reports"
 mkdir -p "$reports"
 
-for ((begin = first; begin <= last; begin += part)); do
-  end=$((begin + part - 1 < last ? begin + part - 1 : last))
-  name="$reports/hostile_jobs_${begin}_${end}"
-  echo "== Random jobs $begin..$end"
-  build/release/tests/bench/hostile_jobs --seeds "$begin..$end" --json "$name.json" | tee "$name.txt" || failed=1
-done
-
-echo "== Real meshes"
-build/release/tests/bench/error_analysis | tee "$reports/error_analysis.txt" || failed=1
-
-echo "== Interpolation under AddressSanitizer and UndefinedBehaviorSanitizer"
-cmake --preset asan
-cmake --build --preset asan --parallel "$(nproc)" --target interpolation_test
-ctest --preset asan --parallel "$(nproc)" --tests-regex interpolation_test || failed=1
-
-echo "== The commands of docs/from-cad.md"
-deploy/install.sh cad
-tests/docs/run_page.sh docs/from-cad.md >"$reports/from_cad.txt" 2>&1 || failed=1
-tail -1 "$reports/from_cad.txt"
-
-echo "== clang-tidy"
-tests/hygiene/check_tidy.sh || failed=1
-
-if ((failed)); then
-  echo "FAILED; the seeds:"
-  grep -ho "^FAILED seed [0-9]*" "$reports"/hostile_jobs_*.txt || true
+if wants jobs || wants meshes || wants load || wants cad; then
+  if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
+    ! wants jobs || run "random jobs $first to $last" random_jobs || true
+    ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
+    ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
+    ! wants cad || run "docs/from-cad.md" from_cad || true
+  fi
 fi
+
+if wants fuzz || wants asan; then
+  if run "build for fuzzing" build fuzz all; then
+    for target in $(wants fuzz && ls tests/fuzz/corpus); do
+      seconds=$other_seconds
+      if [[ $target == "$mesh_target" ]]; then seconds=$mesh_seconds; fi
+      run "fuzz $target" fuzz "$target" "$seconds" || true
+    done
+    for folder in $(wants asan && echo server client integration); do
+      run "ASan, UBSan: tests/$folder" tests_of "$folder" || true
+    done
+  fi
+  ! wants asan || run "ASan, UBSan: interpolation" interpolation || true
+fi
+
+! wants tsan || run "TSan: core, server/service" thread_sanitizer || true
+! wants images || run "container images" images || true
+! wants tidy || run "clang-tidy" tests/hygiene/check_tidy.sh || true
+
+grep -hos "^FAILED seed [0-9]*" "$reports"/random_jobs_*.txt || true
+printf '\n%-36s %8s  %s\n' step seconds outcome
+for row in "${rows[@]}"; do
+  IFS='|' read -r name seconds outcome <<<"$row"
+  printf '%-36s %8d  %s\n' "$name" "$seconds" "$outcome"
+done
 exit "$failed"
