@@ -92,8 +92,7 @@ interpolation() {
 }
 
 thread_sanitizer() {
-  deploy/install.sh build test && tests/tsan/build_tbb.sh && build tsan all &&
-    ctest --preset tsan --parallel "$(nproc)"
+  tests/tsan/build_tbb.sh && build tsan all && ctest --preset tsan --parallel "$(nproc)"
 }
 
 from_cad() {
@@ -106,6 +105,7 @@ images() {
 
 rm -rf "$reports"
 mkdir -p "$reports"
+run "packages" deploy/install.sh build test bench fuzz || true
 
 if wants jobs || wants meshes || wants load || wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
