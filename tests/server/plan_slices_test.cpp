@@ -207,6 +207,7 @@ TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
   for (const auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
     (request_.mutable_grid()->mutable_pitch()->*set)(9);
   }
+  request_.set_smallest_feature_mm(0);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   ASSERT_EQ(response_.warnings_size(), 1);
   EXPECT_THAT(response_.warnings(0).message(),
