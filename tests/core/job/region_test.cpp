@@ -130,7 +130,7 @@ TEST(DropLoopsOutside, KeepsThoseWhoseBoxesMeetTheWindow) {
   Contours contours;
   contours.loops = {square(0, 0, 100), square(30, 30, 2), square(11, 21, 0.5), square(0, 0, 10.4)};
   const Grid grid = small_grid();
-  drop_loops_outside({2, 2, 3, 3}, grid.lattice(), contours);  // x 11 to 12.5, y 20.5 to 21.25.
+  drop_loops_outside({2, 2, 3, 3}, grid.lattice(), contours.loops);  // x 11 to 12.5, y 20.5 to 21.25.
   ASSERT_EQ(contours.loops.size(), 2u);
   EXPECT_EQ(contours.loops[1].points.front().xy, Vec2(11, 21));
 }
