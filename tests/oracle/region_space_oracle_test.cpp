@@ -161,7 +161,9 @@ void expect_voxels_in_their_regions(const ControlMesh& mesh, const VoxelPitch& p
   const auto solid = LimitSolid::prepare(mesh);
   const RegionsInSpace space(mesh);
   SliceJob job = printed_job(mesh);
-  job.grid = plan_grid(*solid, job.placement, {.pitch = pitch});
+  GridRequest request;
+  request.pitch = pitch;
+  job.grid = plan_grid(*solid, job.placement, request);
   Met met;
   compare_voxels(solid, job, space, met);
   for (const std::size_t count : met.voxels) EXPECT_GT(count, 1000u);
@@ -181,7 +183,9 @@ void expect_micrometres_in_their_regions(const ControlMesh& mesh, const Vec3& ne
   }
   SliceJob job = printed_job(mesh);
   constexpr double kPitchMm = 1e-3;
-  job.grid = plan_grid(*solid, job.placement, {.pitch = {kPitchMm, kPitchMm, kPitchMm}});
+  GridRequest request;
+  request.pitch = {kPitchMm, kPitchMm, kPitchMm};
+  job.grid = plan_grid(*solid, job.placement, request);
   const Vec3 voxel = (low - job.grid.origin_mm) / kPitchMm;
   job.region = VoxelRegion{.first_column = static_cast<std::uint32_t>(voxel.x()) - 12,
                            .first_row = static_cast<std::uint32_t>(voxel.y()) - 12,

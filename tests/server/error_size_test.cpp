@@ -34,7 +34,7 @@ class ErrorSize : public ::testing::Test {
                      grpc::StatusCode code = grpc::StatusCode::INVALID_ARGUMENT) {
     EXPECT_EQ(status.error_code(), code) << reason << ": " << status.error_message();
     EXPECT_EQ(failure_of(status).reason, reason);
-    if (reason != "BATCH_TOO_LARGE") EXPECT_FALSE(failure_of(status).field.empty()) << reason;
+    EXPECT_EQ(failure_of(status).field.empty(), reason == "BATCH_TOO_LARGE") << reason;
     EXPECT_LT(status.error_message().size() + status.error_details().size(), kMaxStatusBytes);
   }
 
