@@ -276,7 +276,7 @@ client::Layer layer_of(std::uint32_t index, const std::vector<v1::PlaneSpec>& pl
 TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({.occupancy = true, .channels = {"a b:f32", "a_b", "../evil"}}, false);
-  LayerFolder layers(folder.path() / "out", {planes, ContourFormat::kCsv, 123'456}, Existing::kRefuse, {"job", 50});
+  LayerFolder layers(folder.path() / "out", {planes, {ContourFormat::kCsv}, 123'456}, Existing::kRefuse, {"job", 50});
   layers.write(layer_of(42, planes));
   layers.finish({}, {});
   std::vector<std::string> names;
@@ -292,11 +292,9 @@ TEST(LayerFolder, RefusesToMixRuns) {
   const auto planes = parse_planes({}, false);
   const JobKey job{"job", 10};
   write_file(folder.path() / "notes.txt", "mine");
-  { LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, job).write(layer_of(3, planes)); }
-  EXPECT_THROW(LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, job), Error);
-  {
-    LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kReplace, job).write(layer_of(4, planes));
-  }
+  { LayerFolder(folder.path(), {planes, {}, 10}, Existing::kRefuse, job).write(layer_of(3, planes)); }
+  EXPECT_THROW(LayerFolder(folder.path(), {planes, {}, 10}, Existing::kRefuse, job), Error);
+  { LayerFolder(folder.path(), {planes, {}, 10}, Existing::kReplace, job).write(layer_of(4, planes)); }
   EXPECT_FALSE(fs::exists(folder.path() / "layer_0003_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "layer_0004_occupancy.png"));
   EXPECT_TRUE(fs::exists(folder.path() / "notes.txt"));
@@ -305,11 +303,9 @@ TEST(LayerFolder, RefusesToMixRuns) {
 TEST(LayerFolder, IsForOneJobAtATime) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({}, false);
-  const auto open = [&](Existing existing) {
-    LayerFolder(folder.path(), {planes, ContourFormat::kNone, 10}, existing, {"job", 10});
-  };
+  const auto open = [&](Existing existing) { LayerFolder(folder.path(), {planes, {}, 10}, existing, {"job", 10}); };
   {
-    LayerFolder first(folder.path(), {planes, ContourFormat::kNone, 10}, Existing::kRefuse, {"job", 10});
+    LayerFolder first(folder.path(), {planes, {}, 10}, Existing::kRefuse, {"job", 10});
     first.write(layer_of(0, planes));
     for (const Existing existing : {Existing::kRefuse, Existing::kReplace, Existing::kResume}) {
       EXPECT_THROW(open(existing), Error);
@@ -329,7 +325,7 @@ TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({}, false);
   const auto open = [&](const std::string& job, std::uint32_t layers) {
-    return LayerFolder(folder.path(), {planes, ContourFormat::kCsv, 10}, Existing::kResume, {job, layers});
+    return LayerFolder(folder.path(), {planes, {ContourFormat::kCsv}, 10}, Existing::kResume, {job, layers});
   };
   const auto finished = [&](std::uint32_t layers) { return open("job", layers).finished().layers; };
   EXPECT_EQ(finished(10), 0u) << "nothing is there yet";
@@ -350,12 +346,12 @@ TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
 TEST(LayerFolder, ManifestsOfInterruptedJobsAreTheSame) {
   const TemporaryFolder whole, parts;
   const auto planes = parse_planes({}, false);
-  LayerFolder at_once(whole.path(), {planes, ContourFormat::kJson, 3}, Existing::kRefuse, {"job", 3});
+  LayerFolder at_once(whole.path(), {planes, {ContourFormat::kJson}, 3}, Existing::kRefuse, {"job", 3});
   {
-    LayerFolder(parts.path(), {planes, ContourFormat::kJson, 3}, Existing::kRefuse, {"job", 3})
+    LayerFolder(parts.path(), {planes, {ContourFormat::kJson}, 3}, Existing::kRefuse, {"job", 3})
         .write(layer_of(0, planes));
   }
-  LayerFolder resumed(parts.path(), {planes, ContourFormat::kJson, 3}, Existing::kResume, {"job", 3});
+  LayerFolder resumed(parts.path(), {planes, {ContourFormat::kJson}, 3}, Existing::kResume, {"job", 3});
   for (std::uint32_t i = 0; i < 3; ++i) at_once.write(layer_of(i, planes));
   for (std::uint32_t i = 1; i < 3; ++i) resumed.write(layer_of(i, planes));
   at_once.finish({}, {});
