@@ -151,11 +151,11 @@ TEST_F(CommandLine, ShowsALayer) {
 
 TEST_F(CommandLine, DrawsAPictureOfACutPart) {
   const std::vector<std::string> command = {"picture",  box_,       "--channel", "gradient",      "--cut",
-                                            "x=0.5",    "--voxels", "24",        "--width",       "100",
+                                            "x=0.5",    "--voxels", "24",        "--width",       "200",
                                             "--rotate", "x=90",     "-o",        path("box.png"), "--json"};
   const ProcessResult result = run(command);
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
-  EXPECT_EQ(json_at(result.out, "width").number_value(), 100);
+  EXPECT_EQ(json_at(result.out, "width").number_value(), 200);
   EXPECT_THAT(read_whole(path("box.png")), testing::StartsWith("\x89PNG"));
   EXPECT_EQ(run(command).exit_code, cli::kExitOutput) << "the file is there";
   EXPECT_EQ(run({"picture", box_, "--cut", "x=0.5", "--voxels", "24", "--width", "100", "--material", "a=#ff0000",

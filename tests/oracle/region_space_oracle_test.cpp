@@ -169,7 +169,7 @@ void expect_voxels_in_their_regions(const ControlMesh& mesh, const VoxelPitch& p
   for (const std::size_t count : met.voxels) EXPECT_GT(count, 1000u);
 }
 
-/// Voxels of a micrometre round a place of an interface.
+/// Voxels of a micrometre round a place of an interface: a grid of their own, for a whole one would be too large.
 void expect_micrometres_in_their_regions(const ControlMesh& mesh, const Vec3& near, std::size_t one,
                                          std::size_t other) {
   const auto solid = LimitSolid::prepare(mesh);
@@ -185,12 +185,9 @@ void expect_micrometres_in_their_regions(const ControlMesh& mesh, const Vec3& ne
   constexpr double kPitchMm = 1e-3;
   GridRequest request;
   request.pitch = {kPitchMm, kPitchMm, kPitchMm};
+  request.extent = GridExtent{.columns = 24, .rows = 24, .layers = 6};
+  request.origin_mm = low - kPitchMm * Vec3(12, 12, 3);
   job.grid = plan_grid(*solid, job.placement, request);
-  const Vec3 voxel = (low - job.grid.origin_mm) / kPitchMm;
-  job.region = VoxelRegion{.first_column = static_cast<std::uint32_t>(voxel.x()) - 12,
-                           .first_row = static_cast<std::uint32_t>(voxel.y()) - 12,
-                           .first_layer = static_cast<std::uint32_t>(voxel.z()) - 3,
-                           .extent = {.columns = 24, .rows = 24, .layers = 6}};
   Met met;
   compare_voxels(solid, job, space, met);
   EXPECT_GT(met.voxels[one], 200u);

@@ -29,14 +29,14 @@ v1::SliceRangeRequest endless_request(const std::string& id) {
 
 class Cancellation : public ::testing::Test {
  protected:
-  /// Whether all work stops within 100 ms, and what a busy machine adds.
+  /// Whether all work stops within half a second: 100 ms, and what a busy machine adds.
   bool stops() {
     const auto start = SteadyClock::now();
     server_.server().state().executor.wait_idle();
     const auto idle_after = SteadyClock::now() - start;
     RecordProperty("idle_after_ms",
                    static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(idle_after).count()));
-    return idle_after < 100ms && eventually([this] { return server_.server().state().admission.running() == 0; }, 1s);
+    return idle_after < 500ms && eventually([this] { return server_.server().state().admission.running() == 0; }, 1s);
   }
 
   static ServerOptions options() {

@@ -62,7 +62,8 @@ TEST(JobFields, AreCopiedFromPlansToSlicesWithoutLeavingAnyOut) {
 
 TEST(JobFields, OfAPlanAreAllThoseOfSlices) {
   // A field that only slices have is of a range of layers or of how it is sent: no plan depends on it.
-  const std::vector<std::string> own = {"first_layer", "layer_count", "contours", "max_chunk_bytes"};
+  const std::vector<std::string> own = {"first_layer", "layer_count", "contours", "contours_by_region",
+                                        "max_chunk_bytes"};
   const Descriptor& slices_type = *v1::SliceRangeRequest::descriptor();
   std::vector<std::string> found;
   for (int i = 0; i < slices_type.field_count(); ++i) {
