@@ -15,7 +15,7 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint64_t kMostTags = 64;
-constexpr std::uint64_t kMostComponents = 9;
+constexpr std::uint64_t kMostFieldComponents = 9;
 constexpr std::size_t kMostFields = kMostCellNumbers - 1;  // Volumes of the geometry are numbers of cells, too.
 
 std::vector<std::string> read_strings(TextScanner& text) {
@@ -44,7 +44,7 @@ GmshFieldHeader read_field_header(GmshScanner& scanner, std::uint64_t most) {
   const std::uint64_t integer_tags = text.count_up_to("the number of integer tags", kMostTags);
   if (integer_tags < 3) text.fail("at least 3 integer tags", std::to_string(integer_tags));
   header.step = text.next("a time step");
-  header.components = text.count_up_to("the number of components", kMostComponents);
+  header.components = text.count_up_to("the number of components", kMostFieldComponents);
   header.count = text.count_up_to("the number of values", most);
   if (integer_tags > 3) header.partition = text.count("a partition");
   text.skip(integer_tags - std::min<std::uint64_t>(integer_tags, 4), "an integer tag");
