@@ -97,6 +97,7 @@ struct UploadOutcome {
 };
 
 class Attempts;
+struct PreviewPicture;
 
 class Client {
  public:
@@ -123,6 +124,9 @@ class Client {
   /// Points in any number, x, y, z of each; answers per batch, in order.
   std::vector<v1::ProbePointsResponse> probe(const std::string& mesh_id, const v1::Placement& placement,
                                              const std::vector<double>& points_mm, const CallOptions& call = {});
+
+  /// One picture of a cut, in full. Include client/preview.h.
+  PreviewPicture preview(const v1::PreviewRequest& request, const CallOptions& call = {});
 
   /// The whole limit surface; from the start again where a stream breaks.
   Surface tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call = {});

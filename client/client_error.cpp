@@ -63,6 +63,10 @@ void answer_corrupt(const std::string& message) {
   throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt, message);
 }
 
+void require_answer(bool holds, const std::string& otherwise) {
+  if (!holds) answer_corrupt("the server's answer is wrong: " + otherwise);
+}
+
 std::string status_code_name(grpc::StatusCode code) {
   static constexpr std::array<const char*, 17> kNames = {
       "OK",        "CANCELLED",      "UNKNOWN",           "INVALID_ARGUMENT",   "DEADLINE_EXCEEDED",

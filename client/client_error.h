@@ -58,6 +58,8 @@ class ClientError : public std::runtime_error {
 
 /// Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}.
 [[noreturn]] void answer_corrupt(const std::string& message);
+/// Throws it unless `holds`, with what is wrong otherwise.
+void require_answer(bool holds, const std::string& otherwise);
 
 /// "UNAVAILABLE", "INVALID_ARGUMENT", ...
 std::string status_code_name(grpc::StatusCode code);

@@ -12,13 +12,6 @@
 namespace ccslice::client {
 namespace {
 
-void require(bool holds, const std::string& otherwise) {
-  if (!holds) {
-    throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
-                      "the server's answer is wrong: " + otherwise);
-  }
-}
-
 template <typename Message>
 v1::VoxelRegion region_or_grid(const Message& message) {
   if (message.has_region()) return message.region();
@@ -33,24 +26,25 @@ v1::VoxelRegion region_of(const v1::SliceHeader& header) { return region_or_grid
 v1::VoxelRegion region_of(const v1::PlanSlicesResponse& plan) { return region_or_grid(plan); }
 
 std::optional<Layer> LayerAssembler::add(v1::SliceRangeResponse&& message) {
-  require(!complete_, "messages after the summary");
+  require_answer(!complete_, "messages after the summary");
   switch (message.event_case()) {
     case v1::SliceRangeResponse::kLayerBegin: begin(message.layer_begin()); break;
     case v1::SliceRangeResponse::kPlaneChunk: add_plane_chunk(std::move(*message.mutable_plane_chunk())); break;
     case v1::SliceRangeResponse::kContourChunk: add_contour_chunk(message.contour_chunk()); break;
     case v1::SliceRangeResponse::kLayerEnd: return end(std::move(*message.mutable_layer_end()));
     case v1::SliceRangeResponse::kSummary: finish(message.summary()); break;
-    case v1::SliceRangeResponse::kHeader: require(false, "a second header"); break;
-    case v1::SliceRangeResponse::EVENT_NOT_SET: require(false, "an empty message"); break;
+    case v1::SliceRangeResponse::kHeader: require_answer(false, "a second header"); break;
+    case v1::SliceRangeResponse::EVENT_NOT_SET: require_answer(false, "an empty message"); break;
   }
   return std::nullopt;
 }
 
 void LayerAssembler::begin(const v1::LayerBegin& begin) {
-  require(!open_, "a layer begins inside another one");
-  require(begin.layer() == next_layer_,
-          "layer " + std::to_string(begin.layer()) + " where " + std::to_string(next_layer_) + " is due");
-  require(begin.encoded_bytes_size() == header_.planes_size(), "a layer with another number of planes than asked for");
+  require_answer(!open_, "a layer begins inside another one");
+  require_answer(begin.layer() == next_layer_,
+                 "layer " + std::to_string(begin.layer()) + " where " + std::to_string(next_layer_) + " is due");
+  require_answer(begin.encoded_bytes_size() == header_.planes_size(),
+                 "a layer with another number of planes than asked for");
   begun_ = begin;
   complete_loops_ = 0;
   open_.emplace();
@@ -62,11 +56,11 @@ void LayerAssembler::begin(const v1::LayerBegin& begin) {
 
 void LayerAssembler::add_plane_chunk(v1::PlaneChunk&& chunk) {
   require_open_layer();
-  require(chunk.plane() < open_->planes.size(), "a chunk of a plane that wasn't asked for");
+  require_answer(chunk.plane() < open_->planes.size(), "a chunk of a plane that wasn't asked for");
   std::string& encoded = open_->planes[chunk.plane()].encoded;
-  require(chunk.offset() == encoded.size(), "chunks of a plane with a gap");
+  require_answer(chunk.offset() == encoded.size(), "chunks of a plane with a gap");
   const std::uint64_t announced = begun_.encoded_bytes(static_cast<int>(chunk.plane()));
-  require(chunk.data().size() <= announced - encoded.size(), "a plane longer than announced");
+  require_answer(chunk.data().size() <= announced - encoded.size(), "a plane longer than announced");
   if (encoded.empty()) {
     encoded = std::move(*chunk.mutable_data());
   } else {
@@ -80,35 +74,36 @@ void LayerAssembler::add_contour_chunk(const v1::ContourChunk& chunk) {
 }
 
 void LayerAssembler::add_piece(const v1::ContourPiece& piece) {
-  require(piece.loop() == complete_loops_, "contour loops out of order");
-  require(piece.points_mm_size() % 2 == 0, "half a contour point");
+  require_answer(piece.loop() == complete_loops_, "contour loops out of order");
+  require_answer(piece.points_mm_size() % 2 == 0, "half a contour point");
   std::vector<ContourLoop>& loops = open_->contours;
   if (loops.size() == complete_loops_) loops.emplace_back();
   ContourLoop& loop = loops.back();
   const auto regions = static_cast<std::uint32_t>(header_.cell_region_names_size());
   if (piece.first_point() == 0) loop.cell_region = piece.cell_region();
-  require(piece.cell_region() == loop.cell_region && piece.cell_region() <= regions, "contours of an unknown region");
-  require(piece.first_point() == loop.points_mm.size() / 2, "contour points with a gap");
+  require_answer(piece.cell_region() == loop.cell_region && piece.cell_region() <= regions,
+                 "contours of an unknown region");
+  require_answer(piece.first_point() == loop.points_mm.size() / 2, "contour points with a gap");
   loop.points_mm.insert(loop.points_mm.end(), piece.points_mm().begin(), piece.points_mm().end());
   loop.faces.insert(loop.faces.end(), piece.faces().begin(), piece.faces().end());
   loop.parameters.insert(loop.parameters.end(), piece.parameters().begin(), piece.parameters().end());
   const std::size_t numbers = loop.cell_region == 0 ? loop.points_mm.size() : 0;  // Two a point.
-  require(2 * loop.faces.size() == numbers && loop.parameters.size() == numbers,
-          "contour points without their faces or parameters");
+  require_answer(2 * loop.faces.size() == numbers && loop.parameters.size() == numbers,
+                 "contour points without their faces or parameters");
   if (piece.last()) ++complete_loops_;
 }
 
 Layer LayerAssembler::end(v1::LayerEnd&& end) {
   require_open_layer();
-  require(end.layer() == open_->index, "the end of another layer");
-  require(end.planes_size() == header_.planes_size(), "a layer without a result for each plane");
-  require(complete_loops_ == begun_.contour_loops() && open_->contours.size() == complete_loops_,
-          "fewer or more contour loops than announced");
+  require_answer(end.layer() == open_->index, "the end of another layer");
+  require_answer(end.planes_size() == header_.planes_size(), "a layer without a result for each plane");
+  require_answer(complete_loops_ == begun_.contour_loops() && open_->contours.size() == complete_loops_,
+                 "fewer or more contour loops than announced");
   Layer layer = std::move(*open_);
   open_.reset();
   for (int i = 0; i < header_.planes_size(); ++i) {
     Plane& plane = layer.planes[static_cast<std::size_t>(i)];
-    require(plane.encoded.size() == begun_.encoded_bytes(i), "a plane shorter than announced");
+    require_answer(plane.encoded.size() == begun_.encoded_bytes(i), "a plane shorter than announced");
     plane.result = end.planes(i);
     decode_plane(region_of(header_).extent(), plane);
   }
@@ -118,12 +113,13 @@ Layer LayerAssembler::end(v1::LayerEnd&& end) {
 }
 
 void LayerAssembler::finish(const v1::SliceSummary& summary) {
-  require(!open_, "the summary came inside a layer");
-  require(next_layer_ == header_.first_layer() + header_.layer_count() && summary.layers() == header_.layer_count(),
-          "the summary came before all layers");
+  require_answer(!open_, "the summary came inside a layer");
+  require_answer(
+      next_layer_ == header_.first_layer() + header_.layer_count() && summary.layers() == header_.layer_count(),
+      "the summary came before all layers");
   complete_ = true;
 }
 
-void LayerAssembler::require_open_layer() const { require(open_.has_value(), "a chunk outside of a layer"); }
+void LayerAssembler::require_open_layer() const { require_answer(open_.has_value(), "a chunk outside of a layer"); }
 
 }  // namespace ccslice::client

@@ -10,40 +10,33 @@
 #include "client/client_error.h"
 
 namespace ccslice::client {
-namespace {
-
-void require(bool holds, const std::string& otherwise) {
-  if (!holds) answer_corrupt("the server's answer is wrong: " + otherwise);
-}
-
-}  // namespace
 
 void SurfaceAssembler::add(const v1::TessellateBoundaryResponse& message) {
   switch (message.event_case()) {
     case v1::TessellateBoundaryResponse::kHeader:
-      require(!begun_, "a second header");
+      require_answer(!begun_, "a second header");
       begun_ = true;
       surface_.header = message.header();
       break;
     case v1::TessellateBoundaryResponse::kVertexChunk: add(message.vertex_chunk()); break;
     case v1::TessellateBoundaryResponse::kTriangleChunk: add(message.triangle_chunk()); break;
-    default: require(false, "an empty message");
+    default: require_answer(false, "an empty message");
   }
 }
 
 Surface SurfaceAssembler::finish() && {
-  require(begun_ && surface_.points_mm.size() == surface_.header.vertex_count() &&
-              surface_.triangles.size() == surface_.header.triangle_count(),
-          "it ended before all triangles came");
+  require_answer(begun_ && surface_.points_mm.size() == surface_.header.vertex_count() &&
+                     surface_.triangles.size() == surface_.header.triangle_count(),
+                 "it ended before all triangles came");
   return std::move(surface_);
 }
 
 void SurfaceAssembler::add(const v1::VertexChunk& chunk) {
-  require(begun_ && chunk.first_vertex() == surface_.points_mm.size(), "vertices out of order");
+  require_answer(begun_ && chunk.first_vertex() == surface_.points_mm.size(), "vertices out of order");
   const int points = chunk.positions_mm_size() / 3;
-  require(chunk.positions_mm_size() == 3 * points &&
-              chunk.materials_size() == std::int64_t{points} * surface_.header.channels_size(),
-          "vertices without all their numbers");
+  require_answer(chunk.positions_mm_size() == 3 * points &&
+                     chunk.materials_size() == std::int64_t{points} * surface_.header.channels_size(),
+                 "vertices without all their numbers");
   for (int i = 0; i < 3 * points; i += 3) {
     surface_.points_mm.push_back({chunk.positions_mm(i), chunk.positions_mm(i + 1), chunk.positions_mm(i + 2)});
   }
@@ -51,12 +44,12 @@ void SurfaceAssembler::add(const v1::VertexChunk& chunk) {
 }
 
 void SurfaceAssembler::add(const v1::TriangleChunk& chunk) {
-  require(begun_ && chunk.first_triangle() == surface_.triangles.size(), "triangles out of order");
-  require(chunk.vertices_size() % 3 == 0, "part of a triangle");
+  require_answer(begun_ && chunk.first_triangle() == surface_.triangles.size(), "triangles out of order");
+  require_answer(chunk.vertices_size() % 3 == 0, "part of a triangle");
   for (int i = 0; i < chunk.vertices_size(); i += 3) {
     surface_.triangles.push_back({chunk.vertices(i), chunk.vertices(i + 1), chunk.vertices(i + 2)});
     for (const std::uint32_t vertex : surface_.triangles.back()) {
-      require(vertex < surface_.points_mm.size(), "a triangle of an unknown vertex");
+      require_answer(vertex < surface_.points_mm.size(), "a triangle of an unknown vertex");
     }
   }
 }

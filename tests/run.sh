@@ -3,13 +3,15 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Runs all tests: installs what they need, builds, runs. Arguments go to ctest: tests/run.sh -R Contour
-# Without any the cases run in batches, which is faster. CCSLICE_WERROR=ON makes errors of the compiler's warnings.
+# Without any the cases run in batches, which is faster. The files of a folder are compiled as one, which takes a third
+# of the time from scratch; CCSLICE_UNITY=OFF compiles each by itself, for who changes them one by one.
+# CCSLICE_WERROR=ON makes errors of the compiler's warnings.
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 deploy/install.sh build test
 cmake --preset release -D CCSLICE_TEST_BATCHES="$([[ $# == 0 ]] && echo ON || echo OFF)" \
-  -D CCSLICE_WERROR="${CCSLICE_WERROR:-OFF}"
+  -D CCSLICE_WERROR="${CCSLICE_WERROR:-OFF}" -D CMAKE_UNITY_BUILD="${CCSLICE_UNITY:-ON}"
 cmake --build --preset release --parallel "$(nproc)"
 ctest --preset release --parallel "$(nproc)" "$@"

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kInchMm = 25.4, kMicrometres = 1000;  // The latter: a millimetre has.
 
-std::string describe(const PrinterProfile& profile) {
+std::string describe_profile(const PrinterProfile& profile) {
   std::string text =
       profile.name + ": " + profile.title + "\n  pitch      " + show_number(kMicrometres * profile.pitch.x_mm) + " x " +
       show_number(kMicrometres * profile.pitch.y_mm) + " x " + show_number(kMicrometres * profile.pitch.z_mm) +
@@ -45,7 +45,7 @@ void run_profiles(const Session& session) {
   JsonWriter json;
   json.begin_array();
   for (const PrinterProfile& profile : printer_profiles()) {
-    if (!session.options().json) print_line(describe(profile));
+    if (!session.options().json) print_line(describe_profile(profile));
     add_profile(profile, json);
   }
   if (session.options().json) return print_line(json.end_array().text());

@@ -30,6 +30,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common);
 Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);
+Command add_preview(CLI::App& parent, CommonOptions& common);
 Command add_export(CLI::App& parent, CommonOptions& common);
 Command add_package(CLI::App& parent, CommonOptions& common);
 

@@ -15,7 +15,7 @@ namespace ccslice::cli {
 namespace {
 
 // In dots of letters.
-constexpr int kBorder = 4, kGap = 4, kBarHeight = 8, kTick = 2;
+constexpr int kMargin = 4, kSpacing = 4, kBarHeight = 8, kTick = 2;
 constexpr int kBarRowHeight = kBarHeight + kTick + 1 + kGlyphHeight;
 constexpr int kNarrowest = 180, kLongestName = 120;
 constexpr int kMostRows = 4;
@@ -87,7 +87,7 @@ void LegendWriter::write_tick(int left, int width, int top, double share, const 
   const int label_left = std::clamp(at + scale_ / 2 - label_width / 2, left, left + width - label_width);
   if (label_left < free_from || label_left + label_width > free_to) return;
   draw_text(label, label_left, top + dots(kTick + 1), picture_, scale_);
-  free_from = label_left + label_width + dots(kGap);
+  free_from = label_left + label_width + dots(kSpacing);
 }
 
 void LegendWriter::write_labels(int left, int width, int top, double low, double high) {
@@ -96,20 +96,20 @@ void LegendWriter::write_labels(int left, int width, int top, double low, double
   const int end = left + width, last_from = end - text_width(last, scale_);
   int free_from = left;
   write_tick(left, width, top, 0, number_text(low, digits), free_from, end);
-  const int most = std::max(1, width / (dots(kGap) + text_width(last, scale_) + dots(kGlyphAdvance)));
+  const int most = std::max(1, width / (dots(kSpacing) + text_width(last, scale_) + dots(kGlyphAdvance)));
   for (const double number : round_numbers_between(low, high, std::min(most, 9))) {
     const double share = (number - low) / (high - low);
-    write_tick(left, width, top, share, number_text(number, digits), free_from, last_from - dots(kGap));
+    write_tick(left, width, top, share, number_text(number, digits), free_from, last_from - dots(kSpacing));
   }
   write_tick(left, width, top, 1, last, free_from, end);
 }
 
 void LegendWriter::write_bar(const std::string& title, double low, double high) {
-  const int top = add_row(kBarRowHeight + 2 * kBorder) + dots(kBorder);
+  const int top = add_row(kBarRowHeight + 2 * kMargin) + dots(kMargin);
   const std::string name = fitting_text(title, picture_.width / 3, scale_);
-  draw_text(name, dots(kBorder), top + scale_ / 2, picture_, scale_);
-  const int left = dots(kBorder) + (name.empty() ? 0 : text_width(name, scale_) + dots(2 * kGap));
-  const int width = picture_.width - dots(kBorder) - left;
+  draw_text(name, dots(kMargin), top + scale_ / 2, picture_, scale_);
+  const int left = dots(kMargin) + (name.empty() ? 0 : text_width(name, scale_) + dots(2 * kSpacing));
+  const int width = picture_.width - dots(kMargin) - left;
   for (int column = 0; column < width; ++column) {
     fill(left + column, top, 1, dots(kBarHeight), material_colour((column + 0.5) / width));
   }
@@ -117,18 +117,18 @@ void LegendWriter::write_bar(const std::string& title, double low, double high) 
 }
 
 void LegendWriter::write_entries(const std::string& title, const std::vector<Legend::Entry>& entries) {
-  constexpr int kRowHeight = kBarHeight + kGap;
-  const int first_top = add_row(kRowHeight + kBorder) + dots(kBorder);
+  constexpr int kRowHeight = kBarHeight + kSpacing;
+  const int first_top = add_row(kRowHeight + kMargin) + dots(kMargin);
   int top = first_top;
   const std::string name = fitting_text(title, picture_.width / 3, scale_);
-  draw_text(name, dots(kBorder), top + scale_ / 2, picture_, scale_);
-  const int indent = dots(kBorder) + text_width(name, scale_) + dots(2 * kGap);
+  draw_text(name, dots(kMargin), top + scale_ / 2, picture_, scale_);
+  const int indent = dots(kMargin) + text_width(name, scale_) + dots(2 * kSpacing);
   int left = indent;
-  const int swatch = dots(kBarHeight), end = picture_.width - dots(kBorder);
+  const int swatch = dots(kBarHeight), end = picture_.width - dots(kMargin);
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    const int room = std::min(dots(kLongestName), end - indent - swatch - dots(kGap));
+    const int room = std::min(dots(kLongestName), end - indent - swatch - dots(kSpacing));
     const std::string label = fitting_text(entries[i].name, room, scale_);
-    const int width = swatch + dots(kGap) + text_width(label, scale_);
+    const int width = swatch + dots(kSpacing) + text_width(label, scale_);
     if (left + width > end && left > indent) {
       if (top == first_top + (kMostRows - 1) * dots(kRowHeight)) {
         const int row = add_row(kRowHeight);
@@ -140,8 +140,8 @@ void LegendWriter::write_entries(const std::string& title, const std::vector<Leg
     }
     fill(left, top, swatch, swatch, kLineColour);
     fill(left + scale_, top + scale_, swatch - 2 * scale_, swatch - 2 * scale_, entries[i].colour);
-    draw_text(label, left + swatch + dots(kGap), top + scale_ / 2, picture_, scale_);
-    left += width + dots(3 * kGap);
+    draw_text(label, left + swatch + dots(kSpacing), top + scale_ / 2, picture_, scale_);
+    left += width + dots(3 * kSpacing);
   }
 }
 

@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 32> kOptions = {{
+constexpr std::array<FieldOption, 40> kOptions = {{
     {"printer", "--profile"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -48,6 +48,14 @@ constexpr std::array<FieldOption, 32> kOptions = {{
     {"chord_tolerance_mm", "--chord-tolerance"},
     {"first_layer", "--layers"},
     {"layer_count", "--layers"},
+    {"plane.free", "--plane"},
+    {"plane.layer.layer", "--layer"},
+    {"plane.layer", "--pitch"},
+    {"content.channel.range", "--range"},
+    {"content.channel", "--channel"},
+    {"content", "--show"},
+    {"width", "--pixels"},
+    {"height", "--pixels"},
 }};
 
 /// "planes[2].channel" becomes "planes[].channel".

@@ -41,7 +41,7 @@ bool is_program(const fs::path& path) {
   return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
 }
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_private(const std::string& why) {
   throw client::ClientError(grpc::StatusCode::UNAVAILABLE, "UNREACHABLE",
                             why + "; start ccsliced yourself and name it with --server or CCSLICE_SERVER");
 }
@@ -101,7 +101,7 @@ void PrivateServer::start(const std::string& program) {
   std::array<int, 2> input = {-1, -1}, output = {-1, -1};
   if (pipe2(input.data(), O_CLOEXEC) != 0 || pipe2(output.data(), O_CLOEXEC) != 0) {
     close_all({input[0], input[1]});
-    refuse(std::string("no pipe to a server can be made: ") + std::strerror(errno));
+    refuse_private(std::string("no pipe to a server can be made: ") + std::strerror(errno));
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -119,7 +119,7 @@ void PrivateServer::start(const std::string& program) {
   if (status == 0) return;
   process_ = -1;
   stop();
-  refuse(program + " can't be started: " + std::strerror(status));
+  refuse_private(program + " can't be started: " + std::strerror(status));
 }
 
 void PrivateServer::wait_until_it_serves(const std::string& program, const client::CallOptions& call) {
@@ -129,17 +129,20 @@ void PrivateServer::wait_until_it_serves(const std::string& program, const clien
     if (call.cancellation && call.cancellation->cancelled()) {
       throw client::ClientError(grpc::StatusCode::CANCELLED, client::local_reason::kCancelledHere, "interrupted");
     }
-    if (call.deadline && CallClock::now() > *call.deadline) refuse(program + " doesn't serve in time");
-    if (Clock::now() > end) refuse(program + " doesn't serve after " + std::to_string(kLongestStart.count()) + " s");
+    if (call.deadline && CallClock::now() > *call.deadline) refuse_private(program + " doesn't serve in time");
+    if (Clock::now() > end)
+      refuse_private(program + " doesn't serve after " + std::to_string(kLongestStart.count()) + " s");
     pollfd waiting = {.fd = output_, .events = POLLIN, .revents = 0};
     if (poll(&waiting, 1, static_cast<int>(kLook / 1ms)) <= 0) continue;
     char next = 0;
     const ssize_t count = read(output_, &next, 1);
-    if (count == 0) refuse(program + " --private ended before it served: it is another version, or says why above");
+    if (count == 0)
+      refuse_private(program + " --private ended before it served: it is another version, or says why above");
     if (count == 1) line += next;
   }
   line.pop_back();
-  if (!line.starts_with("unix:")) refuse(program + " --private doesn't say where it serves: it is another version");
+  if (!line.starts_with("unix:"))
+    refuse_private(program + " --private doesn't say where it serves: it is another version");
   address_ = line;
 }
 

@@ -32,7 +32,8 @@ Program::Program() : app("Slices Catmull-Clark solids into voxel layers, through
   commands = {add_slice(app, options),   add_plan(app, options),     add_show(app, options),
               add_picture(app, options), add_probe(app, options),    add_info(app, options),
               add_upload(app, options),  add_export(app, options),   add_package(app, options),
-              add_models(app, options),  add_profiles(app, options), add_convert(app, options)};
+              add_models(app, options),  add_profiles(app, options), add_convert(app, options),
+              add_preview(app, options)};
 }
 
 }  // namespace ccslice::cli

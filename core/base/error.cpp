@@ -78,6 +78,8 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kCellRegionsMissing: return "CELL_REGIONS_MISSING";
     case ErrorCode::kCellRegionUnknown: return "CELL_REGION_UNKNOWN";
     case ErrorCode::kOutsideSampleInvalid: return "OUTSIDE_SAMPLE_INVALID";
+    case ErrorCode::kPlaneInvalid: return "PLANE_INVALID";
+    case ErrorCode::kPictureTooLarge: return "PICTURE_TOO_LARGE";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

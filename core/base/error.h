@@ -90,6 +90,8 @@ enum class ErrorCode : int {
   kCellRegionsMissing = 243,      // A plane of cell regions of a mesh that has none.
   kCellRegionUnknown = 244,       // A map for a cell region that the mesh doesn't have.
   kOutsideSampleInvalid = 245,    // What is to be outside is no sample of the plane.
+  kPlaneInvalid = 246,            // Axes that aren't orthonormal, or a plane that isn't finite.
+  kPictureTooLarge = 247,         // A picture of no pixels, or of too many.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

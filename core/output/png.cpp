@@ -168,6 +168,15 @@ std::vector<std::uint8_t> PngEncoder::indexed(const SampleImage& image, std::spa
   return end_file(std::move(file), stream_.finish());
 }
 
+std::vector<std::uint8_t> PngEncoder::colours(std::uint32_t width, std::uint32_t height,
+                                              std::span<const std::uint8_t> rgba, const CancellationToken& cancel) {
+  const std::size_t row_bytes = std::size_t{4} * width;
+  append_rows(height, row_bytes, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
+    std::copy_n(&rgba[row_bytes * y], row_bytes, row.begin());
+  });
+  return end_file(begin_file(IndexImage{width, height, {}, {}}, 8, kRgba), stream_.finish());
+}
+
 std::vector<std::uint8_t> PngEncoder::rgba(const IndexImage& image, const CancellationToken& cancel) {
   std::array<Colour, kMostRgbaColours> palette;
   std::ranges::transform(image.palette, palette.begin(), colour_of);

@@ -36,6 +36,9 @@ class PngEncoder {
   /// most.
   std::vector<std::uint8_t> indexed(const SampleImage& image, std::span<const std::uint32_t> palette,
                                     const CancellationToken& cancel);
+  /// Any colours: 4 bytes a pixel. REQUIRES: width * height of them.
+  std::vector<std::uint8_t> colours(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba,
+                                    const CancellationToken& cancel);
   /// REQUIRES: numbers within the palette, of at most kMostRgbaColours.
   std::vector<std::uint8_t> rgba(const IndexImage& image, const CancellationToken& cancel);
 

@@ -111,11 +111,9 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
   return plane;
 }
 
-Vec3 to_vec3(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
-
 GridExtent to_extent(const v1::GridExtent& message) { return {message.columns(), message.rows(), message.layers()}; }
 
-v1::GridExtent to_message(const GridExtent& value) {
+v1::GridExtent extent_message(const GridExtent& value) {
   v1::GridExtent message;
   message.set_columns(value.columns);
   message.set_rows(value.rows);
@@ -123,7 +121,7 @@ v1::GridExtent to_message(const GridExtent& value) {
   return message;
 }
 
-v1::SampleType to_message(SampleType type) {
+v1::SampleType sample_type_message(SampleType type) {
   switch (type) {
     case SampleType::kBit: return v1::SAMPLE_TYPE_BIT;
     case SampleType::kUint8: return v1::SAMPLE_TYPE_UINT8;
@@ -136,6 +134,8 @@ v1::SampleType to_message(SampleType type) {
 }
 
 }  // namespace
+
+Vec3 to_vec3(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
 
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits) {
   Placement placement = Placement::Identity();
@@ -232,7 +232,7 @@ v1::Grid to_message(const Grid& value) {
   message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
   message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
   message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
-  *message.mutable_extent() = to_message(value.extent);
+  *message.mutable_extent() = extent_message(value.extent);
   *message.mutable_part_box() = to_message(value.part_box);
   return message;
 }
@@ -242,13 +242,13 @@ v1::VoxelRegion to_message(const VoxelRegion& value) {
   message.set_first_column(value.first_column);
   message.set_first_row(value.first_row);
   message.set_first_layer(value.first_layer);
-  *message.mutable_extent() = to_message(value.extent);
+  *message.mutable_extent() = extent_message(value.extent);
   return message;
 }
 
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing) {
   v1::PlaneSpec message;
-  message.set_sample_type(to_message(value.sample_type));
+  message.set_sample_type(sample_type_message(value.sample_type));
   message.set_encoding(to_message(*find_encoding(value.encoding)));
   switch (value.content) {
     case PlaneContent::kOccupancy: message.mutable_occupancy(); return message;

@@ -25,6 +25,7 @@ namespace ccslice::server {
 /// The placement of a solid with this box, checked alike for every call. Throws ServiceError{kRequestMalformed} for
 /// other than 0 or 12 numbers, and what the core's validate_placement() throws.
 Placement to_placement(const v1::Placement& message, const Box3& solid_box, const SliceLimits& limits);
+Vec3 to_vec3(const v1::Vector3& message);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
 /// The region that is asked for. Throws Error{kRegionAmbiguous, kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.

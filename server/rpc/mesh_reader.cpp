@@ -26,7 +26,7 @@ namespace {
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedInputStream;
 using google::protobuf::io::ZeroCopyInputStream;
-using Message = v1::ControlMesh;
+using MeshMessage = v1::ControlMesh;
 
 [[noreturn]] void not_a_mesh() {
   throw Error(ErrorCode::kMeshMalformed,
@@ -106,49 +106,49 @@ class MeshReader {
   void read_field(std::uint32_t tag) {
     poll_();
     switch (WireFormatLite::GetTagFieldNumber(tag)) {
-      case Message::kPositionsMmFieldNumber:
+      case MeshMessage::kPositionsMmFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] { add_position(read_fixed64()); });
-      case Message::kChannelNamesFieldNumber:
+      case MeshMessage::kChannelNamesFieldNumber:
         return read_name(tag,
                          {ErrorCode::kMeshBadChannel, "channel_names", "channels", limits_.max_channels,
                           limits_.max_channel_name_bytes},
                          mesh_.channel_names);
-      case Message::kCellRegionNamesFieldNumber:
+      case MeshMessage::kCellRegionNamesFieldNumber:
         return read_name(tag,
                          {ErrorCode::kMeshBadCellRegion, "cell_region_names", "cell regions", limits_.max_cell_regions,
                           limits_.max_cell_region_name_bytes},
                          mesh_.cell_region_names);
-      case Message::kCellRegionsFieldNumber:
+      case MeshMessage::kCellRegionsFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
           require_room(mesh_.cell_regions.size(), limits_.max_cells, "cell_regions", "cells");
           add_region(read_varint(), "cell_regions", mesh_.cell_regions);
         });
-      case Message::kRegionValueVerticesFieldNumber:
+      case MeshMessage::kRegionValueVerticesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
           require_room_for_pair(mesh_.region_value_vertices.size(), "region_value_vertices");
           mesh_.region_value_vertices.push_back(read_varint());
         });
-      case Message::kRegionValueRegionsFieldNumber:
+      case MeshMessage::kRegionValueRegionsFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
           require_room_for_pair(mesh_.region_value_regions.size(), "region_value_regions");
           add_region(read_varint(), "region_value_regions", mesh_.region_value_regions);
         });
-      case Message::kRegionValuesFieldNumber:
+      case MeshMessage::kRegionValuesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
                              [this] { mesh_.region_values.push_back(read_fixed32()); });
-      case Message::kChannelValuesFieldNumber:
+      case MeshMessage::kChannelValuesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
                              [this] { mesh_.channel_values.push_back(read_fixed32()); });
-      case Message::kCellKindsFieldNumber:
+      case MeshMessage::kCellKindsFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_cell_kind(read_varint()); });
-      case Message::kCellVerticesFieldNumber:
+      case MeshMessage::kCellVerticesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_corner(read_varint()); });
-      case Message::kSharpEdgesFieldNumber:
+      case MeshMessage::kSharpEdgesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_end(read_varint()); });
-      case Message::kSharpVerticesFieldNumber:
+      case MeshMessage::kSharpVerticesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_vertex(read_varint()); });
-      case Message::kAllowFoldsFieldNumber: return read_flag(tag, mesh_.allow_folds);
-      case Message::kInterpolatingFieldNumber: return read_flag(tag, mesh_.interpolating);
+      case MeshMessage::kAllowFoldsFieldNumber: return read_flag(tag, mesh_.allow_folds);
+      case MeshMessage::kInterpolatingFieldNumber: return read_flag(tag, mesh_.interpolating);
       default: unknown_field(tag);
     }
   }

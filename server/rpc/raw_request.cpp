@@ -17,17 +17,17 @@
 namespace ccslice::server {
 namespace {
 
-using google::protobuf::Descriptor;
 using google::protobuf::Message;
 
-ServiceError too_large(const Descriptor& type, const std::string& what, std::size_t bytes, std::size_t most) {
+ServiceError too_large(const google::protobuf::Descriptor& type, const std::string& what, std::size_t bytes,
+                       std::size_t most) {
   return ServiceError(ServiceErrorCode::kBatchTooLarge, what + " " + std::to_string(bytes) + " bytes, and a " +
                                                             type.name() + " may have " + std::to_string(most) +
                                                             ": send less at a time");
 }
 
 /// A printing job has maps for its cell regions, with tables of their own. Chunks of uploads have gRPC's limit.
-std::size_t most_bytes(const Descriptor& type) {
+std::size_t most_bytes(const google::protobuf::Descriptor& type) {
   if (&type == v1::UploadMeshRequest::descriptor()) return kMaxMessageBytes;
   const bool job = &type == v1::SliceRangeRequest::descriptor() || &type == v1::PlanSlicesRequest::descriptor();
   return job ? kMaxJobRequestBytes : kMaxRequestBytes;
@@ -44,7 +44,7 @@ void parse(const grpc::ByteBuffer& bytes, Message& request) {
 
 }  // namespace
 
-void require_request_size(const grpc::ByteBuffer& bytes, const Descriptor& type) {
+void require_request_size(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
   if (!bytes.Valid()) throw Error(ErrorCode::kCancelled, "the call ended before its request had come");
   const std::size_t most = most_bytes(type);
   if (bytes.Length() > most) throw too_large(type, "the message has", bytes.Length(), most);
@@ -52,7 +52,7 @@ void require_request_size(const grpc::ByteBuffer& bytes, const Descriptor& type)
 
 /// Large ones are parsed one after the other: nobody knows before what will come of one.
 void parse_request(const grpc::ByteBuffer& bytes, Message& request) {
-  const Descriptor& type = *request.GetDescriptor();
+  const google::protobuf::Descriptor& type = *request.GetDescriptor();
   require_request_size(bytes, type);
   if (bytes.Length() <= kSmallRequestBytes || &type == v1::UploadMeshRequest::descriptor()) {
     return parse(bytes, request);

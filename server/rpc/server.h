@@ -39,6 +39,7 @@ class Server {
   void sweep() {
     state_.cache.sweep();
     state_.idle_watch.sweep();
+    state_.preview_watch.sweep();
     state_.heap_trim.sweep();
   }
 

@@ -35,6 +35,7 @@ struct ServiceState {
                    .waiting = options.max_waiting_calls,
                    .longest_wait = options.admission_wait}),
         idle_watch(options.idle_timeout),
+        preview_watch(options.preview_idle_timeout),
         heap_trim([this] {
           return uploads.given_back_bytes() + preparations.given_back_bytes() + streams.given_back_bytes() +
                  scratch.given_back_bytes();
@@ -58,6 +59,7 @@ struct ServiceState {
   CallRegistry calls;
   Admission admission;
   IdleWatch idle_watch;
+  IdleWatch preview_watch;  // Of Preview calls that wait for requests.
   HeapTrim heap_trim;
 };
 

@@ -14,6 +14,7 @@
 #include "server/rpc/convert.h"
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
+#include "server/rpc/preview_call.h"
 #include "server/rpc/printer.h"
 #include "server/rpc/raw_request.h"
 #include "server/rpc/requests.h"
@@ -46,11 +47,12 @@ enum Method : int {
   kSliceRange,
   kProbePoints,
   kEvaluatePoints,
-  kTessellateBoundary
+  kTessellateBoundary,
+  kPreview
 };
-constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",        "GetMesh",
-                               "ListMeshes",    "DeleteMesh",        "PlanSlices",        "SliceRange",
-                               "ProbePoints",   "EvaluatePoints",    "TessellateBoundary"};
+constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",         "GetMesh",
+                               "ListMeshes",    "DeleteMesh",        "PlanSlices",         "SliceRange",
+                               "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview"};
 
 template <class Body>
 grpc::Status status_of(Body&& body) {
@@ -201,6 +203,9 @@ SlicerService::SlicerService(ServiceState& state) : state_(state) {
   MarkMethodRawCallback(kEvaluatePoints,
                         new CallbackBidiHandler<ByteBuffer, v1::EvaluatePointsResponse>(
                             [this](CallbackServerContext* context) { return begin_evaluate_call(state_, *context); }));
+  MarkMethodRawCallback(kPreview,
+                        new CallbackBidiHandler<ByteBuffer, v1::PreviewResponse>(
+                            [this](CallbackServerContext* context) { return begin_preview_call(state_, *context); }));
 }
 
 template <class Request, class Response>

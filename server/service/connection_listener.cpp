@@ -25,7 +25,6 @@ namespace ccslice::server {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
 
 /// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
 constexpr std::size_t kReservedDescriptors = 64;
@@ -137,7 +136,7 @@ void ConnectionListener::accept_waiting(int listener) {
 
 void ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
   const std::optional<Peer> peer = peer_of(address);
-  switch (table_.add(connection.get(), peer, Clock::now())) {
+  switch (table_.add(connection.get(), peer, std::chrono::steady_clock::now())) {
     case ConnectionVerdict::kTooMany: ++refused_; return;
     case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return;
     case ConnectionVerdict::kTaken: break;
@@ -159,7 +158,7 @@ bool ConnectionListener::refuse_with_spare(int listener) {
 }
 
 void ConnectionListener::sweep() {
-  const Clock::time_point now = Clock::now();
+  const std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now();
   if (now - swept_ < kBetweenSweeps) return;
   swept_ = now;
   if (!spare_) spare_ = open_spare();
@@ -172,7 +171,7 @@ void ConnectionListener::sweep() {
 
 /// Once for many: whoever floods the server must not flood its log.
 void ConnectionListener::report_refusals() {
-  const Clock::time_point now = Clock::now();
+  const std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now();
   if (now - reported_ < kBetweenReports) return;
   if (refused_ + refused_of_address_ + refused_without_descriptor_ == 0) return;
   reported_ = now;

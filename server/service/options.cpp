@@ -53,6 +53,7 @@ ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
   options.max_connections_per_address = kThreeQuarters;
   options.connection_idle = std::chrono::minutes(10);
   options.idle_timeout = std::chrono::seconds(60);
+  options.preview_idle_timeout = std::chrono::minutes(30);
   options.shutdown_grace = std::chrono::seconds(25);
   return options;
 }
@@ -200,6 +201,9 @@ const std::vector<OptionSpec>& option_specs() {
       duration_option("--idle-timeout", &ServerOptions::idle_timeout,
                       "End calls that wait this long for their client to send (STREAM_IDLE) or to read "
                       "(STREAM_STALLED). 0 lets them wait."),
+      duration_option("--preview-idle-timeout", &ServerOptions::preview_idle_timeout,
+                      "End Preview calls that wait this long for their client to ask for a picture (STREAM_IDLE), in "
+                      "place of --idle-timeout. 0 lets them wait."),
       duration_option(
           "--shutdown-grace", &ServerOptions::shutdown_grace,
           "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "

@@ -46,7 +46,8 @@ struct ServerOptions {
   std::size_t max_connections_per_address = 0;
   std::chrono::milliseconds connection_idle{0};  // 0: a connection without calls may stay.
   std::uint32_t max_connection_streams = 128;
-  std::chrono::milliseconds idle_timeout{0};  // 0: a silent client may stay.
+  std::chrono::milliseconds idle_timeout{0};          // 0: a silent client may stay.
+  std::chrono::milliseconds preview_idle_timeout{0};  // Likewise.
   std::chrono::milliseconds shutdown_grace{0};
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

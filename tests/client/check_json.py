@@ -107,6 +107,11 @@ def check_answers(commands):
     warned = commands.run("plan", "plan", "box.ccmesh", "--pitch", "1", "--extent", "3,3,3")
     require([warning["kind"] for warning in warned["warnings"]] == ["part_clipped"], warned)
     commands.run("export", "export", "box.ccmesh", "-o", "box.stl")
+    commands.run("preview", "preview", "box.ccmesh", "--plane", "z=2", "--channel", "gradient", "--pixels", "32", "-o",
+                 "plane.png")
+    commands.run("preview", "preview", "box.ccmesh", "--layer", "1", "--pitch", "0.5", *MATERIALS, "--map", BLEND, "-o",
+                 "layer.png")
+    commands.run("preview", "preview", "box.ccmesh", "--sweep", "3", "-o", "sweep.png")
     commands.run("picture", "picture", "box.ccmesh", "--voxels", "16", "--width", "32", "-o", "box.png")
     for command in (["plan", "box.ccmesh", "--pitch=-1"], ["models", "teapot"], ["slice"]):
         failure = commands.run("error", *command, exit_code=2, local=command[0] == "models")

@@ -17,13 +17,13 @@ namespace {
 
 using Rgb = std::array<int, 3>;
 
-Rgb place(const Picture& picture, int column, int row) {
+Rgb pixel_at(const Picture& picture, int column, int row) {
   const std::size_t at =
       3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(column));
   return {picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]};
 }
 
-Rgb as_rgb(const Colour& colour) { return {to_byte(colour.x()), to_byte(colour.y()), to_byte(colour.z())}; }
+Rgb rgb_of(const Colour& colour) { return {to_byte(colour.x()), to_byte(colour.y()), to_byte(colour.z())}; }
 
 TEST(ContactSheet, SpreadsLayersEvenly) {
   for (std::uint32_t count = 1; count < 2000; ++count) {
@@ -70,20 +70,20 @@ TEST(ContactSheet, ShowsLayersSideBySide) {
   const Picture sheet = draw_contact_sheet(two_layers({0, 0, 0, 0, 0, 255, 0, 0}, kHardness), captions, layout);
   ASSERT_EQ(sheet.width, 8 + 2 * 108);
   const int top = kTileTop;
-  const Rgb outside = place(sheet, 8 + 75, top + 25);
-  EXPECT_EQ(place(sheet, 8 + 25, top + 25), as_rgb(material_colour(0)));
-  EXPECT_EQ(place(sheet, 8 + 25, top + 75), outside) << "row 0 is on top";
-  EXPECT_NE(outside, as_rgb(material_colour(0)));
-  EXPECT_EQ(place(sheet, 116 + 75, top + 25), as_rgb(material_colour(1)));
-  EXPECT_EQ(place(sheet, 116 + 75, top + 75), as_rgb(material_colour(0)));
-  EXPECT_EQ(place(sheet, 4, top + 50), (Rgb{255, 255, 255}));
+  const Rgb outside = pixel_at(sheet, 8 + 75, top + 25);
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, top + 25), rgb_of(material_colour(0)));
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, top + 75), outside) << "row 0 is on top";
+  EXPECT_NE(outside, rgb_of(material_colour(0)));
+  EXPECT_EQ(pixel_at(sheet, 116 + 75, top + 25), rgb_of(material_colour(1)));
+  EXPECT_EQ(pixel_at(sheet, 116 + 75, top + 75), rgb_of(material_colour(0)));
+  EXPECT_EQ(pixel_at(sheet, 4, top + 50), (Rgb{255, 255, 255}));
 }
 
 TEST(ContactSheet, WithoutValuesIsOfOneColour) {
   const Picture sheet =
       draw_contact_sheet(two_layers(std::vector<std::uint8_t>(8, 0)), {{"0", ""}, {"1", ""}}, {1, 100, 100});
   EXPECT_EQ(sheet.width, 116);
-  EXPECT_EQ(place(sheet, 8 + 25, sheet.height - 25), as_rgb(kPlainMaterial));
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, sheet.height - 25), rgb_of(kPlainMaterial));
 }
 
 TEST(ContactSheet, ShowsMaterialsInTheirOwnColours) {
@@ -92,18 +92,18 @@ TEST(ContactSheet, ShowsMaterialsInTheirOwnColours) {
   const VoxelBlock block = two_layers({1, 0, 0, 0, 2, 1, 1, 2}, legend);
   const Picture sheet = draw_contact_sheet(block, {{"0", ""}, {"1", ""}}, {2, 100, 100});
   const int top = kTileTop;
-  EXPECT_EQ(place(sheet, 8 + 25, top + 25), (Rgb{255, 0, 0}));
-  EXPECT_EQ(place(sheet, 116 + 25, top + 25), (Rgb{0, 0, 255}));
-  EXPECT_EQ(place(sheet, 116 + 75, top + 25), (Rgb{255, 0, 0}));
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, top + 25), (Rgb{255, 0, 0}));
+  EXPECT_EQ(pixel_at(sheet, 116 + 25, top + 25), (Rgb{0, 0, 255}));
+  EXPECT_EQ(pixel_at(sheet, 116 + 75, top + 25), (Rgb{255, 0, 0}));
 }
 
 TEST(ContactSheet, ShowsNumbersWithoutAnEntryAsPlainMaterial) {
   const Legend legend = {.title = "materials", .range = {}, .entries = {{"soft", Colour(1, 0, 0)}}};
   const Picture sheet =
       draw_contact_sheet(two_layers({0, 0, 0, 0, 2, 255, 1, 0}, legend), {{"0", ""}, {"1", ""}}, {2, 100, 100});
-  EXPECT_EQ(place(sheet, 8 + 25, kTileTop + 25), as_rgb(kPlainMaterial));
-  EXPECT_EQ(place(sheet, 116 + 25, kTileTop + 25), as_rgb(kPlainMaterial));
-  EXPECT_EQ(place(sheet, 116 + 25, kTileTop + 75), (Rgb{255, 0, 0}));
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, kTileTop + 25), rgb_of(kPlainMaterial));
+  EXPECT_EQ(pixel_at(sheet, 116 + 25, kTileTop + 25), rgb_of(kPlainMaterial));
+  EXPECT_EQ(pixel_at(sheet, 116 + 25, kTileTop + 75), (Rgb{255, 0, 0}));
 }
 
 TEST(ContactSheet, HasALegendBelow) {
@@ -112,7 +112,8 @@ TEST(ContactSheet, HasALegendBelow) {
   const Picture plain = draw_contact_sheet(two_layers(with.value), captions, {2, 100, 100});
   const Picture sheet = draw_contact_sheet(with, captions, {2, 100, 100});
   EXPECT_GT(sheet.height, plain.height);
-  EXPECT_EQ(place(sheet, 8 + 25, kTileTop + 25), as_rgb(material_colour(0))) << "a channel's lowest value is no blank";
+  EXPECT_EQ(pixel_at(sheet, 8 + 25, kTileTop + 25), rgb_of(material_colour(0)))
+      << "a channel's lowest value is no blank";
 }
 
 TEST(PixelFont, WritesNumbers) {
@@ -123,7 +124,7 @@ TEST(PixelFont, WritesNumbers) {
   for (int row = 0; row < picture.height; ++row) {
     rows.emplace_back();
     for (int column = 0; column < picture.width; ++column)
-      rows.back() += place(picture, column, row)[0] < 128 ? '#' : ' ';
+      rows.back() += pixel_at(picture, column, row)[0] < 128 ? '#' : ' ';
   }
   EXPECT_EQ(rows, (std::vector<std::string>{"  #   #####", " ##       #", "  #      # ", "  #     #  ", "  #    #   ",
                                             "  #    #   ", " ###   #   "}));

@@ -22,7 +22,7 @@ namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-constexpr int kSide = 40;
+constexpr int kRasterSide = 40;
 
 struct Ball {
   std::vector<Vec3> points;
@@ -55,22 +55,22 @@ Ball ball(double radius, double centre, int halvings) {
 /// To columns, rows that grow downwards, and depths.
 std::vector<Vec3> projected(const Ball& ball) {
   std::vector<Vec3> points;
-  for (const Vec3& p : ball.points) points.emplace_back(p.x(), kSide - 1 - p.y(), -p.z());
+  for (const Vec3& p : ball.points) points.emplace_back(p.x(), kRasterSide - 1 - p.y(), -p.z());
   return points;
 }
 
 std::vector<RayHits> hits(const Ball& ball, const Stretch& away) {
   return SurfaceRaster(projected(ball), ball.triangles, 1e-9)
-      .hits(kSide, 0, kSide, std::vector<Stretch>(std::size_t{kSide} * kSide, away));
+      .hits(kRasterSide, 0, kRasterSide, std::vector<Stretch>(std::size_t{kRasterSide} * kRasterSide, away));
 }
 
 TEST(SurfaceRaster, FindsTheFrontOfABall) {
   const double radius = 12.3, centre = 19.2;
   const std::vector<RayHits> rays = hits(ball(radius, centre, 5), {.first = 0, .last = 0});
-  for (int row = 0; row < kSide; ++row) {
-    for (int column = 0; column < kSide; ++column) {
-      const RayHit& hit = rays[static_cast<std::size_t>(kSide * row + column)].before;
-      const double distance = std::hypot(column - centre, kSide - 1 - row - centre);
+  for (int row = 0; row < kRasterSide; ++row) {
+    for (int column = 0; column < kRasterSide; ++column) {
+      const RayHit& hit = rays[static_cast<std::size_t>(kRasterSide * row + column)].before;
+      const double distance = std::hypot(column - centre, kRasterSide - 1 - row - centre);
       if (std::abs(distance - radius) < 0.3) continue;
       ASSERT_EQ(static_cast<bool>(hit), distance < radius) << column << " " << row;
       if (!hit) continue;
@@ -109,7 +109,7 @@ TEST(SurfaceRaster, CountsAFaceAtTheEndOfAStretchAsThere) {
   }
   box.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  const std::size_t middle = kSide * 20 + 20;
+  const std::size_t middle = kRasterSide * 20 + 20;
   for (const double error : {-1e-12, 0.0, 1e-12}) {
     const RayHits front = hits(box, {.first = -100, .last = -5 + error})[middle];
     EXPECT_EQ(front.winding, 0) << "the face is what remains";

@@ -17,8 +17,8 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kMostEdges = 1e7;         // Looked at for winding numbers in a layer.
-constexpr double kRoundingOfSize = 1e-12;  // As far from a contour a voxel may be on either side.
+constexpr double kMostEdges = 1e7;             // Looked at for winding numbers in a layer.
+constexpr double kRoundingAtContours = 1e-12;  // As far from a contour a voxel may be on either side.
 
 std::string layer_text(const Layer& layer, const std::string& what) {
   return what + " in layer " + std::to_string(layer.index);
@@ -49,7 +49,7 @@ void compare_winding(const HostileRun& run, const Layer& layer, HostileFinding& 
       const bool inside = winding_number(polygons, centre) != 0;
       ++finding.compared;
       if (inside == bit_at(layer.planes[0], extent.columns, column, row)) continue;
-      if (distance_to(polygons, centre) < kRoundingOfSize * reach_mm(run.job.job.grid)) {
+      if (distance_to(polygons, centre) < kRoundingAtContours * reach_mm(run.job.job.grid)) {
         ++finding.excused;
       } else {
         fail(layer_text(layer, "voxel " + std::to_string(column) + "," + std::to_string(row) +

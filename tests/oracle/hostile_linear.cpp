@@ -15,8 +15,8 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kOutsideSlackMm = 1e-3;    // As LayerSlicer has it.
-constexpr double kFloatRounding = 0x1p-22;  // Of the control points' channels, of the value, of the arithmetic.
+constexpr double kSlackMm = 1e-3;              // As LayerSlicer has it.
+constexpr double kRoundingOfFloats = 0x1p-22;  // Of the control points' channels, of the value, of the arithmetic.
 
 /// One channel of one plane.
 class LinearComparison {
@@ -29,11 +29,11 @@ class LinearComparison {
     slope_ = mesh_of_world.linear().transpose() * material.slope;
     base_ = material(mesh_of_world.translation());
     const ChannelRange& channel = run.solid->summary().channels[samples.channel];
-    rounding_ = 0.5 * samples.quantum() + kFloatRounding * (std::max(std::abs(channel.min), std::abs(channel.max)) +
-                                                            std::max(0.0, samples.range.max - samples.range.min));
+    rounding_ = 0.5 * samples.quantum() + kRoundingOfFloats * (std::max(std::abs(channel.min), std::abs(channel.max)) +
+                                                               std::max(0.0, samples.range.max - samples.range.min));
     // A voxel off the solid is as far from it as that where the placement shrinks lengths most.
     const double least_scale = scales_of(job.placement)[2];
-    rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kOutsideSlackMm) / least_scale;
+    rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kSlackMm) / least_scale;
   }
 
   void compare(const EncodedPlane& plane, const Layer& layer) {

@@ -13,14 +13,14 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kCellMm = 10;
+constexpr double kShapeCellMm = 10;
 
 std::string sizes(int nx, int ny, int nz) {
   return std::to_string(nx) + "x" + std::to_string(ny) + "x" + std::to_string(nz);
 }
 
 HostileShape box(const std::string& name, int nx, int ny, int nz) {
-  return {box_mesh(nx, ny, nz, kCellMm), name + " " + sizes(nx, ny, nz), true, nx * ny * nz <= 16};
+  return {box_mesh(nx, ny, nz, kShapeCellMm), name + " " + sizes(nx, ny, nz), true, nx * ny * nz <= 16};
 }
 
 HostileShape bar(HostileRandom& random) { return box("bar", random.pick(2, 8), random.pick(1, 3), random.pick(1, 3)); }
@@ -34,7 +34,7 @@ HostileShape ring(HostileRandom& random) {
   shape.cells_high = random.pick(1, 3);
   shape.outer_diameter_mm = 8.0 * shape.cells_round / 3;
   shape.inner_diameter_mm = shape.outer_diameter_mm * random.between(0.2, 0.8);
-  shape.height_mm = kCellMm * shape.cells_high;
+  shape.height_mm = kShapeCellMm * shape.cells_high;
   ControlMesh mesh = make_ring(shape);
   mesh.sharp_edges.clear();
   mesh.sharp_vertices.clear();
@@ -77,7 +77,7 @@ HostileShape ball(HostileRandom& random) {
     const Vec3 on_ball(p.x() * std::sqrt(1 - s.y() / 2 - s.z() / 2 + s.y() * s.z() / 3),
                        p.y() * std::sqrt(1 - s.z() / 2 - s.x() / 2 + s.z() * s.x() / 3),
                        p.z() * std::sqrt(1 - s.x() / 2 - s.y() / 2 + s.x() * s.y() / 3));
-    p = n * kCellMm / 2 * ((1 - round) * p + round * on_ball);
+    p = n * kShapeCellMm / 2 * ((1 - round) * p + round * on_ball);
   }
   return shape;
 }

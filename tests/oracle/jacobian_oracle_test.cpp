@@ -21,7 +21,7 @@ namespace ccslice::oracle {
 namespace {
 
 /// Thick near 0 and 1, where irregular lines and vertices are.
-double random_parameter(std::mt19937& random) {
+double random_coordinate(std::mt19937& random) {
   const double depth = std::uniform_real_distribution<double>(1, 8)(random);
   return random() % 2 ? std::exp2(-depth) : 1 - std::exp2(-depth);
 }
@@ -42,7 +42,7 @@ class Jacobian : public testing::TestWithParam<std::size_t> {};
 void expect_finite_differences(const Subject& subject, LimitEvaluator& evaluator, LimitCellId cell, int samples,
                                std::mt19937& random) {
   for (int i = 0; i < samples; ++i) {
-    const CellParam at{cell, Vec3(random_parameter(random), random_parameter(random), random_parameter(random))};
+    const CellParam at{cell, Vec3(random_coordinate(random), random_coordinate(random), random_coordinate(random))};
     const LimitSample sample = evaluator.sample(at);
     EXPECT_LT((sample.position - evaluator.geo(at)).norm(), 1e-12 * subject.diagonal_mm());
     const Mat3 difference = sample.jacobian - finite_differences(evaluator, at);

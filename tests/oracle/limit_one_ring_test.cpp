@@ -11,7 +11,7 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kTolerance = 1e-9;
+constexpr double kOneRingTolerance = 1e-9;
 constexpr int kLevels = 16;
 constexpr std::uint32_t kMostCells = 12;
 
@@ -36,8 +36,8 @@ TEST_P(OneRings, LimitAgreesWithBruteForceDownToTinyParameters) {
     }
   }
   EXPECT_GT(worst.samples, 1000u);
-  EXPECT_LT(worst.position, kTolerance) << worst.position_at;
-  EXPECT_LT(worst.channel, kTolerance) << worst.channel_at;
+  EXPECT_LT(worst.position, kOneRingTolerance) << worst.position_at;
+  EXPECT_LT(worst.channel, kOneRingTolerance) << worst.channel_at;
 }
 
 INSTANTIATE_TEST_SUITE_P(TinyMeshes, OneRings, testing::Range<std::size_t>(0, tiny_meshes().size()),

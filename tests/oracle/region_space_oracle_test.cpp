@@ -22,7 +22,7 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kToleranceMm = 1e-3;
+constexpr double kSpaceToleranceMm = 1e-3;
 /// What the oracle's own quads and Newton may be off.
 constexpr double kOracleMm = 2e-4;
 
@@ -149,7 +149,7 @@ void compare_voxels(const std::shared_ptr<const LimitSolid>& solid, const SliceJ
         for (std::size_t r = 0; r < space.count(); ++r) {
           if (space.has(r, centre) == (number == r + 1)) continue;
           ++met.beside;
-          ASSERT_LE(space.distance(r, centre), kToleranceMm + kOracleMm)
+          ASSERT_LE(space.distance(r, centre), kSpaceToleranceMm + kOracleMm)
               << "region " << r << " against " << int{number};
         }
       }

@@ -22,9 +22,9 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr std::array kMethods = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",        "GetMesh",
-                                 "ListMeshes",    "DeleteMesh",        "PlanSlices",        "SliceRange",
-                                 "ProbePoints",   "EvaluatePoints",    "TessellateBoundary"};
+constexpr std::array kMethods = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",         "GetMesh",
+                                 "ListMeshes",    "DeleteMesh",        "PlanSlices",         "SliceRange",
+                                 "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview"};
 
 struct End {
   int answers = 0;

@@ -173,7 +173,7 @@ TEST_P(RefusedMesh, HasItsReasonAndNamesTheField) {
   EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
 }
 
-const double kNan = std::numeric_limits<double>::quiet_NaN();
+const double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 /// Two blocks that share one vertex, or one edge.
 void add_cell_beyond(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t> shared) {
@@ -196,7 +196,8 @@ void add_cell_beyond(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t>
 INSTANTIATE_TEST_SUITE_P(
     UploadMesh, RefusedMesh,
     ::testing::Values(
-        BadMesh{"MESH_NON_FINITE", "positions_mm[4]", [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNan); }},
+        BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
+                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNotANumber); }},
         BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
                 [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, std::numeric_limits<double>::infinity()); }},
         BadMesh{"MESH_NON_FINITE", "channel_values[4]",

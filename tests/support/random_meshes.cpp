@@ -19,7 +19,7 @@ using Random = std::mt19937;
 int pick(Random& random, int least, int most) { return least + static_cast<int>(random() % (most - least + 1)); }
 double unit(Random& random) { return std::uniform_real_distribution<double>(0, 1)(random); }
 
-void add_cell(ControlMesh& mesh, CellKind kind, const std::vector<std::uint32_t>& corners) {
+void add_random_cell(ControlMesh& mesh, CellKind kind, const std::vector<std::uint32_t>& corners) {
   mesh.cell_kinds.push_back(kind);
   mesh.cell_vertices.insert(mesh.cell_vertices.end(), corners.begin(), corners.end());
 }
@@ -76,7 +76,7 @@ ControlMesh tet_star(const Link& link) {
     std::array<std::uint32_t, 3> v;
     for (int i = 0; i < 3; ++i) v[i] = static_cast<std::uint32_t>(t[i] + 1);
     if (mesh.positions[v[0]].cross(mesh.positions[v[1]]).dot(mesh.positions[v[2]]) < 0) std::swap(v[1], v[2]);
-    add_cell(mesh, CellKind::kTet, {0, v[0], v[1], v[2]});
+    add_random_cell(mesh, CellKind::kTet, {0, v[0], v[1], v[2]});
   }
   return mesh;
 }
@@ -94,11 +94,11 @@ ControlMesh terrain(Random& random) {
       const std::uint32_t a = id(i, j, k), b = id(i + 1, j, k), c = id(i + 1, j + 1, k), d = id(i, j + 1, k);
       const std::uint32_t e = id(i, j, k + 1), f = id(i + 1, j, k + 1), g = id(i + 1, j + 1, k + 1),
                           h = id(i, j + 1, k + 1);
-      if (kind == 0) add_cell(mesh, CellKind::kHex, {a, b, c, d, e, f, g, h});
-      if (kind == 1) add_cell(mesh, CellKind::kWedge, {a, b, c, e, f, g});
-      if (kind == 1) add_cell(mesh, CellKind::kWedge, {a, c, d, e, g, h});
-      if (kind == 2) add_cell(mesh, CellKind::kWedge, {f, g, h, b, c, d});  // Mirrored on purpose.
-      if (kind == 2) add_cell(mesh, CellKind::kWedge, {a, b, d, e, f, h});
+      if (kind == 0) add_random_cell(mesh, CellKind::kHex, {a, b, c, d, e, f, g, h});
+      if (kind == 1) add_random_cell(mesh, CellKind::kWedge, {a, b, c, e, f, g});
+      if (kind == 1) add_random_cell(mesh, CellKind::kWedge, {a, c, d, e, g, h});
+      if (kind == 2) add_random_cell(mesh, CellKind::kWedge, {f, g, h, b, c, d});  // Mirrored on purpose.
+      if (kind == 2) add_random_cell(mesh, CellKind::kWedge, {a, b, d, e, f, h});
     }
   }
   return mesh;

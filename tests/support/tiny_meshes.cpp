@@ -11,12 +11,12 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kJitterMm = 0.6;
+constexpr double kTinyJitterMm = 0.6;
 
 class Catalogue {
  public:
   /// Jittered, with random channels.
-  void add(const std::string& name, ControlMesh mesh, double jitter_mm = kJitterMm) {
+  void add(const std::string& name, ControlMesh mesh, double jitter_mm = kTinyJitterMm) {
     const auto seed = static_cast<std::uint32_t>(meshes_.size() + 1);
     jitter(mesh, jitter_mm, seed);
     add_random_channels(mesh, 2, seed);

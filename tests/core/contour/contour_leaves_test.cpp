@@ -20,7 +20,7 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSeed = 20261123;
+constexpr std::uint32_t kLeavesSeed = 20261123;
 constexpr double kMargin = 1e-11;  // mm.
 
 /// A place on a face, fixed point or not.
@@ -30,7 +30,8 @@ struct Place {
 
 class ContourLeavesTest : public testing::TestWithParam<const char*> {
  protected:
-  ContourLeavesTest() : points_(oracle::tiny_mesh(GetParam()), kSeed), leaves_(points_.surface), random_(kSeed) {
+  ContourLeavesTest()
+      : points_(oracle::tiny_mesh(GetParam()), kLeavesSeed), leaves_(points_.surface), random_(kLeavesSeed) {
     faces_ = points_.surface.face_ids().to_vector();
   }
 
@@ -103,7 +104,7 @@ TEST_P(ContourLeavesTest, HoldEveryPlaceThatThePlaneCuts) {
         const Place from{share(), share()}, to{share(), share()};
         if (is_above(at, face, from.s, from.t) == is_above(at, face, to.s, to.t)) continue;
         ++crossings;
-        ASSERT_TRUE(is_in_leaf(face, crossing(at, face, from, to))) << "seed " << kSeed << ", face " << face;
+        ASSERT_TRUE(is_in_leaf(face, crossing(at, face, from, to))) << "seed " << kLeavesSeed << ", face " << face;
       }
     }
   }
@@ -214,8 +215,8 @@ TEST_P(ContourLeavesTest, ShareEachEdgeThatThePlaneCutsWithOneOther) {
     }
     cut += edges.size();
     for (const auto& [edge, count] : edges) {
-      ASSERT_EQ(count, 1) << "seed " << kSeed << ", trial " << trial;
-      ASSERT_TRUE(edges.contains({edge.second, edge.first})) << "seed " << kSeed << ", trial " << trial;
+      ASSERT_EQ(count, 1) << "seed " << kLeavesSeed << ", trial " << trial;
+      ASSERT_TRUE(edges.contains({edge.second, edge.first})) << "seed " << kLeavesSeed << ", trial " << trial;
     }
   }
   EXPECT_GT(cut, 100u);

@@ -17,12 +17,13 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSeed = 20261123;
-constexpr double kRounding = 1e-9;  // mm.
+constexpr std::uint32_t kSideSeed = 20261123;
+constexpr double kSolverRounding = 1e-9;  // mm.
 
 class SideSolverTest : public testing::TestWithParam<const char*> {
  protected:
-  SideSolverTest() : points_(oracle::tiny_mesh(GetParam()), kSeed), leaves_(points_.surface), solver_(points_.surface) {
+  SideSolverTest()
+      : points_(oracle::tiny_mesh(GetParam()), kSideSeed), leaves_(points_.surface), solver_(points_.surface) {
     faces_ = points_.surface.face_ids().to_vector();
   }
 
@@ -35,7 +36,7 @@ class SideSolverTest : public testing::TestWithParam<const char*> {
 
   /// Heights of layers: some anywhere, some just beside irregular vertices.
   std::vector<double> layers() {
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kSideSeed);
     const auto [low, high] = points_.heights();
     std::vector<double> result;
     for (int k = 0; k < 8; ++k) result.push_back(std::uniform_real_distribution<double>(low, high)(random));
@@ -69,7 +70,7 @@ TEST_P(SideSolverTest, HeightsAreThoseOfTheSurface) {
           const std::uint32_t along = static_cast<std::uint32_t>(std::uint64_t{box.size} * eighth / 8);
           const std::uint32_t s = s0 + (side % 2 == 0 ? along : 0), t = t0 + (side % 2 == 0 ? 0 : along);
           const double expected = points_.at_vertex(box.face, s, t).z() - layer;
-          ASSERT_NEAR(solver_.height(leaf, side, s, t), expected, kRounding)
+          ASSERT_NEAR(solver_.height(leaf, side, s, t), expected, kSolverRounding)
               << "side " << side << ", eighth " << eighth;
         }
       }
@@ -99,8 +100,8 @@ TEST_P(SideSolverTest, CrossingsLieOnTheirSideOnTheSurfaceAndInThePlane) {
         };
         EXPECT_TRUE(is_between(found.s, from.s, to.s) && is_between(found.t, from.t, to.t));
         const Vec3 point = points_.at(leaf.node.box.face, found.s, found.t);
-        EXPECT_NEAR(point.z(), layer, kRounding);
-        EXPECT_LT((point.head<2>() - found.xy).norm(), kRounding);
+        EXPECT_NEAR(point.z(), layer, kSolverRounding);
+        EXPECT_LT((point.head<2>() - found.xy).norm(), kSolverRounding);
         const SidePoint backwards = solver_.crossing(leaf, side, end, begin);
         EXPECT_EQ(backwards.s, found.s);
         EXPECT_EQ(backwards.t, found.t);

@@ -18,7 +18,7 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSeed = 20261123;
+constexpr std::uint32_t kMeshSeed = 20261123;
 
 TEST(SurfaceBox, CornersGoCounterClockwiseAndQuartersTileIt) {
   const SurfaceBox box{BoundaryFaceId{3}, kSurfaceOne / 4, kSurfaceOne / 2, kSurfaceOne / 4};
@@ -76,10 +76,10 @@ void halve_at_random(const SurfaceBox& box, int depth, SurfaceVertices& vertices
 
 // However finely each face is halved: the leaves make a closed surface.
 TEST(SurfaceVertices, EveryFinestEdgeIsSharedByTwoLeavesInOppositeDirections) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kMeshSeed);
   bool several_sizes = false;
   for (const char* name : kSurfaceMeshes) {
-    SurfacePoints points(oracle::tiny_mesh(name), kSeed);
+    SurfacePoints points(oracle::tiny_mesh(name), kMeshSeed);
     for (int trial = 0; trial < 4; ++trial) {
       SurfaceVertices vertices(points.surface);
       std::vector<SurfaceBox> leaves;
@@ -109,8 +109,8 @@ TEST(SurfaceVertices, EveryFinestEdgeIsSharedByTwoLeavesInOppositeDirections) {
         EXPECT_EQ(first, last);
       }
       for (const auto& [edge, count] : edges) {
-        ASSERT_EQ(count, 1) << name << ", seed " << kSeed;
-        ASSERT_TRUE(edges.contains({edge.second, edge.first})) << name << ", seed " << kSeed;
+        ASSERT_EQ(count, 1) << name << ", seed " << kMeshSeed;
+        ASSERT_TRUE(edges.contains({edge.second, edge.first})) << name << ", seed " << kMeshSeed;
       }
       EXPECT_EQ(places.size(), vertices.size()) << name;
     }
@@ -119,7 +119,7 @@ TEST(SurfaceVertices, EveryFinestEdgeIsSharedByTwoLeavesInOppositeDirections) {
 }
 
 TEST(SurfaceVertices, MiddlesAreOfTheSidesInOrder) {
-  SurfacePoints points(oracle::tiny_mesh("box_3"), kSeed);
+  SurfacePoints points(oracle::tiny_mesh("box_3"), kMeshSeed);
   SurfaceVertices vertices(points.surface);
   const SurfaceBox box{BoundaryFaceId{2}, kSurfaceOne / 2, 0, kSurfaceOne / 2};
   const std::array<std::uint32_t, 4> middles = vertices.enter_middles(box);

@@ -12,9 +12,9 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSeed = 20261123;
+constexpr std::uint32_t kShapeSeed = 20261123;
 
-BlockPoints block_of(const std::function<Vec3(const Vec3&)>& map) {
+BlockPoints shape_block(const std::function<Vec3(const Vec3&)>& map) {
   BlockPoints points;
   for (std::size_t n = 0; n < points.size(); ++n) {
     points[n] = map(Vec3(static_cast<double>(n % 5), static_cast<double>(n / 5 % 5), static_cast<double>(n / 25)) / 4);
@@ -23,15 +23,15 @@ BlockPoints block_of(const std::function<Vec3(const Vec3&)>& map) {
 }
 
 TEST(BlockShape, OfAParallelepipedIsItsEdges) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kShapeSeed);
   std::uniform_real_distribution<double> unit(-20, 20);
   for (int trial = 0; trial < 50; ++trial) {
     Mat3 edges;
     for (double& x : edges.reshaped()) x = unit(random);
     const Vec3 origin(unit(random), unit(random), unit(random));
-    const BlockShape shape = shape_of(block_of([&](const Vec3& p) -> Vec3 { return origin + edges * p; }));
+    const BlockShape shape = shape_of(shape_block([&](const Vec3& p) -> Vec3 { return origin + edges * p; }));
     EXPECT_FALSE(shape.flat);
-    EXPECT_NEAR(shape.voxels, std::abs(edges.determinant()), 1e-9) << "seed " << kSeed;
+    EXPECT_NEAR(shape.voxels, std::abs(edges.determinant()), 1e-9) << "seed " << kShapeSeed;
     EXPECT_LT((shape.inverse_axes * edges - Mat3::Identity()).norm(), 1e-9);
     EXPECT_EQ(shape.step, 4u);
     EXPECT_NEAR(shape.bulge.maxCoeff(), 0, 1e-9);
@@ -46,21 +46,21 @@ TEST(BlockShape, OfAParallelepipedIsItsEdges) {
 }
 
 TEST(BlockShape, IsAsThickAlongXAsALineOfVoxelsIsLongInIt) {
-  const BlockShape box = shape_of(block_of([](const Vec3& p) { return Vec3(7 * p.x(), 30 * p.y(), 30 * p.z()); }));
+  const BlockShape box = shape_of(shape_block([](const Vec3& p) { return Vec3(7 * p.x(), 30 * p.y(), 30 * p.z()); }));
   EXPECT_NEAR(box.thickness_along_x(), 7, 1e-12);
   // Its faces u = 0 and u = 1 are diagonal.
   const BlockShape sheared =
-      shape_of(block_of([](const Vec3& p) { return Vec3(7 * p.x() + 30 * p.y(), 30 * p.y(), 30 * p.z()); }));
+      shape_of(shape_block([](const Vec3& p) { return Vec3(7 * p.x() + 30 * p.y(), 30 * p.y(), 30 * p.z()); }));
   EXPECT_NEAR(sheared.thickness_along_x(), 7, 1e-12);
   // Along y it is 3 voxels thick, and lies at 45 degrees.
   const BlockShape turned = shape_of(
-      block_of([](const Vec3& p) { return Vec3(30 * p.x() + 3 * p.y(), 30 * p.x() - 3 * p.y(), 30 * p.z()); }));
+      shape_block([](const Vec3& p) { return Vec3(30 * p.x() + 3 * p.y(), 30 * p.x() - 3 * p.y(), 30 * p.z()); }));
   EXPECT_NEAR(turned.thickness_along_x(), 6, 1e-12);
 }
 
 /// Parabolas along u, so high that their tops are `rise` voxels above their ends: 40 voxels thick across them.
 BlockShape arched(double rise) {
-  return shape_of(block_of(
+  return shape_of(shape_block(
       [rise](const Vec3& p) { return Vec3(300 * p.x(), 40 * p.y() + 4 * rise * p.x() * (1 - p.x()), 20 * p.z()); }));
 }
 
@@ -81,14 +81,14 @@ TEST(BlockShape, TrianglesAreAsLargeAsBulgesAllow) {
 TEST(BlockShape, ThinBlocksHaveSmallerTriangles) {
   // A tenth of a voxel is more than a hundredth of the thickness.
   const BlockShape thin = shape_of(
-      block_of([](const Vec3& p) { return Vec3(30 * p.x(), 5 * p.y() + 0.4 * p.x() * (1 - p.x()), 20 * p.z()); }));
+      shape_block([](const Vec3& p) { return Vec3(30 * p.x(), 5 * p.y() + 0.4 * p.x() * (1 - p.x()), 20 * p.z()); }));
   EXPECT_EQ(thin.step, 2u);
   EXPECT_LT((thin.bulge - Vec3(0.1 / 4 / 5, 0, 0)).norm(), 1e-9);
 }
 
 /// Faces w = 0 and w = 1 are hyperbolic paraboloids whose corners lie `twist` / 4 off a plane.
 BlockShape twisted(double twist) {
-  return shape_of(block_of([twist](const Vec3& p) {
+  return shape_of(shape_block([twist](const Vec3& p) {
     return Vec3(900 * p.x(), 900 * p.y(), 20 * p.z() + twist * (p.x() - 0.5) * (p.y() - 0.5));
   }));
 }
@@ -106,8 +106,8 @@ TEST(BlockShape, TrianglesMissTwistedFacesByAQuarterOfTheTwist) {
 }
 
 TEST(BlockShape, WithoutVolumeIsFlat) {
-  EXPECT_TRUE(shape_of(block_of([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 0); })).flat);
-  EXPECT_FALSE(shape_of(block_of([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 1e-3 * p.z()); })).flat);
+  EXPECT_TRUE(shape_of(shape_block([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 0); })).flat);
+  EXPECT_FALSE(shape_of(shape_block([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 1e-3 * p.z()); })).flat);
 }
 
 }  // namespace

@@ -10,16 +10,16 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
+constexpr std::size_t kSlotNodes = std::tuple_size_v<BlockPoints>;
 
 TEST(BlockSlots, KeepEvenAndOddNodesApart) {
   std::set<std::size_t> slots;
-  for (std::size_t node = 0; node < kNodes; ++node) {
+  for (std::size_t node = 0; node < kSlotNodes; ++node) {
     slots.insert(block_slot(node));
     EXPECT_EQ(block_slot(node) < kBlockSlots / 2, node % 2 == 0);
   }
-  EXPECT_EQ(slots.size(), kNodes);
-  EXPECT_EQ(block_slot(kNodes - 1), kEvenBlockNodes - 1);
+  EXPECT_EQ(slots.size(), kSlotNodes);
+  EXPECT_EQ(block_slot(kSlotNodes - 1), kEvenBlockNodes - 1);
 }
 
 TEST(BlockSlots, KnowThemselvesInEveryFrame) {

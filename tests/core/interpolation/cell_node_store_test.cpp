@@ -19,38 +19,38 @@
 namespace ccslice {
 namespace {
 
-const Box3 kBounds(Vec3::Zero(), Vec3::Ones());
+const Box3 kCellBounds(Vec3::Zero(), Vec3::Ones());
 
 TEST(CellNodeStore, KeepsCellsAsTheyAreLeft) {
   CellNodeStore store(1 << 20);
-  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{7}, kBounds);
+  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{7}, kCellBounds);
   ASSERT_EQ(nodes->nodes.size(), 1u);
   EXPECT_EQ(nodes->nodes[0].kind, CellNode::Kind::kUnknown);
-  EXPECT_EQ(nodes->nodes[0].bounds.max(), kBounds.max());
-  EXPECT_EQ(store.nodes_of(LimitCellId{7}, kBounds), nodes);
-  EXPECT_NE(store.nodes_of(LimitCellId{8}, kBounds), nodes);
+  EXPECT_EQ(nodes->nodes[0].bounds.max(), kCellBounds.max());
+  EXPECT_EQ(store.nodes_of(LimitCellId{7}, kCellBounds), nodes);
+  EXPECT_NE(store.nodes_of(LimitCellId{8}, kCellBounds), nodes);
 }
 
 TEST(CellNodeStore, ForgetsTheCellsAskedForLongestAgo) {
   const std::size_t one = [] {
     CellNodeStore store(1 << 20);
-    (void)store.nodes_of(LimitCellId{0}, kBounds);
+    (void)store.nodes_of(LimitCellId{0}, kCellBounds);
     return store.memory_bytes();
   }();
   CellNodeStore store(3 * one);
-  const std::shared_ptr<CellNodes> first = store.nodes_of(LimitCellId{1}, kBounds),
-                                   second = store.nodes_of(LimitCellId{2}, kBounds);
-  (void)store.nodes_of(LimitCellId{3}, kBounds);
-  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kBounds), first);
-  (void)store.nodes_of(LimitCellId{4}, kBounds);
+  const std::shared_ptr<CellNodes> first = store.nodes_of(LimitCellId{1}, kCellBounds),
+                                   second = store.nodes_of(LimitCellId{2}, kCellBounds);
+  (void)store.nodes_of(LimitCellId{3}, kCellBounds);
+  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kCellBounds), first);
+  (void)store.nodes_of(LimitCellId{4}, kCellBounds);
   EXPECT_EQ(store.memory_bytes(), 3 * one);
-  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kBounds), first);
-  EXPECT_NE(store.nodes_of(LimitCellId{2}, kBounds), second);
+  EXPECT_EQ(store.nodes_of(LimitCellId{1}, kCellBounds), first);
+  EXPECT_NE(store.nodes_of(LimitCellId{2}, kCellBounds), second);
 }
 
 TEST(CellNodeStore, CountsWhatIsAddedToTheCellsThatItKeeps) {
   CellNodeStore store(1 << 20);
-  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{1}, kBounds);
+  const std::shared_ptr<CellNodes> nodes = store.nodes_of(LimitCellId{1}, kCellBounds);
   const std::size_t before = store.memory_bytes();
   nodes->nodes.resize(100);
   store.set_memory(LimitCellId{1}, *nodes);

@@ -19,10 +19,10 @@ namespace ccslice {
 namespace {
 
 constexpr double kAll = std::numeric_limits<double>::infinity();
-constexpr std::size_t kNodes = std::tuple_size_v<BlockPoints>;
+constexpr std::size_t kPartNodes = std::tuple_size_v<BlockPoints>;
 
 /// A box at the line of a line cell, or off it, and a cubic of the place in a frame of its own.
-struct Case {
+struct BoundCase {
   LimitEvaluator& evaluator;
   LimitCellId cell;
   ParamBox box;
@@ -31,10 +31,10 @@ struct Case {
   std::array<BlockValues, 3> places;
   BlockValues errors;
 
-  Case(LimitEvaluator& limit, LimitCellId number, const ParamBox& part, std::mt19937& random, double bent)
+  BoundCase(LimitEvaluator& limit, LimitCellId number, const ParamBox& part, std::mt19937& random, double bent)
       : evaluator(limit), cell(number), box(part) {
     Box3 bounds;
-    for (std::size_t n = 0; n < kNodes; ++n) bounds.extend(sample(node(n)).first);
+    for (std::size_t n = 0; n < kPartNodes; ++n) bounds.extend(sample(node(n)).first);
     frame = VoxelFrame::of(bounds.min(), bounds.max());
     std::uniform_real_distribution<double> u(-1, 1);
     for (std::size_t t = 0; t < kCubicTerms; ++t) cubic[t] = (t <= 2 || t == 10 ? 1 : bent) * u(random);
@@ -61,7 +61,7 @@ struct Case {
 };
 
 /// In [0,1], often near an end.
-Vec3 random_share(std::mt19937& random) {
+Vec3 random_place(std::mt19937& random) {
   std::uniform_real_distribution<double> u(0, 1);
   Vec3 share;
   for (double& s : share) {
@@ -71,7 +71,7 @@ Vec3 random_share(std::mt19937& random) {
   return share;
 }
 
-double bound_of(const Case& c, const BlockResiduals& residuals) {
+double bound_of(const BoundCase& c, const BlockResiduals& residuals) {
   BlockBound bound;
   bound.set_places(c.places, 0, PlaceDegree::kFour);
   ResidualBound residual_bound;
@@ -99,11 +99,11 @@ TEST(ResidualBound, NothingBetweenTheNodesIsLarger) {
       ++of_mesh;
       for (const ParamBox& box : {whole, octant, slab, far, off}) {
         for (const double bent : {0.0, 0.01, 0.3}) {
-          const Case c(evaluator, cell, box, random, bent);
+          const BoundCase c(evaluator, cell, box, random, bent);
           if (!line_residuals.find(cell, box, residuals)) continue;
           const double bound = bound_of(c, residuals);
           double largest = 0;
-          for (int n = 0; n < 100; ++n) largest = std::max(largest, std::abs(c.error(random_share(random))));
+          for (int n = 0; n < 100; ++n) largest = std::max(largest, std::abs(c.error(random_place(random))));
           ASSERT_GE(bound, largest - 1e-12) << "cell " << cell << " bent " << bent;
           ++cases;
           near += bound <= 4 * largest;
@@ -126,7 +126,7 @@ TEST(ResidualBound, IsSmallWhereTheChannelFollowsThePosition) {
   std::size_t cases = 0;
   for (const LimitCellId cell : solid->cells()) {
     if (solid->cell_class(cell) != CellClass::kLine) continue;
-    Case c(evaluator, cell, {}, random, 0);
+    BoundCase c(evaluator, cell, {}, random, 0);
     c.cubic.fill(0);
     c.cubic[0] = c.frame.centre.x();
     c.cubic[10] = 1 / c.frame.scale.x();

@@ -20,7 +20,7 @@
 namespace ccslice {
 namespace {
 
-constexpr double kTolerance = 1.0 / 1024;  // Of a job that has none.
+constexpr double kSlabTolerance = 1.0 / 1024;  // Of a job that has none.
 
 struct Comparison {
   std::uint64_t voxels = 0, interpolated = 0;
@@ -39,7 +39,7 @@ double largest_difference(const EncodedPlane& a, const EncodedPlane& b) {
 
 /// Layers against the same ones with every voxel inverted.
 Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32_t> layers) {
-  if (!job.material_tolerance) job.material_tolerance = kTolerance;
+  if (!job.material_tolerance) job.material_tolerance = kSlabTolerance;
   SliceJob exact_job = job;
   exact_job.material_tolerance = 0;
   LayerSlicer slicer(solid, job), exact(solid, exact_job);
@@ -79,7 +79,7 @@ TEST(SlabMaterials, PaintASmoothBoxWithinTheTolerance) {
   const Solid solid = LimitSolid::prepare(mesh);
   for (const Placement& placement : {Placement(Placement::Identity()), tilted()}) {
     const Comparison found = compare(solid, job_of(solid, {0.3, 0.35, 0.25}, placement));
-    EXPECT_LE(found.worst, kTolerance);
+    EXPECT_LE(found.worst, kSlabTolerance);
     EXPECT_GT(static_cast<double>(found.interpolated), 0.98 * static_cast<double>(found.voxels));
   }
 }
@@ -90,7 +90,7 @@ TEST(SlabMaterials, InvertWhereTheSolidFolds) {
   oracle::grade_by_coordinates(mesh);
   const Solid solid = LimitSolid::prepare(mesh);
   const Comparison found = compare(solid, job_of(solid, {0.8, 0.8, 0.8}));
-  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_LT(found.interpolated, found.voxels);
 }
 
@@ -120,7 +120,7 @@ TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
 TEST(SlabMaterials, LeaveSmallCellsToTiles) {
   const Solid solid = LimitSolid::prepare(make_ring({64, 16, 16}));
   const Comparison found = compare(solid, job_of(solid, {0.3, 0.3, 0.3}));
-  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(found.interpolated, 0u);
 }
 
@@ -134,12 +134,12 @@ TEST(SlabMaterials, SeeWhatASingleControlPointHolds) {
     const Vec3 at = p / 0.6;
     const auto is_every_sixth = [&](int a) { return std::lround(at[a]) % 6 == 3; };
     const bool bump = is_every_sixth(0) && is_every_sixth(1) && std::lround(at.z()) == 4;
-    mesh.channel_values.push_back(static_cast<float>(at.x() / 24 + (bump ? 4.4 * kTolerance : 0)));
+    mesh.channel_values.push_back(static_cast<float>(at.x() / 24 + (bump ? 4.4 * kSlabTolerance : 0)));
   }
   const Solid solid = LimitSolid::prepare(mesh);
   const Comparison found =
       compare(solid, job_of(solid, {0.05, 0.05, 0.05}), std::vector<std::uint32_t>{38, 46, 47, 48, 54});
-  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.9 * static_cast<double>(found.voxels));
 }
 
@@ -158,7 +158,7 @@ TEST(SlabMaterials, KeepTheToleranceInVoxelsOfUnequalSides) {
   job.planes.push_back(channel(1, SampleType::kFloat32));
   job.planes.push_back(channel(2, SampleType::kFloat32));
   const Comparison found = compare(solid, job, std::vector<std::uint32_t>{3, 4, 7, 10, 14, 18});
-  EXPECT_LE(found.worst, kTolerance);
+  EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
 }
 
@@ -191,8 +191,8 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
   };
   const Solid solid = LimitSolid::prepare(make_engine());
   for (const auto& [coarser, tolerance, layers] :
-       {Case{1, kTolerance, {11, 35, 179, 219}}, Case{3, kTolerance, {12, 23, 165, 177}}, Case{4, kTolerance, {17, 60}},
-        Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
+       {Case{1, kSlabTolerance, {11, 35, 179, 219}}, Case{3, kSlabTolerance, {12, 23, 165, 177}},
+        Case{4, kSlabTolerance, {17, 60}}, Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
     SliceJob job = job_of(solid, {coarser * 0.0423, coarser * 0.0846, coarser * 0.03});
     job.material_tolerance = tolerance;
     const Comparison found = compare(solid, job, layers);
@@ -204,7 +204,7 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
 class PaintedSlabs : public testing::Test {
  protected:
   PaintedSlabs() : solid_(LimitSolid::prepare(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
-    job_.material_tolerance = kTolerance;
+    job_.material_tolerance = kSlabTolerance;
   }
   Solid solid_;
   SliceJob job_;

@@ -21,15 +21,15 @@
 namespace ccslice {
 namespace {
 
-constexpr double kTolerance = 1.0 / 1024;
-constexpr double kOutside = 1e-5;  // mm. So little that it never matters.
+constexpr double kTileTolerance = 1.0 / 1024;
+constexpr double kTileOutside = 1e-5;  // mm. So little that it never matters.
 constexpr std::uint64_t kLeast = 128;
 using Outcome = TileFitter::Outcome;
 using Function = std::function<double(const Vec3&)>;
 
 double smooth(const Vec3& p) { return 0.5 + 0.2 * std::sin(0.2 * p.x() + 0.1) * std::cos(0.2 * p.y()) + 0.03 * p.z(); }
 
-void grade(ControlMesh& mesh, const std::vector<Function>& channels) {
+void grade_tiles(ControlMesh& mesh, const std::vector<Function>& channels) {
   mesh.channel_names.clear();
   mesh.channel_values.clear();
   for (std::size_t c = 0; c < channels.size(); ++c) mesh.channel_names.push_back("channel " + std::to_string(c));
@@ -38,7 +38,7 @@ void grade(ControlMesh& mesh, const std::vector<Function>& channels) {
   }
 }
 
-Function noise(unsigned seed) {
+Function tile_noise(unsigned seed) {
   return [random = std::mt19937(seed)](const Vec3&) mutable {
     return std::uniform_real_distribution<double>(0, 1)(random);
   };
@@ -55,9 +55,9 @@ class TileFitterTest : public testing::Test {
     return mesh;
   }
 
-  void take(ControlMesh mesh, const std::vector<Function>& channels, double outside_mm = kOutside,
-            double tolerance = kTolerance) {
-    grade(mesh, channels);
+  void take(ControlMesh mesh, const std::vector<Function>& channels, double outside_mm = kTileOutside,
+            double tolerance = kTileTolerance) {
+    grade_tiles(mesh, channels);
     solid_ = LimitSolid::prepare(mesh);
     GridRequest request;
     request.pitch = {0.1, 0.12, 0.09};
@@ -114,7 +114,7 @@ class TileFitterTest : public testing::Test {
 };
 
 TEST_F(TileFitterTest, FitsASmoothChannelOverManyCells) {
-  take(bent_box(0), {smooth}, kOutside, 4e-3);
+  take(bent_box(0), {smooth}, kTileOutside, 4e-3);
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
   const TileParticles::Range found = fitter_->particles().enter(box, voxels_in(box), {});
   ASSERT_TRUE(found.known);
@@ -140,9 +140,9 @@ TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
   }
   for (auto& [name, mesh, mm] : cases) {
     for (Vec3& p : mesh.positions) p *= mm;
-    const auto tenth_of_noise = [rough = noise(8)](const Vec3& p) mutable { return smooth(p) + 0.005 * rough(p); };
-    for (const double tolerance : {0.01, kTolerance, 1e-4}) {
-      take(mesh, {smooth, tenth_of_noise}, kOutside, tolerance);
+    const auto tenth_of_noise = [rough = tile_noise(8)](const Vec3& p) mutable { return smooth(p) + 0.005 * rough(p); };
+    for (const double tolerance : {0.01, kTileTolerance, 1e-4}) {
+      take(mesh, {smooth, tenth_of_noise}, kTileOutside, tolerance);
       std::size_t fitted = 0;
       for (const Vec3& size : {Vec3(16, 16, 16), Vec3(8, 8, 8), Vec3(32, 16, 8)}) {
         for (const Box3& box : boxes(size)) {
@@ -160,7 +160,7 @@ TEST_F(TileFitterTest, HalvesWhatBendsAndGivesUpNoise) {
   take(bent_box(0), {smooth, [](const Vec3& p) { return std::sin(2 * p.x()); }});
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
   EXPECT_EQ(fit(fitter_->particles().enter(box, voxels_in(box), {}), box), Outcome::kHalve);
-  take(bent_box(), {noise(5)}, kOutside, 1e-7);
+  take(bent_box(), {tile_noise(5)}, kTileOutside, 1e-7);
   for (const Box3& part : {box, Box3(Vec3(16, 8, 16), Vec3(31, 23, 31))}) {
     EXPECT_EQ(fit(fitter_->particles().enter(part, voxels_in(part), {}), part), Outcome::kHopeless);
   }

@@ -12,7 +12,7 @@
 namespace ccslice {
 namespace {
 
-using Kind = TileTree::Node::Kind;
+using NodeKind = TileTree::Node::Kind;
 
 Grid grid_of(std::uint32_t columns, std::uint32_t rows, double pitch_mm) {
   Grid grid;
@@ -23,7 +23,7 @@ Grid grid_of(std::uint32_t columns, std::uint32_t rows, double pitch_mm) {
 
 /// What a run met: kinds of leaves and columns.
 struct Met {
-  Kind kind;
+  NodeKind kind;
   std::uint32_t index, row, begin, end;
   bool operator==(const Met&) const = default;
 };
@@ -87,19 +87,19 @@ class SplitTile : public testing::Test {
 };
 
 TEST_F(SplitTile, RunsMeetTheLeavesInOrderOfColumns) {
-  EXPECT_EQ(leaves_of(tree_, 17, {5, 3, 200}),
-            (std::vector<Met>{
-                {Kind::kPolynomial, 0, 5, 3, 64}, {Kind::kExact, 0, 5, 64, 128}, {Kind::kPolynomial, 2, 5, 128, 200}}));
+  EXPECT_EQ(leaves_of(tree_, 17, {5, 3, 200}), (std::vector<Met>{{NodeKind::kPolynomial, 0, 5, 3, 64},
+                                                                 {NodeKind::kExact, 0, 5, 64, 128},
+                                                                 {NodeKind::kPolynomial, 2, 5, 128, 200}}));
 }
 
 TEST_F(SplitTile, EmptyLeavesAreLeftOut) {
   EXPECT_EQ(leaves_of(tree_, 24, {5, 3, 130}),
-            (std::vector<Met>{{Kind::kExact, 1, 5, 64, 128}, {Kind::kPolynomial, 2, 5, 128, 130}}));
+            (std::vector<Met>{{NodeKind::kExact, 1, 5, 64, 128}, {NodeKind::kPolynomial, 2, 5, 128, 130}}));
 }
 
 TEST_F(SplitTile, RunsThatEndAtALeavesEdgeStayInIt) {
-  EXPECT_EQ(leaves_of(tree_, 17, {5, 63, 64}), (std::vector<Met>{{Kind::kPolynomial, 0, 5, 63, 64}}));
-  EXPECT_EQ(leaves_of(tree_, 17, {5, 64, 65}), (std::vector<Met>{{Kind::kExact, 0, 5, 64, 65}}));
+  EXPECT_EQ(leaves_of(tree_, 17, {5, 63, 64}), (std::vector<Met>{{NodeKind::kPolynomial, 0, 5, 63, 64}}));
+  EXPECT_EQ(leaves_of(tree_, 17, {5, 64, 65}), (std::vector<Met>{{NodeKind::kExact, 0, 5, 64, 65}}));
 }
 
 TEST_F(SplitTile, AVoxelsCubicsAreThoseOfItsLeaf) {

@@ -17,8 +17,8 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 Box3 box(double x, double y, double z) { return Box3(Vec3::Zero(), Vec3(x, y, z)); }
 
@@ -95,7 +95,7 @@ TEST(PlanGrid, KeepsAnExplicitExtent) {
 }
 
 TEST(PlanGrid, RefusesPitchesThatAreNoLengths) {
-  for (const double bad : {0.0, -0.1, kInfinity, -kInfinity, kNan}) {
+  for (const double bad : {0.0, -0.1, kEndless, -kEndless, kNoNumber}) {
     const Error error = error_of([&] { plan_grid(box(1, 1, 1), request(1, bad, 1)); });
     EXPECT_EQ(error.code(), ErrorCode::kPitchInvalid);
     EXPECT_EQ(error.field(), "grid.pitch.y_mm");
@@ -141,7 +141,7 @@ TEST(PlanGrid, RefusesExtentsOfNothing) {
 
 TEST(PlanGrid, RefusesPlacesOutOfReach) {
   GridRequest asked = request(1, 1, 1);
-  asked.origin_mm = Vec3(0, kNan, 0);
+  asked.origin_mm = Vec3(0, kNoNumber, 0);
   EXPECT_EQ(error_of([&] { plan_grid(box(1, 1, 1), asked); }).code(), ErrorCode::kGridOriginNonFinite);
   asked.origin_mm = Vec3(0, -1e12, 0);
   const Error far_grid = error_of([&] { plan_grid(box(1, 1, 1), asked); });

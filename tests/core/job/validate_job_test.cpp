@@ -23,7 +23,7 @@ SolidSummary two_channels() {
   return summary;
 }
 
-PlaneSpec channel(std::uint32_t index, SampleType type = SampleType::kUint8) {
+PlaneSpec channel_plane(std::uint32_t index, SampleType type = SampleType::kUint8) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
   plane.channel = index;
@@ -35,7 +35,7 @@ SliceJob good_job() {
   SliceJob job;
   job.grid.pitch = {0.1, 0.1, 0.1};
   job.grid.extent = {100, 100, 10};
-  job.planes = {PlaneSpec{}, channel(0), channel(1, SampleType::kFloat32)};
+  job.planes = {PlaneSpec{}, channel_plane(0), channel_plane(1, SampleType::kFloat32)};
   return job;
 }
 
@@ -69,14 +69,14 @@ void set_channels(PlaneSpec& plane, std::vector<std::uint32_t> channels) {
   plane.channels = std::move(channels);
 }
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 
 INSTANTIATE_TEST_SUITE_P(
     Catalogue, ValidateJob,
     testing::Values(
         Spoiled{"OriginFarOut", [](SliceJob& job) { job.grid.origin_mm.y() = -2e7; }, ErrorCode::kGridOriginOutOfRange,
                 "grid.origin_mm.y", "leave it out to anchor at the part"},
-        Spoiled{"OriginNotFinite", [](SliceJob& job) { job.grid.origin_mm.x() = kNan; },
+        Spoiled{"OriginNotFinite", [](SliceJob& job) { job.grid.origin_mm.x() = kNotANumber; },
                 ErrorCode::kGridOriginNonFinite, "grid.origin_mm.x", "NaN or infinite"},
         Spoiled{"PartFarOut", [](SliceJob& job) { job.grid.part_box = Box3(Vec3::Zero(), Vec3(1, 1, 1e8)); },
                 ErrorCode::kPlacementOutOfRange, "placement", "move it closer"},
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kValueRangeInvalid, "planes[1].value_range", "min must be below max"},
         Spoiled{"NanRange",
                 [](SliceJob& job) {
-                  job.planes[1].range = {0, kNan};
+                  job.planes[1].range = {0, kNotANumber};
                 },
                 ErrorCode::kValueRangeInvalid, "planes[1].value_range", "not finite"},
         Spoiled{"OverflowingRange",
@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
         Spoiled{"OutsideBetweenSamples", [](SliceJob& job) { job.planes[1].outside_sample = 0.5; },
                 ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
-        Spoiled{"OutsideNanOfBytes", [](SliceJob& job) { job.planes[1].outside_sample = kNan; },
+        Spoiled{"OutsideNanOfBytes", [](SliceJob& job) { job.planes[1].outside_sample = kNotANumber; },
                 ErrorCode::kOutsideSampleInvalid, "planes[1].outside_sample", "a whole number from 0 to 255"},
         Spoiled{"OutsideBeyondFloats", [](SliceJob& job) { job.planes[2].outside_sample = 1e300; },
                 ErrorCode::kOutsideSampleInvalid, "planes[2].outside_sample", "no FLOAT32"},
@@ -193,13 +193,13 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kEncodingUnsupported, "planes[0].encoding", "PNG without"},
         Spoiled{"ToleranceZero", [](SliceJob& job) { job.contour_tolerance_mm = 0; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "0 is outside [1e-05, 1]"},
-        Spoiled{"ToleranceNan", [](SliceJob& job) { job.contour_tolerance_mm = kNan; }, ErrorCode::kToleranceInvalid,
+        Spoiled{"ToleranceNan", [](SliceJob& job) { job.contour_tolerance_mm = kNotANumber; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "nan is outside"},
         Spoiled{"ToleranceLarge", [](SliceJob& job) { job.contour_tolerance_mm = 2; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "2 is outside"},
         Spoiled{"MaterialToleranceNegative", [](SliceJob& job) { job.material_tolerance = -1e-9; },
                 ErrorCode::kToleranceInvalid, "material_tolerance", "is outside [0, 1]"},
-        Spoiled{"MaterialToleranceNan", [](SliceJob& job) { job.material_tolerance = kNan; },
+        Spoiled{"MaterialToleranceNan", [](SliceJob& job) { job.material_tolerance = kNotANumber; },
                 ErrorCode::kToleranceInvalid, "material_tolerance", "nan is outside [0, 1]"},
         Spoiled{"MaterialToleranceLarge", [](SliceJob& job) { job.material_tolerance = 1.5; },
                 ErrorCode::kToleranceInvalid, "material_tolerance", "give 0 to invert every voxel"},
@@ -222,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"LayerTooLarge",
                 [](SliceJob& job) {
                   job.grid.extent = {16384, 16384, 1};
-                  job.planes.assign(3, channel(0, SampleType::kFloat32));
+                  job.planes.assign(3, channel_plane(0, SampleType::kFloat32));
                 },
                 ErrorCode::kLayerBytesTooLarge, "planes", "3221225472 bytes of samples a layer"}),
     [](const testing::TestParamInfo<Spoiled>& info) { return std::string(info.param.name); });

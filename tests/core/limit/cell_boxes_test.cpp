@@ -14,11 +14,11 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kSeed = 20261123;
+constexpr std::uint32_t kBoxSeed = 20261123;
 
 class CellBoxesTest : public testing::TestWithParam<oracle::TinyMesh> {
  protected:
-  CellBoxesTest() : solid_(LimitSolid::prepare(GetParam().mesh)), evaluator_(*solid_), random_(kSeed) {}
+  CellBoxesTest() : solid_(LimitSolid::prepare(GetParam().mesh)), evaluator_(*solid_), random_(kBoxSeed) {}
 
   Vec3 random_parameter() {
     std::uniform_real_distribution<double> unit(0, 1);
@@ -40,8 +40,9 @@ TEST_P(CellBoxesTest, HoldTheirCellsAndWhatTheirMapsGuess) {
       const Vec3 point = evaluator_.geo({cell, uvw});
       const Box3 box = data.cell_boxes.box(cell);
       ASSERT_LT(box.exteriorDistance(point), 1e-9)
-          << "seed " << kSeed << ", cell " << cell << " at " << uvw.transpose();
-      ASSERT_TRUE(map.may_hold(map(point), 1e-9)) << "seed " << kSeed << ", cell " << cell << " at " << uvw.transpose();
+          << "seed " << kBoxSeed << ", cell " << cell << " at " << uvw.transpose();
+      ASSERT_TRUE(map.may_hold(map(point), 1e-9))
+          << "seed " << kBoxSeed << ", cell " << cell << " at " << uvw.transpose();
     }
   }
 }

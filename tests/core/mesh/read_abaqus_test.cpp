@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const std::string kNodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
-const std::string kTet = kNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+const std::string kFourNodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+const std::string kOneTet = kFourNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
 
 TEST(ReadAbaqus, PlacesInstancesOfParts) {
   const std::string path = CCSLICE_TEST_DATA_DIR "/meshes/assembly.inp";
@@ -44,9 +44,10 @@ TEST(ReadAbaqus, PlacesInstancesOfParts) {
 }
 
 TEST(ReadAbaqus, TakesPartsAsTheyAreWithoutAnAssembly) {
-  const MeshFile file = read_abaqus("*PART, NAME=a\n" + kTet + "*END PART\n*PART, NAME=b\n" + kTet + "*END PART\n");
+  const MeshFile file =
+      read_abaqus("*PART, NAME=a\n" + kOneTet + "*END PART\n*PART, NAME=b\n" + kOneTet + "*END PART\n");
   EXPECT_EQ(file.mesh.cell_count(), 2u);
-  const MeshFile one = read_abaqus("*PART, NAME=a\n" + kTet + "*END PART\n*PART, NAME=b\n" + kTet +
+  const MeshFile one = read_abaqus("*PART, NAME=a\n" + kOneTet + "*END PART\n*PART, NAME=b\n" + kOneTet +
                                    "*END PART\n*ASSEMBLY, NAME=x\n*INSTANCE, NAME=i, PART=b\n*END INSTANCE\n");
   EXPECT_EQ(one.mesh.cell_count(), 1u);
   EXPECT_THAT(one.warnings, ElementsAre("part 'a' left out: it has no instance"));
@@ -54,18 +55,18 @@ TEST(ReadAbaqus, TakesPartsAsTheyAreWithoutAnAssembly) {
 
 TEST(ReadAbaqus, PlacesMeshesOfInstances) {
   const MeshFile file =
-      read_abaqus("*PART, NAME=a\n*END PART\n*ASSEMBLY, NAME=x\n*INSTANCE, NAME=i, PART=a\n1, 2, 3\n" + kTet +
+      read_abaqus("*PART, NAME=a\n*END PART\n*ASSEMBLY, NAME=x\n*INSTANCE, NAME=i, PART=a\n1, 2, 3\n" + kOneTet +
                   "*END INSTANCE\n*END ASSEMBLY\n");
   EXPECT_THAT(file.mesh.positions, ElementsAre(Vec3(1, 2, 3), Vec3(2, 2, 3), Vec3(1, 3, 3), Vec3(1, 2, 4)));
 }
 
-struct Type {
+struct AbaqusType {
   const char* name;
   int nodes;
   CellKind kind;
 };
 
-class AbaqusTypes : public testing::TestWithParam<Type> {};
+class AbaqusTypes : public testing::TestWithParam<AbaqusType> {};
 
 TEST_P(AbaqusTypes, KeepTheirCorners) {
   const auto& [name, nodes, kind] = GetParam();
@@ -83,20 +84,21 @@ TEST_P(AbaqusTypes, KeepTheirCorners) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ReadAbaqus, AbaqusTypes,
-                         testing::Values(Type{"C3D4", 4, CellKind::kTet}, Type{"c3d4h", 4, CellKind::kTet},
-                                         Type{"C3D6", 6, CellKind::kWedge}, Type{"C3D8", 8, CellKind::kHex},
-                                         Type{"C3D8R", 8, CellKind::kHex}, Type{"C3D8I", 8, CellKind::kHex},
-                                         Type{"DC3D8", 8, CellKind::kHex}, Type{"SC8R", 8, CellKind::kHex},
-                                         Type{"SC6R", 6, CellKind::kWedge}, Type{"C3D10", 10, CellKind::kTet},
-                                         Type{"C3D10M", 10, CellKind::kTet}, Type{"C3D15", 15, CellKind::kWedge},
-                                         Type{"C3D15V", 18, CellKind::kWedge}, Type{"C3D20", 20, CellKind::kHex},
-                                         Type{"C3D20R", 20, CellKind::kHex}, Type{"C3D27", 27, CellKind::kHex},
-                                         Type{"C3D27R", 21, CellKind::kHex}),
-                         [](const auto& info) { return info.param.name + std::to_string(info.param.nodes); });
+INSTANTIATE_TEST_SUITE_P(
+    ReadAbaqus, AbaqusTypes,
+    testing::Values(AbaqusType{"C3D4", 4, CellKind::kTet}, AbaqusType{"c3d4h", 4, CellKind::kTet},
+                    AbaqusType{"C3D6", 6, CellKind::kWedge}, AbaqusType{"C3D8", 8, CellKind::kHex},
+                    AbaqusType{"C3D8R", 8, CellKind::kHex}, AbaqusType{"C3D8I", 8, CellKind::kHex},
+                    AbaqusType{"DC3D8", 8, CellKind::kHex}, AbaqusType{"SC8R", 8, CellKind::kHex},
+                    AbaqusType{"SC6R", 6, CellKind::kWedge}, AbaqusType{"C3D10", 10, CellKind::kTet},
+                    AbaqusType{"C3D10M", 10, CellKind::kTet}, AbaqusType{"C3D15", 15, CellKind::kWedge},
+                    AbaqusType{"C3D15V", 18, CellKind::kWedge}, AbaqusType{"C3D20", 20, CellKind::kHex},
+                    AbaqusType{"C3D20R", 20, CellKind::kHex}, AbaqusType{"C3D27", 27, CellKind::kHex},
+                    AbaqusType{"C3D27R", 21, CellKind::kHex}),
+    [](const auto& info) { return info.param.name + std::to_string(info.param.nodes); });
 
 TEST(ReadAbaqus, TakesAnyNumbersWhereNoCellIs) {
-  const MeshFile file = read_abaqus(kTet + "*NODE\n5, nan, inf\n6, 1\n");
+  const MeshFile file = read_abaqus(kOneTet + "*NODE\n5, nan, inf\n6, 1\n");
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("2 vertices that no cell uses left out")));
 }
@@ -167,19 +169,20 @@ TEST(ReadAbaqus, NamesLineAndRemedy) {
   expect("*NODE\none, 0\n", ErrorCode::kFileSyntax, "line 2: expected a node's number, found 'one'");
   expect("*NODE, SYSTEM=C\n", ErrorCode::kFileUnsupported, "write rectangular ones");
   expect("*NGEN\n1, 5\n", ErrorCode::kFileUnsupported, "line 1: *NGEN makes or moves");
-  expect(kNodes + "1, 0, 0, 0\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "line 6: node 1 comes twice");
-  expect(kNodes + "*ELEMENT\n1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "TYPE=...");
-  expect(kNodes + "*ELEMENT, TYPE=C3D5\n", ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
-  expect(kNodes + "*ELEMENT, TYPE=C3D7\n", ErrorCode::kMeshUnsupportedCell, "type C3D7 are not known");
-  expect(kNodes + element + "1, 1, 2, 3\n*STEP\n", ErrorCode::kFileSyntax,
+  expect(kFourNodes + "1, 0, 0, 0\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax,
+         "line 6: node 1 comes twice");
+  expect(kFourNodes + "*ELEMENT\n1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "TYPE=...");
+  expect(kFourNodes + "*ELEMENT, TYPE=C3D5\n", ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(kFourNodes + "*ELEMENT, TYPE=C3D7\n", ErrorCode::kMeshUnsupportedCell, "type C3D7 are not known");
+  expect(kFourNodes + element + "1, 1, 2, 3\n*STEP\n", ErrorCode::kFileSyntax,
          "element 1 of type C3D4 has 3 nodes instead");
-  expect(kNodes + element + "1, 1, 2, 3", ErrorCode::kFileSyntax, "line 7: element 1 of type C3D4 has 3 nodes");
-  expect(kNodes + element + "1, 1, 2, 3, 4, 5\n", ErrorCode::kFileSyntax, "has more than 4 nodes");
-  expect(kNodes + element + "1, 1, 2, 3, 9\n", ErrorCode::kMeshIndexOutOfRange, "line 7: an element uses node 9");
+  expect(kFourNodes + element + "1, 1, 2, 3", ErrorCode::kFileSyntax, "line 7: element 1 of type C3D4 has 3 nodes");
+  expect(kFourNodes + element + "1, 1, 2, 3, 4, 5\n", ErrorCode::kFileSyntax, "has more than 4 nodes");
+  expect(kFourNodes + element + "1, 1, 2, 3, 9\n", ErrorCode::kMeshIndexOutOfRange, "line 7: an element uses node 9");
   expect("*NODE\n1, 0, nan, 0\n2, 1\n3, 0, 1\n4, 0, 0, 1\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshNonFinite,
          "line 2: 'nan', a coordinate of vertex 0");
   expect(element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshEmpty, "*NODE");
-  expect(kNodes + "*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", ErrorCode::kMeshEmpty, "no solid elements");
+  expect(kFourNodes + "*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", ErrorCode::kMeshEmpty, "no solid elements");
   expect("*PART\n", ErrorCode::kFileSyntax, "NAME=...");
   expect("*PART, NAME=a\n*END PART\n*PART, NAME=A\n", ErrorCode::kFileSyntax, "line 3: a second part 'A'");
   expect("*INSTANCE, NAME=i, PART=a\n", ErrorCode::kFileSyntax, "put *PART before it");
@@ -193,11 +196,11 @@ TEST(ReadAbaqus, NamesLineAndRemedy) {
 TEST(ReadAbaqus, BoundsNodesAndCellsOfAllInstances) {
   MeshLimits limits;
   limits.max_vertices = 10;
-  std::string text = "*PART, NAME=a\n" + kTet + "*END PART\n*ASSEMBLY, NAME=x\n";
+  std::string text = "*PART, NAME=a\n" + kOneTet + "*END PART\n*ASSEMBLY, NAME=x\n";
   for (int i = 0; i < 3; ++i) text += "*INSTANCE, NAME=i, PART=a\n*END INSTANCE\n";
   expect_error([&] { read_abaqus(text, limits); }, ErrorCode::kMeshTooLarge, "more than 10 nodes");
   limits.max_vertices = 3;
-  expect_error([&] { read_abaqus(kTet, limits); }, ErrorCode::kMeshTooLarge, "line 5: more than 3 nodes");
+  expect_error([&] { read_abaqus(kOneTet, limits); }, ErrorCode::kMeshTooLarge, "line 5: more than 3 nodes");
 }
 
 }  // namespace

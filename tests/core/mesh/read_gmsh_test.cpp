@@ -91,12 +91,12 @@ TEST(ReadGmsh, TakesTagsInAnyOrderAndPassesOverUnknownSections) {
   EXPECT_TRUE(file.warnings.empty());
 }
 
-struct Type {
+struct GmshType {
   int number, nodes;
   CellKind kind;
 };
 
-class GmshTypes : public testing::TestWithParam<Type> {};
+class GmshTypes : public testing::TestWithParam<GmshType> {};
 
 TEST_P(GmshTypes, KeepTheirCornersInBothVersions) {
   const auto& [number, nodes, kind] = GetParam();
@@ -131,10 +131,10 @@ TEST_P(GmshTypes, KeepTheirCornersInBothVersions) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ReadGmsh, GmshTypes,
-                         testing::Values(Type{4, 4, CellKind::kTet}, Type{5, 8, CellKind::kHex},
-                                         Type{6, 6, CellKind::kWedge}, Type{11, 10, CellKind::kTet},
-                                         Type{12, 27, CellKind::kHex}, Type{13, 18, CellKind::kWedge},
-                                         Type{17, 20, CellKind::kHex}, Type{18, 15, CellKind::kWedge}),
+                         testing::Values(GmshType{4, 4, CellKind::kTet}, GmshType{5, 8, CellKind::kHex},
+                                         GmshType{6, 6, CellKind::kWedge}, GmshType{11, 10, CellKind::kTet},
+                                         GmshType{12, 27, CellKind::kHex}, GmshType{13, 18, CellKind::kWedge},
+                                         GmshType{17, 20, CellKind::kHex}, GmshType{18, 15, CellKind::kWedge}),
                          [](const auto& info) { return "Type" + std::to_string(info.param.number); });
 
 TEST(ReadGmsh, RefusesPyramidsAndHighOrdersByTheirTypes) {

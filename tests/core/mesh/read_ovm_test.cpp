@@ -126,12 +126,12 @@ TEST(ReadOvm, RebuildsTheCornersOfEveryMeshOfTheCatalogue) {
   }
 }
 
-const std::string kTet =
+const std::string kOvmTet =
     "OVM ASCII\nVertices\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nEdges\n6\n0 1\n1 2\n2 0\n0 3\n1 3\n2 3\n"
     "Faces\n4\n3 0 2 4\n3 0 8 7\n3 2 10 9\n3 4 6 11\nPolyhedra\n1\n4 1 2 4 6\n";
 
 TEST(ReadOvm, ReadsATetrahedronWithCommentsAndAnyCase) {
-  std::string text = "# made by hand\n" + kTet;
+  std::string text = "# made by hand\n" + kOvmTet;
   text.replace(text.find("Vertices"), 8, "VERTICES # four of them");
   ControlMesh mesh = read_ovm(text).mesh;
   EXPECT_THAT(mesh.cell_kinds, ElementsAre(CellKind::kTet));
@@ -140,7 +140,7 @@ TEST(ReadOvm, ReadsATetrahedronWithCommentsAndAnyCase) {
 }
 
 TEST(ReadOvm, TakesCellsSeenFromInside) {
-  std::string text = kTet;
+  std::string text = kOvmTet;
   text.replace(text.find("4 1 2 4 6"), 9, "4 0 3 5 7");
   ControlMesh mesh = read_ovm(text).mesh;
   const std::vector<std::uint32_t> as_read = mesh.cell_vertices;
@@ -149,7 +149,7 @@ TEST(ReadOvm, TakesCellsSeenFromInside) {
 }
 
 TEST(ReadOvm, NumbersOfVerticesBecomeChannels) {
-  const MeshFile file = read_ovm(kTet +
+  const MeshFile file = read_ovm(kOvmTet +
                                  "VProp bool \"fixed\"\n0\n1\n1\n0\nVProp string \"label\"\n3\na b\n1\nx\n0\n\n2\ncd\n"
                                  "vprop vec2f \"u v\"\n0 1\n2 3\n4 5\n6 7\nFProp double \"area\"\n1\n1\n1\n1\n"
                                  "VProp vec9f \"odd\"\n1\n2\n3\n4\n");
@@ -159,7 +159,7 @@ TEST(ReadOvm, NumbersOfVerticesBecomeChannels) {
 }
 
 std::string changed(const std::string& from, const std::string& to) {
-  std::string text = kTet;
+  std::string text = kOvmTet;
   text.replace(text.find(from), from.size(), to);
   return text;
 }
@@ -174,9 +174,9 @@ TEST(ReadOvm, NamesLineAndToken) {
                "face 0 (from 0) don't form a closed loop");
   expect_error([] { read_ovm(changed("4 1 2 4 6", "4 1 2 4 8")); }, ErrorCode::kMeshIndexOutOfRange, "line 24");
   expect_error([] { read_ovm(changed("Edges", "Kanten")); }, ErrorCode::kFileSyntax, "expected 'Edges'");
-  expect_error([] { read_ovm(kTet + "VProp float hardness\n1\n"); }, ErrorCode::kFileSyntax, "quotation marks");
-  expect_error([] { read_ovm(kTet + "VProp float \"a\"\n1\n2\n3\n"); }, ErrorCode::kFileSyntax, "end of the file");
-  expect_error([] { read_ovm(kTet + "VProp float \"a\"\n1\n2\n3\n1e300\n"); }, ErrorCode::kMeshNonFinite, "float");
+  expect_error([] { read_ovm(kOvmTet + "VProp float hardness\n1\n"); }, ErrorCode::kFileSyntax, "quotation marks");
+  expect_error([] { read_ovm(kOvmTet + "VProp float \"a\"\n1\n2\n3\n"); }, ErrorCode::kFileSyntax, "end of the file");
+  expect_error([] { read_ovm(kOvmTet + "VProp float \"a\"\n1\n2\n3\n1e300\n"); }, ErrorCode::kMeshNonFinite, "float");
 }
 
 TEST(ReadOvm, RefusesCellsByTheirNumber) {
@@ -191,7 +191,7 @@ TEST(ReadOvm, RefusesCellsByTheirNumber) {
 }
 
 TEST(ReadOvm, LeavesOutVerticesThatNoCellUses) {
-  const MeshFile file = read_ovm(changed("4\n0 0 0\n", "5\n0 0 0\n").replace(kTet.find("Edges"), 0, "nan 7 7\n") +
+  const MeshFile file = read_ovm(changed("4\n0 0 0\n", "5\n0 0 0\n").replace(kOvmTet.find("Edges"), 0, "nan 7 7\n") +
                                  "VProp float \"heat\"\n1\n2\n3\n4\nnan\n");
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4));
@@ -200,7 +200,7 @@ TEST(ReadOvm, LeavesOutVerticesThatNoCellUses) {
 
 TEST(ReadOvm, LeavesOutPropertiesWhoseNamesNoChannelMayHave) {
   const std::string values = "\n1\n2\n3\n4\n";
-  const MeshFile file = read_ovm(kTet + "VProp float \"" + std::string(257, 'x') + "\"" + values + "VProp int \"\"" +
+  const MeshFile file = read_ovm(kOvmTet + "VProp float \"" + std::string(257, 'x') + "\"" + values + "VProp int \"\"" +
                                  values + "VProp int \"a\"" + values + "VProp int \"a\"" + values);
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("a name of 257 bytes"), HasSubstr("it has no name"),
@@ -228,8 +228,8 @@ TEST(ReadOvm, NeverAllocatesOrLoopsOverWhatAFileMerelyClaims) {
 }
 
 TEST(ReadOvm, EveryTruncationFailsCleanly) {
-  for (std::size_t length = 0; length + 2 < kTet.size(); ++length) {
-    EXPECT_THROW(read_ovm(kTet.substr(0, length)), Error) << length;
+  for (std::size_t length = 0; length + 2 < kOvmTet.size(); ++length) {
+    EXPECT_THROW(read_ovm(kOvmTet.substr(0, length)), Error) << length;
   }
 }
 

@@ -42,7 +42,7 @@ std::string point_data(const std::string& arrays, const std::string& attributes 
 const std::string kTetPoints = "0 0 0  1 0 0  0 1 0  0 0 1";
 std::string tet(const std::string& data = "") { return piece(4, kTetPoints, 1, "0 1 2 3", "4", "10", data); }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
+std::string with_replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
@@ -66,8 +66,8 @@ TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
                            array(std::string(257, 'x'), "Int32", "1 2 3 4") + array("a", "Int32", "1 2 3 4");
   const std::string cell_data = array("share", "Float32", "0.5") + array("pair", "Int32", "1 2", 2) +
                                 "<Array type=\"String\" Name=\"id\" format=\"ascii\">97 0</Array>";
-  const MeshFile file = read_vtu(whole(
-      replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>", "<CellData>" + cell_data + "</CellData><Points>")));
+  const MeshFile file = read_vtu(whole(with_replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>",
+                                                     "<CellData>" + cell_data + "</CellData><Points>")));
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
   EXPECT_THAT(file.warnings,
               ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out", "point data 'names' left out",
@@ -77,7 +77,7 @@ TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
 }
 
 std::string with_cell_data(const std::string& piece, const std::string& data) {
-  return replaced(piece, "<Points>", "<CellData>" + data + "</CellData><Points>");
+  return with_replaced(piece, "<Points>", "<CellData>" + data + "</CellData><Points>");
 }
 
 // Numbers are kept of volume cells that are no ghosts, from all pieces.
@@ -169,7 +169,7 @@ TEST(ReadVtu, TakesAnyNumbersWhereNoCellIs) {
   const MeshFile file = read_vtu(text);
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
-  const std::string used = replaced(text, "0 1 2 3\n", "4 1 2 3\n");
+  const std::string used = with_replaced(text, "0 1 2 3\n", "4 1 2 3\n");
   expect_error([&] { read_vtu(used); }, ErrorCode::kMeshNonFinite,
                "byte " + std::to_string(used.find("nan")) + ": 'nan', a coordinate of vertex 4");
 }
@@ -183,7 +183,7 @@ TEST(ReadVtu, NamesByteAndToken) {
   const std::string text = whole(tet());
   const auto expect_at = [&](const std::string& from, const std::string& to, const std::string& token,
                              const std::string& part) {
-    const std::string changed = replaced(text, from, to);
+    const std::string changed = with_replaced(text, from, to);
     expect(changed, ErrorCode::kFileSyntax, "byte " + std::to_string(changed.find(token)) + ": " + part);
   };
   expect_at("1 0 0", "1 zero 0", "zero", "expected a coordinate, found 'zero'");
@@ -192,23 +192,23 @@ TEST(ReadVtu, NamesByteAndToken) {
   expect_at("\n10\n", "\n1x\n", "1x", "expected a cell type, found '1x'");
   expect_at("\n10\n", "\n300\n", "300", "expected a VTK cell type, found '300'");
   expect_at("\n4\n", "\n-4\n", "-4", "expected an offset, found '-4'");
-  expect(replaced(text, "\n4\n", "\n99999999999\n"), ErrorCode::kFileSyntax, "expected offsets that never fall");
-  expect(replaced(text, "\n4\n", "\n5\n"), ErrorCode::kFileSyntax, "expected a point id, found the end");
-  expect(replaced(text, "\n4\n", "\n3\n"), ErrorCode::kFileSyntax, "expected the end of the array, found '3'");
-  expect(replaced(text, "0 1 2 3\n", "0 1 2 4\n"), ErrorCode::kMeshIndexOutOfRange, "point id 4; the piece has 4");
-  expect(replaced(text, "\n10\n", "\n14\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
-  expect(replaced(text, "\n10\n", "\n27\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
-  expect(replaced(text, "\n10\n", "\n42\n"), ErrorCode::kMeshUnsupportedCell, "type 42");
-  expect(replaced(text, "\n10\n", "\n12\n"), ErrorCode::kFileSyntax, "which has 8 corners, but lists 4");
-  expect(replaced(text, "\n10\n", "\n24\n"), ErrorCode::kFileSyntax, "which has 10 points, but lists 4");
-  expect(replaced(text, "\n10\n", "\n5\n"), ErrorCode::kMeshEmpty, "volume cells");
-  expect(replaced(text, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), ErrorCode::kFileSyntax,
+  expect(with_replaced(text, "\n4\n", "\n99999999999\n"), ErrorCode::kFileSyntax, "expected offsets that never fall");
+  expect(with_replaced(text, "\n4\n", "\n5\n"), ErrorCode::kFileSyntax, "expected a point id, found the end");
+  expect(with_replaced(text, "\n4\n", "\n3\n"), ErrorCode::kFileSyntax, "expected the end of the array, found '3'");
+  expect(with_replaced(text, "0 1 2 3\n", "0 1 2 4\n"), ErrorCode::kMeshIndexOutOfRange, "point id 4; the piece has 4");
+  expect(with_replaced(text, "\n10\n", "\n14\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(with_replaced(text, "\n10\n", "\n27\n"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(with_replaced(text, "\n10\n", "\n42\n"), ErrorCode::kMeshUnsupportedCell, "type 42");
+  expect(with_replaced(text, "\n10\n", "\n12\n"), ErrorCode::kFileSyntax, "which has 8 corners, but lists 4");
+  expect(with_replaced(text, "\n10\n", "\n24\n"), ErrorCode::kFileSyntax, "which has 10 points, but lists 4");
+  expect(with_replaced(text, "\n10\n", "\n5\n"), ErrorCode::kMeshEmpty, "volume cells");
+  expect(with_replaced(text, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), ErrorCode::kFileSyntax,
          "points need 3 components");
-  expect(replaced(text, "NumberOfCells=\"1\"", "NumberOfCells=\"one\""), ErrorCode::kFileSyntax,
+  expect(with_replaced(text, "NumberOfCells=\"1\"", "NumberOfCells=\"one\""), ErrorCode::kFileSyntax,
          "expected a whole number as NumberOfCells, found 'one'");
-  expect(replaced(text, "NumberOfPoints=\"4\"", "NumberOfPoints=\"99999999\""), ErrorCode::kMeshTooLarge,
+  expect(with_replaced(text, "NumberOfPoints=\"4\"", "NumberOfPoints=\"99999999\""), ErrorCode::kMeshTooLarge,
          "NumberOfPoints is 99999999, at most");
-  expect(replaced(text, "\"types\"", "\"kinds\""), ErrorCode::kFileSyntax, "expected DataArray 'types' in Cells");
+  expect(with_replaced(text, "\"types\"", "\"kinds\""), ErrorCode::kFileSyntax, "expected DataArray 'types' in Cells");
   expect(whole("<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\"/>"), ErrorCode::kFileSyntax, "expected Points");
   expect(whole(""), ErrorCode::kMeshEmpty, "no Piece");
   std::string many;
@@ -219,7 +219,7 @@ TEST(ReadVtu, NamesByteAndToken) {
 TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
   const std::string text = whole(tet());
   const auto refuse = [&](const std::string& from, const std::string& to, const std::string& part) {
-    expect(replaced(text, from, to), ErrorCode::kFileUnsupported, part);
+    expect(with_replaced(text, from, to), ErrorCode::kFileUnsupported, part);
   };
   refuse("type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"", "merge its pieces into one .vtu");
   refuse("type=\"UnstructuredGrid\"", "type=\"PolyData\"", "save the mesh as UnstructuredGrid");
@@ -228,16 +228,16 @@ TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
   refuse("Float64", "Float80", "is of type 'Float80'");
   refuse("\"ascii\"", "\"hex\"", "has format 'hex'");
   expect("<svg></svg>", ErrorCode::kFileUnsupported, "no file of VTK's");
-  expect(replaced(text, "LittleEndian", "MiddleEndian"), ErrorCode::kFileSyntax, "byte_order");
-  expect(replaced(text, "byte_order", "header_type=\"UInt16\" byte_order"), ErrorCode::kFileSyntax, "header_type");
+  expect(with_replaced(text, "LittleEndian", "MiddleEndian"), ErrorCode::kFileSyntax, "byte_order");
+  expect(with_replaced(text, "byte_order", "header_type=\"UInt16\" byte_order"), ErrorCode::kFileSyntax, "header_type");
   expect(text.substr(0, text.size() / 2), ErrorCode::kFileSyntax, "isn't whole XML");
   expect("<VTKFile type=\"UnstructuredGrid\"></VTKFile>", ErrorCode::kFileSyntax, "no UnstructuredGrid");
   std::string wide;
   for (const char c : text) wide += {c, '\0'};
   expect_error([&] { read_mesh(wide); }, ErrorCode::kFileUnsupported, "save it as UTF-8");
   // Entities of its own are no part of what is read, so they can't grow.
-  expect(replaced(replaced(text, "<VTKFile", "<!DOCTYPE VTKFile [<!ENTITY a \"1 0 0\">]><VTKFile"), "1 0 0  0 1",
-                  "&a; 0 1"),
+  expect(with_replaced(with_replaced(text, "<VTKFile", "<!DOCTYPE VTKFile [<!ENTITY a \"1 0 0\">]><VTKFile"),
+                       "1 0 0  0 1", "&a; 0 1"),
          ErrorCode::kFileSyntax, "found '&a;'");
 }
 
@@ -252,7 +252,7 @@ TEST(ReadVtu, RefusesWrongOffsetsOfAppendedData) {
   expect(with_offset("99999999"), ErrorCode::kFileSyntax, "has offset 99999999, but the appended data have");
   expect(with_offset("1"), ErrorCode::kFileSyntax, "the array's header claims");
   expect(with_offset("x"), ErrorCode::kFileSyntax, "expected a whole number as offset");
-  expect(replaced(file, "encoding=\"raw\"", "encoding=\"zip\""), ErrorCode::kFileUnsupported,
+  expect(with_replaced(file, "encoding=\"raw\"", "encoding=\"zip\""), ErrorCode::kFileUnsupported,
          "raw and base64 are read");
   expect(file.substr(0, file.find("<AppendedData")) + "</VTKFile>", ErrorCode::kFileSyntax, "have 0 bytes");
   expect(file.substr(0, file.find("<AppendedData") + 20), ErrorCode::kFileSyntax, "no '_' begins");

@@ -24,7 +24,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// Two cubes of a region each. One channel, the region's number.
-ControlMesh two_cubes() {
+ControlMesh two_numbered_cubes() {
   return oracle::with_jumping_channels(
       oracle::with_regions(oracle::box_mesh(2, 1, 1), 2, [](const Vec3& p) { return p.x() < 10 ? 0 : 1; }), {"number"},
       [](std::uint32_t, std::uint8_t region) { return std::vector<float>{static_cast<float>(region)}; });
@@ -32,13 +32,13 @@ ControlMesh two_cubes() {
 
 template <class Change>
 void expect_refused(Change change, ErrorCode code, const char* text) {
-  ControlMesh mesh = two_cubes();
+  ControlMesh mesh = two_numbered_cubes();
   change(mesh);
   expect_error([&] { validate(mesh); }, code, text);
 }
 
 TEST(RegionValues, HoldInTheirRegionAlone) {
-  const ControlMesh mesh = two_cubes();
+  const ControlMesh mesh = two_numbered_cubes();
   ASSERT_EQ(region_value_count(mesh), 4u);
   const std::uint32_t vertex = mesh.region_value_vertices[2];
   EXPECT_THAT(values_in_region(mesh, vertex, 0), ElementsAre(0));
@@ -49,7 +49,7 @@ TEST(RegionValues, HoldInTheirRegionAlone) {
 }
 
 TEST(RegionValues, GoToTheCopiesOfVertices) {
-  ControlMesh mesh = two_cubes();
+  ControlMesh mesh = two_numbered_cubes();
   const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
   const SplitMesh split = split_cell_regions(mesh, checked.complex);
   EXPECT_EQ(region_value_count(split.mesh), 0u);
@@ -60,7 +60,7 @@ TEST(RegionValues, GoToTheCopiesOfVertices) {
 }
 
 TEST(RegionValues, MayBeTheFirstRegionsToo) {
-  ControlMesh mesh = two_cubes();
+  ControlMesh mesh = two_numbered_cubes();
   for (std::uint8_t& region : mesh.cell_regions) region = 1 - region;
   const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
   const SplitMesh split = split_cell_regions(mesh, checked.complex);
@@ -74,7 +74,7 @@ TEST(RegionValues, MayBeTheFirstRegionsToo) {
 }
 
 TEST(RegionValues, AreTakenFromCopies) {
-  ControlMesh mesh = two_cubes();
+  ControlMesh mesh = two_numbered_cubes();
   const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
   const SplitMesh split = split_cell_regions(mesh, checked.complex);
   ControlMesh copies = split.mesh;
@@ -88,7 +88,7 @@ TEST(RegionValues, AreTakenFromCopies) {
 }
 
 TEST(RegionValues, TakeOnFurtherChannels) {
-  ControlMesh mesh = two_cubes();
+  ControlMesh mesh = two_numbered_cubes();
   NamedChannel other{"other", {}};
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) other.values.push_back(static_cast<float>(v));
   append_channels({&other, 1}, mesh);

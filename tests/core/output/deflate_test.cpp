@@ -31,12 +31,12 @@ Bytes deflated(const Bytes& bytes) {
 }
 
 /// Different kinds of data, by name.
-struct Kind {
+struct ByteKind {
   const char* name;
   std::function<std::uint8_t(std::size_t i, std::mt19937& random)> byte;
 };
 
-const Kind kKinds[] = {
+const ByteKind kByteKinds[] = {
     {"zeros", [](std::size_t, std::mt19937&) { return 0; }},
     {"noise", [](std::size_t, std::mt19937& random) { return static_cast<std::uint8_t>(random()); }},
     {"two values", [](std::size_t, std::mt19937& random) { return static_cast<std::uint8_t>(random() % 2); }},
@@ -49,7 +49,7 @@ const Kind kKinds[] = {
      [](std::size_t i, std::mt19937& random) { return static_cast<std::uint8_t>(i / 700 % 2 ? random() : 9); }},
 };
 
-Bytes bytes_of(const Kind& kind, std::size_t size) {
+Bytes bytes_of(const ByteKind& kind, std::size_t size) {
   std::mt19937 random(11);
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i) bytes[i] = kind.byte(i, random);
@@ -57,7 +57,7 @@ Bytes bytes_of(const Kind& kind, std::size_t size) {
 }
 
 TEST(ZlibStream, InflatesToTheBytes) {
-  for (const Kind& kind : kKinds) {
+  for (const ByteKind& kind : kByteKinds) {
     for (const std::size_t size : {1u, 7u, 8u, 9u, 500u, 65'535u, 131'072u, 131'073u, 1'000'000u}) {
       const Bytes bytes = bytes_of(kind, size);
       EXPECT_TRUE(inflated(deflated(bytes), size) == bytes) << kind.name << ", " << size;
@@ -66,14 +66,14 @@ TEST(ZlibStream, InflatesToTheBytes) {
 }
 
 TEST(ZlibStream, StoresWhatCannotBeCompressed) {
-  EXPECT_LE(deflated(bytes_of(kKinds[1], 1'000'000)).size(), 1'000'200u);
-  EXPECT_LE(deflated(bytes_of(kKinds[0], 1'000'000)).size(), 2'000u);
+  EXPECT_LE(deflated(bytes_of(kByteKinds[1], 1'000'000)).size(), 1'000'200u);
+  EXPECT_LE(deflated(bytes_of(kByteKinds[0], 1'000'000)).size(), 2'000u);
 }
 
 TEST(ZlibStream, DoesNotDependOnThePiecesNorOnThePast) {
   std::mt19937 random(12);
   ZlibStream used;
-  for (const Kind& kind : kKinds) {
+  for (const ByteKind& kind : kByteKinds) {
     const Bytes bytes = bytes_of(kind, 400'000);
     used.start_bytes();
     for (std::size_t at = 0; at < bytes.size();) {

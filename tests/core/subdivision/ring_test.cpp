@@ -85,14 +85,14 @@ TEST(LineRing, OfASmoothBoxEdgeHasNinePointsALayer) {
 }
 
 /// The edges that bound the two end faces of a bar of 20 x 20 x 30 mm.
-bool round_a_cap(const Vec3& a, const Vec3& b) {
+bool round_the_cap(const Vec3& a, const Vec3& b) {
   const auto both = [&](int axis, double value) { return a[axis] == value && b[axis] == value; };
   return (both(2, 0) || both(2, 30)) && (both(0, 0) || both(0, 20) || both(1, 0) || both(1, 20));
 }
 
 TEST(LineRing, EndsInAPhantomLayerAtACap) {
   ControlMesh bar = oracle::box_mesh(2, 2, 3);
-  oracle::sharpen(bar, round_a_cap);
+  oracle::sharpen(bar, round_the_cap);
   const CellComplex complex = make_cell_complex(bar);
   RingWalker walker(complex);
   int capped = 0;

@@ -12,13 +12,13 @@
 namespace ccslice {
 namespace {
 
-struct Counts {
+struct RingCounts {
   int regular = 0, irregular = 0;
 };
 
-Counts count(const CellComplex& complex) {
+RingCounts count_rings(const CellComplex& complex) {
   SurfaceWalker walker(complex);
-  Counts counts;
+  RingCounts counts;
   for (const FaceId f : complex.faces()) {
     if (!complex.face_on_boundary(f)) continue;
     ++(walker.walk(f).regular ? counts.regular : counts.irregular);
@@ -27,7 +27,7 @@ Counts count(const CellComplex& complex) {
 }
 
 TEST(SurfaceRing, SmoothEdgesAreRegularOnTheSurfaceAndCornersAreNot) {
-  const Counts counts = count(make_cell_complex(oracle::box_mesh(4, 4, 4)));
+  const RingCounts counts = count_rings(make_cell_complex(oracle::box_mesh(4, 4, 4)));
   EXPECT_EQ(counts.irregular, 24);  // Three faces at each of eight vertices of valence 3.
   EXPECT_EQ(counts.regular, 96 - 24);
 }
@@ -36,7 +36,7 @@ TEST(SurfaceRing, SharpBoxesAreRegularEverywhere) {
   for (const int n : {1, 2, 3}) {
     ControlMesh mesh = oracle::box_mesh(n, n, n);
     oracle::sharpen_by_cells(mesh, 1);
-    const Counts counts = count(make_cell_complex(mesh));
+    const RingCounts counts = count_rings(make_cell_complex(mesh));
     EXPECT_EQ(counts.irregular, 0);
     EXPECT_EQ(counts.regular, 6 * n * n);
   }

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/preview.h"
+
+#include <utility>
+
+#include "client/attempts.h"
+#include "client/call.h"
+#include "client/client_error.h"
+
+namespace ccslice::client {
+
+std::optional<PreviewPicture> PreviewAssembler::add(v1::PreviewResponse&& message) {
+  constexpr std::uint64_t kMostPixels = 2048, kBytesAPixel = 4, kMostFileBytes = 1 << 20;
+  if (message.has_header()) {
+    require_answer(!open_, "a picture begins inside another one");
+    open_.emplace();
+    open_->number = message.number();
+    open_->stage = message.stage();
+    open_->header = std::move(*message.mutable_header());
+    const std::uint64_t width = open_->header.width(), height = open_->header.height();
+    require_answer(width >= 1 && width <= kMostPixels && height >= 1 && height <= kMostPixels,
+                   "a picture of impossible size");
+    // A PNG file may be somewhat larger than what is in it.
+    require_answer(open_->header.picture_bytes() <= 2 * kBytesAPixel * width * height + kMostFileBytes,
+                   "a picture of impossible length");
+  }
+  require_answer(open_.has_value(), "a part of no picture");
+  require_answer(message.number() == open_->number && message.stage() == open_->stage, "a part of another picture");
+  require_answer(message.picture().size() <= open_->header.picture_bytes() - open_->bytes.size(),
+                 "a picture longer than announced");
+  open_->bytes += message.picture();
+  for (v1::PreviewOutline& outline : *message.mutable_outlines()) open_->outlines.push_back(std::move(outline));
+  if (!message.last()) return std::nullopt;
+  require_answer(open_->bytes.size() == open_->header.picture_bytes(), "a picture shorter than announced");
+  return std::exchange(open_, std::nullopt);
+}
+
+struct PreviewStream::State {
+  State(Client& client, const CallOptions& options)
+      : call_options(options), call(call_options), stream(client.stub().Preview(&call.context())) {}
+
+  const CallOptions call_options;
+  Call call;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::PreviewRequest, v1::PreviewResponse>> stream;
+  PreviewAssembler assembler;
+  std::uint64_t number = 0;
+  bool ended = false;
+};
+
+PreviewStream::PreviewStream(Client& client, const CallOptions& call) : state_(std::make_unique<State>(client, call)) {}
+
+PreviewStream::~PreviewStream() {
+  if (state_->ended) return;
+  state_->call.context().TryCancel();
+  v1::PreviewResponse left;
+  while (state_->stream->Read(&left)) {
+  }
+  state_->stream->Finish();
+}
+
+std::uint64_t PreviewStream::ask(v1::PreviewRequest request) {
+  request.set_number(++state_->number);
+  state_->stream->Write(request);  // Where it fails the call is over, and next() says why.
+  return state_->number;
+}
+
+void PreviewStream::done() { state_->stream->WritesDone(); }
+
+std::optional<PreviewPicture> PreviewStream::next() {
+  if (state_->ended) return std::nullopt;
+  v1::PreviewResponse message;
+  while (state_->stream->Read(&message)) {
+    if (auto picture = state_->assembler.add(std::move(message))) return picture;
+  }
+  state_->ended = true;
+  state_->call.check(state_->stream->Finish());
+  return std::nullopt;
+}
+
+PreviewPicture Client::preview(const v1::PreviewRequest& request, const CallOptions& call) {
+  return with_retries(call, [&] {
+    PreviewStream stream(*this, call);
+    stream.ask(request);
+    stream.done();
+    std::optional<PreviewPicture> last;
+    while (auto picture = stream.next()) last = std::move(picture);
+    require_answer(last.has_value() && last->stage == v1::PREVIEW_STAGE_FULL, "no picture, and no error");
+    return std::move(*last);
+  });
+}
+
+}  // namespace ccslice::client

@@ -1,0 +1,231 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/preview/pixel_colours.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "core/printing/colour_gamut.h"
+#include "core/printing/halftone.h"
+#include "core/printing/mixture.h"
+
+namespace ccslice {
+namespace {
+
+using Rgba = std::array<std::uint8_t, 4>;
+constexpr std::uint8_t kOpaque = 255;
+constexpr std::size_t kShades = 1024;  // Colours of a map, so close that neighbours differ by a step of one component.
+
+Rgba opaque(const Srgb& colour) { return {colour[0], colour[1], colour[2], kOpaque}; }
+
+Rgba opaque(std::uint32_t rgba) {
+  return {static_cast<std::uint8_t>(rgba >> 24), static_cast<std::uint8_t>(rgba >> 16),
+          static_cast<std::uint8_t>(rgba >> 8), kOpaque};
+}
+
+/// An sRGB component of linear intensity (IEC 61966-2-1), the inverse of linear_intensity().
+std::uint8_t srgb_byte(double linear) {
+  constexpr double kLinearPart = 0.0031308, kSlope = 12.92, kOffset = 0.055, kPower = 2.4;
+  const double at = std::clamp(linear, 0.0, 1.0);
+  const double srgb = at <= kLinearPart ? kSlope * at : (1 + kOffset) * std::pow(at, 1 / kPower) - kOffset;
+  return static_cast<std::uint8_t>(std::lround(255 * srgb));
+}
+
+/// Where the pixel of a voxel is in the picture, whose rows come from the top.
+class Canvas {
+ public:
+  explicit Canvas(PreviewPicture& picture) : picture_(picture) {
+    picture_.rgba.assign(std::size_t{4} * picture.columns * picture.rows, 0);
+  }
+  std::uint8_t* at(std::uint32_t column, std::uint32_t row) {
+    const std::uint32_t from_top = picture_.rows - 1 - row;
+    return &picture_.rgba[std::size_t{4} * (std::size_t{picture_.columns} * from_top + column)];
+  }
+  void set(std::uint32_t column, std::uint32_t row, const Rgba& colour) {
+    std::memcpy(at(column, row), colour.data(), colour.size());
+  }
+
+ private:
+  PreviewPicture& picture_;
+};
+
+/// The values of a plane of kFloat32.
+class Values {
+ public:
+  explicit Values(const SampleImage& image) : image_(image) {}
+  float at(std::uint32_t column, std::uint32_t row) const {
+    float value = 0;
+    std::memcpy(&value, image_.samples.data() + sizeof(float) * (std::size_t{image_.width} * row + column),
+                sizeof(float));
+    return value;
+  }
+
+ private:
+  SampleImage image_;
+};
+
+ValueRange range_of(const Values& values, std::span<const VoxelRun> spans) {
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  for (const VoxelRun& span : spans) {
+    for (std::uint32_t x = span.begin; x < span.end; ++x) {
+      const float value = values.at(x, span.row);
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+  return {low, high};
+}
+
+void colour_channel(const PreviewColours& show, const Values& values, std::span<const VoxelRun> spans,
+                    PreviewPicture& picture, Canvas& canvas) {
+  if (spans.empty()) {
+    picture.range = show.range;
+    return;
+  }
+  picture.range = show.range ? *show.range : range_of(values, spans);
+  std::array<Rgba, kShades> shades;
+  for (std::size_t i = 0; i < kShades; ++i) {
+    shades[i] = opaque(map_colour(show.colours, static_cast<double>(i) / (kShades - 1)));
+  }
+  const double length = picture.range->max - picture.range->min;
+  const double scale = length > 0 ? (kShades - 1) / length : 0;
+  for (const VoxelRun& span : spans) {
+    for (std::uint32_t x = span.begin; x < span.end; ++x) {
+      const double at = (values.at(x, span.row) - picture.range->min) * scale + 0.5;
+      const auto shade = static_cast<std::size_t>(std::clamp(at, 0.0, kShades - 0.5));
+      canvas.set(x, span.row, shades[shade]);
+    }
+  }
+}
+
+/// Calls take(column of the block's first pixel, begin, end, fractions) for the pixels [begin, end) of each block.
+template <typename Take>
+void mix_blocks(const Mixture& mixture, std::span<const SampleImage> channels, std::span<const VoxelRun> spans,
+                const CancellationToken& cancel, const Take& take) {
+  constexpr std::size_t kRunsPerPoll = 256;
+  std::vector<Values> values(channels.begin(), channels.end());
+  std::vector<MixRow> rows(channels.size());
+  Fractions fractions{};
+  for (std::size_t s = 0; s < spans.size(); ++s) {
+    if (s % kRunsPerPoll == 0) cancel.throw_if_cancelled();
+    const VoxelRun& span = spans[s];
+    for (std::uint32_t x = span.begin; x < span.end;) {
+      const std::uint32_t count = std::min<std::uint32_t>(kMixBlock, span.end - x);
+      for (std::size_t c = 0; c < rows.size(); ++c) {
+        for (std::uint32_t k = 0; k < count; ++k) rows[c][k] = values[c].at(x + k, span.row);
+      }
+      mixture.evaluate(rows, fractions);
+      take(span.row, x, count, fractions);
+      x += count;
+    }
+  }
+}
+
+void colour_mix(const Printing& printing, const Mixture& mixture, std::span<const SampleImage> channels,
+                std::span<const VoxelRun> spans, Canvas& canvas, const CancellationToken& cancel) {
+  std::vector<Vec3> colours;
+  for (const PrintMaterial& material : printing.materials) colours.push_back(linear_colour(material.rgba));
+  mix_blocks(mixture, channels, spans, cancel,
+             [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
+               for (std::uint32_t k = 0; k < count; ++k) {
+                 Vec3 light = Vec3::Zero();
+                 for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
+                 canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
+               }
+             });
+}
+
+/// The voxel of a grid, endless on all sides, that a point lies in.
+class VoxelFinder {
+ public:
+  VoxelFinder(const PreviewPlane& plane, const Grid& grid)
+      : frame_(frame_of(plane)), first_(grid_of(plane).lattice().centre(0, 0, 0)), plane_(plane), grid_(grid) {
+    first_.z() = grid_of(plane).layer_z_mm(0);
+  }
+  Eigen::Vector3i at(std::uint32_t column, std::uint32_t row) const {
+    const Vec3 in_plane = first_ + Vec3(column * plane_.across_mm, row * plane_.up_mm, 0);
+    const Vec3 pitch(grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm);
+    const Vec3 voxel = (frame_ * in_plane - grid_.origin_mm).cwiseQuotient(pitch);
+    return voxel.array().floor().cast<int>().cwiseMax(0);
+  }
+
+ private:
+  Mat3 frame_;
+  Vec3 first_;  // The lowest left pixel, in the plane's coordinates.
+  const PreviewPlane& plane_;
+  const Grid& grid_;
+};
+
+}  // namespace
+
+void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const HalftonePlan& plan,
+                     std::span<const SampleImage> values, std::span<const VoxelRun> spans, PreviewPicture& picture,
+                     const CancellationToken& cancel) {
+  Canvas canvas(picture);
+  const VoxelFinder voxels(plane, grid);
+  const std::vector<PrintMaterial>& materials = plan.printing().materials;
+  picture.material_pixels.assign(materials.size(), 0);
+  Eigen::Vector3i last = Eigen::Vector3i::Constant(-1);
+  Halftoner halftoner(plan);
+  std::array<std::uint8_t, kMixBlock> chosen{};
+  Fractions one{};
+  const auto choose = [&](const Eigen::Vector3i& voxel, const Fractions& fractions, std::uint32_t k) {
+    // Thresholds are found by row, and neighbours mostly lie in voxels of one.
+    if (voxel.z() != last.z() || voxel.y() != last.y()) {
+      halftoner.start_layer(grid.extent.columns, static_cast<std::uint32_t>(voxel.z()));
+      halftoner.start_row(static_cast<std::uint32_t>(voxel.y()));
+      last = voxel;
+    }
+    const auto column = static_cast<std::uint32_t>(voxel.x());
+    const std::uint32_t place = column % kMixBlock;
+    for (std::size_t m = 0; m < plan.material_count(); ++m) one[m][place] = fractions[m][k];
+    halftoner.choose(column / kMixBlock, place, place + 1, one, chosen.data());
+    return chosen[place];
+  };
+  mix_blocks(plan.mixtures().front(), values, spans, cancel,
+             [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
+               for (std::uint32_t k = 0; k < count; ++k) {
+                 const std::uint8_t material = choose(voxels.at(first + k, row), fractions, k);
+                 ++picture.material_pixels[material - 1u];
+                 ++picture.pixels_inside;
+                 canvas.set(first + k, row, opaque(materials[material - 1u].rgba));
+               }
+             });
+}
+
+void material_pixels(std::span<const std::uint8_t> numbers, const Printing& printing, PreviewPicture& picture) {
+  Canvas canvas(picture);
+  picture.material_pixels.assign(printing.materials.size(), 0);
+  std::size_t voxel = 0;
+  for (std::uint32_t row = 0; row < picture.rows; ++row) {
+    for (std::uint32_t column = 0; column < picture.columns; ++column) {
+      const std::uint8_t material = numbers[voxel++];
+      if (material == 0) continue;
+      ++picture.material_pixels[material - 1u];
+      ++picture.pixels_inside;
+      canvas.set(column, row, opaque(printing.materials[material - 1u].rgba));
+    }
+  }
+}
+
+void colour_pixels(const PreviewColours& show, const Mixture* mixture, std::span<const SampleImage> values,
+                   std::span<const VoxelRun> spans, PreviewPicture& picture, const CancellationToken& cancel) {
+  Canvas canvas(picture);
+  for (const VoxelRun& span : spans) picture.pixels_inside += span.end - span.begin;
+  if (show.content == PreviewContent::kChannel) {
+    return colour_channel(show, Values(values.front()), spans, picture, canvas);
+  }
+  if (show.content == PreviewContent::kMix) {
+    return colour_mix(*show.printing, *mixture, values, spans, canvas, cancel);
+  }
+  for (const VoxelRun& span : spans) {
+    for (std::uint32_t x = span.begin; x < span.end; ++x) canvas.set(x, span.row, opaque(kPlainMaterialColour));
+  }
+}
+
+}  // namespace ccslice

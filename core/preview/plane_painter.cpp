@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/preview/plane_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/contour/contour_index.h"
+#include "core/contour/contour_tracer.h"
+#include "core/field/material_field.h"
+#include "core/interpolation/slab_materials.h"
+#include "core/preview/pixel_colours.h"
+#include "core/raster/occupancy.h"
+#include "core/slicer/channel_tolerances.h"
+#include "core/slicer/layer_planes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kCoarseTolerance = 1.0 / 32, kFullTolerance = 1.0 / 256;
+constexpr double kCoarseContour = 0.5, kFullContour = 0.1;  // Pixels.
+
+/// The picture as a layer of a job under the plane.
+SliceJob layer_job(const PreviewJob& job, const PreviewPlane& plane, PreviewStage stage) {
+  const bool full = stage == PreviewStage::kFull;
+  const SliceLimits limits;
+  SliceJob layer;
+  layer.placement = under_plane(plane, job.placement);
+  layer.grid = grid_of(plane);
+  layer.contour_tolerance_mm =
+      std::clamp((full ? kFullContour : kCoarseContour) * std::min(plane.across_mm, plane.up_mm),
+                 limits.min_contour_tolerance_mm, limits.max_contour_tolerance_mm);
+  layer.material_tolerance = full ? kFullTolerance : kCoarseTolerance;
+  if (job.show.content == PreviewContent::kOccupancy) return layer;
+  PlaneSpec& shown = layer.planes.emplace_back();
+  if (job.show.content == PreviewContent::kChannel) {
+    shown.content = PlaneContent::kChannel;
+    shown.channel = job.show.channel;
+    shown.sample_type = SampleType::kFloat32;
+    shown.range = job.show.range;
+  } else {
+    shown.content = PlaneContent::kMaterials;
+    layer.printing = *job.show.printing;
+  }
+  return layer;
+}
+
+}  // namespace
+
+std::vector<std::vector<Vec2>> outlines_of(std::span<const ContourLoop> loops, const Vec2& corner) {
+  std::vector<std::vector<Vec2>> outlines;
+  for (const ContourLoop& loop : loops) {
+    std::vector<Vec2>& outline = outlines.emplace_back();
+    for (const ContourPoint& point : loop.points) outline.push_back(point.xy - corner);
+  }
+  return outlines;
+}
+
+class PlanePainter::State {
+ public:
+  explicit State(std::shared_ptr<const LimitSolid> solid) : solid_(std::move(solid)) {}
+
+  PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel);
+
+ private:
+  struct Field {
+    double outside_mm = 0;
+    std::unique_ptr<MaterialField> field;
+  };
+
+  void lay_under(const Placement& placement, const CancellationToken& cancel);
+  Contours trace(const SliceJob& layer, const CancellationToken& cancel);
+  MaterialField& field_of(const SliceJob& layer, PreviewStage stage);
+  void evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, PreviewStage stage, LayerPlanes& planes,
+                const CancellationToken& cancel);
+
+  const HalftonePlan* plan_of(const PreviewJob& job, const CancellationToken& cancel);
+
+  std::shared_ptr<const LimitSolid> solid_;
+  // Of the orientation at hand:
+  std::optional<Placement> placement_;
+  std::shared_ptr<const ContourIndex> index_;
+  std::optional<ContourTracer> tracer_;
+  std::array<Field, 2> fields_;  // By stage.
+  // What printed contents are made by:
+  struct Plan {
+    std::shared_ptr<const Printing> printing;
+    PreviewContent content = PreviewContent::kMix;
+    VoxelPitch pitch;
+    std::optional<HalftonePlan> plan;
+  } plan_;
+};
+
+PlanePainter::PlanePainter(std::shared_ptr<const LimitSolid> solid)
+    : state_(std::make_unique<State>(std::move(solid))) {}
+PlanePainter::~PlanePainter() = default;
+PlanePainter::PlanePainter(PlanePainter&&) noexcept = default;
+PlanePainter& PlanePainter::operator=(PlanePainter&&) noexcept = default;
+
+PreviewPicture PlanePainter::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
+  return state_->paint(job, stage, cancel);
+}
+
+void PlanePainter::State::lay_under(const Placement& placement, const CancellationToken& cancel) {
+  if (placement_ && placement_->matrix() == placement.matrix()) return;
+  placement_.reset();
+  tracer_.reset();
+  index_ = std::make_shared<const ContourIndex>(*solid_, placement, Vec3::UnitZ(), cancel);
+  tracer_.emplace(*solid_, index_);
+  for (Field& field : fields_) field.field.reset();
+  placement_ = placement;
+}
+
+Contours PlanePainter::State::trace(const SliceJob& layer, const CancellationToken& cancel) {
+  SlicePlane plane;
+  plane.origin = Vec3(0, 0, layer.grid.layer_z_mm(0));
+  ContourOptions options;
+  options.tolerance_mm = layer.contour_tolerance_mm;
+  options.smallest_feature_mm = std::min(layer.grid.pitch.x_mm, layer.grid.pitch.y_mm);
+  options.cancel = cancel;
+  return tracer_->trace(plane, options);
+}
+
+MaterialField& PlanePainter::State::field_of(const SliceJob& layer, PreviewStage stage) {
+  Field& known = fields_[stage == PreviewStage::kFull ? 1 : 0];
+  const double outside_mm = outside_mm_of(layer);
+  if (!known.field || known.outside_mm != outside_mm) {
+    known = {outside_mm, make_material_field(solid_, layer.placement, outside_mm)};
+  }
+  return *known.field;
+}
+
+const HalftonePlan* PlanePainter::State::plan_of(const PreviewJob& job, const CancellationToken& cancel) {
+  if (job.show.content != PreviewContent::kMix && job.show.content != PreviewContent::kHalftone) return nullptr;
+  const VoxelPitch pitch = job.voxels ? job.voxels->pitch : VoxelPitch{1, 1, 1};
+  const bool same_pitch =
+      pitch.x_mm == plan_.pitch.x_mm && pitch.y_mm == plan_.pitch.y_mm && pitch.z_mm == plan_.pitch.z_mm;
+  if (plan_.plan && plan_.printing == job.show.printing && plan_.content == job.show.content && same_pitch)
+    return &*plan_.plan;
+  plan_ = {};
+  Printing printing = *job.show.printing;
+  // A mix asks for no thresholds, whose mask may take seconds to make.
+  if (job.show.content == PreviewContent::kMix) printing.halftone.method = HalftoneMethod::kNearest;
+  plan_.plan.emplace(printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  plan_.printing = job.show.printing;
+  plan_.content = job.show.content;
+  plan_.pitch = pitch;
+  return &*plan_.plan;
+}
+
+void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, PreviewStage stage,
+                                   LayerPlanes& planes, const CancellationToken& cancel) {
+  const LayerLattice lattice = layer.grid.lattice();
+  planes.clear(window_of(lattice), cancel);
+  if (planes.channels().empty()) return;
+  SlabMaterials slab(solid_, field_of(layer, stage), interpolation_spec_of(layer, solid_->summary().channels));
+  slab.start(0, 1);
+  LayerStats stats;
+  const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
+                           cancel,  window_of(lattice),       window_of(lattice)};
+  if (slab.paint(target, 0, [&](std::uint32_t) { return spans; }) == WindowOutcome::kNeedsWholeLayer) {
+    throw Error(ErrorCode::kInternal, "a whole layer asks for the whole layer");
+  }
+}
+
+PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
+  const PreviewPlane plane = stage == PreviewStage::kFull ? job.plane : coarser(job.plane, kCoarseTimes);
+  const SliceJob layer = layer_job(job, plane, stage);
+  lay_under(layer.placement, cancel);
+  const Contours contours = trace(layer, cancel);
+  const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
+  LayerPlanes planes(layer, solid_->summary());
+  evaluate(layer, spans, stage, planes, cancel);
+  std::vector<SampleImage> values;
+  for (const ContonePlane& channel : planes.channels()) values.push_back(channel.image());
+
+  PreviewPicture picture;
+  picture.columns = plane.columns;
+  picture.rows = plane.rows;
+  picture.across_mm = plane.across_mm;
+  picture.up_mm = plane.up_mm;
+  const HalftonePlan* plan = plan_of(job, cancel);
+  if (job.show.content == PreviewContent::kHalftone) {
+    halftone_pixels(plane, *job.voxels, *plan, values, spans, picture, cancel);
+  } else {
+    colour_pixels(job.show, plan == nullptr ? nullptr : &plan->mixtures().front(), values, spans, picture, cancel);
+  }
+  if (job.contours) picture.outlines = outlines_of(contours.loops, layer.grid.origin_mm.head<2>());
+  return picture;
+}
+
+}  // namespace ccslice

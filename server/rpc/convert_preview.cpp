@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/convert_preview.h"
+
+#include <string>
+#include <utility>
+
+#include "core/base/choice_text.h"
+#include "core/base/colour_map.h"
+#include "core/base/error.h"
+#include "core/job/validate_job.h"
+#include "core/preview/layer_painter.h"
+#include "core/slicer/slice_range.h"
+#include "server/rpc/contract_value.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/printer.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr std::string_view kColourMapPrefix = "COLOUR_MAP_NAME_";
+constexpr int kLegendColours = 32;
+
+ColourMapName to_colour_map(v1::ColourMapName name) {
+  if (name == v1::COLOUR_MAP_NAME_UNSPECIFIED) return PreviewColours().colours;
+  if (const auto* traits = find_contract_row(kColourMaps, kColourMapPrefix, name)) return traits->map;
+  throw Error(ErrorCode::kEnumValueUnknown,
+              "content.channel.colours: " + std::to_string(static_cast<int>(name)) +
+                  " isn't a colour map that this server knows; ask for " + choice_text(kColourMaps),
+              "content.channel.colours");
+}
+
+PreviewColours to_colours(const v1::PreviewContent& message, const PreviewSetting& setting, const SolidSummary& solid) {
+  PreviewColours show;
+  show.printing = setting.printing;
+  switch (message.content_case()) {
+    case v1::PreviewContent::kOccupancy: break;
+    case v1::PreviewContent::kChannel:
+      show.content = PreviewContent::kChannel;
+      show.channel = to_channel(message.channel().channel(), solid, "content.channel.channel");
+      show.colours = to_colour_map(message.channel().colours());
+      if (message.channel().has_range()) {
+        show.range = ValueRange{.min = message.channel().range().min(), .max = message.channel().range().max()};
+      }
+      break;
+    case v1::PreviewContent::kMix: show.content = PreviewContent::kMix; break;
+    case v1::PreviewContent::kHalftone: show.content = PreviewContent::kHalftone; break;
+    default:
+      throw Error(ErrorCode::kContentInvalid,
+                  "content: nothing that this server knows; ask for occupancy, channel, mix or halftone", "content");
+  }
+  return show;
+}
+
+Grid to_grid(const v1::GridSpec& message, const v1::PrinterProfile* printer, const LimitSolid& solid,
+             const Placement& placement, const SliceLimits& limits, const CancellationToken& cancel) {
+  v1::GridSpec grid = message;
+  if (printer != nullptr) grid = with_printer_pitch(grid, to_printer(*printer));
+  return plan_grid(solid, placement, to_grid_request(grid), limits, cancel);
+}
+
+[[noreturn]] void malformed(const std::string& message, const std::string& field) {
+  throw ServiceError(ServiceErrorCode::kRequestMalformed, field + ": " + message, field);
+}
+
+PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
+                        const SliceLimits& limits, const CancellationToken& cancel) {
+  const v1::FreePlane& plane = request.plane().free();
+  PreviewJob job;
+  job.placement = setting.placement;
+  job.plane.middle_mm = to_vec3(plane.middle_mm());
+  job.plane.across = to_vec3(plane.across());
+  job.plane.up = to_vec3(plane.up());
+  job.plane.across_mm = plane.across_mm_per_pixel();
+  job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
+  job.plane.columns = request.width();
+  job.plane.rows = request.height();
+  job.show = to_colours(request.content(), setting, solid.summary());
+  job.contours = request.contours();
+  validate_preview(solid.summary(), job, limits);
+  if (job.show.content == PreviewContent::kHalftone) {
+    const v1::HalftoneContent& halftone = request.content().halftone();
+    job.voxels = to_grid(halftone.grid(), halftone.has_printer() ? &halftone.printer() : nullptr, solid,
+                         setting.placement, limits, cancel);
+  }
+  return job;
+}
+
+LayerPreview to_layer(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
+                      const SliceLimits& limits, const CancellationToken& cancel) {
+  const v1::PreviewLayer& plane = request.plane().layer();
+  if (request.width() != 0 || request.height() != 0) {
+    malformed("a layer is as wide and high as its region: leave width and height out", "width");
+  }
+  LayerPreview preview;
+  preview.show = to_colours(request.content(), setting, solid.summary());
+  validate_colours(solid.summary(), preview.show);
+  SliceJob job;
+  job.placement = setting.placement;
+  job.grid =
+      to_grid(plane.grid(), plane.has_printer() ? &plane.printer() : nullptr, solid, setting.placement, limits, cancel);
+  if (plane.has_region()) job.region = to_region(plane.region(), job.grid);
+  const LayerWindow window = region_of(job).window();
+  if (window.columns > kMaxPreviewPixels || window.rows > kMaxPreviewPixels) {
+    throw Error(ErrorCode::kPictureTooLarge,
+                "plane.layer: a picture of " + std::to_string(window.columns) + " x " + std::to_string(window.rows) +
+                    " voxels, and there may be " + std::to_string(kMaxPreviewPixels) +
+                    " each way; give a region, or ask SliceRange for it",
+                "plane.layer");
+  }
+  if (plane.layer() >= job.grid.extent.layers) {
+    throw Error(ErrorCode::kLayerRangeOutOfBounds,
+                "plane.layer.layer: there is no layer " + std::to_string(plane.layer()) + "; the grid has " +
+                    std::to_string(job.grid.extent.layers),
+                "plane.layer.layer");
+  }
+  if (job.region) {  // Its layers don't matter.
+    job.region->first_layer = plane.layer();
+    job.region->extent.layers = 1;
+  }
+  preview.contours = request.contours();
+  preview.job = layer_preview_job(std::move(job), preview.show, preview.contours);
+  preview.layer = plane.layer();
+  validate_job(solid, preview.job, limits);
+  return preview;
+}
+
+}  // namespace
+
+PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
+                       const SliceLimits& limits, const CancellationToken& cancel) {
+  switch (request.plane().plane_case()) {
+    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solid, limits, cancel);
+    case v1::PreviewPlane::kLayer: return to_layer(request, setting, solid, limits, cancel);
+    default: malformed("neither free nor layer: say which plane", "plane");
+  }
+}
+
+v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours& show) {
+  v1::PreviewHeader header;
+  header.set_width(picture.columns);
+  header.set_height(picture.rows);
+  header.set_across_mm_per_pixel(picture.across_mm);
+  header.set_up_mm_per_pixel(picture.up_mm);
+  header.set_pixels_inside(picture.pixels_inside);
+  if (picture.range) {
+    header.mutable_range()->set_min(picture.range->min);
+    header.mutable_range()->set_max(picture.range->max);
+  }
+  if (show.content == PreviewContent::kChannel) {
+    for (int i = 0; i < kLegendColours; ++i) {
+      const Srgb colour = map_colour(show.colours, static_cast<double>(i) / (kLegendColours - 1));
+      header.add_colours(std::uint32_t{colour[0]} << 24 | std::uint32_t{colour[1]} << 16 |
+                         std::uint32_t{colour[2]} << 8 | 0xff);
+    }
+  }
+  for (const std::uint64_t pixels : picture.material_pixels) header.add_material_pixels(pixels);
+  return header;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Requests of previews: messages -> jobs of the core, and pictures -> messages. Pure.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <variant>
+
+#include "ccslice/v1/preview.pb.h"
+#include "core/base/cancellation.h"
+#include "core/job/slice_job.h"
+#include "core/job/slice_limits.h"
+#include "core/limit/limit_solid.h"
+#include "core/preview/preview_job.h"
+
+namespace ccslice::server {
+
+/// What holds from message to message of a call.
+struct PreviewSetting {
+  Placement placement = Placement::Identity();
+  std::shared_ptr<const Printing> printing;
+};
+
+/// A layer of a job to be shown, as core/preview/layer_painter.h makes it.
+struct LayerPreview {
+  SliceJob job;
+  PreviewColours show;
+  bool contours = false;
+  std::uint32_t layer = 0;
+};
+
+using PreviewWork = std::variant<PreviewJob, LayerPreview>;
+
+/// What the request shows, valid for the solid and within the limits. Throws Error (2xx), ServiceError{kRequestMalformed,
+/// kPrinterUnknown, kPrinterInvalid}.
+PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
+                       const SliceLimits& limits, const CancellationToken& cancel);
+
+/// All but the times and the picture's bytes.
+v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours& show);
+
+}  // namespace ccslice::server

@@ -1,0 +1,507 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Reading goes on while pictures are made: a read is always under way until the client has said its last word. What
+// else the call does is one of four things, guarded by its mutex:
+//
+//   idle        waits for a request. No place among the running calls, no thread; after a while no memory either;
+//   admission   waits for a place;
+//   painting    on a worker. A newer request cancels the full picture, and waits as the only one;
+//   writing     the pictures that are done are written. The next request is begun when all are.
+//
+// Whoever takes the call from one of them to the next does what has to be done then, so Finish is called once.
+
+#include "server/rpc/preview_call.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/output/png.h"
+#include "core/preview/layer_painter.h"
+#include "core/preview/plane_painter.h"
+#include "core/slicer/slicer_memory.h"
+#include "server/rpc/call.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/convert_preview.h"
+#include "server/rpc/convert_printing.h"
+#include "server/rpc/requests.h"
+#include "server/rpc/unknown_fields.h"
+
+namespace ccslice::server {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMostPartBytes = 1 << 20;
+constexpr auto kKeepMemory = 10s;  // Of an idle call.
+
+double ms_between(SteadyClock::time_point from, SteadyClock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+/// A wait of its own beside the call's.
+class Watch final : public IdleCall {
+ public:
+  Watch(std::function<void()> on_idle, std::function<void()> on_lag)
+      : on_idle_(std::move(on_idle)), on_lag_(std::move(on_lag)) {}
+
+  /// From the end of `start` on.
+  template <typename Start>
+  void start(const Start& start) {
+    const WaitBegin wait = begin_wait();
+    start();
+    arm_wait(wait);
+  }
+  /// False if the wait has ended already.
+  [[nodiscard]] bool end() { return end_wait(); }
+
+ private:
+  void idle() override { on_idle_(); }
+  void lag() override { on_lag_(); }
+
+  std::function<void()> on_idle_, on_lag_;
+};
+
+/// Makes the pictures of a call's mesh. One thread at a time.
+class Painter {
+ public:
+  Painter(MeshPtr mesh, MemoryBudget& scratch) : mesh_(std::move(mesh)), planes_(mesh_->solid()), share_(scratch) {}
+
+  PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
+    SliceJob layer;
+    layer.placement = under_plane(job.plane, job.placement);
+    layer.grid = grid_of(job.plane);
+    reserve(layer, cancel);
+    return planes_.paint(job, stage, cancel);
+  }
+
+  /// `key`: equal for requests whose layers are of one job.
+  PreviewPicture paint(const LayerPreview& preview, const std::string& key, const CancellationToken& cancel) {
+    if (!layers_ || key != layers_key_) {
+      layers_.reset();
+      reserve(preview.job, cancel);
+      layers_.emplace(mesh_->solid(), preview.job, preview.show, cancel);
+      layers_key_ = key;
+    }
+    return layers_->paint(preview.layer, cancel);
+  }
+
+ private:
+  /// Of the solid a picture takes about the same wherever its plane lies, so that is estimated once, and of each
+  /// picture its pixels.
+  void reserve(const SliceJob& layer, const CancellationToken& cancel) {
+    constexpr std::uint64_t kBytesAPixel = 24;
+    if (solid_bytes_ == 0) {
+      const SlicerMemory memory = slicer_memory(mesh_->solid(), layer, cancel);
+      solid_bytes_ = memory.shared_bytes + memory.slicer_bytes;
+    }
+    const std::uint64_t pixels = std::uint64_t{layer.grid.extent.columns} * layer.grid.extent.rows;
+    const std::uint64_t wanted = solid_bytes_ + kBytesAPixel * pixels;
+    if (wanted > reserved_bytes_ && !share_.resize(wanted)) {
+      throw ServiceError(ServiceErrorCode::kServerBusy,
+                         "other calls hold all memory for slicing: try again later, or ask for a smaller picture");
+    }
+    reserved_bytes_ = std::max(reserved_bytes_, wanted);
+  }
+
+  MeshPtr mesh_;
+  PlanePainter planes_;
+  std::optional<LayerPainter> layers_;
+  std::string layers_key_;
+  std::uint64_t solid_bytes_ = 0, reserved_bytes_ = 0;
+  MemoryBudget::Share share_;
+};
+
+class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
+ public:
+  PreviewCall(ServiceState& state, grpc::CallbackServerContext& context)
+      : Call(state, context, "Preview"), lane_(make_lane(Pieces::kInteractive)) {}
+
+  /// From here on the call keeps itself alive until gRPC is done with it.
+  void begin() {
+    if (const auto refused = open_call()) return end(*refused);
+    state_.preview_watch.add(shared_from_this());
+    const std::weak_ptr<PreviewCall> weak = std::static_pointer_cast<PreviewCall>(shared_from_this());
+    const auto when_open = [weak](void (PreviewCall::*act)()) {
+      return [weak, act] {
+        if (const auto open = weak.lock()) ((*open).*act)();
+      };
+    };
+    memory_watch_ = std::make_shared<Watch>([] {}, when_open(&PreviewCall::give_memory_back));
+    write_watch_ = std::make_shared<Watch>(when_open(&PreviewCall::stall), [] {});
+    state_.idle_watch.add(memory_watch_);
+    state_.idle_watch.add(write_watch_);
+    const std::lock_guard lock(mutex_);
+    wait_idle([this] { this->StartRead(&raw_); });
+  }
+
+ private:
+  enum class Doing { kIdle, kAdmission, kPainting, kWriting, kOver };
+
+  struct Request {
+    v1::PreviewRequest message;
+    SteadyClock::time_point arrived;
+  };
+
+  /// `start` starts what is waited for, unless it is under way already.
+  template <typename Start>
+  void wait_idle(const Start& start) {
+    doing_ = Doing::kIdle;
+    idle_since_ = SteadyClock::now();
+    memory_watch_->start([] {});
+    wait_for_message(start);
+  }
+
+  /// Long before the call is ended.
+  void give_memory_back() {
+    std::unique_ptr<Painter> painter;
+    const std::lock_guard lock(mutex_);
+    if (doing_ == Doing::kIdle && SteadyClock::now() - idle_since_ > kKeepMemory) painter = std::move(painter_);
+  }
+
+  /// The client doesn't read. It can't be told why, see call.h.
+  void stall() {
+    stop();
+    std::unique_lock lock(mutex_);
+    if (doing_ == Doing::kOver) return;
+    reset_stream(context_, stalled_status());
+    finish(lock, stalled_status());
+  }
+
+  void OnReadDone(bool ok) override {
+    const auto self = shared_from_this();
+    std::unique_lock lock(mutex_);
+    if (doing_ == Doing::kOver || stopped_) return end_if_idle(lock);
+    if (!ok) {
+      reads_done_ = true;
+      return end_if_idle(lock);
+    }
+    try {
+      accept();
+    } catch (...) {
+      failure_ = to_status(std::current_exception());
+      full_cancel_.cancel();
+      return end_if_idle(lock);
+    }
+    if (doing_ == Doing::kIdle) {
+      if (!end_wait()) return;
+      ask_for_place(lock);
+    } else if (doing_ == Doing::kPainting && has_picture_) {
+      full_cancel_.cancel();
+    }
+    if (!lock.owns_lock()) lock.lock();
+    if (doing_ != Doing::kOver && !stopped_) this->StartRead(&raw_);
+  }
+
+  /// Where reading has ended, and nothing else is under way, the call ends.
+  void end_if_idle(std::unique_lock<std::mutex>& lock) {
+    if (doing_ != Doing::kIdle || !end_wait()) return;
+    finish(lock, stopped_ || cancel_.cancelled() ? status_of_stop() : failure_.value_or(grpc::Status::OK));
+  }
+
+  /// Takes the message that has come as the one that waits.
+  void accept() {
+    Request request;
+    request.arrived = SteadyClock::now();
+    parse_request(raw_, request.message);
+    require_known_fields(request.message);
+    if (request.message.number() <= number_) {
+      throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                         "number: " + std::to_string(request.message.number()) + " comes after " +
+                             std::to_string(number_) + "; numbers of a call go up, from 1",
+                         "number");
+    }
+    number_ = request.message.number();
+    if (waiting_) {
+      ++dropped_;
+      keep_settings(waiting_->message, request.message);
+    }
+    waiting_ = std::move(request);
+  }
+
+  /// What an unanswered request has set holds all the same.
+  static void keep_settings(v1::PreviewRequest& dropped, v1::PreviewRequest& next) {
+    if (next.mesh_id().empty()) next.set_mesh_id(dropped.mesh_id());
+    if (!next.has_placement() && dropped.has_placement()) next.mutable_placement()->Swap(dropped.mutable_placement());
+    if (!next.has_printing() && dropped.has_printing()) next.mutable_printing()->Swap(dropped.mutable_printing());
+  }
+
+  void ask_for_place(std::unique_lock<std::mutex>& lock) {
+    doing_ = Doing::kAdmission;
+    work_place_.emplace(state_.admission);
+    lock.unlock();
+    state_.admission.request(*work_place_, [self = std::static_pointer_cast<PreviewCall>(shared_from_this())](
+                                               const std::exception_ptr& refusal) { self->decided(refusal); });
+  }
+
+  void decided(const std::exception_ptr& refusal) {
+    std::unique_lock lock(mutex_);
+    if (refusal) {
+      add_pushback(refusal);
+      return finish(lock, to_status(refusal));
+    }
+    start_painting();
+  }
+
+  void start_painting() {
+    doing_ = Doing::kPainting;
+    has_picture_ = false;
+    full_cancel_ = Executor::make_token();
+    lane_.post([self = std::static_pointer_cast<PreviewCall>(shared_from_this())] { self->paint_next(); });
+  }
+
+  /// On a worker.
+  void paint_next() {
+    Request request;
+    CancellationToken full_cancel;
+    {
+      const std::lock_guard lock(mutex_);
+      request = std::move(*waiting_);
+      waiting_.reset();
+      full_cancel = full_cancel_;
+      if (stopped_) cancel_.cancel();
+    }
+    std::optional<grpc::Status> failed;
+    try {
+      paint(request, full_cancel);
+    } catch (...) {
+      if (cancel_.cancelled()) {
+        failed = status_of_stop();
+      } else if (!full_cancel.cancelled()) {
+        failed = to_status(std::current_exception());
+      } else {
+        ++stopped_pictures_;
+      }
+    }
+    std::unique_lock lock(mutex_);
+    if (doing_ == Doing::kOver) return;
+    if (failed && !failure_) failure_ = failed;
+    doing_ = Doing::kWriting;
+    if (!is_writing_) go_on(lock);
+  }
+
+  void paint(const Request& request, const CancellationToken& full_cancel) {
+    const auto begun = SteadyClock::now();
+    cancel_.throw_if_cancelled();
+    take_settings(request.message);
+    const PreviewWork work = to_preview(request.message, setting_, *mesh_->solid(), state_.slice_limits, cancel_);
+    if (!painter_) painter_ = std::make_unique<Painter>(mesh_, state_.scratch);
+    const auto deliver = [&](v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
+                             SteadyClock::time_point from) {
+      send(request, stage, show, picture, {begun, from});
+    };
+    if (const auto* layer = std::get_if<LayerPreview>(&work)) {
+      const PreviewPicture picture = painter_->paint(*layer, layers_key(request.message), cancel_);
+      return deliver(v1::PREVIEW_STAGE_FULL, layer->show, picture, begun);
+    }
+    const auto& job = std::get<PreviewJob>(work);
+    if (request.message.coarse()) {
+      deliver(v1::PREVIEW_STAGE_COARSE, job.show, painter_->paint(job, PreviewStage::kCoarse, cancel_), begun);
+      full_cancel.throw_if_cancelled();
+    }
+    const auto from = SteadyClock::now();
+    const CancellationToken& cancel = request.message.coarse() ? full_cancel : cancel_;
+    deliver(v1::PREVIEW_STAGE_FULL, job.show, painter_->paint(job, PreviewStage::kFull, cancel), from);
+  }
+
+  void take_settings(const v1::PreviewRequest& message) {
+    if (!mesh_) {
+      mesh_ = require_mesh(state_, message.mesh_id());
+      log_.note(mesh_->id());
+    } else if (!message.mesh_id().empty() && message.mesh_id() != mesh_->id()) {
+      throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                         "mesh_id changes within the call: make another call for another mesh", "mesh_id");
+    }
+    const SolidSummary& solid = mesh_->solid()->summary();
+    if (message.has_placement()) {
+      setting_.placement = to_placement(message.placement(), solid.bounding_box, state_.slice_limits);
+      placement_bytes_ = message.placement().SerializeAsString();
+    }
+    if (message.has_printing()) {
+      setting_.printing = std::make_shared<const Printing>(to_printing(message.printing(), solid));
+      printing_bytes_ = message.printing().SerializeAsString();
+    }
+  }
+
+  /// Layers of one job differ in their numbers only.
+  std::string layers_key(v1::PreviewRequest message) const {
+    v1::PreviewLayer layer = message.plane().layer();
+    if (!layer.has_region()) layer.clear_layer();  // A region of one layer is a job of its own.
+    return placement_bytes_ + '\n' + printing_bytes_ + '\n' + layer.SerializeAsString() + '\n' +
+           message.content().SerializeAsString() + (message.contours() ? "c" : "");
+  }
+
+  struct Times {
+    SteadyClock::time_point begun, painting;  // The request; this picture.
+  };
+
+  void send(const Request& request, v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
+            const Times& times) {
+    std::vector<std::uint8_t> encoded;
+    std::span<const std::uint8_t> bytes = picture.rgba;
+    if (request.message.encoding() != v1::PREVIEW_ENCODING_RGBA) {
+      encoded = png_.colours(picture.columns, picture.rows, picture.rgba, cancel_);
+      bytes = encoded;
+    }
+    std::deque<v1::PreviewResponse> parts;
+    const auto add = [&]() -> v1::PreviewResponse& {
+      v1::PreviewResponse& part = parts.emplace_back();
+      part.set_number(request.message.number());
+      part.set_stage(stage);
+      return part;
+    };
+    v1::PreviewHeader& header = *add().mutable_header();
+    header = to_header(picture, show);
+    header.set_picture_bytes(bytes.size());
+    header.set_queued_ms(ms_between(request.arrived, times.begun));
+    header.set_worked_ms(ms_between(times.painting, SteadyClock::now()));
+    for (std::size_t at = 0; at < bytes.size(); at += kMostPartBytes) {
+      v1::PreviewResponse& part = at == 0 ? parts.back() : add();
+      const auto chunk = bytes.subspan(at, std::min(kMostPartBytes, bytes.size() - at));
+      part.set_picture(chunk.data(), chunk.size());
+    }
+    add_outlines(picture.outlines, add);
+    parts.back().set_last(true);
+    const std::lock_guard lock(mutex_);
+    for (v1::PreviewResponse& part : parts) to_write_.push_back(std::move(part));
+    ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
+    oldest_ms_ = std::max(oldest_ms_, ms_between(request.arrived, SteadyClock::now()));
+    has_picture_ = true;
+    if (waiting_) full_cancel_.cancel();
+    write_next();
+  }
+
+  template <typename Add>
+  static void add_outlines(const std::vector<std::vector<Vec2>>& outlines, const Add& add) {
+    std::size_t bytes = kMostPartBytes;
+    v1::PreviewResponse* part = nullptr;
+    for (const std::vector<Vec2>& outline : outlines) {
+      const std::size_t size = sizeof(Vec2) * outline.size();
+      if (part == nullptr || bytes + size > kMostPartBytes) {
+        part = &add();
+        bytes = 0;
+      }
+      bytes += size;
+      auto& points = *part->add_outlines()->mutable_points_mm();
+      for (const Vec2& point : outline) points.Add(point.begin(), point.end());
+    }
+  }
+
+  /// Writes the next part, unless one is being written.
+  void write_next() {
+    if (is_writing_ || to_write_.empty() || stopped_ || doing_ == Doing::kOver) return;
+    is_writing_ = true;
+    written_ = std::move(to_write_.front());
+    to_write_.pop_front();
+    write_watch_->start([this] { this->StartWrite(&written_); });
+  }
+
+  void OnWriteDone(bool ok) override {
+    const auto self = shared_from_this();
+    std::unique_lock lock(mutex_);
+    if (!write_watch_->end() || doing_ == Doing::kOver) return;
+    is_writing_ = false;
+    if (!ok) {
+      cancel_.cancel();
+      full_cancel_.cancel();
+      to_write_.clear();
+      failure_ = status_of_stop();
+    }
+    if (!to_write_.empty() && !stopped_) return write_next();
+    if (doing_ == Doing::kWriting) go_on(lock);
+  }
+
+  /// When a request has been answered.
+  void go_on(std::unique_lock<std::mutex>& lock) {
+    if (!to_write_.empty() && !stopped_ && !failure_) return write_next();
+    if (stopped_ || cancel_.cancelled()) return finish(lock, status_of_stop());
+    if (failure_) return finish(lock, *failure_);
+    if (waiting_) return start_painting();
+    give_back_place();
+    if (reads_done_) return finish(lock, grpc::Status::OK);
+    wait_idle([] {});
+  }
+
+  void give_back_place() {
+    if (!work_place_) return;
+    state_.admission.give_back(*work_place_);
+    work_place_.reset();
+  }
+
+  void finish(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
+    doing_ = Doing::kOver;
+    const std::unique_ptr<Painter> painter = std::move(painter_);
+    give_back_place();
+    log_.note(std::to_string(coarse_pictures_) + " coarse and " + std::to_string(full_pictures_) +
+              " full pictures, requests dropped " + std::to_string(dropped_) + " and stopped " +
+              std::to_string(stopped_pictures_) + ", oldest answer " + std::to_string(std::lround(oldest_ms_)) + " ms");
+    lock.unlock();
+    end(status);
+  }
+
+  void OnCancel() override {
+    const auto self = shared_from_this();
+    stop();
+    std::unique_lock lock(mutex_);
+    if (doing_ == Doing::kAdmission && state_.admission.leave_queue(*work_place_)) finish(lock, status_of_stop());
+  }
+
+  void stop() override {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    cancel_.cancel();
+    full_cancel_.cancel();
+  }
+
+  Executor::Lane lane_;
+  const CancellationToken cancel_ = Executor::make_token();
+  std::shared_ptr<Watch> memory_watch_, write_watch_;  // Of an idle call; of a write.
+
+  std::mutex mutex_;  // Guards what follows, but for what is marked.
+  Doing doing_ = Doing::kIdle;
+  grpc::ByteBuffer raw_;  // The read's.
+  std::uint64_t number_ = 0;
+  std::optional<Request> waiting_;
+  bool reads_done_ = false, stopped_ = false;
+  std::optional<grpc::Status> failure_;
+  std::optional<Admission::Place> work_place_;
+  CancellationToken full_cancel_ = Executor::make_token();
+  bool has_picture_ = false;  // The request at hand has got its first picture.
+  bool is_writing_ = false;
+  std::deque<v1::PreviewResponse> to_write_;
+  v1::PreviewResponse written_;  // The write's.
+  SteadyClock::time_point idle_since_;
+  std::unique_ptr<Painter> painter_;
+  // Of the log:
+  std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
+  double oldest_ms_ = 0;
+
+  // The worker's:
+  MeshPtr mesh_;
+  PreviewSetting setting_;
+  std::string placement_bytes_, printing_bytes_;
+  PngEncoder png_;
+};
+
+}  // namespace
+
+grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>* begin_preview_call(
+    ServiceState& state, grpc::CallbackServerContext& context) {
+  const auto call = std::make_shared<PreviewCall>(state, context);
+  call->begin();
+  return call.get();
+}
+
+}  // namespace ccslice::server

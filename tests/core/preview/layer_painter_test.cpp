@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/preview/layer_painter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "core/mesh/models.h"
+#include "tests/core/slicer/test_jobs.h"
+
+namespace ccslice {
+namespace {
+
+class LayerPainterTest : public testing::Test {
+ protected:
+  LayerPainterTest() {
+    job_ = job_of(solid_, {0.4, 0.3, 0.35});
+    auto printing = std::make_shared<Printing>();
+    printing->materials = {{"soft", 0xff0000ff}, {"hard", 0x0000ffff}};
+    printing->map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
+    printing->halftone = {HalftoneMethod::kErrorDiffusion, 5};
+    printing_ = printing;
+  }
+
+  PreviewPicture paint(const PreviewColours& show, std::uint32_t layer, bool contours = false) {
+    return LayerPainter(solid_, layer_preview_job(job_, show, contours), show, {}).paint(layer, {});
+  }
+
+  /// The bytes of a plane of the job's layer, as slicing gives them.
+  std::vector<std::uint8_t> sliced(PlaneSpec plane, std::uint32_t layer) {
+    SliceJob job = job_;
+    job.printing = *printing_;
+    job.planes = {std::move(plane)};
+    return LayerSlicer(solid_, job).slice(layer, {}).planes.front().bytes;
+  }
+
+  const std::uint8_t* pixel(const PreviewPicture& picture, std::uint32_t column, std::uint32_t row) const {
+    return &picture.rgba[std::size_t{4} * (std::size_t{picture.columns} * (picture.rows - 1 - row) + column)];
+  }
+
+  const Solid solid_ = LimitSolid::prepare(make_box());
+  SliceJob job_;
+  std::shared_ptr<const Printing> printing_;
+};
+
+TEST_F(LayerPainterTest, HalftonesAreTheLayersToTheBit) {
+  PreviewColours show;
+  show.content = PreviewContent::kHalftone;
+  show.printing = printing_;
+  PlaneSpec materials = occupancy();
+  materials.content = PlaneContent::kMaterials;
+  materials.sample_type = SampleType::kUint8;
+  const std::uint32_t layer = job_.grid.extent.layers / 2;
+  const PreviewPicture picture = paint(show, layer);
+  const std::vector<std::uint8_t> numbers = sliced(materials, layer);
+  ASSERT_EQ(picture.columns, job_.grid.extent.columns);
+  ASSERT_EQ(picture.rows, job_.grid.extent.rows);
+  std::vector<std::uint64_t> counts(3);
+  for (std::uint32_t row = 0; row < picture.rows; ++row) {
+    for (std::uint32_t column = 0; column < picture.columns; ++column) {
+      const std::uint8_t material = numbers[std::size_t{picture.columns} * row + column];
+      const std::uint32_t colours[] = {0, 0xff0000ff, 0x0000ffff};
+      const std::uint8_t* rgba = pixel(picture, column, row);
+      const std::uint32_t shown = std::uint32_t{rgba[0]} << 24 | std::uint32_t{rgba[1]} << 16 |
+                                  std::uint32_t{rgba[2]} << 8 | std::uint32_t{rgba[3]};
+      ASSERT_EQ(shown, colours[material]) << column << ", " << row;
+      ++counts[material];
+    }
+  }
+  EXPECT_GT(counts[1], 0u);
+  EXPECT_GT(counts[2], 0u);
+  EXPECT_EQ(picture.material_pixels, (std::vector<std::uint64_t>{counts[1], counts[2]}));
+  EXPECT_EQ(picture.pixels_inside, counts[1] + counts[2]);
+}
+
+TEST_F(LayerPainterTest, ChannelsAreTheLayersValues) {
+  PreviewColours show;
+  show.content = PreviewContent::kChannel;
+  show.colours = ColourMapName::kGrey;
+  show.range = ValueRange{0, 1};
+  job_.region =
+      VoxelRegion{3, 2, 0, {job_.grid.extent.columns - 5, job_.grid.extent.rows - 4, job_.grid.extent.layers}};
+  const std::uint32_t layer = 7;
+  const PreviewPicture picture = paint(show, layer);
+  const std::vector<std::uint8_t> values = sliced(channel(0, SampleType::kFloat32), layer);
+  const std::vector<std::uint8_t> bits = sliced(occupancy(), layer);
+  const std::size_t row_bytes = (picture.columns + 7) / 8;
+  for (std::uint32_t row = 0; row < picture.rows; ++row) {
+    for (std::uint32_t column = 0; column < picture.columns; ++column) {
+      float value = 0;
+      std::memcpy(&value, &values[sizeof(float) * (std::size_t{picture.columns} * row + column)], sizeof(float));
+      const bool inside = bits[row_bytes * row + column / 8] >> (7 - column % 8) & 1;
+      const std::uint8_t* rgba = pixel(picture, column, row);
+      ASSERT_EQ(rgba[3] != 0, inside) << column << ", " << row;
+      if (inside) {
+        ASSERT_NEAR(rgba[0], 255 * value, 0.5 + 255.0 / 2046) << column << ", " << row;
+      }
+    }
+  }
+}
+
+TEST_F(LayerPainterTest, MixesAndOutlinesShowTheSameVoxels) {
+  PreviewColours show;
+  const PreviewPicture plain = paint(show, 5, /*contours=*/true);
+  EXPECT_EQ(plain.outlines.size(), 1u);
+  show.content = PreviewContent::kMix;
+  show.printing = printing_;
+  const PreviewPicture mixed = paint(show, 5);
+  EXPECT_TRUE(mixed.outlines.empty());
+  EXPECT_EQ(mixed.pixels_inside, plain.pixels_inside);
+  for (std::size_t at = 3; at < plain.rgba.size(); at += 4) ASSERT_EQ(mixed.rgba[at], plain.rgba[at]);
+}
+
+}  // namespace
+}  // namespace ccslice

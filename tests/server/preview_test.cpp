@@ -1,0 +1,352 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A picture put together from its parts.
+struct Shown {
+  std::uint64_t number = 0;
+  v1::PreviewStage stage = v1::PREVIEW_STAGE_UNSPECIFIED;
+  v1::PreviewHeader header;
+  std::string bytes;
+  std::vector<v1::PreviewOutline> outlines;
+};
+
+class Preview : public testing::Test {
+ protected:
+  using Stream = grpc::ClientReaderWriter<v1::PreviewRequest, v1::PreviewResponse>;
+
+  /// The middle of a cube of 10 mm, seen from above, 64 x 64 pixels of 0.2 mm.
+  v1::PreviewRequest request(std::uint64_t number) const {
+    v1::PreviewRequest request;
+    request.set_number(number);
+    request.set_mesh_id(id_);
+    v1::FreePlane& plane = *request.mutable_plane()->mutable_free();
+    plane.mutable_middle_mm()->set_x(5);
+    plane.mutable_middle_mm()->set_y(5);
+    plane.mutable_middle_mm()->set_z(5);
+    plane.mutable_across()->set_x(1);
+    plane.mutable_up()->set_y(1);
+    plane.set_across_mm_per_pixel(0.2);
+    request.set_width(64);
+    request.set_height(64);
+    request.mutable_content()->mutable_occupancy();
+    request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
+    return request;
+  }
+
+  static std::vector<Shown> read_all(Stream& stream) {
+    std::vector<Shown> all;
+    v1::PreviewResponse message;
+    bool open = false;
+    while (stream.Read(&message)) {
+      if (message.has_header()) {
+        EXPECT_FALSE(open);
+        all.push_back({message.number(), message.stage(), message.header(), "", {}});
+      }
+      EXPECT_LE(message.ByteSizeLong(), (1u << 20) + 1000);
+      all.back().bytes += message.picture();
+      for (const v1::PreviewOutline& outline : message.outlines()) all.back().outlines.push_back(outline);
+      open = !message.last();
+      if (!open) {
+        EXPECT_EQ(all.back().bytes.size(), all.back().header.picture_bytes());
+      }
+    }
+    EXPECT_FALSE(open);
+    return all;
+  }
+
+  /// Sends the requests at once; what comes of them.
+  std::vector<Shown> shown(const std::vector<v1::PreviewRequest>& requests, grpc::Status* status = nullptr) {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().Preview(&context);
+    for (const v1::PreviewRequest& request : requests) stream->Write(request);
+    stream->WritesDone();
+    std::vector<Shown> all = read_all(*stream);
+    const grpc::Status end = stream->Finish();
+    if (status != nullptr) {
+      *status = end;
+    } else {
+      EXPECT_TRUE(end.ok()) << end.error_message();
+    }
+    return all;
+  }
+
+  Failure failure(const v1::PreviewRequest& request) {
+    grpc::Status status;
+    shown({request}, &status);
+    return failure_of(status);
+  }
+
+  TestServer server_;
+  const std::string id_ = server_.upload_good(make_box(2, 10));
+};
+
+TEST_F(Preview, ShowsThePlaneCoarseAndFull) {
+  v1::PreviewRequest asked = request(1);
+  asked.set_coarse(true);
+  asked.set_contours(true);
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 2u);
+  EXPECT_EQ(pictures[0].stage, v1::PREVIEW_STAGE_COARSE);
+  EXPECT_EQ(pictures[0].header.width(), 8u);
+  EXPECT_EQ(pictures[1].stage, v1::PREVIEW_STAGE_FULL);
+  EXPECT_EQ(pictures[1].number, 1u);
+  const v1::PreviewHeader& header = pictures[1].header;
+  EXPECT_EQ(header.width(), 64u);
+  EXPECT_EQ(header.height(), 64u);
+  EXPECT_DOUBLE_EQ(header.up_mm_per_pixel(), 0.2);
+  EXPECT_EQ(pictures[1].bytes.size(), 64u * 64 * 4);
+  EXPECT_EQ(header.pixels_inside(), 50u * 50);
+  ASSERT_EQ(pictures[1].outlines.size(), 1u);
+  EXPECT_GE(pictures[1].outlines[0].points_mm_size(), 6);
+  EXPECT_GE(header.queued_ms(), 0);
+  EXPECT_GT(header.worked_ms(), 0);
+}
+
+TEST_F(Preview, LaterRequestsTakeWhatEarlierOnesSet) {
+  v1::PreviewRequest first = request(1), second = request(2);
+  // Moved away: nothing is in the picture.
+  for (const double number : {1, 0, 0, 100, 0, 1, 0, 0, 0, 0, 1, 0}) first.mutable_placement()->add_matrix(number);
+  second.clear_mesh_id();
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  for (const v1::PreviewRequest& each : {first, second}) {
+    stream->Write(each);
+    ASSERT_TRUE(stream->Read(&message));
+    EXPECT_EQ(message.number(), each.number());
+    EXPECT_EQ(message.header().pixels_inside(), 0u);
+  }
+  v1::PreviewRequest third = request(3);
+  third.mutable_placement();
+  stream->Write(third);
+  ASSERT_TRUE(stream->Read(&message));
+  EXPECT_GT(message.header().pixels_inside(), 1000u);
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&message));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(Preview, TheLatestOfManyRequestsWins) {
+  std::vector<v1::PreviewRequest> requests;
+  for (std::uint64_t number = 1; number <= 2000; ++number) {
+    requests.push_back(request(number));
+    requests.back().set_coarse(true);
+    if (number > 1) requests.back().clear_mesh_id();
+  }
+  const std::vector<Shown> pictures = shown(requests);
+  ASSERT_FALSE(pictures.empty());
+  EXPECT_EQ(pictures.back().number, 2000u);
+  EXPECT_EQ(pictures.back().stage, v1::PREVIEW_STAGE_FULL);
+  EXPECT_LT(pictures.size(), 4000u);
+  std::uint64_t last = 0;
+  for (const Shown& picture : pictures) {
+    EXPECT_GE(picture.number, last);
+    // A full picture follows its own coarse one.
+    if (picture.stage == v1::PREVIEW_STAGE_FULL) {
+      EXPECT_EQ(picture.number, last);
+    }
+    last = picture.number;
+  }
+}
+
+TEST_F(Preview, ChannelsHaveALegend) {
+  v1::PreviewRequest asked = request(1);
+  asked.mutable_content()->mutable_channel()->set_channel("x");
+  asked.mutable_content()->mutable_channel()->set_colours(v1::COLOUR_MAP_NAME_CIVIDIS);
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 1u);
+  const v1::PreviewHeader& header = pictures[0].header;
+  EXPECT_GT(header.range().max(), header.range().min());
+  ASSERT_GE(header.colours_size(), 2);
+  EXPECT_EQ(header.colours(0), 0x00224effu);
+}
+
+TEST_F(Preview, LayersAreThoseOfSliceRange) {
+  v1::PreviewRequest asked = request(1);
+  v1::PreviewLayer& layer = *asked.mutable_plane()->mutable_layer();
+  layer.mutable_grid()->mutable_pitch()->set_x_mm(0.5);
+  layer.mutable_grid()->mutable_pitch()->set_y_mm(0.5);
+  layer.mutable_grid()->mutable_pitch()->set_z_mm(0.5);
+  layer.set_layer(9);
+  asked.clear_width();
+  asked.clear_height();
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 1u);
+  const Sliced sliced = server_.slice(slice_request(id_, 0.5, 9, 1));
+  EXPECT_EQ(pictures[0].header.pixels_inside(), sliced.ends.at(9).voxel_count());
+  EXPECT_EQ(pictures[0].header.width(), sliced.header.grid().extent().columns());
+}
+
+TEST_F(Preview, RefusesWithTheFieldAndTheRemedy) {
+  const auto expect = [&](const std::string& reason, const std::string& field, auto&& change) {
+    v1::PreviewRequest bad = request(1);
+    change(bad);
+    const Failure failed = failure(bad);
+    EXPECT_EQ(failed.reason, reason) << failed.message;
+    EXPECT_EQ(failed.field, field) << failed.message;
+  };
+  expect("REQUEST_MALFORMED", "number", [](auto& r) { r.set_number(0); });
+  expect("REQUEST_MALFORMED", "plane", [](auto& r) { r.clear_plane(); });
+  expect("CONTENT_INVALID", "content", [](auto& r) { r.clear_content(); });
+  expect("PICTURE_TOO_LARGE", "width", [](auto& r) { r.set_width(1'000'000); });
+  expect("PICTURE_TOO_LARGE", "height", [](auto& r) { r.set_height(0); });
+  expect("PLANE_INVALID", "plane.free.up", [](auto& r) { r.mutable_plane()->mutable_free()->mutable_up()->set_x(1); });
+  expect("PLANE_INVALID", "plane.free.across", [](auto& r) {
+    r.mutable_plane()->mutable_free()->mutable_across()->set_x(std::numeric_limits<double>::quiet_NaN());
+  });
+  expect("CHANNEL_UNKNOWN", "content.channel.channel",
+         [](auto& r) { r.mutable_content()->mutable_channel()->set_channel("nothing"); });
+  expect("ENUM_VALUE_UNKNOWN", "content.channel.colours", [](auto& r) {
+    r.mutable_content()->mutable_channel()->set_channel("x");
+    r.mutable_content()->mutable_channel()->set_colours(static_cast<v1::ColourMapName>(77));
+  });
+  expect("VALUE_RANGE_INVALID", "content.channel.range", [](auto& r) {
+    r.mutable_content()->mutable_channel()->set_channel("x");
+    r.mutable_content()->mutable_channel()->mutable_range()->set_min(1);
+    r.mutable_content()->mutable_channel()->mutable_range()->set_max(1);
+  });
+  expect("MATERIALS_MISSING", "printing", [](auto& r) { r.mutable_content()->mutable_mix(); });
+  expect("MESH_ID_INVALID", "mesh_id", [](auto& r) { r.set_mesh_id("ring"); });
+  expect("LAYER_RANGE_OUT_OF_BOUNDS", "plane.layer.layer", [](auto& r) {
+    v1::PreviewLayer& layer = *r.mutable_plane()->mutable_layer();
+    layer.mutable_grid()->mutable_pitch()->set_x_mm(1);
+    layer.mutable_grid()->mutable_pitch()->set_y_mm(1);
+    layer.mutable_grid()->mutable_pitch()->set_z_mm(1);
+    layer.set_layer(10);
+    r.clear_width();
+    r.clear_height();
+  });
+  expect("REQUEST_MALFORMED", "width", [](auto& r) { r.mutable_plane()->mutable_layer(); });
+}
+
+TEST_F(Preview, NumbersGoUpAndTheMeshStays) {
+  grpc::Status status;
+  v1::PreviewRequest same = request(1);
+  const std::vector<Shown> pictures = shown({request(1), same}, &status);
+  EXPECT_EQ(failure_of(status).reason, "REQUEST_MALFORMED");
+  EXPECT_THAT(failure_of(status).message, HasSubstr("1 comes after 1"));
+  EXPECT_LE(pictures.size(), 1u);
+
+  const std::string other = server_.upload_good(make_box(1, 10));
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  stream->Write(request(1));
+  ASSERT_TRUE(stream->Read(&message));
+  v1::PreviewRequest changed = request(2);
+  changed.set_mesh_id(other);
+  stream->Write(changed);
+  EXPECT_FALSE(stream->Read(&message));
+  EXPECT_EQ(failure_of(stream->Finish()).field, "mesh_id");
+}
+
+TEST_F(Preview, AMeshInUseStaysWhenItIsDeleted) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  stream->Write(request(1));
+  ASSERT_TRUE(stream->Read(&message));
+  grpc::ClientContext deleting;
+  v1::DeleteMeshRequest remove;
+  remove.set_mesh_id(id_);
+  v1::DeleteMeshResponse removed;
+  ASSERT_TRUE(server_.stub().DeleteMesh(&deleting, remove, &removed).ok());
+  stream->Write(request(2));
+  ASSERT_TRUE(stream->Read(&message));
+  EXPECT_EQ(message.number(), 2u);
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&message));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(Preview, HoldsNoPlaceBetweenRequests) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  stream->Write(request(1));
+  ASSERT_TRUE(stream->Read(&message));
+  EXPECT_TRUE(eventually([&] { return server_.server().state().admission.running() == 0; }, 5s));
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&message));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(Preview, EndsWithItsClient) {
+  {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().Preview(&context);
+    v1::PreviewRequest large = request(1);
+    large.set_width(2048);
+    large.set_height(2048);
+    large.mutable_plane()->mutable_free()->set_across_mm_per_pixel(0.006);
+    stream->Write(large);
+    std::this_thread::sleep_for(5ms);
+    context.TryCancel();
+    v1::PreviewResponse message;
+    while (stream->Read(&message)) {
+    }
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  EXPECT_TRUE(eventually([&] { return server_.server().state().admission.running() == 0; }, 5s));
+  EXPECT_EQ(shown({request(1)}).size(), 1u);
+}
+
+TEST_F(Preview, IsEndedByAServerThatStops) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  stream->Write(request(1));
+  ASSERT_TRUE(stream->Read(&message));
+  std::thread stopping([&] { server_.stop(); });
+  EXPECT_FALSE(stream->Read(&message));
+  const grpc::Status status = stream->Finish();
+  stopping.join();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+}
+
+TEST(PreviewPatience, EndsCallsThatAskForNothing) {
+  ServerOptions options = test_options();
+  options.preview_idle_timeout = 300ms;
+  TestServer server(options);
+  grpc::ClientContext context;
+  const auto stream = server.stub().Preview(&context);
+  std::atomic<bool> over{false};
+  std::thread sweeping([&] {
+    while (!over) {
+      server.server().sweep();
+      std::this_thread::sleep_for(20ms);
+    }
+  });
+  v1::PreviewResponse message;
+  EXPECT_FALSE(stream->Read(&message));
+  const Failure failed = failure_of(stream->Finish());
+  over = true;
+  sweeping.join();
+  EXPECT_EQ(failed.code, grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(failed.reason, "STREAM_IDLE");
+}
+
+}  // namespace
+}  // namespace ccslice::server
