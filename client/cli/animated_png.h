@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Animated PNG files (PNG, third edition, 11.3.6), made of the frames' own PNG files: their compressed pictures go on as
-// they are.
+// Animated PNG files (acTL, fcTL and fdAT chunks), made of the frames' own PNG files: their compressed pictures go on
+// as they are.
 
 #pragma once
 

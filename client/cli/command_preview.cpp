@@ -306,7 +306,7 @@ Command add_preview(CLI::App& parent, CommonOptions& common) {
   add_printing_options(*app, options->printing);
   add_server_options(*app, common);
   app->footer(
-      "Examples:\n  ccslice preview engine.ccmesh --plane z=12.5 --channel hardness -o cut.png\n"
+      "Examples:\n  ccslice preview engine.ccmesh --plane z=10 --channel hardness -o cut.png\n"
       "  ccslice preview engine.ccmesh --plane 0,0,10:1,0,1 --channel hardness --colours cividis -o oblique.png\n"
       "  ccslice preview engine.ccmesh --sweep 60 --animate --channel hardness -o sweep.png");
   return {app, [options](Session& session) { run_preview(session, *options); }};

@@ -20,8 +20,8 @@ struct CutPlane {
   Vec3 normal = Vec3::UnitZ(), across = Vec3::UnitX(), up = Vec3::UnitY();
 };
 
-/// "z=12.5", or "X,Y,Z:NX,NY,NZ": a point in mm and a normal of any length. Up in the picture is z, as far as it can be,
-/// or y where the plane is level. Throws UsageError.
+/// "z=12.5", or "X,Y,Z:NX,NY,NZ": a point in mm and a normal of any length. Up in the picture is z, as far as it can
+/// be, or y where the plane is level. Throws UsageError.
 CutPlane parse_cut_plane(const std::string& text);
 
 /// A picture of the plane that holds the box's shadow on it, with `pixels` along the longer side.

@@ -29,12 +29,14 @@ ExitCode exit_code_of(const Error& error) {
 /// Whether it is a fault of the command line alone, whatever the mesh and the server: wrong options exit alike, whoever
 /// finds them.
 bool is_wrong_option(std::string_view reason) {
-  static constexpr auto kReasons = std::to_array<std::string_view>(
-      {"GRID_EXTENT_ZERO", "GRID_ORIGIN_NON_FINITE", "MATERIAL_COLOUR_REPEATED", "MATERIAL_MAP_INVALID",
-       "MATERIAL_MAP_MISSING", "MATERIAL_MAP_NON_FINITE", "MATERIAL_NAME_INVALID", "MATERIAL_NAME_REPEATED",
-       "MATERIAL_UNKNOWN", "PICTURE_TOO_LARGE", "PITCH_INVALID", "PITCH_OUT_OF_RANGE", "PLACEMENT_NON_FINITE", "PLANE_INVALID", "PRINTER_UNKNOWN",
-       "REGION_NON_FINITE", "TOLERANCE_INVALID", "TOO_MANY_MATERIALS", "VALUE_RANGE_INVALID",
-       "VALUE_RANGE_UNEXPECTED"});
+  static constexpr auto kReasons =
+      std::to_array<std::string_view>({"GRID_EXTENT_ZERO",      "GRID_ORIGIN_NON_FINITE", "MATERIAL_COLOUR_REPEATED",
+                                       "MATERIAL_MAP_INVALID",  "MATERIAL_MAP_MISSING",   "MATERIAL_MAP_NON_FINITE",
+                                       "MATERIAL_NAME_INVALID", "MATERIAL_NAME_REPEATED", "MATERIAL_UNKNOWN",
+                                       "PICTURE_TOO_LARGE",     "PITCH_INVALID",          "PITCH_OUT_OF_RANGE",
+                                       "PLACEMENT_NON_FINITE",  "PLANE_INVALID",          "PRINTER_UNKNOWN",
+                                       "REGION_NON_FINITE",     "TOLERANCE_INVALID",      "TOO_MANY_MATERIALS",
+                                       "VALUE_RANGE_INVALID",   "VALUE_RANGE_UNEXPECTED"});
   return std::ranges::find(kReasons, reason) != kReasons.end();
 }
 

@@ -34,8 +34,8 @@ struct LayerPreview {
 
 using PreviewWork = std::variant<PreviewJob, LayerPreview>;
 
-/// What the request shows, valid for the solid and within the limits. Throws Error (2xx), ServiceError{kRequestMalformed,
-/// kPrinterUnknown, kPrinterInvalid}.
+/// What the request shows, valid for the solid and within the limits. Throws Error (2xx),
+/// ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}.
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
                        const SliceLimits& limits, const CancellationToken& cancel);
 

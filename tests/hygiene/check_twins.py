@@ -51,6 +51,8 @@ COVERED = {
     "tile_painter": ("tile_tree_builder_test", "every voxel that it paints is compared there"),
     "tile_particles": ("tile_fitter_test", "found, halved and forgotten there"),
     "layer_planes": ("layer_slicer_test", "the pictures of whole layers"),
+    "pixel_colours": ("plane_painter_test", "colours of whole pictures; layer_painter_test too"),
+    "preview_job": ("plane_painter_test", "what planes can't show is refused there"),
     "layer_scope": ("layer_slicer_test", "regions are compared with the whole there"),
     "zstd_frame": ("encode_test", "frames are read back there"),
     "colour_gamut": ("mixture_test", "its mixes are the table's"),
