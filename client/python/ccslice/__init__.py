@@ -24,11 +24,12 @@ from .errors import AnswerError, CallError, Error, LocalServerError
 from .layers import Layer
 from .mesh import Mesh
 from .points import Evaluation, Probe
+from .preview import Plane, Preview
 from .printing import Printing, blend, curve, direct
 from .surface import Surface
 
 __version__ = "0.1.0"
 __all__ = [
-    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Printing",
-    "Probe", "Surface", "blend", "curve", "direct"
+    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Plane",
+    "Preview", "Printing", "Probe", "Surface", "blend", "curve", "direct"
 ]

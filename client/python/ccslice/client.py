@@ -4,6 +4,7 @@
 
 import os
 import random
+import threading
 import time
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
 
@@ -15,9 +16,10 @@ from .layers import Assembler, Layer
 from .local_server import LocalServer
 from .mesh import Mesh
 from .points import Evaluation, Probe
+from .preview import Plane, Preview, PreviewAssembler, content_message, plane_message
 from .printing import Printing
 from .surface import Surface
-from .v1 import info_pb2, mesh_pb2, points_pb2, service_pb2_grpc, slice_pb2, surface_pb2
+from .v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, service_pb2_grpc, slice_pb2, surface_pb2
 
 _DEFAULT_ADDRESS = "localhost:50051"
 _CHUNK_BYTES = 1 << 20
@@ -276,6 +278,62 @@ class Client:
         if chord_tolerance_mm is not None:
             request.chord_tolerance_mm = chord_tolerance_mm
         return self._call(lambda: _surface(self._stub.TessellateBoundary(request)))
+
+    def preview(self, mesh: Union[Mesh, str], planes: Iterable[Plane], mm_per_pixel: float, *,
+                size: Tuple[int, int] = (512, 512), channel: Optional[str] = None, colours: str = "viridis",
+                value_range: Optional[Tuple[float, float]] = None, printing: Optional[Printing] = None,
+                placement: Any = None, coarse: bool = False, contours: bool = False, every: bool = False) -> Iterator[Preview]:
+        """Pictures of cuts, as they come.
+
+        planes: where to cut. They are taken as fast as they come, also while a picture is made; of those that come
+            meanwhile the latest is shown next. every=True shows each of them.
+        size: width and height in pixels of mm_per_pixel.
+        channel: shown through colours, "viridis", "cividis" or "grey", over value_range; default: that of the picture.
+        printing: shown as the colour that its materials mix to. Neither: one colour where there is material.
+        coarse: whether each picture comes at an eighth of the resolution first. contours: whether with outlines.
+
+        A call that breaks isn't repeated, as the planes are gone: CallError.
+        """
+        mesh_id = self._mesh_id(mesh)
+        content = content_message(channel, colours, value_range, printing is not None)
+        shown = threading.Semaphore(1)
+
+        wrong: List[Exception] = []
+
+        def request(number: int, plane: Plane) -> preview_pb2.PreviewRequest:
+            message = preview_pb2.PreviewRequest(number=number, plane=plane_message(plane, mm_per_pixel), width=size[0],
+                                                 height=size[1], content=content, coarse=coarse, contours=contours,
+                                                 encoding=preview_pb2.PREVIEW_ENCODING_RGBA)
+            if number == 1:
+                message.mesh_id = mesh_id
+                _place(message, placement)
+                if printing is not None:
+                    message.printing.CopyFrom(printing.message)
+            return message
+
+        def requests() -> Iterator[preview_pb2.PreviewRequest]:
+            """On a thread of grpcio's, which would say nothing of an exception."""
+            try:
+                for number, plane in enumerate(planes, 1):
+                    if every:
+                        shown.acquire()
+                    yield request(number, plane)
+            except Exception as error:  # pylint: disable=broad-except
+                wrong.append(error)
+
+        assembler = PreviewAssembler()
+        try:
+            for message in self._stub.Preview(requests()):
+                picture = assembler.add(message)
+                if picture is None:
+                    continue
+                if not picture.coarse:
+                    shown.release()
+                yield picture
+        except grpc.RpcError as failed:
+            raise call_error(failed) from failed
+        if wrong:
+            raise wrong[0]
 
     def _mesh_id(self, mesh: Union[Mesh, str]) -> str:
         """Uploads a mesh that this client hasn't yet."""

@@ -510,6 +510,53 @@ class LocalServers(unittest.TestCase):
         self.assertNotIn("not there", result.stderr)
 
 
+class Previews(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.client = ccslice.Client(local=True)
+        cls.mesh = ccslice.Mesh(CORNERS, HEXAHEDRON, channels={"x": CORNERS[:, 0]}, sharp_edges=EDGES,
+                                sharp_vertices=range(8))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.client.close()
+
+    def test_a_cut_through_a_cube_is_a_square(self):
+        planes = [ccslice.Plane((5, 5, z)) for z in (2, 5, 50)]
+        pictures = list(self.client.preview(self.mesh, planes, 0.25, size=(64, 48), every=True, contours=True))
+        self.assertEqual([picture.number for picture in pictures], [1, 2, 3])
+        self.assertEqual(pictures[0].rgba.shape, (48, 64, 4))
+        self.assertEqual([int((picture.rgba[..., 3] > 0).sum()) for picture in pictures], [1600, 1600, 0])
+        self.assertTrue((pictures[1].rgba[4:44, 12:52, 3] == 255).all())
+        (square,) = pictures[1].outlines
+        self.assertTrue(np.allclose(square.min(axis=0), (3, 1)) and np.allclose(square.max(axis=0), (13, 11)))
+
+    def test_channels_go_from_left_to_right(self):
+        (picture,) = self.client.preview(self.mesh, [ccslice.Plane((5, 5, 5))], 0.25, size=(40, 40), channel="x",
+                                         colours="grey", value_range=(0, 10))
+        row = picture.rgba[20, :, 0].astype(int)
+        self.assertTrue((np.diff(row) >= 0).all())
+        self.assertAlmostEqual(row[0], 255 * 0.0125, delta=2)
+        self.assertEqual(picture.value_range, (0, 10))
+
+    def test_coarse_pictures_come_first_and_the_latest_plane_wins(self):
+        planes = [ccslice.Plane((5, 5, 5), (1, 2, 0.01 * step)) for step in range(200)]
+        pictures = list(self.client.preview(self.mesh, planes, 0.25, coarse=True))
+        self.assertTrue(pictures[0].coarse)
+        self.assertEqual((pictures[-1].number, pictures[-1].coarse), (200, False))
+        self.assertLess(len(pictures), 400)
+
+    def test_mixes_are_shown_and_wrong_arguments_named(self):
+        printing = ccslice.Printing({"a": "#ff0000", "b": "#0000ff"}, ccslice.blend("x", {0: "a", 10: "b"}))
+        (picture,) = self.client.preview(self.mesh, [ccslice.Plane((5, 5, 5))], 0.25, size=(40, 40), printing=printing)
+        self.assertGreater(picture.rgba[20, 1, 0], picture.rgba[20, 38, 0])
+        for arguments, text in (({"colours": "jet", "channel": "x"}, "colours"), ({"channel": "y"}, "has no channel")):
+            with self.assertRaisesRegex((ValueError, ccslice.CallError), text):
+                list(self.client.preview(self.mesh, [ccslice.Plane((5, 5, 5))], 0.25, **arguments))
+        with self.assertRaisesRegex(ValueError, "normal"):
+            list(self.client.preview(self.mesh, [ccslice.Plane((0, 0, 0), (0, 0, 0))], 0.25))
+
+
 class Package(unittest.TestCase):
     def test_the_example_of_the_readme_runs_from_a_wheel(self):
         pages = [(REPOSITORY / page).read_text() for page in ("README.md", "client/python/README.md")]

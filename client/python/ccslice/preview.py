@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of cuts."""
+
+from dataclasses import dataclass, field
+from typing import Any, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from .errors import AnswerError
+from .v1 import preview_pb2
+
+_COLOURS = {
+    "viridis": preview_pb2.COLOUR_MAP_NAME_VIRIDIS,
+    "cividis": preview_pb2.COLOUR_MAP_NAME_CIVIDIS,
+    "grey": preview_pb2.COLOUR_MAP_NAME_GREY,
+}
+
+
+def _unit(name: str, value: Any) -> np.ndarray:
+    vector = np.asarray(value, dtype=np.float64)
+    length = np.linalg.norm(vector) if vector.shape == (3,) else 0.0
+    if not (np.isfinite(length) and length > 0):
+        raise ValueError(f"{name} takes three numbers that aren't all 0, not {value!r}")
+    return vector / length
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane through a placed part, in mm.
+
+    middle: (3,), the middle of the picture. normal: (3,), towards the viewer, of any length.
+    up: (3,), which way is up in the picture, as far as the plane lets it be; default: z, or y for a level plane.
+    """
+    middle: Sequence[float]
+    normal: Sequence[float] = (0, 0, 1)
+    up: Optional[Sequence[float]] = None
+
+    def axes(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Unit vectors (3,), across and up."""
+        normal = _unit("normal", self.normal)
+        wanted = np.array([0.0, 0.0, 1.0]) if self.up is None else _unit("up", self.up)
+        up = wanted - normal.dot(wanted) * normal
+        if np.linalg.norm(up) < 1e-9:
+            if self.up is not None:
+                raise ValueError("up lies along the normal: take another one")
+            up = np.array([0.0, 1.0, 0.0])
+        up /= np.linalg.norm(up)
+        return np.cross(up, normal), up
+
+
+@dataclass
+class Preview:
+    """A picture of a cut.
+
+    rgba: uint8 (height, width, 4), rows from the top; alpha is 0 outside the part.
+    number: which of the planes, from 1. coarse: whether a picture in full may follow.
+    value_range: values of the first and the last colour, of channels. material_pixels: of halftones, by material.
+    outlines: float64 (n, 2) each, closed, in mm from the picture's lower left corner.
+    """
+    number: int
+    coarse: bool
+    rgba: np.ndarray
+    mm_per_pixel: Tuple[float, float]
+    value_range: Optional[Tuple[float, float]] = None
+    material_pixels: List[int] = field(default_factory=list)
+    outlines: List[np.ndarray] = field(default_factory=list)
+
+
+def plane_message(plane: Plane, mm_per_pixel: float) -> preview_pb2.PreviewPlane:
+    message = preview_pb2.PreviewPlane()
+    middle = np.asarray(plane.middle, dtype=np.float64)
+    if middle.shape != (3,):
+        raise ValueError(f"middle takes three numbers, not {plane.middle!r}")
+    for vector, target in zip((middle, *plane.axes()), (message.free.middle_mm, message.free.across, message.free.up)):
+        target.x, target.y, target.z = map(float, vector)
+    message.free.across_mm_per_pixel = mm_per_pixel
+    return message
+
+
+def content_message(channel: Optional[str], colours: str, value_range: Optional[Tuple[float, float]],
+                    mixes: bool) -> preview_pb2.PreviewContent:
+    content = preview_pb2.PreviewContent()
+    if channel is not None:
+        if colours not in _COLOURS:
+            raise ValueError(f"colours is one of {', '.join(_COLOURS)}, not {colours!r}")
+        content.channel.channel = channel
+        content.channel.colours = _COLOURS[colours]
+        if value_range is not None:
+            content.channel.range.min, content.channel.range.max = map(float, value_range)
+    elif mixes:
+        content.mix.SetInParent()
+    else:
+        content.occupancy.SetInParent()
+    return content
+
+
+class PreviewAssembler:
+    """Puts the messages of a call together to pictures."""
+
+    def __init__(self) -> None:
+        self._header: Optional[preview_pb2.PreviewHeader] = None
+        self._bytes: List[bytes] = []
+        self._outlines: List[np.ndarray] = []
+
+    def add(self, message: preview_pb2.PreviewResponse) -> Optional[Preview]:
+        """A picture, if the message ends one."""
+        if message.HasField("header"):
+            self._header, self._bytes, self._outlines = message.header, [], []
+        if self._header is None:
+            raise AnswerError("the server's answer is wrong: a part of no picture")
+        self._bytes.append(message.picture)
+        self._outlines += [np.array(outline.points_mm).reshape(-1, 2) for outline in message.outlines]
+        if not message.last:
+            return None
+        header, self._header = self._header, None
+        content = b"".join(self._bytes)
+        if len(content) != 4 * header.width * header.height:
+            raise AnswerError("the server's answer is wrong: a picture of another size than announced")
+        rgba = np.frombuffer(content, dtype=np.uint8).reshape(header.height, header.width, 4)
+        return Preview(message.number, message.stage == preview_pb2.PREVIEW_STAGE_COARSE, rgba,
+                       (header.across_mm_per_pixel, header.up_mm_per_pixel),
+                       (header.range.min, header.range.max) if header.HasField("range") else None,
+                       list(header.material_pixels), self._outlines)
