@@ -322,8 +322,9 @@ class Client:
                 wrong.append(error)
 
         assembler = PreviewAssembler()
+        call = self._stub.Preview(requests())
         try:
-            for message in self._stub.Preview(requests()):
+            for message in call:
                 picture = assembler.add(message)
                 if picture is None:
                     continue
@@ -332,6 +333,9 @@ class Client:
                 yield picture
         except grpc.RpcError as failed:
             raise call_error(failed) from failed
+        finally:
+            call.cancel()  # If nobody wants the rest.
+            shown.release()
         if wrong:
             raise wrong[0]
 
