@@ -6,10 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "client/cli/png_file.h"
+#include "core/output/png.h"
 #include "tests/core/output/tiny_png.h"
 
 namespace ccslice::cli {
@@ -20,6 +21,13 @@ using testing::ElementsAre;
 TinyPng read(const std::string& file) {
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(file.data());
   return read_tiny_png({bytes, file.size()});
+}
+
+/// 5 x 4 pixels of one colour.
+std::string frame_of(std::uint8_t grey) {
+  const std::vector<std::uint8_t> rgba(std::size_t{4} * 5 * 4, grey);
+  const std::vector<std::uint8_t> file = PngEncoder().colours(5, 4, rgba, {});
+  return {file.begin(), file.end()};
 }
 
 /// The data of the n-th chunk of a type.
@@ -35,12 +43,7 @@ std::string chunk(const std::string& file, const std::string& type, int n) {
 }
 
 TEST(AnimatedPng, HoldsTheFramesOneAfterTheOther) {
-  std::vector<std::string> frames;
-  for (int i = 0; i < 3; ++i) {
-    Picture picture = blank_picture(5, 4);
-    set_colour(i, i, Colour(0.2 * i, 0, 1), picture);
-    frames.push_back(to_png(picture));
-  }
+  const std::vector<std::string> frames = {frame_of(10), frame_of(20), frame_of(30)};
   const std::string file = animated_png(frames, 80);
   const TinyPng png = read(file);
   EXPECT_THAT(png.chunks, ElementsAre("IHDR", "acTL", "fcTL", "IDAT", "fcTL", "fdAT", "fcTL", "fdAT", "IEND"));
@@ -57,7 +60,7 @@ TEST(AnimatedPng, HoldsTheFramesOneAfterTheOther) {
 }
 
 TEST(AnimatedPng, OfOneFrameIsAnAnimationToo) {
-  const std::string frame = to_png(blank_picture(3, 2));
+  const std::string frame = frame_of(7);
   EXPECT_THAT(read(animated_png({&frame, 1}, 10)).chunks, ElementsAre("IHDR", "acTL", "fcTL", "IDAT", "IEND"));
 }
 
