@@ -6,9 +6,11 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/cli/commands.h"
@@ -112,11 +114,12 @@ void run_plan(Session& session, const JobOptions& options) {
 }
 
 ContourFiles contour_files_of(const SliceOptions& options) {
-  const bool csv = options.contours == "csv";
-  if (csv || options.contours == "json") {
-    return {csv ? ContourFormat::kCsv : ContourFormat::kJson, options.contours_by_region};
+  const std::map<std::string_view, ContourFormat> formats = {
+      {"json", ContourFormat::kJson}, {"csv", ContourFormat::kCsv}, {"svg", ContourFormat::kSvg}};
+  if (const auto format = formats.find(options.contours); format != formats.end()) {
+    return {format->second, options.contours_by_region, {}};
   }
-  if (options.contours_by_region) throw UsageError("--contours-by-region goes with --contours json or csv");
+  if (options.contours_by_region) throw UsageError("--contours-by-region goes with --contours json, csv or svg");
   return {};
 }
 
@@ -307,7 +310,7 @@ v1::PlanSlicesResponse plan_job(Session& session, const SliceOptions& options, c
 }
 
 void run_slice(Session& session, const SliceOptions& options) {
-  const ContourFiles contours = contour_files_of(options);
+  ContourFiles contours = contour_files_of(options);
   const bool with_contours = contours.format != ContourFormat::kNone;
   const bool for_grabcad = options.job.software == "grabcad";
   if (for_grabcad && with_contours) throw UsageError("--for grabcad writes pictures only; leave out --contours");
@@ -318,6 +321,9 @@ void run_slice(Session& session, const SliceOptions& options) {
   const v1::PlanSlicesResponse plan = plan_job(session, options, job);
   const v1::SliceRangeRequest request = slice_request(job, layer_range(options, plan), contours);
   const JobKey key = job_key_of(request, plan, options.contours + options.job.software);
+  contours.box_mm = {plan.grid().origin_mm().x(), plan.grid().origin_mm().y(),
+                     plan.grid().extent().columns() * plan.grid().pitch().x_mm(),
+                     plan.grid().extent().rows() * plan.grid().pitch().y_mm()};
   const LayerFiles files({job.planes().begin(), job.planes().end()}, contours, plan.grid().extent().layers(),
                          for_grabcad ? grabcad_names(client::region_of(plan).first_layer()) : LayerNames());
   if (options.to_stdout()) {
@@ -357,8 +363,8 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   app->add_option(
       "--layers", options->layers,
       "FIRST..LAST, both included, or one layer, counted from 0 in the grid (default: all layers of the job)");
-  app->add_option("--contours", options->contours, "Write the outlines too: json or csv")
-      ->check(CLI::IsMember({"none", "json", "csv"}))
+  app->add_option("--contours", options->contours, "Write the outlines too: json, csv, or svg, which programs draw")
+      ->check(CLI::IsMember({"none", "json", "csv", "svg"}))
       ->capture_default_str()
       ->group("Pictures");
   app->add_flag("--contours-by-region", options->contours_by_region,

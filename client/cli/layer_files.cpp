@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "client/cli/json.h"
@@ -54,7 +55,7 @@ std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes, c
 }
 
 std::set<std::string> extensions_of_ours() {
-  std::set<std::string> extensions = {".json", ".csv"};
+  std::set<std::string> extensions = {".json", ".csv", ".svg"};
   for (const client::PlaneEncoding& encoding : client::plane_encodings()) extensions.emplace(encoding.extension);
   return extensions;
 }
@@ -74,6 +75,22 @@ std::string contours_as_json(const client::Layer& layer, bool by_region) {
     json.key("cell_regions").begin_array();
     for (const client::ContourLoop& loop : layer.contours) json.value(loop.cell_region);
     json.end_array();
+  } else {
+    json.key("faces").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) {
+      json.begin_array();
+      for (const std::uint32_t face : loop.faces) json.value(face);
+      json.end_array();
+    }
+    json.end_array().key("parameters").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) {
+      json.begin_array();
+      for (std::size_t i = 0; i + 1 < loop.parameters.size(); i += 2) {
+        json.begin_array().value(loop.parameters[i]).value(loop.parameters[i + 1]).end_array();
+      }
+      json.end_array();
+    }
+    json.end_array();
   }
   json.end_object();
   return json.text() + "\n";
@@ -91,8 +108,35 @@ std::string contours_as_csv(const client::Layer& layer, bool by_region) {
   return text;
 }
 
-const char* contour_suffix(ContourFormat format) {
-  return format == ContourFormat::kCsv ? "_contours.csv" : "_contours.json";
+/// One path of all loops, where even and odd crossings tell inside from outside, or one for each cell region. SVG has y
+/// downwards, so it is turned about.
+std::string contours_as_svg(const client::Layer& layer, const ContourFiles& files) {
+  const auto& [left, bottom, width, height] = files.box_mm;
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + shortest(width) + "mm\" height=\"" +
+                     shortest(height) + "mm\" viewBox=\"" + shortest(left) + " " + shortest(-bottom - height) + " " +
+                     shortest(width) + " " + shortest(height) + "\">\n<title>layer " + std::to_string(layer.index) +
+                     ", z = " + shortest(layer.z_mm) + " mm</title>\n";
+  std::map<std::uint32_t, std::string> paths;  // By cell region; all are 0 where regions aren't asked for.
+  for (const client::ContourLoop& loop : layer.contours) {
+    std::string& path = paths[loop.cell_region];
+    for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
+      path += (i == 0 ? "M" : "L") + shortest(loop.points_mm[i]) + "," + shortest(0 - loop.points_mm[i + 1]);
+    }
+    path += "Z\n";
+  }
+  for (const auto& [region, path] : paths) {
+    text += files.by_region ? "<path id=\"cell-region-" + std::to_string(region) + "\"" : "<path";
+    text += " fill-rule=\"evenodd\" d=\"" + path + "\"/>\n";
+  }
+  return text + "</svg>\n";
+}
+
+LayerFile contour_file(const std::string& prefix, const client::Layer& layer, const ContourFiles& files) {
+  switch (files.format) {
+    case ContourFormat::kCsv: return {prefix + "_contours.csv", contours_as_csv(layer, files.by_region)};
+    case ContourFormat::kSvg: return {prefix + "_contours.svg", contours_as_svg(layer, files)};
+    default: return {prefix + "_contours.json", contours_as_json(layer, files.by_region)};
+  }
 }
 
 }  // namespace
@@ -128,11 +172,7 @@ std::vector<LayerFile> LayerFiles::of(const client::Layer& layer) const {
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     files.push_back({prefix + suffixes_[i], layer.planes[i].encoded});
   }
-  const auto& [format, by_region] = contours_;
-  if (format == ContourFormat::kNone) return files;
-  const bool csv = format == ContourFormat::kCsv;
-  files.push_back(
-      {prefix + contour_suffix(format), csv ? contours_as_csv(layer, by_region) : contours_as_json(layer, by_region)});
+  if (contours_.format != ContourFormat::kNone) files.push_back(contour_file(prefix, layer, contours_));
   return files;
 }
 

@@ -6,12 +6,14 @@
 //   layer_0017_occupancy.png    a picture: .png, .tif, .exr, .zst (one zstd frame) or .bin (samples as they are)
 //   layer_0017_hardness.zst
 //   layer_0017_contours.json    {"layer":17,"z_mm":...,"loops":[[[x,y],...],...]}, or .csv: loop,x_mm,y_mm; of contours
-//                               by region also "cell_regions":[1,...], the number of each loop's, or a fourth column
+//                               by region also "cell_regions":[1,...], the number of each loop's, or a fourth column;
+//                               otherwise "faces" and "parameters" of all points; or .svg: a path in mm, y upwards
 //
 // Layer numbers are the grid's, padded with zeros; other LayerNames give slice_0.png, slice_1.png, ... instead.
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,11 +25,12 @@ namespace ccslice::cli {
 inline constexpr const char* kManifest = "manifest.json";
 inline constexpr const char* kContactSheet = "contact_sheet.png";
 
-enum class ContourFormat { kNone, kJson, kCsv };
+enum class ContourFormat { kNone, kJson, kCsv, kSvg };
 
 struct ContourFiles {
   ContourFormat format = ContourFormat::kNone;
   bool by_region = false;
+  std::array<double, 4> box_mm = {};  // What drawings show: the grid's lowest x and y, width and height.
 };
 
 /// How the files of layers are named.

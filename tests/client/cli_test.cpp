@@ -287,6 +287,28 @@ TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   EXPECT_EQ(read_whole(folder.path() / "out" / "layer_000042_contours.csv"), "loop,x_mm,y_mm\n0,0,0\n0,1.5,0\n0,0,1\n");
 }
 
+TEST(LayerFiles, DrawContoursAsOnePathInMm) {
+  client::Layer layer = layer_of(3, {});
+  layer.z_mm = 0.35;
+  layer.contours.push_back({{0.25, 0.25, 0.25, 0.5, 0.5, 0.25}, {}, {}});
+  const LayerFiles files({}, {ContourFormat::kSvg, false, {-1, 0, 4, 2.5}}, 10);
+  const std::vector<LayerFile> made = files.of(layer);
+  ASSERT_EQ(made.size(), 1u);
+  EXPECT_EQ(made[0].name, "layer_0003_contours.svg");
+  EXPECT_EQ(made[0].bytes,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4mm\" height=\"2.5mm\" viewBox=\"-1 -2.5 4 2.5\">\n"
+            "<title>layer 3, z = 0.35 mm</title>\n"
+            "<path fill-rule=\"evenodd\" d=\"M0,0L1.5,0L0,-1Z\nM0.25,-0.25L0.25,-0.5L0.5,-0.25Z\n\"/>\n</svg>\n");
+  for (std::size_t i = 0; i < 2; ++i) layer.contours[i].cell_region = static_cast<std::uint32_t>(i + 1);
+  EXPECT_THAT(LayerFiles({}, {ContourFormat::kSvg, true, {-1, 0, 4, 2.5}}, 10).of(layer)[0].bytes,
+              testing::AllOf(HasSubstr("id=\"cell-region-1\""), HasSubstr("id=\"cell-region-2\"")));
+}
+
+TEST(LayerFiles, NameFacesAndParametersOfContoursAsJson) {
+  const std::string text = LayerFiles({}, {ContourFormat::kJson}, 10).of(layer_of(3, {}))[0].bytes;
+  EXPECT_THAT(text, HasSubstr("\"faces\":[[1,1,1]],\"parameters\":[[[0,0],[0,0],[0,0]]]"));
+}
+
 TEST(LayerFolder, RefusesToMixRuns) {
   const TemporaryFolder folder;
   const auto planes = parse_planes({}, false);
