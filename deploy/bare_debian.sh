@@ -20,6 +20,6 @@ bare_debian() {
   [[ -n $mirror ]] || { echo "apt on this machine has no source for bookworm main" >&2 && return 1; }
   [[ $sources == *https:* ]] && options+=(--include=ca-certificates)
   debootstrap "${options[@]}" bookworm "$root" "$mirror" || return 1
-  printf '%s\n' "$sources" >"$root/etc/apt/sources.list"
+  printf '%s\n' "$sources" >"$root/etc/apt/sources.list" || return 1
   { apt-config dump | grep -E '^Acquire::(http|https|Check-)' || true; } >"$root/etc/apt/apt.conf.d/90machine"
 }
