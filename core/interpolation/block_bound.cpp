@@ -190,6 +190,7 @@ void BlockBound::multiply_places() noexcept {
   triple_sixes.fill(std::numeric_limits<double>::infinity());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::array<std::array<double, 2 * Size - 1>, kPairs.size()> pairs;
+    // A term is left out if its degree is 5 or more along some axis: what that costs is summed over the axes.
     for (std::size_t p = 0; p < kPairs.size(); ++p) {
       pairs[p] = product(sums[kPairs[p].a][axis], sums[kPairs[p].b][axis]);
       of_pairs_[p] += sum_left_out(pairs[p], growth_);
@@ -201,6 +202,7 @@ void BlockBound::multiply_places() noexcept {
       triple_sixes[t] = std::min(triple_sixes[t], growth_[6] * triple[6]);
     }
   }
+  // Terms with T_6 along all three axes are among those with it along any one of them.
   for (std::size_t p = 0; p < kPairs.size(); ++p) of_pairs_[p] += kMoreOfThree * pair_sixes[p];
   for (std::size_t t = 0; t < kTriples.size(); ++t) of_triples_[t] += kMoreOfThree * triple_sixes[t];
 }
@@ -222,6 +224,8 @@ double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValu
     }
   }
   double rest = all - of_four;
+  // The grid is costly. It is asked only where it may decide: the terms of higher degree have to leave room for it, and
+  // at the end half of what the terms of degree 4 come to has to be enough.
   if (!(rest <= enough)) return all;
   if (all > enough) of_four = std::min(of_four, kOffGrid * largest_on_grid(coefficients));
   if (of_four + rest > enough) return of_four + rest;
@@ -230,6 +234,8 @@ double BlockBound::operator()(const CubicPolynomial& polynomial, const BlockValu
   return std::min(of_four, kOffGrid * largest_on_grid(coefficients)) + rest;
 }
 
+/// Of e only p(X) has terms that interpolation leaves out, and of p only its quadratic and cubic terms. What their
+/// products of coordinates leave out doesn't depend on p, so it is found once for all channels of a block.
 double BlockBound::left_out(const CubicPolynomial& polynomial) noexcept {
   if (!multiplied_) degree_ == PlaceDegree::kThree ? multiply_places<4>() : multiply_places<5>();
   double left = 0;
@@ -264,7 +270,9 @@ double BlockBound::largest_on_grid(const BlockGrid& coefficients) const noexcept
     }
   }
   Lanes most{};
-  for (std::size_t last = 0; last <= kGridNodes / 2; ++last) {  // Nodes come in pairs: x and -x.
+  // Nodes come in pairs, x and -x. There even degrees have the same value and odd ones the opposite, so the larger of
+  // the two is |even| + |odd|.
+  for (std::size_t last = 0; last <= kGridNodes / 2; ++last) {
     for (std::size_t n = 0; n < kGridNodes; ++n) {
       for (std::size_t g = 0; g < kGroups; ++g) {
         Lanes even = planes[0][n][g], odd{};

@@ -47,6 +47,8 @@ double left_by_halving(unsigned degree, unsigned others) {
 /// What halving leaves of a term's error; by the axes to halve along, then by term.
 using LeftOfTerms = std::array<std::array<double, kBlockPoints>, kAllAxes + 1>;
 
+/// A prediction, no bound: halving along several axes is taken to leave the product of what it leaves along each, and
+/// T_d to be x^d, with which it has the leading term in common, but for a factor.
 LeftOfTerms left_of_terms() {
   LeftOfTerms left{};
   for (std::size_t n = 0; n < kBlockPoints; ++n) {
@@ -70,6 +72,7 @@ void BlockFitter::factorize(const std::array<BlockValues, 3>& places) noexcept {
   for (std::size_t g = 0; g < kBlockGroups; ++g) {
     terms_[g] = cubic_terms(Lanes{1, 1, 1, 1}, places[0][g], places[1][g], places[2][g]);
   }
+  // Least squares over even nodes only, slots 0 to 63; the last of these repeats a node, which so counts twice.
   for (std::size_t r = 0; r < kCubicTerms; ++r) fill_normal_row(r);
   eliminate();
 }
@@ -87,7 +90,8 @@ void BlockFitter::fill_normal_row(std::size_t r) noexcept {
   row[r] += kRidgeOfBlock * kEvenBlockNodes;
 }
 
-/// A = U^T D U, in place: row r of U D right of the diagonal.
+/// A = U^T D U, in place: row r of D U, on the diagonal and right of it. A is symmetric and, with the ridge, positive
+/// definite, so no pivots are sought.
 void BlockFitter::eliminate() noexcept {
   for (std::size_t j = 0; j < kCubicTerms; ++j) {
     inverse_diagonal_[j] = 1 / rows_[j][j];
@@ -107,6 +111,7 @@ double BlockFitter::fit(const BlockValues& values, CubicPolynomial& polynomial) 
   solve(polynomial);
   const auto finite = [](double c) { return std::isfinite(c); };
   if (!std::all_of(polynomial.begin(), polynomial.end(), finite)) return std::numeric_limits<double>::infinity();
+  // Of all nodes: half of these errors are of samples that the fit hasn't seen.
   Lanes worst{};
   for (std::size_t g = 0; g < kBlockGroups; ++g) {
     Lanes error = values[g], second{};
@@ -149,6 +154,8 @@ unsigned BlockFitter::axes_to_halve(double error) const noexcept {
     for (unsigned axes = 0; axes <= kAllAxes; ++axes) left[axes] += kLeft[axes][n] * std::abs(terms[n]);
   }
   if (!(left[0] > 0)) return kAllAxes;
+  // Halving along `axes` leaves left[axes] / left[0] of the error, so below `enough` it should fit, or do nearly as
+  // well as halving along all.
   const double enough = std::max(kSurelyFits * left[0] / error, kAsGoodAsAll * left[kAllAxes]);
   unsigned best = kAllAxes;
   for (unsigned axes = kAllAxes - 1; axes > 0; --axes) {

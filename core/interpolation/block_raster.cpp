@@ -46,7 +46,8 @@ void BlockRaster::load(const BlockPoints& points, const ScanBounds& bounds) {
   end_row_ = first_from(box.max().y(), 0, bounds.rows);
 }
 
-/// Each quadrilateral by its shorter diagonal: blocks that share it choose alike.
+/// Each quadrilateral by its shorter diagonal: blocks that share it choose alike, unless both diagonals are as long and
+/// their axes differ.
 void BlockRaster::scan_face(std::size_t axis, std::size_t side, std::size_t step) {
   const BlockFace face(axis, side);
   for_each_quad(step, [&](std::size_t s, std::size_t t) {
@@ -62,6 +63,8 @@ void BlockRaster::scan_face(std::size_t axis, std::size_t side, std::size_t step
   });
 }
 
+/// Edges are followed from their lower end, whichever triangle they belong to. So triangles that share one find the
+/// same crossings, to the last bit, and leave neither a gap nor an overlap.
 void BlockRaster::scan_triangle(const Node& a, const Node& b, const Node& c) {
   if (a.layer == b.layer && b.layer == c.layer) return;
   const Node *low = &a, *middle = &b, *high = &c;
@@ -82,6 +85,8 @@ void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& fr
     const Lanes s = (at - low.z) * of_long, t = (at - from.z) * of_short;
     const Lanes long_y = low.y + s * (high.y - low.y), long_x = low.x + s * (high.x - low.x);
     const Lanes short_y = from.y + t * (to.y - from.y), short_x = from.x + t * (to.x - from.x);
+    // A layer cuts the triangle in a segment. It crosses the rows from the first that isn't below its lower end to the
+    // first that isn't below its upper one: neighbours share ends, so that each row is crossed an even number of times.
     const auto is_turned = short_y < long_y;
     Segments segments;
     segments.y = is_turned ? short_y : long_y;
@@ -97,7 +102,7 @@ void BlockRaster::cross_layers(const Node& low, const Node& high, const Node& fr
   }
 }
 
-/// The first of the block's layers that aren't below.
+/// The first of the block's rows that aren't below.
 Lanes BlockRaster::first_rows(Lanes y) const {
   const Lanes least = Lanes{} + static_cast<double>(first_row_), most = Lanes{} + static_cast<double>(end_row_);
   y = y < least ? least : y;
@@ -117,6 +122,7 @@ void BlockRaster::cross_rows(std::uint32_t layer, const Segments& segments, std:
 
 void BlockRaster::append_runs(Row& row, std::uint32_t layer, std::uint32_t y, std::uint32_t columns,
                               std::vector<BlockRun>& runs) {
+  // A row with more crossings than are kept gets no run of this block. Its voxels there count as a gap.
   if (row.count == 0 || row.count > kMostCrossings) return;
   if (row.count == 2) {  // Nearly always.
     if (row.columns[1] < row.columns[0]) std::swap(row.columns[0], row.columns[1]);

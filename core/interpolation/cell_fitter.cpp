@@ -18,7 +18,7 @@ namespace {
 constexpr double kSmallestPiece = 64;        // Nodes of fewer voxels aren't halved any more.
 constexpr double kSmallestPredicted = 16;    // Nodes whose pieces would have fewer than this aren't either.
 constexpr double kSmallestAmbiguous = 2048;  // Nodes of fewer that may fold aren't either.
-constexpr double kMostAlone = 1024;          // Holes of fewer are inverted voxel by voxel.
+constexpr double kMostAlone = 1024;          // Holes of fewer keep a map, which short runs in them are inverted from.
 constexpr double kMostRowsOfPiece = 1024;    // A piece spans at most so many rows.
 constexpr double kMostReach = 8;             // A piece may be followed by so many columns at most.
 constexpr double kMarginOfNode =
@@ -85,7 +85,7 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   const Between between = what_is_known_between(cell, node.parameters);
   const bool bounded = between != Between::kNothing;
   double error = fit(cell, node.parameters, frame, between, shape.miss);
-  if (!bounded) error *= growth;
+  if (!bounded) error *= growth;  // A bound holds that far off already.
   unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
     if (!bounded) axes = axes_off_between_nodes(cell, node.parameters, frame);
@@ -114,7 +114,8 @@ CellFitter::Between CellFitter::what_is_known_between(LimitCellId cell, const Pa
 /// Makes a piece of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
 std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const BlockShape& shape, const ParamBox& box,
                                                         const VoxelFrame& frame, double error) {
-  // The error is what it may have grown to as far off as the triangles miss the faces.
+  // The error is what it may have grown to as far off as the triangles miss the faces. It reaches the tolerance where
+  // it has grown 1 / error times since then, so growth_beyond(miss) / error times since the faces.
   const double beyond =
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
@@ -167,7 +168,9 @@ unsigned CellFitter::axes_off_between_nodes(LimitCellId cell, const ParamBox& bo
   return errors.maxCoeff() <= 1 ? 0 : largest_axes(errors, kLikeTheWorst);
 }
 
-/// Positive beyond the face, and as far before it as the fit may be off. REQUIRES: fit() was called.
+/// Positive beyond the face, and as far before it as the fit may be off: a cubic of the voxel is fitted to the share of
+/// the node's axis, 0 to 1, and stands for its inverse map. If it is off by as much as that, no voxel of it is sure.
+/// REQUIRES: fit() was called.
 CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
   constexpr double kOff = 3, kLeast = 1e-6;
   CubicPolynomial share;
@@ -194,6 +197,7 @@ unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double
   unsigned axes = shape.bent_axes();
   if (error <= 1) return axes;
   if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);
+  // Along the line there are no residuals: halving across it is what makes them smaller.
   if (off_by_residuals_) return axes | 1u << residuals_.box.axis[0] | 1u << residuals_.box.axis[1];
   return axes | fitter_.axes_to_halve(error);
 }
@@ -237,6 +241,7 @@ double CellFitter::with_residuals(std::size_t channel, double error, double allo
   const double residuals =
       residual_growth_ * residual_bound_(polynomials_.back(), residuals_.values[channel], allowed / residual_growth_);
   const double left = allowed - residuals;
+  // A bound that was near enough for all of `allowed` may be a loose one. With less left it is looked for anew.
   if (error > left && left > 0) error = bound_(polynomials_.back(), fitter_.errors(), left);
   off_by_residuals_ = residuals > error;
   return error + residuals;

@@ -63,8 +63,8 @@ struct CellPiece {
   bool at_boundary = false;                  // A side of it is on the boundary.
   BlockPoints points;                        // Voxels,
   std::size_t step;                          // BlockShape::step.
-  std::vector<CubicPolynomial> beyond;  // Of each face on the boundary that materials are steep at: positive beyond
-                                        // it, and a little before.
+  std::vector<CubicPolynomial> beyond;       // One for each face on the boundary where materials are steep: positive
+                                             // outside of the face, and just inside.
 };
 
 /// A box of a cell's parameters.
@@ -76,7 +76,7 @@ struct CellNode {
   Kind kind = Kind::kUnknown;
   std::uint32_t first_child = 0, end_child = 0;  // kHalved.
   std::shared_ptr<const CellPiece> piece;        // kPiece.
-  std::shared_ptr<const ParameterMap> map;       // kHole, if its few voxels are best inverted one by one.
+  std::shared_ptr<const ParameterMap> map;       // kHole, unless it is large, ambiguous or flat: a parameter near.
 };
 
 /// One thread.

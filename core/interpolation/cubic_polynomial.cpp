@@ -74,6 +74,7 @@ CubicInLayer in_layer(const CubicPolynomial& c, double z) noexcept {
           c[19]};
 }
 
+/// A cubic's inner Bernstein coefficients are its end values, and a third of the interval on along its end slopes.
 double bound_along_row(const std::array<double, 4>& c, double from, double to) noexcept {
   const auto value = [&](double x) { return ((c[3] * x + c[2]) * x + c[1]) * x + c[0]; };
   const auto slope = [&](double x) { return (3 * c[3] * x + 2 * c[2]) * x + c[1]; };
@@ -97,6 +98,7 @@ void CubicFitter::factorize(std::span<const Vec3> places) {
     }
   }
   normal.diagonal().array() += kRidge * static_cast<double>(count_);
+  // The inverse of the Cholesky factor, rather than the factor: a solution then takes two products, without divisions.
   Square inverse = Square::Identity();
   Eigen::LLT<Square>(normal).matrixL().solveInPlace(inverse);
   std::copy_n(inverse.data(), kCubicTerms * kCubicTerms, inverse_.front().data());
@@ -130,7 +132,7 @@ double CubicFitter::fit(std::span<const double> values, CubicPolynomial& polynom
   return largest(worst);
 }
 
-/// The coefficients whose normal equations have this right-hand side, summed over the lanes.
+/// The coefficients whose normal equations have this right-hand side, summed over the lanes: (L^-1)^T (L^-1 b).
 CubicPolynomial CubicFitter::solve(const LaneTerms& products) const {
   Terms half{};
   for (std::size_t r = 0; r < kCubicTerms; ++r) {

@@ -191,6 +191,8 @@ struct Cross {
   std::vector<Eigen::Index> rows, columns;
 };
 
+/// Takes off the product of the column and the row of the largest entry, divided by it, again and again. Each step
+/// leaves zeros in that row and column, so there are no more than the table's rank.
 Cross cross_of(Matrix table) {
   Cross cross;
   double first = 0;
@@ -216,7 +218,9 @@ double most_in_rest(const Eigen::VectorXd& points, const Eigen::VectorXd& at_nod
   return std::max(points.maxCoeff() - bernstein.minCoeff(), bernstein.maxCoeff() - points.minCoeff());
 }
 
-/// The cubic that four layers make along a line: the weights of its Bezier coefficients between two parameters.
+/// The cubic that four layers make along a line: the weights of its Bezier coefficients between two parameters. The
+/// b-th is the cubic's blossom at 3 - b times `from` and b times `to`: means of products of one, two or three of these
+/// stand for t, t^2 and t^3 in the B-spline's basis.
 std::array<Lanes, 4> bezier_weights(double from, double to) {
   std::array<Lanes, 4> weights{};
   for (std::size_t b = 0; b < 4; ++b) {
@@ -258,6 +262,9 @@ std::optional<LineBox> find_line_box(const LimitSolid::Data& data, LimitCellId c
   return result;
 }
 
+/// The residuals' table T has a row for each node of each patch's part of a square, where residuals have degree 4 and
+/// so are known by their nodes, and a column for each of the ring's points. With rows R and columns C of the cross,
+/// T = T(:, C) T(R, C)^-1 T(R, :): the last factor makes the r_j of the points, the others are the a_j at the nodes.
 PlanarResiduals::PlanarResiduals(const OperatorTable& operators, std::uint32_t op, const Rectangle& box) {
   const int levels = kLevelsBelowSquares - std::ilogb((box.high - box.low).minCoeff() / kBlockIntervals);
   const Rectangle rest{Place::Zero(), Place::Constant(std::ldexp(1.0, -levels))};
@@ -280,6 +287,8 @@ PlanarResiduals::PlanarResiduals(const OperatorTable& operators, std::uint32_t o
     }
     add_part(part.square, square_of(box, part.square), part.box, most);
   }
+  // a_j itself is a residual: of column j of T(R, C)^-1 as the points C, and 0 for all others. So hulls bound it where
+  // patches end.
   if (!at_line) return;
   const Matrix points = nest.ring()(Eigen::all, cross.columns) * inverse;
   const Matrix of_nodes = at_nodes(Eigen::all, cross.columns) * inverse;
@@ -363,6 +372,7 @@ const LineResiduals::Known& LineResiduals::known(const LineBox& box) {
   std::uint32_t op = box.op;
   const auto points = static_cast<Eigen::Index>(data_.operators.lines()[op].points);
   RowMajor ring = RowMajor::Identity(points, points);
+  // The child over [0, 1/2]^2 has parameters twice as large, and its ring follows from this one by one step.
   for (; part.high.maxCoeff() <= 0.5; part.low *= 2, part.high *= 2) {
     const PlanarOperator& now = data_.operators.lines()[op];
     RowMajor next(now.children[0].count, points);

@@ -62,6 +62,7 @@ void PieceCover::sort_out_unpainted() {
   for (std::size_t r = 0; r < unpainted_.size(); ++r) hints_.push_back(hint_of(r));
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < unpainted_.size(); begin = end) {
+    // By kRowsTogether rows, at whose ends tiles end, too: what becomes of a row depends on those rows only.
     const std::uint32_t block = unpainted_[begin].row / kRowsTogether;
     std::uint32_t voxels = 0;
     for (; end < unpainted_.size() && unpainted_[end].row / kRowsTogether == block; ++end) {
@@ -93,6 +94,9 @@ bool PieceCover::is_in_large_hole(std::size_t run) const {
   return pieces_->is_in_large_hole(Vec3(unpainted_[run].begin, unpainted_[run].row, layer_));
 }
 
+/// A counting sort, which leaves runs of a row in the order of their pieces. Counts stand two places on, so that once
+/// they are summed [row + 1] is where the row begins. Putting its runs in place moves that on to where it ends, which
+/// is where the next one begins.
 void PieceCover::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows) {
   row_begins_.assign(rows + std::size_t{2}, 0);
   for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
@@ -125,6 +129,7 @@ void PieceCover::resolve_span(const VoxelRun& span) {
   std::uint32_t at = span.begin;  // Up to here voxels are painted or left.
   for (const ScannedRun& next : std::span(found_).subspan(first_found_)) {
     if (next.begin >= span.end) break;
+    // Runs come by their begins, not by their ends: some may end before the span.
     if (next.end > span.begin) at = paint_next(next, at, span);
   }
   if (at < span.end) close_gap(at, span.end, painted_before(at), nullptr);
@@ -134,6 +139,7 @@ std::uint32_t PieceCover::paint_next(const ScannedRun& next, std::uint32_t at, c
   const std::uint32_t begin = std::max(next.begin, span.begin), end = std::min(next.end, span.end);
   if (begin < at) compare_overlap(next, begin, std::min(at, end));
   if (begin > at) {
+    // Unless the span begins here, voxels before the gap were left because no piece was sure of them: it is left, too.
     const PieceRun* before = painted_before(at);
     before != nullptr || at == span.begin ? close_gap(at, begin, before, &next) : leave(at, begin, kNoPiece);
   }
@@ -146,6 +152,7 @@ void PieceCover::compare_overlap(const ScannedRun& next, std::uint32_t begin, st
   const auto differs = [&](const PieceRun& run) {
     return !agree(run.piece, next.piece, std::max(begin, run.begin), std::min(end, run.end));
   };
+  // Only the last painted runs reach in. They are taken off and painted again, less what is left of them.
   std::size_t first = painted_.size();
   while (first > 0 && painted_[first - 1].row == row_ && painted_[first - 1].end > begin) --first;
   overlapped_.assign(painted_.begin() + static_cast<std::ptrdiff_t>(first), painted_.end());
@@ -181,6 +188,7 @@ bool PieceCover::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun*
                          const ScannedRun* after) const {
   if (before != nullptr && beyond_painted(end - 1) > pieces_->piece(before->piece).reach) return false;
   if (after != nullptr && before_begin(*after, begin) > pieces_->piece(after->piece).reach) return false;
+  // What lies beside a hole says nothing of the hole's own material.
   for (std::uint32_t x = begin; x < end; ++x) {
     if (pieces_->is_in_hole(voxel(x))) return false;
   }
@@ -246,6 +254,7 @@ void PieceCover::leave(std::uint32_t begin, std::uint32_t end, std::uint32_t bes
     if (beside_unpainted_.back() == kNoPiece) beside_unpainted_.back() = beside;
     return;
   }
+  // compare_overlap() may leave voxels before some that were left already.
   std::size_t at = unpainted_.size();
   while (at > 0 && unpainted_[at - 1].row == row_ && unpainted_[at - 1].begin >= end) --at;
   unpainted_.insert(unpainted_.begin() + static_cast<std::ptrdiff_t>(at), {row_, begin, end});

@@ -117,6 +117,7 @@ void PieceFinder::collect_nodes_of(LimitCellId cell, CellNodes& known, std::uniq
       group_.hole_boxes.push_back(node.bounds);
       group_.holes.push_back({cell, node.map});
     }
+    // The first child next, so that pieces come in the same order for any history of the store.
     for (std::uint32_t child = node.end_child; child > node.first_child; --child) nodes_.push_back(child - 1);
   }
   if (examined > 0) store_->set_memory(cell, known);

@@ -38,8 +38,8 @@ struct Derivatives {
   }
 };
 
-/// What s - g.R is short of the whole: g is the first derivative where p's are known, which reaches so far, R is
-/// `left`.
+/// Bounds the second part less (s - g.R), by Taylor's theorem: p's derivatives, and so g, are those at a box's middle,
+/// I X lies within `reach` of it, and |R| is at most `left`.
 Lanes rest_of(const Derivatives& p, const ByInterval& reach, const ByInterval& left) {
   Lanes rest{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -106,7 +106,7 @@ void ResidualBound::place_residuals(const Mat3& frame_of_mm) {
 void ResidualBound::place_boxes(const std::array<BlockValues, 3>& places) {
   const LineBox& box = residuals_->box;
   std::array<double, 3> off;
-  // By u, v and w.
+  // By u, v and w: residuals know the axes of the line's frame, places those of the cell.
   std::array<std::array<std::array<std::array<double, kBlockNodes>, kBlockNodes>, kBlockNodes>, 3> nodes;
   for (std::size_t c = 0; c < 3; ++c) {
     BlockGrid grid = grid_of(places[c]);
@@ -122,6 +122,7 @@ void ResidualBound::place_boxes(const std::array<BlockValues, 3>& places) {
     off[c] = off_linear(grid);
   }
   for (const PlanarResiduals::Part& part : residuals_->planar->parts()) {
+    // A function that is linear along each axis takes its extremes at a box's corners, and I X is off it by off[c].
     Box& held = boxes_.emplace_back(Box{&part, {}, {}, largest_in(part)});
     for (std::size_t c = 0; c < 3; ++c) {
       Lanes low{}, high{};
@@ -144,7 +145,7 @@ void ResidualBound::place_boxes(const std::array<BlockValues, 3>& places) {
   }
 }
 
-/// |R|.
+/// |R|: R is a sum of a_j r_j, |a_j| is bounded in the part, and |r_j| by its Bezier coefficients.
 ResidualBound::ByInterval ResidualBound::largest_in(const PlanarResiduals::Part& part) const {
   ByInterval result{};
   for (std::size_t n = 0; n < kBlockIntervals; ++n) {
@@ -157,7 +158,8 @@ ResidualBound::ByInterval ResidualBound::largest_in(const PlanarResiduals::Part&
   return result;
 }
 
-/// |s - g.R|.
+/// |s - g.R|. It is a sum of a_j times one cubic along w each, s_j - g.r_j, so that what cancels does so before its
+/// size is taken.
 Lanes ResidualBound::largest_off_gradient(const Box& box, const ByInterval& gradient,
                                           std::span<const AlongLine> channel) const {
   Lanes result{};

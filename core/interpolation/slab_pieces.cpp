@@ -97,6 +97,7 @@ CellParam SlabPieces::parameter_near(std::uint32_t piece, const Vec3& voxel) con
 
 bool SlabPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const {
   const Vec3 at_a = piece(a).frame(voxel), at_b = piece(b).frame(voxel);
+  // Whichever piece holds the voxel is within its own error E of what is right, so the other is within E + (1 - E).
   const double share = 1 - std::max(piece(a).error, piece(b).error);
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double difference = value_at(polynomials(a)[c], at_a) - value_at(polynomials(b)[c], at_b);

@@ -86,7 +86,7 @@ class SlabPieces {
 
   struct Hole {
     LimitCellId cell;
-    std::shared_ptr<const ParameterMap> map;  // Null, unless its few voxels are best inverted one by one.
+    std::shared_ptr<const ParameterMap> map;  // CellNode::map. Holes without one count as large.
   };
 
   /// Forgets all: the slab of layers [first_layer, end_layer), none of them found.

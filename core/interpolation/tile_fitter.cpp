@@ -47,7 +47,9 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
   if (members.empty()) return Outcome::kHopeless;
   const double error = fit_polynomials(members);
   if (!(error <= 1)) {
-    // Errors of cubics fall with the fourth power of the size.
+    // What a cubic leaves of a smooth function falls with the fourth power of all lengths. Slabs are flat, so a halving
+    // is taken to quarter the voxels: so many are left. An error above 16^halvings * 16 is 16 times too large even
+    // after the last. Where halving takes three axes, fewer are left, and less is given up than could be.
     const double halvings = std::log2(static_cast<double>(voxels) / static_cast<double>(least_voxels)) / 2;
     return error > std::exp2(4 * halvings + 4) ? Outcome::kHopeless : Outcome::kHalve;
   }
@@ -62,7 +64,8 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
   return at_boundary && !(worst * kTileShare + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
 }
 
-/// Returns the largest error at the nodes that are fitted to, as a share of its channel's tolerance.
+/// Returns the largest error at the nodes that are fitted to, as a share of its channel's tolerance: no bound, but it
+/// costs little and tells most boxes that are too large.
 double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
   Box3 nodes;
   const std::span<const std::size_t> slots = slots_to_fit(particles.size());
@@ -89,7 +92,9 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
   return worst;
 }
 
-/// A bound of the error over a particle, as a share of what it may be.
+/// A bound of the error over a particle, as a share of what it may be. In one patch places and channels are tricubic,
+/// as BlockBound requires. In other particles they aren't: there the formula knows of the nodes alone, and a smaller
+/// share stands for what it misses.
 double TileFitter::bound_over(const TileParticle& particle, double enough) {
   const double share = particle.one_patch ? kTileShare : kSampledTileShare;
   in_frame_ = particle.places;
@@ -107,7 +112,14 @@ double TileFitter::bound_over(const TileParticle& particle, double enough) {
   return worst;
 }
 
-/// How much of a tolerance following a polynomial may take, as far as voxels may lie off the solid, at the corners.
+/// How much of a tolerance following a polynomial may take, as far as voxels may lie off the solid. A voxel x off the
+/// solid is to have the material m at its foot f, and
+///
+///   |p(x) - m(f)| <= |p(f) - m(f)| + |p(x) - p(f)|,
+///
+/// where the first term is within the particle's bound and the second one, to first order, |grad p| * outside_mm at
+/// most. Both together may take the tolerance. Gradients are looked at in eight corners and the middle, and not in
+/// between.
 double TileFitter::steepness(const TileParticle& particle) const {
   double most = 0;
   for (const std::size_t slot : slots_to_fit(kManyParticles + 1)) {

@@ -4,10 +4,10 @@
 // One cubic polynomial of the voxel for each channel in a box of voxels that many cells meet.
 //
 // All cells that may hold a voxel of the box are sampled forward (interpolation/tile_particles.h). Polynomials are
-// fitted to some of the samples, and the error is bounded over each particle, whole (interpolation/block_bound.h). As
-// every voxel inside the solid lies in some particle, the error of its value is bounded, too: nothing is between
-// samples. Particles beside irregular lines, where an error isn't a polynomial, may take a smaller share of the
-// tolerance.
+// fitted to some of the samples. Over a particle that lies in one patch the error is bounded, whole
+// (interpolation/block_bound.h). Over others, beside irregular lines, an error isn't a polynomial: the same formula is
+// no bound there, and what it yields may take 0.5 of the tolerance instead of 0.9, a share that was measured
+// (interpolation/shares.h). Every voxel inside the solid lies in some particle.
 //
 // Voxels that the contours' tolerance puts inside, although they lie off the solid, take what the boundary has. Where a
 // polynomial is so steep that this may matter, it is refused beside the boundary.

@@ -40,6 +40,7 @@ void TileParticles::clear() {
 TileParticles::Range TileParticles::enter(const Box3& box, std::uint64_t voxels, const Range& around) {
   const std::size_t most = std::min<std::size_t>(kMostParticles, voxels / kVoxelsAParticle + kFewest);
   const Box3 reached = this->reached(box);
+  // members_ is a stack: those of a half come after those of the whole, and leave() takes them off again.
   if (!around.known) clear();
   Range found{true, members_.size(), members_.size()};
   if (!around.known) {
@@ -56,7 +57,8 @@ TileParticles::Range TileParticles::enter(const Box3& box, std::uint64_t voxels,
 
 void TileParticles::leave(const Range& range) { members_.resize(range.first); }
 
-/// Whole cells first. False if there are more than `most`.
+/// Whole cells first, by number: whatever order the index finds them in, fits are made of the same samples in the same
+/// order. False if there are more than `most`.
 bool TileParticles::collect(const Box3& box, std::size_t most) {
   std::vector<LimitCellId> cells;
   const bool too_many =

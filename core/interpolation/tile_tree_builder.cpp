@@ -67,6 +67,7 @@ TileTree::Node TileTreeBuilder::build_node(const VoxelBox& box, std::size_t firs
   }
   const std::uint8_t axes = axes_to_halve(box);
   if (voxels < kSmallestTile || axes == 0) return build_exact(first_run, around);
+  // Where a point may have several parameters only inversion knows which one counts. Halving leaves less of that.
   if (is_ambiguous(centres)) return build_split(box, axes, first_run, around);
   const TileParticles::Range inside = fitter_.particles().enter(centres, voxels, around);
   Node node;
@@ -93,7 +94,8 @@ TileTree::Node TileTreeBuilder::build_exact(std::size_t first_run, const TilePar
   return tree_->add_exact(fitter_.particles().near(inside, Vec3(run.begin, run.row, run.layer)));
 }
 
-/// Bit a if the box is to be halved along axis a: those along which it is about the longest, in millimetres.
+/// Bit a if the box is to be halved along axis a: those along which it is about the longest, in millimetres, as
+/// voxels needn't be cubes.
 std::uint8_t TileTreeBuilder::axes_to_halve(const VoxelBox& box) const {
   const std::array<double, 3> pitch{grid_.pitch.x_mm, grid_.pitch.y_mm, grid_.pitch.z_mm};
   std::array<double, 3> length{};
@@ -112,6 +114,7 @@ std::uint8_t TileTreeBuilder::axes_to_halve(const VoxelBox& box) const {
 TileTree::Node TileTreeBuilder::build_split(const VoxelBox& box, std::uint8_t axes, std::size_t first_run,
                                             const TileParticles::Range& inside) {
   const Node node = tree_->add_split(axes);
+  // runs_ is a stack: a half's runs go on top, and are dropped once its node is built.
   const std::size_t end_run = runs_.size();
   for (std::uint32_t child = 0; child < 8; ++child) {
     if (child & ~std::uint32_t{axes}) continue;
