@@ -101,6 +101,9 @@ CoefficientHull hull_of(const NetCoefficients& net) {
   return {coefficients.minCoeff(), coefficients.maxCoeff()};
 }
 
+/// A derivative of a Bezier polynomial has differences of its coefficients for coefficients, times the degree: S_ss has
+/// 3 * 2 times the second differences, S_st 3 * 3 times the mixed ones. So |S_ss| / 8 and 2 |S_st| / 8 are at most 6/8
+/// and 18/8 of the largest, and likewise |S_tt| / 8.
 ChordBound chord_bound(const BezierNet& net) {
   double ss = 0, st = 0, tt = 0;
   for (int line = 0; line < 4; ++line) {

@@ -47,11 +47,15 @@ void ContourLeaves::collect_node(std::uint32_t id) {
   }
   const SurfaceNode& node = tree_.examine(id);
   if (node.remainder ? accept_remainder(id, node) : accept(id, node)) return;
+  // Marked vertices part the sides of coarser neighbours as well, so that both see the same edges.
   for (const std::uint32_t middle : node.middles) mark(middle);
   const std::uint32_t first = tree_.children(id);
   for (std::uint32_t k = 0; k < 4; ++k) collect_node(first + k);
 }
 
+/// A leaf's arc has to be near the surface: one that is followed is, a single chord if the chord bound says so. And no
+/// loop may hide in the leaf, nor a side be crossed twice, unless it is smaller than the loops that count, or lies in
+/// the plane. The smallest boxes are taken as they are.
 bool ContourLeaves::accept(std::uint32_t id, const SurfaceNode& node) {
   const bool smallest = node.box.size <= kSmallestBox;
   const bool simple = node.level_lines != LevelLines::kUnknown && is_simple(id, node);

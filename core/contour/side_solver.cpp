@@ -20,6 +20,11 @@ double slope(const std::array<double, 4>& cubic, double u) {
 
 /// The parameter in [low, high] where the cubic changes sides: Newton's method, kept between the ends by bisection. If
 /// rounding has left no change of sides (the ends' sides are decided elsewhere), the end nearer the plane.
+///
+/// Each iterate replaces the end on its own side, so a change of sides always lies between the two. Near a simple root
+/// Newton's method converges quadratically. A step that leaves the interval, or is no number as the slope is 0, becomes
+/// a bisection. Where the coefficients are monotone this root is the only one. Elsewhere any does: the two leaves at a
+/// side share what was found for one of them (contour.h).
 double root(const std::array<double, 4>& z, double low, double high) {
   const double f_low = evaluate(z, low), f_high = evaluate(z, high);
   if (side_of(f_low) == side_of(f_high)) return std::abs(f_low) < std::abs(f_high) ? low : high;
@@ -57,7 +62,9 @@ SidePoint SideSolver::crossing(const LeafSurface& leaf, int side, const SideEnd&
   const double low = (along_s ? first.s : first.t) * kUnit;
   const SideEnd& last = ascending ? to : from;
   double high = (along_s ? last.s : last.t) * kUnit;
-  // Down the pieces towards an irregular vertex until one has the change of sides.
+  // Down the pieces towards an irregular vertex until one has the change of sides: while a piece's end near the vertex
+  // is on the same side as the far end, the plane is crossed nearer to the vertex. If no piece down to kLastLevel has
+  // it, rounding hides it, and the last one's near end is taken for it.
   Piece piece = piece_of(leaf, side, high);
   while (piece.begin > low && side_of(piece.curve.z[0]) == last.side) {
     high = piece.begin;
@@ -74,6 +81,7 @@ SidePoint SideSolver::crossing(const LeafSurface& leaf, int side, const SideEnd&
 
 SideSolver::Piece SideSolver::piece_of(const LeafSurface& leaf, int side, double position) {
   Piece piece;
+  // Of a remainder only sides 0 and 3 run into the vertex; it shares sides 1 and 2 with regular boxes, as cubics.
   if (!leaf.node.remainder || side == 1 || side == 2) {
     const double begin = (side % 2 == 0 ? leaf.node.box.s : leaf.node.box.t) * kUnit;
     piece = {side_curve(leaf.net, side), begin, begin + leaf.node.box.size * kUnit};

@@ -94,6 +94,8 @@ void Tessellator::collect() {
   check_count(triangles);
 }
 
+/// The surface that remains at the irregular vertex lies in the hull of its ring. Once that is smaller than the
+/// tolerance, any triangles in it are near enough.
 void Tessellator::collect_irregular(BoundaryFaceId face) {
   surface_.irregular_corner(face, corner_);
   SurfaceBox box{.face = face};
@@ -187,6 +189,7 @@ void Tessellator::emit_leaf(const Leaf& leaf) {
     emit_triangle(rim_[0], rim_[2], rim_[3]);
     return;
   }
+  // Finer neighbours have put vertices on the rim. A fan around the middle takes them all, so that no crack is left.
   const std::uint32_t half = leaf.box.size / 2;
   const std::uint32_t middle = emit_vertex({leaf.box.face, leaf.box.s + half, leaf.box.t + half, leaf.middle});
   for (std::size_t k = 0; k < rim_.size(); ++k) emit_triangle(middle, rim_[k], rim_[(k + 1) % rim_.size()]);

@@ -44,6 +44,7 @@ Halvings halvings_of(const LimitCell& cell, const PatchPath& path, int halvings)
 void append_parts(const CellMap& map, const LimitCell& cell, int halvings, PatchBuilder& builder, CellHulls& parts) {
   const auto on_patch = [&](const PatchPath& path, double* grid) {
     bspline_to_bezier(grid, 3, kPositionDimension);
+    // The map is affine: the net of the image is the image of the net.
     BezierVolume net;
     for (std::size_t p = 0; p < 64; ++p) {
       const Vec3 guess = map(Vec3::Map(grid + kPositionDimension * p));

@@ -67,6 +67,8 @@ bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
     radius.col(static_cast<Eigen::Index>(axis)) = ((high - low) / 2).head<3>();
   }
   if (!(centre.determinant() > 0)) return false;
+  // Differences of a Bezier net, times the degree, are coefficients of its derivative, whose values lie in their hull.
+  // Any J0^-1 J there is C (I + C^-1 D) with |D| <= R.
   const Mat3 spread = centre.inverse().cwiseAbs() * radius;
   return spread.allFinite() && keeps_regular((1 + kCoefficientRounding) * spread);
 }
@@ -260,6 +262,7 @@ void FoldSearch::search_polynomial(const BezierVolume& net, FoldFinding& finding
   bool undecided = false;
   for (int halvings = 0; !parts_.empty();) {
     const Part& part = parts_.back();
+    // A Bernstein polynomial is no smaller than its least coefficient.
     if (part.least > rounding) {
       parts_.pop_back();
       continue;

@@ -115,6 +115,7 @@ Vec3 LimitEvaluator::geo(const CellParam& at) noexcept {
 
 LimitSample LimitEvaluator::sample(const CellParam& at) noexcept {
   const PatchPlace place = find_patch(state_->data, state_->data.cells[at.cell], at.uvw);
+  // On the line or vertex itself the Jacobian is that of the patch beside it.
   LimitSample result = in_cell(place, patch_sample(state_->patch(at.cell, place.path).points, place.local));
   if (place.at_vertex || place.at_line) result.position = Vec3::Map(state_->singular(at.cell, place).data());
   return result;

@@ -72,6 +72,7 @@ class WeightTable {
 
 /// The transpose of fill_phantoms(), of four points along each of `axes` axes.
 void move_phantoms(WeightTable& grid, std::size_t axes, PhantomMask phantoms) {
+  // Transposed, a product has its factors in the opposite order: the last axis comes first.
   for (std::size_t axis = axes; axis-- > 0;) {
     const std::size_t stride = std::size_t{1} << (2 * axis);
     for (std::size_t p = 0; p < std::size_t{1} << (2 * axes); ++p) {
@@ -95,7 +96,7 @@ class StencilWalk {
  public:
   StencilWalk(const LimitSolid::Data& data, const LimitCell& cell, std::span<const Vec3> framed) : data_(data) {
     LimitCell in_frame = cell;
-    in_frame.frame = {};
+    in_frame.frame = {};  // Places come in the cell's frame already.
     std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
     std::vector<PatchPlace> found;
     for (std::uint32_t n = 0; n < framed.size(); ++n) {
@@ -147,6 +148,11 @@ class StencilWalk {
   }
 
   /// Weights of the ring at a level, the star's points first, at places that lie as deep; zero at the vertex itself.
+  ///
+  /// A step down (VertexWalk) makes the star one level on of the star, and the child's own points and the outer
+  /// children of the columns: shared points, own points, and shared points of the star one level on. Transposed,
+  /// weights go from children to columns, then from columns and the child at the vertex to the star one level on, and
+  /// then to the star.
   WeightTable below_vertex(const VertexLevel& at_level, int level, const Range& range) const {
     const CornerOperator& corner = data_.operators.corners()[at_level.corner];
     const std::size_t star_points = at_level.star.points;
@@ -156,6 +162,7 @@ class StencilWalk {
     WeightTable next_star(star_points, range);
     const Range at_vertex = prefix(range, [](const PatchPlace& at) { return at.at_vertex; });
     const Range rest{at_vertex.end, range.end};
+    // Places in the order of depth: at the vertex, deeper, then in one outer child after the other.
     const Range deeper = prefix(rest, [&](const PatchPlace& at) { return at.path.level > level; });
     if (deeper.end > deeper.begin) {
       const CornerOperator::Child& inner = corner.children[0];
@@ -183,6 +190,7 @@ class StencilWalk {
 
   /// The four layers of a line (sub-)cell.
   WeightTable of_line_ring(std::uint32_t op, std::size_t layer_points, PhantomMask phantoms, const Range& range) const {
+    // A line cell is a planar scheme times a B-spline in w: so are its weights.
     const WeightTable planar = of_planar_ring(op, range);
     WeightTable table(4 * layer_points, range);
     const WeightTable along = basis_along(2, range);

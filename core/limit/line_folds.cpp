@@ -20,6 +20,8 @@ struct Place {
   std::uint8_t child;
   double u, v;
 };
+// The first one will do where one place shows all. The others go from the face v = 0 to the face u = 0. In the level's
+// own u and v they are (1, 0), (1, 1/2), (1, 1), (1/2, 1) and (0, 1).
 constexpr std::array<Place, 6> kPlaces = {{{3, 0.5, 0.5}, {1, 1, 0}, {3, 1, 0}, {3, 1, 1}, {3, 0, 1}, {2, 0, 1}}};
 
 enum class LineKind { kInside, kSmooth, kSharp };
@@ -53,7 +55,8 @@ Curve to_bernstein(const Curve& k) {
   return {(k[0] + 4 * k[1] + k[2]) / 6, (2 * k[1] + k[2]) / 3, (k[1] + 2 * k[2]) / 3, (k[1] + 4 * k[2] + k[3]) / 6};
 }
 
-/// det(a, b, c') for cubics a, b, c.
+/// det(a, b, c') for cubics a, b, c. Bernstein coefficients times their binomials multiply like those of powers: they
+/// are convolved, and divided by the binomials of degree 3 + 3 + 2 = 8.
 Polynomial<9> determinant(const Curve& a, const Curve& b, const Curve& c) {
   constexpr Polynomial<4> kCubic = {1, 3, 3, 1};
   constexpr Polynomial<3> kQuadratic = {1, 2, 1};
@@ -96,6 +99,7 @@ void append_view(const PlanarOperator& line, const Ring& ring, const Place& plac
   views.rightCols<2>().setZero();
   for (std::size_t p = 0; p < 16; ++p) {
     const std::size_t i = p % 4, j = p / 4;
+    // The patch covers half of the level along each axis: d/du of the level is twice that of the patch.
     const Eigen::VectorXd weights = 2 * grid.row(static_cast<Eigen::Index>(p));
     views.col(column) += slope_u[i] * value_v[j] * weights;
     views.col(column + 1) += value_u[i] * slope_v[j] * weights;
@@ -125,7 +129,8 @@ struct Least {
   double w = 0;
 };
 
-/// The smallest value met, and the sign of all, as far as it is beyond `rounding`.
+/// The smallest value met, and the sign of all, as far as it is beyond `rounding`. A piece's first and last
+/// coefficients are values, and all of them bound it. Halving brings them nearer to the values.
 Least least_of(const Polynomial<9>& polynomial, double rounding) {
   Least least{FoldVerdict::kUnfolded, polynomial[0], 0};
   std::vector<Piece> pieces = {{polynomial}};
@@ -163,6 +168,8 @@ const LineFolds::Weights& LineFolds::weights_of(std::uint32_t op) {
   weights = limit_of(lines[op], ring).transpose();
   std::uint32_t at = op;
   for (int level = 0;; ++level) {
+    // After the first time this takes off rounding only, which doubling would let grow. Points are doubled at each
+    // level, as its parameters are: so derivatives by these stay those by the cell's.
     ring.rowwise() -= limit_of(lines[at], ring);
     if (level == kLevels || level == last_level) {
       for (std::size_t i = 0; i < (kind == LineKind::kSharp ? kPlaces.size() : 1); ++i) {
@@ -181,6 +188,7 @@ FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers,
   const Eigen::Index points = weights.rows();
   const Vec3 origin = Vec3::Map(layers.data());                         // Derivatives are small beside coordinates.
   std::vector<Curve> curves(static_cast<std::size_t>(weights.cols()));  // Position, then d/du and d/dv by view.
+  // Weights of the position add up to 1 and those of derivatives to 0: so only positions know of the origin.
   for (std::size_t layer = 0; layer < 4; ++layer) {
     using Points = Eigen::Matrix<double, kPositionDimension, Eigen::Dynamic>;
     const double* first = layers.data() + kPositionDimension * static_cast<std::size_t>(points) * layer;

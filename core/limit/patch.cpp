@@ -25,7 +25,8 @@ void for_each_line(int axes, int axis, Visit visit) {
   }
 }
 
-/// `Number`: a double, or several of them in a register.
+/// The two are equal between the second and the third point: ends are the B-spline's values, (1, 4, 1) / 6, and inner
+/// points part the leg between at thirds. `Number`: a double, or several of them in a register.
 template <typename Number>
 void to_bezier(Number& a, Number& b, Number& c, Number& d) noexcept {
   const Number bezier_a = (a + 4 * b + c) * (1.0 / 6), bezier_b = (2 * b + c) * (1.0 / 3);
@@ -133,6 +134,7 @@ void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask ph
   for (int axis = 0; axis < axes; ++axis) {
     const bool low = phantoms >> (2 * axis) & 1, high = phantoms >> (2 * axis + 1) & 1;
     if (!low && !high) continue;
+    // One axis after the other: where phantom layers meet, points are made of phantoms of the axis before.
     for_each_line(axes, axis, [&](std::size_t first, std::size_t stride) {
       double* p = grid + first * dimension;
       const std::size_t step = stride * dimension;

@@ -13,7 +13,8 @@ namespace ccslice {
 
 namespace {
 
-/// Levels to descend before `largest` reaches [1/2, 1].
+/// Levels to descend before `largest` reaches [1/2, 1]. ilogb() is floor(log2()) and exact, and so is scaling by a
+/// power of two: 1/2 itself always falls to the outer sub-cell, and only beyond kMaxPatchLevel is child 0 left over.
 int level_of(double largest) noexcept {
   if (largest >= 0.5) return 0;
   if (largest <= 0) return kMaxPatchLevel;
@@ -40,10 +41,12 @@ void find_in_line(PatchPlace& place) noexcept {
   q[1] *= scale;
   place.path.line_child = choose_child(q, 2);
   if (place.path.line_child == 0) {
+    // Limit rows say what is here. The patch on the diagonal stands in for the Jacobian.
     place.at_line = true;
     place.path.line_child = 3;
     q[0] = q[1] = 0;
   }
+  // In a patch of level n, u and v are local = 2^(n+1) * cell - const; w is the cell's own.
   place.factor[0] *= 2 * scale;
   place.factor[1] *= 2 * scale;
 }
@@ -62,6 +65,7 @@ void enter_frame(const Frame& frame, PatchPlace& place) noexcept {
 
 }  // namespace
 
+/// By the chain rule: dX/d(cell) = dX/d(local) * d(local)/d(cell).
 LimitSample in_cell(const PatchPlace& place, const LimitSample& local) noexcept {
   LimitSample sample{local.position, {}};
   for (int a = 0; a < 3; ++a) {
@@ -130,6 +134,7 @@ void PatchBuilder::gather(const LimitCell& cell, double* out) const noexcept {
 }
 
 const CornerOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
+  // A step can't be taken back, as its matrix need not have an inverse: a level that is behind starts anew.
   if (walked_ != &cell || walked_level_ > path.level) {
     gather(cell, walk_.start(cell.op).data());
     walked_ = &cell;
@@ -139,6 +144,8 @@ const CornerOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell,
   return walk_.make_child(path.child, a_.data());
 }
 
+/// P(-1) = 2 P(0) - P(1) for whole layers. Planar stencils act on every layer alike and so commute with it: phantom
+/// layers that are filled before the walk along the line are right at each of its levels.
 void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept {
   const std::size_t layer = layer_points * dimension_;
   double* p = a_.data();
@@ -176,6 +183,7 @@ std::uint32_t PatchBuilder::copy_line(const LimitCell& cell, const PatchPath& pa
   return op;
 }
 
+/// The cell is a planar scheme times a B-spline: the same stencils act on all four layers, and w stays the cell's own.
 std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept {
   for (int n = 0; n < levels; ++n) {
     const PlanarOperator& now = data_.operators.lines()[op];
@@ -223,6 +231,7 @@ void PatchBuilder::limit_at_vertex(const LimitCell& cell, double* out) noexcept 
   }
 }
 
+/// The planar limit row, layer by layer, yields four control points of the line, a cubic B-spline in w.
 void PatchBuilder::limit_at_line(const LimitCell& cell, const PatchPath& path, double w, double* out) noexcept {
   const std::uint32_t op = load_line(cell, path);
   const auto& limit = data_.operators.lines()[op].limit;

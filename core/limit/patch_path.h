@@ -22,7 +22,8 @@
 
 namespace ccslice {
 
-/// Deepest level told apart. Below it (parameters under 2^-kMaxPatchLevel) positions and channels come from limit rows.
+/// Deepest level told apart. Beyond it (parameters under 2^-(kMaxPatchLevel + 1)) positions and channels come from
+/// limit rows.
 inline constexpr int kMaxPatchLevel = 40;
 
 struct PatchPath {
@@ -44,8 +45,8 @@ struct PatchPlace {
   Vec3 local;
   std::array<std::uint8_t, 3> axis;
   Vec3 factor;
-  bool at_vertex = false;  // Within 2^-kMaxPatchLevel of the irregular vertex.
-  bool at_line = false;    // Within that of the irregular line: `local`'s third coordinate still counts.
+  bool at_vertex = false;  // Beyond kMaxPatchLevel, beside the irregular vertex.
+  bool at_line = false;    // Likewise beside the irregular line: `local`'s third coordinate still counts.
 };
 
 /// A sample of the patch, in the cell's parameters.

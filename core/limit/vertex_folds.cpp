@@ -68,6 +68,9 @@ FoldFinding VertexFolds::examine(VertexWalk walk) {
   FoldFinding worst;
   for (int level = 0; level < kLevels && worst.verdict != FoldVerdict::kFolds; ++level) {
     const Eigen::Vector4d limit = limit_at_vertex(walk);
+    // After the first time this takes off rounding only. Points are doubled at each level, as its parameters are, so
+    // that derivatives by these stay those by the parameters of the given (sub-)cell. A child's are twice as large
+    // again, and its determinant an eighth.
     walk.rescale(std::span(limit.data(), kPositionDimension), 1);
     vertex += std::ldexp(1.0, -level) * limit.head<3>();
     for (std::size_t child = 1; child < 8; ++child) {

@@ -40,6 +40,9 @@ std::span<double> VertexWalk::start(std::uint32_t op) noexcept {
   return std::span(points_).first(point_count() * dimension_);
 }
 
+/// The star's next level follows from the star alone. What else the level holds depends on the star at both levels, as
+/// far as the corner's ring shares points with it, and on the corner's own points. Outer children and the way on both
+/// need this, so it is kept until the walk goes on.
 void VertexWalk::step_star() noexcept {
   if (stepped_) return;
   const StarOperator& star = this->star();

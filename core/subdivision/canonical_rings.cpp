@@ -31,6 +31,7 @@ std::vector<Start> leading_starts(const CellComplex& complex, std::span<const Ce
       by_axis[a] = complex.edge_cells(complex.find_edge(vertex, vertices[corner ^ 1u << a])).size();
     }
     for (std::uint8_t along = 0; along < 3; ++along) {
+      // Proper frames only, in which a Jacobian keeps its sign.
       const Frame frame = frame_at(corner, along);
       const std::array framed{by_axis[frame.axis[0]], by_axis[frame.axis[1]], by_axis[frame.axis[2]]};
       if (framed > fewest) continue;

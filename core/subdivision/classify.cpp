@@ -38,6 +38,8 @@ bool Classifier::irregular(EdgeId edge) const {
   return cells != (complex_.edge_sharp(edge) ? 1u : 2u);
 }
 
+/// Both edges have n cells, and there are no other cells at the vertex: two layers of n. Inside, n edges across the
+/// line lie between these. On the boundary four edges belong to it, two of the line and two across.
 bool Classifier::line_passes(VertexId vertex, EdgeId edge_a, EdgeId edge_b) const {
   const std::size_t n = complex_.edge_cells(edge_a).size();
   if (complex_.edge_cells(edge_b).size() != n || complex_.vertex_cells(vertex).size() != 2 * n) return false;
@@ -50,6 +52,9 @@ bool Classifier::line_passes(VertexId vertex, EdgeId edge_a, EdgeId edge_b) cons
          !complex_.vertex_sharp(vertex);
 }
 
+/// One layer of n cells, whose caps bound the solid. With a phantom layer P(-1) = 2 P(0) - P(1) the B-spline's rule
+/// along the line, (P(-1) + 6 P(0) + P(1)) / 8, is P(0), so that only the planar rule is left: it has to be that of the
+/// caps.
 bool Classifier::line_ends(VertexId vertex, EdgeId edge) const {
   if (!complex_.vertex_on_boundary(vertex)) return false;
   const std::size_t n = complex_.edge_cells(edge).size();
@@ -58,7 +63,8 @@ bool Classifier::line_ends(VertexId vertex, EdgeId edge) const {
   if (!complex_.edge_on_boundary(edge)) {
     return boundary.count == n && boundary.sharp == 0 && !complex_.vertex_sharp(vertex);
   }
-  // The cap's outermost edges must be sharp with one cell; the line itself may be sharp or not.
+  // n caps have n + 1 edges, and one is the line's. The outermost ones must be sharp, with one cell, as the boundary
+  // along the line meets the caps there; the line itself may be sharp or not.
   const bool sharp = complex_.edge_sharp(edge);
   return boundary.count == n + 2 && boundary.sharp == (sharp ? 3u : 2u) && (sharp || !complex_.vertex_sharp(vertex));
 }

@@ -187,6 +187,9 @@ class MaskBuilder {
     return weights;
   }
 
+  /// A surface's mask (v = n^2, e = 4, f = 1) times (1, 4, 1) along the line. In the vertex's own layer all weights
+  /// count four times: 4 n^2, 16, 4. In those beside it they count once: n^2 at the edges of the line, 4 at faces on
+  /// it, 1 in cells. So all faces have 4.
   Weights straight() const {
     const auto n = static_cast<double>(star_.cells.size()) / 2;
     Weights weights = uniform(4 * n * n, 16, 4, 1);
@@ -198,6 +201,8 @@ class MaskBuilder {
     return weights;
   }
 
+  /// l A A A ... tends to the row with l A = l, as one eigenvalue of A is 1 and all others are smaller. Rows of A add
+  /// up to 1, so l A has the sum of l. Dividing by it in the end undoes what rounding has added.
   template <typename Step>
   Weights iterate(Step step) {
     Weights weights = uniform(64, 16, 4, 1), next = zero();
@@ -212,6 +217,8 @@ class MaskBuilder {
 
   /// l -> l A on the boundary, with at most one sharp edge.
   void surface_step(const Weights& from, Weights& to) {
+    // The vertex's rule (Q + 2 R + (k-3) P) / k: each of k faces has 1/k of Q, each edge 1/k of R. An edge's rule gives
+    // half to its own midpoint and a quarter to each of its two faces; a sharp one all to the midpoint.
     const auto k = static_cast<double>(star_.edges.size());
     to.vertex = from.vertex * (k - 3) / k;
     std::ranges::fill(to.edges, 0.0);
@@ -230,6 +237,8 @@ class MaskBuilder {
 
   /// l -> l A inside, by the general rule.
   void volume_step(const Weights& from, Weights& to) {
+    // (Cbar + 3 Abar + 3 Mbar + P) / 8 at the vertex, (Cbar + 2 Abar + (n-3) M) / n on an edge of n cells, so that each
+    // of them has 1/n^2 and each of n faces 2/n^2; (C0 + 2 A + C1) / 4 on a face; C in a cell.
     const auto share = [&](double weight, std::size_t count) {
       return weight * from.vertex / static_cast<double>(count);
     };
@@ -296,7 +305,9 @@ Stencils boundary_face_masks(const CellComplex& complex, const CancellationToken
   for (const FaceId f : complex.faces()) {
     poll();
     if (!complex.face_on_boundary(f)) continue;
-    // A smooth vertex, one refinement on, of as many edges as the face has sides.
+    // A smooth vertex, one refinement on, of as many edges as the face has sides. Around it lie the points of the
+    // face's edges, and across its new faces those of the face's vertices: weights k^2, 4 and 1, which add up to
+    // k^2 + 5 k.
     const auto ring = complex.face_vertices(f);
     const auto k = static_cast<double>(ring.size()), sum = k * (k + 5);
     row.add_face_point(f, k * k / sum);

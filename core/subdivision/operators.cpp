@@ -20,7 +20,8 @@ constexpr int kMaxLimitSteps = 2000;
 [[noreturn]] void broken(const char* what) { throw Error(ErrorCode::kInternal, what); }
 
 /// Appends to `to` the rows of `from` that belong to `points`, with every column c replaced by c % period; kNone is an
-/// empty row.
+/// empty row. So the layers of an extruded ring are added up: what a product of rules does with data that are constant
+/// along the line is the planar rule, as the other one's weights add up to 1.
 void append_rows(const Stencils& from, std::span<const VertexId> points, std::uint32_t period, Stencils& to) {
   std::vector<std::pair<std::uint32_t, double>> row;
   for (const VertexId p : points) {
@@ -54,7 +55,8 @@ std::vector<double> multiply(const std::vector<double>& row, const Stencils& ste
   return result;
 }
 
-/// e0 A A A ..., carried to convergence: the limit at point 0, where A is rows [first, first + points).
+/// e0 A A A ..., carried to convergence: the limit at point 0, where A is rows [first, first + points). After n steps
+/// point 0 is row 0 of A^n times the control points, which tends to the limit, whether or not A can be diagonalized.
 std::vector<double> limit_of_step(const Stencils& stencils, std::uint32_t first, std::uint32_t points) {
   std::vector<double> row(points, 0.0);
   row[0] = 1;
@@ -68,7 +70,8 @@ std::vector<double> limit_of_step(const Stencils& stencils, std::uint32_t first,
   return row;
 }
 
-/// The limit row at the irregular corner, whose control point has number 0.
+/// The limit row at the irregular corner, whose control point has number 0. Subdividing moves no limit, so the row of
+/// the ring one level on, times the step there, is this one's.
 std::vector<double> limit_row(const std::vector<PlanarOperator>& operators, std::uint32_t self) {
   const PlanarOperator& op = operators[self];
   const ChildRows& next = op.children[0];
@@ -119,7 +122,8 @@ CellComplex complex_of(const NumberedCells& ring) {
                      ring.sharp_vertices);
 }
 
-/// Rows of a corner operator from those of the whole neighbourhood.
+/// Rows of a corner operator from those of the whole neighbourhood. Points of the star one level on are columns of
+/// their own, as the star's operator makes them. All others have to follow from points of the ring.
 class CornerRows {
  public:
   /// `next`: the ring of children[0].
@@ -199,6 +203,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   const auto [known, fresh] = line_index_.try_emplace(ring.key, static_cast<std::uint32_t>(lines_.size()));
   const std::uint32_t self = known->second;
   if (!fresh) return self;
+  // It has its number before its children are looked at: the one at the line may have the same ring, and leads here.
   lines_.emplace_back();
   const CellComplex complex = extrude(ring);
   const CellId middle{static_cast<std::uint32_t>(ring.quads.size())};
@@ -214,6 +219,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
       if (!found || found->cell_class != CellClass::kLine || found->anchor != 8) broken("a line cell lost its line");
       const LineRing next = walker.line(child, {});
       op.children[0] = rows_after(op.stencils, next.count, 0);
+      // One of the child's four layers is enough, as they are alike: the one that lies in a layer of the parent's.
       append_rows(refined.stencils, std::span(next.points).subspan(next.count, next.count), ring.count, op.stencils);
       op.children[0].op = line(next);
     } else {

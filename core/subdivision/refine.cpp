@@ -82,6 +82,7 @@ struct SharpFeatures {
   std::vector<std::uint32_t> vertices;
 };
 
+/// Both halves of a sharp edge are sharp, at every level.
 SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVertices& ids) {
   SharpFeatures sharp;
   for (const EdgeId e : parent.edges()) {
@@ -160,6 +161,8 @@ VertexId seen_from(const CellComplex& parent, const Refinement& refined, VertexI
 
 Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
+  // A child belongs to a corner of its parent. All children at the vertices of `cells` are made, so that around those
+  // that are asked for none is missing.
   std::vector<std::uint8_t> keep(parent.vertex_count(), 0);
   for (const CellId c : cells) {
     for (const VertexId v : parent.cell_vertices(c)) keep[v] = 1;

@@ -70,6 +70,7 @@ void RuleRow::flush(Stencils& stencils) {
   touched_.clear();
 }
 
+// The weights of every rule add up to 1, so that refinement commutes with affine maps.
 void RuleRow::add_cell_point(CellId cell, double weight) { add_cell(cell, weight); }
 
 void RuleRow::add_face_point(FaceId face, double weight) {
@@ -83,6 +84,21 @@ void RuleRow::add_face_point(FaceId face, double weight) {
   add_cell(parent_.half_face_cell(second), 0.25 * weight);
 }
 
+// Why a cell at a straight EE is (Catmull-Clark surface) x (cubic B-spline). Vertices there lie in layers along the EE.
+// In one layer let P be the vertex on the EE, Q the mean centroid of the layer's faces at it, and R the mean midpoint
+// of its edges. Catmull-Clark's rule for P is (Q + 2 R + (n-3) P) / n; those of cubic B-splines are (1, 6, 1) / 8 at a
+// vertex and (1, 1) / 2 between two.
+//
+// An edge of the EE lies between two layers: Cbar, Abar and M are the means of their Q, R and P. So the rule for edges,
+// (Cbar + 2 Abar + (n-3) M) / n, already is Catmull-Clark's times (1, 1) / 2.
+//
+// At a vertex of the EE, in layer 0 between the layers - and +,
+//
+//   Cbar + Ah = (Q- + 6 Q0 + Q+) / 4,    Av + Mh = (R- + 6 R0 + R+) / 4,    Mv + P = (P- + 6 P0 + P+) / 4.
+//
+// So [Cbar + Ah + 2 (Av + Mh) + (n-3) (Mv + P)] / (2n) is Catmull-Clark's times (1, 6, 1) / 8. The general rule has
+// 2 Av + 3n/(n+2) Mh. For (1, 6, 1) both would need the same weight, which they have for n = 4 only: elsewhere it is no
+// product.
 void RuleRow::add_edge_point(EdgeId edge, double weight) {
   if (!parent_.edge_on_boundary(edge)) {
     const auto n = static_cast<double>(parent_.edge_cells(edge).size());
@@ -97,6 +113,9 @@ void RuleRow::add_edge_point(EdgeId edge, double weight) {
   }
 }
 
+/// Rules of the boundary read the boundary alone. So its limit is a Catmull-Clark surface, whatever lies inside. Where
+/// two sharp edges meet, (1, 6, 1) / 8 here and the midpoint on edges make of them a cubic B-spline curve. A vertex
+/// where a single sharp edge ends has the rule of a smooth one.
 void RuleRow::add_boundary_vertex_point(VertexId vertex, double weight) {
   const auto edges = select(parent_.vertex_edges(vertex), [&](EdgeId e) { return parent_.edge_on_boundary(e); });
   const auto sharp = select(edges, [&](EdgeId e) { return parent_.edge_sharp(e); });

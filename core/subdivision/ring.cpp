@@ -32,6 +32,9 @@ std::array<VertexId, 8> RingWalker::framed_vertices(const Framed& at) const {
   return framed;
 }
 
+/// Shared corners keep their framed bits: bit a, too, which is `side` for all of them. So the next cell's other corners
+/// have the opposite bit a, although they lie farther on: its axis a is mirrored. The frame follows from where it has
+/// two of the shared corners, and the face between the cells.
 RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned side) const {
   const Frame& f = from.frame;
   const unsigned local_side = side ^ (f.origin >> f.axis[a] & 1u);
@@ -105,6 +108,8 @@ RegularRing RingWalker::regular(CellId cell, const Frame& frame) const {
   return ring;
 }
 
+/// Breadth first, faces in the order of framed axes: the order follows from the topology and the start's frame alone,
+/// so that equal neighbourhoods are numbered alike. Marks carry the number of the walk and needn't be cleared.
 std::vector<RingWalker::Framed> RingWalker::walk(const Framed& start, unsigned sides, std::span<const VertexId> core) {
   ++walks_;
   for (const VertexId v : core) core_[v] = walks_;
@@ -123,6 +128,8 @@ std::vector<RingWalker::Framed> RingWalker::walk(const Framed& start, unsigned s
   return cells;
 }
 
+/// Walks across four sides only, and so stays in the cell's own layer. Across the other two lie the points below and
+/// above, unless the line ends there.
 LineRing RingWalker::line(CellId cell, const Frame& frame) {
   LineRing ring;
   const Framed start{cell, frame};

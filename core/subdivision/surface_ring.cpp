@@ -39,6 +39,7 @@ FaceId SurfaceWalker::other_face(EdgeId edge, FaceId face) const {
 SurfaceWalker::Framed SurfaceWalker::cross(const Framed& from, unsigned axis, unsigned side) const {
   const FaceId next = other_face(side_edge(from, axis, side), from.face);
   const auto cycle = complex_.face_vertices(next);
+  // As in rings of cells, shared vertices keep their bits, and the far ones get the opposite bit along the axis.
   const unsigned near = side << axis, far = (1 - side) << axis, along = 1u << (1 - axis);
   Framed result{next, {}};
   for (const unsigned bit : {0u, along}) {
@@ -63,6 +64,8 @@ bool SurfaceWalker::corner_regular(FaceId face, unsigned corner) const {
   const std::array<EdgeId, 2> sides = {complex_.find_edge(v, cycle[(corner + 1) % 4]),
                                        complex_.find_edge(v, cycle[(corner + 3) % 4])};
   const bool first = complex_.edge_sharp(sides[0]), second = complex_.edge_sharp(sides[1]);
+  // A phantom layer P(-1) = 2 P(0) - P(1) makes of the B-spline's rule (1, 6, 1) / 8 the rule P(0) across a side.
+  // Across two sides the corner stays where it is; across one the crease's own rule is left.
   if (sharp > 2 || complex_.vertex_sharp(v)) return first && second;
   if (sharp == 0) return valence == 4;
   if (sharp != 2 || first == second) return false;
