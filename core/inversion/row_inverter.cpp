@@ -66,6 +66,7 @@ void RowInverter::solve(const Vec3& first, const Vec3& step, std::uint32_t count
     if (!at) continue;
     row.entries.push_back({k, *at});
     row.last = near = at;
+    // A point that was solved alone is a node as well, if it lies in a patch.
     if (k + 1 < count && (in_patch || enter(k, at, node))) k += march(node, *at, *near);
   }
 }
@@ -76,6 +77,8 @@ std::optional<CellParam> RowInverter::enter(std::uint32_t k, const std::optional
   patch_ = inverter_->evaluator().patch_at(*hint, place_);
   if (patch_ == nullptr) return std::nullopt;
   const LimitSample sample = patch_sample(patch_->points, place_.local);
+  // local = factor * cell + const, so the Jacobian by the cell's parameters has factor times the patch's columns, and
+  // its inverse the patch's rows divided by factor.
   accept_mm_ = acceptance_.at(place_.factor.cwiseInverse().asDiagonal() * sample.jacobian.inverse());
   if (!make_node(k, place_.local, node) || !in_unit_cube(node.local)) return std::nullopt;
   const CellParam at = in_cell(*hint, node.local);
@@ -98,6 +101,8 @@ std::optional<CellParam> RowInverter::solve_alone(std::uint32_t k, const std::op
   return found->at;
 }
 
+/// Where Newton's method or the corrections fail, nodes are put closer: half as far, then twice as far again with every
+/// pair that succeeds. Even one point's distance may be too far, beside a fold or where the patch ends.
 std::uint32_t RowInverter::march(Node from, const CellParam& at, CellParam& next) {
   const std::uint32_t first = from.point;
   Vec3 bend = Vec3::Zero();  // Change of the slope from point to point.
@@ -112,6 +117,7 @@ std::uint32_t RowInverter::march(Node from, const CellParam& at, CellParam& next
       stride = ahead / 2;
       continue;
     }
+    // The node ahead may lie beyond the patch, whose polynomials go on: the curve up to there tells where it is left.
     const std::uint32_t inside = keep_inside(from.point + 1, ahead);
     if (inside > 0) row_->last = in_cell(at, curve_point(inside - 1));
     next = hint_after(from.point + inside, at, inside < ahead ? curve_point(inside) : to.local);
@@ -132,6 +138,7 @@ bool RowInverter::make_node(std::uint32_t k, const Vec3& guess, Node& node) cons
     const Vec3 residual = point(k) - sample.position;
     const Mat3 inverse = sample.jacobian.inverse();
     if (residual.norm() <= accept_mm_) {
+      // geo(q(t)) = first + t step, so q' = J^-1 step.
       node = {k, residual.norm(), local, sample.jacobian, inverse, inverse * step_};
       return node.slope.allFinite();
     }

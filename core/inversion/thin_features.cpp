@@ -67,6 +67,8 @@ class ThinSearch {
     const BoundaryFace& side = surface_.faces()[face];
     Place place{surface_.cell_param(face, s, t), {}, {}};
     const LimitSample sample = evaluator_.sample(place.at);
+    // (J_b x J_c) . J_a = det J: the product points to where the axis a rises if det J is positive. Normals are mapped
+    // by the inverse transpose, also where the placement mirrors.
     const int axis = side.cell_side / 2;
     const double sign = (side.cell_side % 2 == 1 ? 1 : -1) * (sample.jacobian.determinant() < 0 ? -1 : 1);
     const Vec3 normal = sign * sample.jacobian.col((axis + 1) % 3).cross(sample.jacobian.col((axis + 2) % 3));

@@ -54,6 +54,8 @@ void limit_lengths(LengthCounts& counts, unsigned max_length) {
   for (unsigned length = 1; length <= max_length; ++length) {
     used += std::uint64_t{counts[length]} << (max_length - length);
   }
+  // A shorter code becomes two that are longer by one, for its own symbol and one of the longest. Of the shorter one's
+  // 2^k units each takes a half, and the unit of the longest is saved.
   for (; used > std::uint64_t{1} << max_length; --used) {
     unsigned length = max_length - 1;
     while (counts[length] == 0) --length;

@@ -86,6 +86,8 @@ class Pattern {
     }
   }
 
+  /// Each voxel's energy is the sum of the kernel over the set voxels around it, so that one voxel more or less adds or
+  /// takes off one kernel. Rows that it doesn't reach keep their extremes.
   template <std::int32_t kSign>
   void change(std::size_t voxel) {
     const std::uint32_t x = voxel % kEdge, y = voxel / kEdge % kEdge, z = static_cast<std::uint32_t>(voxel / kRows);
@@ -105,7 +107,8 @@ class Pattern {
       find_extremes_of_plane(static_cast<std::uint32_t>(std::countr_zero(planes)));
   }
 
-  /// Clear voxels only count for voids, set ones for clusters.
+  /// Clear voxels only count for voids, set ones for clusters: kBarred is beyond all energies, so that with it set
+  /// voxels come last among the low ones, and first among the high ones.
   void find_extremes(std::size_t row) {
     const std::int32_t* energy = &energy_[row * kEdge];
     const std::int32_t* set = &set_[row * kEdge];
@@ -168,6 +171,10 @@ void spread(Pattern& pattern, std::size_t voxels, PeriodicPoll& poll) {
   }
 }
 
+/// The first pattern's voxels are ranked backwards, as the tightest cluster is taken away, and all others as the
+/// largest void is filled. Ulichney has a third phase, beyond a half, which fills the tightest cluster of clear voxels.
+/// That is the largest void: the energies that set voxels and clear ones would have add up to the kernel's sum
+/// everywhere.
 std::vector<std::uint32_t> rank_voxels(const VoxelShape& shape, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel, 256);
   Pattern pattern(shape);

@@ -39,7 +39,9 @@ ColourGamut::ColourGamut(std::span<const Vec3> colours) : colours_(colours.begin
   }
 }
 
-// Orthogonal projection onto the colours' affine hull, in their barycentric coordinates.
+// Orthogonal projection onto the colours' affine hull, in their barycentric coordinates: with S the edges from the
+// first colour c, the others' weights w minimize |c + S w - t|^2, so (S^T S) w = S^T (t - c), and the first has what
+// they leave of 1.
 void ColourGamut::add_simplex(const std::array<std::uint8_t, 4>& members, std::size_t size) {
   const auto edges = static_cast<Eigen::Index>(size) - 1;
   const Vec3& first = colours_[members[0]];
@@ -55,6 +57,8 @@ void ColourGamut::add_simplex(const std::array<std::uint8_t, 4>& members, std::s
   simplices_.push_back(simplex);
 }
 
+/// The point of the hull that is nearest to the colour lies inside some simplex, a triangle, an edge or a single colour
+/// included, onto whose affine hull it is the projection. So the nearest projection without negative weights is it.
 ColourMix ColourGamut::mix(const Vec3& colour) const {
   ColourMix best;
   double least = std::numeric_limits<double>::infinity();

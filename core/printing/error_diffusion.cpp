@@ -176,6 +176,7 @@ void ErrorDiffusion::start_run(const Run& run, const FromRow& from_row, const Fr
   }
   const std::uint32_t begin = run.step > 0 ? run.start : run.start + 1 - run.length, end = begin + run.length;
   std::memset(&inside_here_[std::size_t{run.first} + begin + 1], 1, run.length);
+  // Where all voxels above are inside, none of the errors from there is missing.
   if (std::memchr(&inside_above_[std::size_t{run.first} + begin], 0, run.length + 2) == nullptr) return;
   for (std::uint32_t k = begin; k < end; ++k) {
     const float share = share_from_outside(run, k);
@@ -184,6 +185,8 @@ void ErrorDiffusion::start_run(const Run& run, const FromRow& from_row, const Fr
 }
 
 void ErrorDiffusion::choose_of_two(const Run& run, const Fractions& fractions, std::uint8_t* out) noexcept {
+  // The second material's sum is 1 less the first one's, so the first is taken from 1/2 on. Noise moves this threshold
+  // and not the error. A material that is absent is never taken, whatever its error.
   MixRow threshold;
   for (std::uint32_t k = 0; k < kMixBlock; ++k) {
     const float random = 0.5f + kNoise * (random_unit(numbers_.key, run.first + k) - 0.5f);
@@ -204,6 +207,8 @@ void ErrorDiffusion::choose_of_two(const Run& run, const Fractions& fractions, s
     const bool taken = sum >= threshold[k];
     error = sum - (taken ? 1.0f : 0.0f);
     out[k] = taken ? 1 : 2;
+    // The voxel below the one before gets from it, from the one before that, and from this one: all at once. At the end
+    // two voxels wait for what is left.
     below[-run.step] += kAheadBelow * before + kBelow * last + kBehindBelow * error;
     before = last;
     last = error;
@@ -230,6 +235,7 @@ void ErrorDiffusion::choose_of_many(const Run& run, const Fractions& fractions, 
     const Errors known = mixed[k] + *here;
     const __m256 barred = _mm256_and_ps(_mm256_cmp_ps(mixed[k], absent, _CMP_LT_OQ), never);
     const Errors noise = random_lanes(random_bits(numbers_.key, run.first + k), kNoise);
+    // Noise perturbs what is judged, not what is handed on.
     const Errors judged = multiply_add(kAhead, error, known + noise + barred);
     __m256 taken = _mm256_cmp_ps(judged, largest(judged), _CMP_EQ_OQ);
     auto lanes = static_cast<std::uint32_t>(_mm256_movemask_ps(taken));

@@ -37,7 +37,9 @@ void for_each_edge(const Contours& contours, const LayerLattice& lattice, const 
   }
 }
 
-/// Crossings are sorted by column; the winding number is zero before the first.
+/// Crossings are sorted by column; the winding number is zero before the first. To the left of an edge that goes up it
+/// is larger by one than to its right. All crossings of a column count before a span begins or ends there, so that
+/// spans are maximal, and edges that run along each other leave none.
 void append_spans(std::uint32_t row, std::span<const RowCrossing> crossings, std::vector<VoxelRun>& spans) {
   std::int32_t winding = 0;
   std::uint32_t begin = 0;
@@ -69,6 +71,7 @@ BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std:
   for (const VoxelRun& span : spans) {
     std::uint8_t* row = image.bits.data() + std::size_t{image.row_bytes} * span.row;
     const std::uint32_t first = span.begin / 8, last = span.end / 8;
+    // The first voxel of a byte is its highest bit.
     const auto from_begin = static_cast<std::uint8_t>(0xff >> span.begin % 8);
     const auto before_end = static_cast<std::uint8_t>(~(0xff >> span.end % 8));
     if (first == last) {

@@ -24,6 +24,7 @@ class RegionWindings {
 
   /// The region of a voxel at or to the right of the last one asked for; kNoCellRegion if it is in none.
   std::uint8_t region_at(std::uint32_t column) {
+    // Passing an edge leaves the region on its left and enters that on its right.
     for (; !crossings_.empty() && crossings_.front().column <= column; crossings_ = crossings_.subspan(1)) {
       add(crossings_.front().left, -1);
       add(crossings_.front().right, 1);
@@ -68,6 +69,7 @@ std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span
   auto crossings = crossing_rows<RegionCrossing>(lattice, [&](auto&& visit) {
     for (const RegionEdge& edge : edges) {
       const std::uint32_t from = row_from(edge.from), to = row_from(edge.to);
+      // An edge that goes down has its right side towards smaller columns.
       if (from < to) visit(edge.from, edge.to, from, to, RegionCrossing{0, edge.left, edge.right});
       if (to < from) visit(edge.to, edge.from, to, from, RegionCrossing{0, edge.right, edge.left});
     }
@@ -83,6 +85,8 @@ std::vector<RegionRun> find_regions(std::span<const RegionEdge> edges, std::span
         const std::uint8_t region = windings.region_at(column);
         const std::uint32_t end = windings.end(spans[k].end);
         const bool goes_on = runs.size() > first && (region == kNoCellRegion || region == runs.back().region);
+        // Voxels that rounding leaves in no region go with those to their left. At a span's begin they wait for those
+        // to their right, and get region 0 if none come.
         if (goes_on) {
           runs.back().end = end;
         } else if (runs.size() > first && runs.back().region == kNoCellRegion) {

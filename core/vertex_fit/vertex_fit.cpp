@@ -116,6 +116,7 @@ VertexFit::VertexFit(const ControlMesh& mesh, const FitOptions& options)
 
 ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report) const {
   const Values positions = of_copies(positions_of(mesh_));
+  // Limits are linear in control points, L = S P, so moves of these close the gaps where S moves = gaps.
   const Values gaps = positions - system_.limits(positions);
   ControlMesh fitted = vertices == FittedVertices::kAll ? fit_all(gaps) : fit_boundary(gaps);
   measure(fitted, report);
@@ -262,6 +263,7 @@ ControlMesh VertexFit::fit_boundary(const Values& gaps) const {
   for (int round = 0; round < kMostRounds; ++round) {
     ControlMesh fitted = moved(system_.solve_boundary(shares.asDiagonal() * gaps));
     const std::vector<ControlCellId> folding = folding_cells(fitted);
+    // What folded before may go on folding. Preparing the mesh takes long, so that is asked once something folds.
     if (!folding.empty() && round == 0) folding_before = folding_cells(mesh_);
     const std::vector<ControlCellId> folds = without(folding, folding_before);
     if (folds.empty()) return fitted;
@@ -348,6 +350,7 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Vec3 &from = position_of(ring[i]), &to = position_of(ring[(i + 1) % ring.size()]);
       middle += from / size;
+      // Of a fan of triangles: for a face that isn't flat the mean of their normals, by area.
       normal += (from - position_of(ring[0])).cross(to - position_of(ring[0]));
       edge += (to - from).norm() / size;
     }

@@ -56,6 +56,8 @@ Eigen::MatrixXd solve_masks(const Matrix& masks, const Eigen::MatrixXd& right, c
   });
 }
 
+/// Symmetric and diagonally dominant, strictly in rows with an edge to the boundary, which edges lead to from every
+/// vertex inside: so it is positive definite, as conjugate gradients require.
 Eigen::MatrixXd solve_graph(const Matrix& graph, const Eigen::MatrixXd& right, const CancellationToken& cancel) {
   if (graph.rows() == 0) return right;
   Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> solver;
@@ -109,6 +111,8 @@ void VertexSystem::build_masks(const CellComplex& complex) {
   masks_inside_surface_ = matrix_of(inside_.size(), surface_.size(), inside_surface);
 }
 
+/// A row says that a vertex moves by the mean of the moves around it: over its edges, its own move less the other end's
+/// adds up to 0.
 void VertexSystem::build_graph(const CellComplex& complex) {
   Entries inside, inside_surface;
   for (const std::uint32_t v : inside_) {
@@ -141,6 +145,7 @@ VertexSystem::Values VertexSystem::solve_surface(const Values& moves) const {
   return solve_masks(masks_surface_, rows_of(moves, surface_), cancel_);
 }
 
+/// Limits inside depend on control points inside and on the boundary, S_ii P_i + S_ib P_b = L_i. P_b is known first.
 VertexSystem::Values VertexSystem::solve(const Values& moves) const {
   const Values surface = solve_surface(moves);
   return join(surface, solve_masks(masks_inside_, rows_of(moves, inside_) - masks_inside_surface_ * surface, cancel_));
