@@ -22,6 +22,7 @@ readonly build=(
   cmake
   g++
   libcli11-dev
+  libcpp-httplib-dev
   libdeflate-dev
   libeigen3-dev
   libgrpc++-dev
@@ -125,6 +126,7 @@ readonly server=(
 readonly client=(
   libabsl20220623
   libc6
+  libcpp-httplib0.11
   libdeflate0
   libgcc-s1
   libgrpc++1.51

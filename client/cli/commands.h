@@ -31,6 +31,7 @@ Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);
 Command add_preview(CLI::App& parent, CommonOptions& common);
+Command add_view(CLI::App& parent, CommonOptions& common);
 Command add_export(CLI::App& parent, CommonOptions& common);
 Command add_package(CLI::App& parent, CommonOptions& common);
 

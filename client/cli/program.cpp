@@ -33,7 +33,7 @@ Program::Program() : app("Slices Catmull-Clark solids into voxel layers, through
               add_picture(app, options), add_probe(app, options),    add_info(app, options),
               add_upload(app, options),  add_export(app, options),   add_package(app, options),
               add_models(app, options),  add_profiles(app, options), add_convert(app, options),
-              add_preview(app, options)};
+              add_preview(app, options), add_view(app, options)};
 }
 
 }  // namespace ccslice::cli

@@ -50,6 +50,8 @@ Process::~Process() {
 
 void Process::send_signal(int signal) const { kill(pid_, signal); }
 
+std::string Process::out_so_far() const { return read_whole(out_); }
+
 ProcessResult Process::wait() {
   int status = 0;
   waitpid(pid_, &status, 0);

@@ -26,6 +26,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send_signal(int signal) const;
+  /// What it has written to standard output by now.
+  std::string out_so_far() const;
   /// Waits for its end.
   ProcessResult wait();
 
