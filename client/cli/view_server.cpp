@@ -199,6 +199,11 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
     : state_(std::make_unique<State>(session, std::move(mesh))) {
   State& state = *state_;
   constexpr const char* kLoopback = "127.0.0.1";
+  // By itself the library lets several programs share a port (SO_REUSEPORT): pages would get now one part, now another.
+  state.server.set_socket_options([](socket_t socket) {
+    const int yes = 1;
+    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  });
   state.port = port == 0 ? state.server.bind_to_any_port(kLoopback) : port;
   if (state.port <= 0 || (port != 0 && !state.server.bind_to_port(kLoopback, port))) {
     throw Error(ErrorCode::kFileUnwritable,
