@@ -12,6 +12,7 @@
 #   deploy/install.sh package        making the Debian package (cpack)
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
+#   deploy/install.sh browser        the browser that opens the page of ccslice view
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
 #   deploy/install.sh server-slim    the same without OpenImageIO (CCSLICE_WITH_OPENIMAGEIO=OFF)
 #   deploy/install.sh client         the libraries that ccslice links
@@ -96,6 +97,11 @@ readonly containers=(
   runc
 )
 
+readonly browser=(
+  chromium
+  python3
+)
+
 readonly fuzz=(
   clang-14
   libclang-rt-14-dev
@@ -141,7 +147,7 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench peers cad package containers fuzz server server-slim client"
+readonly groups="build test bench peers cad package containers fuzz browser server server-slim client"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -173,6 +179,10 @@ packages_of() {
     peers) printf '%s\n' "${peers[@]}" ;;
     cad) printf '%s\n' "${cad[@]}" ;;
     package) printf '%s\n' "${packaging[@]}" ;;
+    browser)
+      printf '%s\n' "${browser[@]}"
+      command -v npm >/dev/null || echo npm
+      ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
     server) printf '%s\n' "${server[@]}" ;;

@@ -24,7 +24,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,images,cad,tidy
+readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,images,cad,tidy
 steps=$all_steps
 if [[ ${1:-} == --steps ]]; then
   steps=${2:?which of $all_steps?}
@@ -99,6 +99,12 @@ from_cad() {
   deploy/install.sh cad && tests/docs/run_page.sh docs/from-cad.md
 }
 
+# With screenshots beside the reports.
+browser() {
+  deploy/install.sh browser &&
+    tests/browser/run.py build/release/server/ccsliced build/release/client/ccslice "$reports/browser"
+}
+
 images() {
   deploy/install.sh containers && deploy/check-image.sh
 }
@@ -107,11 +113,12 @@ rm -rf "$reports"
 mkdir -p "$reports"
 run "packages" deploy/install.sh build test bench fuzz || true
 
-if wants jobs || wants meshes || wants load || wants cad; then
+if wants jobs || wants meshes || wants load || wants browser || wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
     ! wants jobs || run "random jobs $first to $last" random_jobs || true
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
     ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
+    ! wants browser || run "the page in a browser" browser || true
     ! wants cad || run "docs/from-cad.md" from_cad || true
   fi
 fi

@@ -8,7 +8,7 @@
 const $ = (id) => document.getElementById(id);
 const state = { mesh: null, axis: "z", azimuth: 30, elevation: 45, height: 0.5, channel: "", colours:
   "COLOUR_MAP_NAME_VIRIDIS", fixed: true, zoom: 1, pan: [0, 0] };
-const view = { meshes: [], busy: false, wanted: null, url: null, cross: null };
+const view = { meshes: [], busy: false, wanted: null, urls: {} };
 
 async function call(path, options = {}) {
   const response = await fetch(path, { credentials: "same-origin", ...options });
@@ -94,7 +94,7 @@ async function draw() {
     try {
       const response = await post(`api/preview?stage=${coarse ? "coarse" : "full"}`, request(coarse));
       const header = JSON.parse(response.headers.get("Ccslice-Preview"));
-      show_picture(await response.blob(), header, coarse);
+      await show_picture(await response.blob(), header, coarse);
     } catch (error) {
       if (error.status === 409) continue;
       const away = error.status === undefined || error.status === 503;
@@ -107,13 +107,16 @@ async function draw() {
   view.busy = false;
 }
 
-function show_picture(blob, header, coarse) {
-  if (view.url) URL.revokeObjectURL(view.url);
-  view.url = URL.createObjectURL(blob);
-  $("picture").src = view.url;
-  $("picture").dataset.stage = coarse ? "coarse" : "full";
+async function show_picture(blob, header, coarse) {
+  const url = URL.createObjectURL(blob), picture = $("picture");
+  picture.src = url;
+  await picture.decode().catch(() => {});  // From here on it is to be seen.
+  const kind = coarse ? "coarse" : "full";
+  picture.dataset.stage = kind;
+  if (view.urls[kind]) URL.revokeObjectURL(view.urls[kind]);
+  view.urls[kind] = url;
   if (coarse) return;
-  $("download").href = view.url;
+  $("download").href = url;
   legend(header);
   say(Number(header.pixels_inside) === 0 ? "The plane misses the part." :
     `${show(header.across_mm_per_pixel)} mm a pixel, ${show(header.worked_ms)} ms`);
@@ -138,7 +141,10 @@ function change(values, rest = {}) {
   $("azimuth-text").textContent = `${state.azimuth}°`;
   $("elevation-text").textContent = `${state.elevation}°`;
   $("angles").hidden = state.axis !== "free";
-  $("cross").hidden = true;
+  if (!rest.resized) {
+    $("cross").hidden = true;
+    $("probe").textContent = "";
+  }
   history.replaceState(null, "", "#view=" + encodeURIComponent(JSON.stringify(state)));
   view.wanted = true;
   draw();
@@ -157,6 +163,8 @@ function choose_mesh(id) {
 }
 
 // What is under a place of the stage.
+const tell = (text) => { $("probe").textContent = text; };
+
 async function probe(x, y) {
   const f = frame();
   const right = (x / f.stage.width - 0.5) * f.width * f.pixel, above = (0.5 - y / f.stage.height) * f.rows * f.pixel;
@@ -166,12 +174,12 @@ async function probe(x, y) {
   try {
     const answer = await (await post("api/probe", { mesh_id: state.mesh, points_mm: point })).json();
     const place = `(${point.map(show).join(", ")}) mm`;
-    if (answer.locations[0] !== "POINT_LOCATION_INSIDE") return say(`${place}: outside`);
+    if (answer.locations[0] !== "POINT_LOCATION_INSIDE") return tell(`${place}: outside`);
     const values = mesh().channels.map((c, i) => `${c.name} ${show(answer.materials[i])}`);
-    say(`${place}: cell ${answer.control_cells[0]}, (u, v, w) = (${answer.uvw.map(show).join(", ")}), ` +
+    tell(`${place}: cell ${answer.control_cells[0]}, (u, v, w) = (${answer.uvw.map(show).join(", ")}), ` +
       values.join(", "));
   } catch (error) {
-    say(error.message);
+    tell(error.message);
   }
 }
 
@@ -228,7 +236,7 @@ function listen() {
     keys[event.key]();
     $("height").value = 1000 * state.height;
   };
-  new ResizeObserver(() => state.mesh && change({})).observe(stage);
+  new ResizeObserver(() => state.mesh && change({}, { resized: true })).observe(stage);
 }
 
 async function start() {

@@ -17,6 +17,7 @@
 #include <chrono>
 #include <cmath>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -166,7 +167,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   /// Long before the call is ended.
   void give_memory_back() {
-    std::unique_ptr<Painter> painter;
+    std::shared_ptr<Painter> painter;  // Goes without the lock.
     const std::lock_guard lock(mutex_);
     if (doing_ == Doing::kIdle && SteadyClock::now() - idle_since_ > kKeepMemory) painter = std::move(painter_);
   }
@@ -273,21 +274,21 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
-    std::optional<grpc::Status> failed;
+    std::exception_ptr failed;
     try {
       paint(request, full_cancel);
     } catch (...) {
-      if (cancel_.cancelled()) {
-        failed = status_of_stop();
-      } else if (!full_cancel.cancelled()) {
-        failed = to_status(std::current_exception());
-      } else {
-        ++stopped_pictures_;
-      }
+      failed = std::current_exception();
     }
     std::unique_lock lock(mutex_);
     if (doing_ == Doing::kOver) return;
-    if (failed && !failure_) failure_ = failed;
+    if (failed && !cancel_.cancelled()) {
+      if (full_cancel.cancelled()) {
+        ++stopped_pictures_;
+      } else if (!failure_) {
+        failure_ = to_status(failed);
+      }
+    }
     doing_ = Doing::kWriting;
     if (!is_writing_) go_on(lock);
   }
@@ -297,29 +298,37 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     cancel_.throw_if_cancelled();
     take_settings(request.message);
     const PreviewWork work = to_preview(request.message, setting_, *mesh_->solid(), state_.slice_limits, cancel_);
-    if (!painter_) painter_ = std::make_unique<Painter>(mesh_, state_.scratch);
+    const std::shared_ptr<Painter> painter = painter_of_mesh();
     const auto deliver = [&](v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
                              SteadyClock::time_point from) {
       send(request, stage, show, picture, {begun, from});
     };
     if (const auto* layer = std::get_if<LayerPreview>(&work)) {
-      const PreviewPicture picture = painter_->paint(*layer, layers_key(request.message), cancel_);
+      const PreviewPicture picture = painter->paint(*layer, layers_key(request.message), cancel_);
       return deliver(v1::PREVIEW_STAGE_FULL, layer->show, picture, begun);
     }
     const auto& job = std::get<PreviewJob>(work);
     if (request.message.coarse()) {
-      deliver(v1::PREVIEW_STAGE_COARSE, job.show, painter_->paint(job, PreviewStage::kCoarse, cancel_), begun);
+      deliver(v1::PREVIEW_STAGE_COARSE, job.show, painter->paint(job, PreviewStage::kCoarse, cancel_), begun);
       full_cancel.throw_if_cancelled();
     }
     const auto from = SteadyClock::now();
     const CancellationToken& cancel = request.message.coarse() ? full_cancel : cancel_;
-    deliver(v1::PREVIEW_STAGE_FULL, job.show, painter_->paint(job, PreviewStage::kFull, cancel), from);
+    deliver(v1::PREVIEW_STAGE_FULL, job.show, painter->paint(job, PreviewStage::kFull, cancel), from);
+  }
+
+  /// A call that is ended in the middle of a picture leaves its painter to whoever paints.
+  std::shared_ptr<Painter> painter_of_mesh() {
+    const std::lock_guard lock(mutex_);
+    if (!painter_) painter_ = std::make_shared<Painter>(mesh_, state_.scratch);
+    return painter_;
   }
 
   void take_settings(const v1::PreviewRequest& message) {
     if (!mesh_) {
       mesh_ = require_mesh(state_, message.mesh_id());
-      log_.note(mesh_->id());
+      const std::lock_guard lock(mutex_);
+      if (doing_ != Doing::kOver) log_.note(mesh_->id());
     } else if (!message.mesh_id().empty() && message.mesh_id() != mesh_->id()) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "mesh_id changes within the call: make another call for another mesh", "mesh_id");
@@ -442,7 +451,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void finish(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
     doing_ = Doing::kOver;
-    const std::unique_ptr<Painter> painter = std::move(painter_);
+    const std::shared_ptr<Painter> painter = std::move(painter_);
     give_back_place();
     log_.note(std::to_string(coarse_pictures_) + " coarse and " + std::to_string(full_pictures_) +
               " full pictures, requests dropped " + std::to_string(dropped_) + " and stopped " +
@@ -483,7 +492,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   std::deque<v1::PreviewResponse> to_write_;
   v1::PreviewResponse written_;  // The write's.
   SteadyClock::time_point idle_since_;
-  std::unique_ptr<Painter> painter_;
+  std::shared_ptr<Painter> painter_;
   // Of the log:
   std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
   double oldest_ms_ = 0;

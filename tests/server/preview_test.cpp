@@ -98,6 +98,8 @@ class Preview : public testing::Test {
     return failure_of(status);
   }
 
+  explicit Preview(const ServerOptions& options = test_options()) : server_(options) {}
+
   TestServer server_;
   const std::string id_ = server_.upload_good(make_box(2, 10));
 };
@@ -326,26 +328,61 @@ TEST_F(Preview, IsEndedByAServerThatStops) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
 }
 
-TEST(PreviewPatience, EndsCallsThatAskForNothing) {
-  ServerOptions options = test_options();
-  options.preview_idle_timeout = 300ms;
-  TestServer server(options);
+/// A server that looks often for silent clients.
+class PreviewPatience : public Preview {
+ protected:
+  static ServerOptions impatient() {
+    ServerOptions options = test_options();
+    options.preview_idle_timeout = 300ms;
+    options.idle_timeout = 300ms;
+    return options;
+  }
+  explicit PreviewPatience() : Preview(impatient()) {
+    sweeping_ = std::thread([this] {
+      while (!over_) {
+        server_.server().sweep();
+        std::this_thread::sleep_for(20ms);
+      }
+    });
+  }
+  ~PreviewPatience() override {
+    over_ = true;
+    sweeping_.join();
+  }
+
+ private:
+  std::atomic<bool> over_{false};
+  std::thread sweeping_;
+};
+
+TEST_F(PreviewPatience, EndsCallsThatAskForNothing) {
   grpc::ClientContext context;
-  const auto stream = server.stub().Preview(&context);
-  std::atomic<bool> over{false};
-  std::thread sweeping([&] {
-    while (!over) {
-      server.server().sweep();
-      std::this_thread::sleep_for(20ms);
-    }
-  });
+  const auto stream = server_.stub().Preview(&context);
   v1::PreviewResponse message;
   EXPECT_FALSE(stream->Read(&message));
   const Failure failed = failure_of(stream->Finish());
-  over = true;
-  sweeping.join();
   EXPECT_EQ(failed.code, grpc::StatusCode::DEADLINE_EXCEEDED);
   EXPECT_EQ(failed.reason, "STREAM_IDLE");
+}
+
+TEST_F(PreviewPatience, EndsCallsThatDontRead) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    v1::PreviewRequest large = request(number);
+    large.set_width(2048);
+    large.set_height(2048);
+    large.mutable_plane()->mutable_free()->set_across_mm_per_pixel(0.006);
+    if (!stream->Write(large)) break;
+    std::this_thread::sleep_for(50ms);
+  }
+  EXPECT_TRUE(eventually([&] { return server_.server().state().admission.running() == 0; }, 5s));
+  v1::PreviewResponse message;
+  while (stream->Read(&message)) {
+  }
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+  EXPECT_EQ(shown({request(1)}).size(), 1u) << "others are served";
 }
 
 }  // namespace

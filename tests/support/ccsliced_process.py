@@ -35,14 +35,22 @@ class Server:
         self._process.terminate()
         self._process.wait()
 
-    def kill_for(self, seconds):
-        """Ends it without a word, as SIGKILL does. After that time it serves again at the same address."""
-        address = self.address()
+    def kill(self):
+        """Ends it without a word, as SIGKILL does."""
         self._process.kill()
         self._process.wait()
-        time.sleep(seconds)
+
+    def start_at(self, address):
+        """Serves again, where it did before it was killed."""
         self._start(address)
         self.address()
+
+    def kill_for(self, seconds):
+        """Kills it. After that time it serves again at the same address."""
+        address = self.address()
+        self.kill()
+        time.sleep(seconds)
+        self.start_at(address)
 
     def pid(self):
         return self._process.pid
