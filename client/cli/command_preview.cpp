@@ -26,6 +26,7 @@
 #include "client/cli/text_values.h"
 #include "client/preview.h"
 #include "core/base/echo.h"
+#include "core/output/png.h"
 
 namespace ccslice::cli {
 namespace {
@@ -163,14 +164,19 @@ std::string sweep_of(Session& session, const PreviewOptions& options, v1::Previe
     heights.push_back(height_of(moved));
   }
   fix_range(session, options, request);
+  request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
   if (options.animate) {
     std::vector<std::string> frames;
-    for_planes(session, request, planes,
-               [&](std::size_t, client::PreviewPicture&& picture) { frames.push_back(std::move(picture.bytes)); });
+    PngEncoder encoder;
+    for_planes(session, request, planes, [&](std::size_t, const client::PreviewPicture& picture) {
+      const auto* rgba = reinterpret_cast<const std::uint8_t*>(picture.bytes.data());
+      const std::vector<std::uint8_t> frame =
+          encoder.true_colours(picture.header.width(), picture.header.height(), {rgba, picture.bytes.size()}, {});
+      frames.emplace_back(frame.begin(), frame.end());
+    });
     return animated_png(frames, static_cast<std::uint16_t>(options.frame_ms));
   }
   constexpr int kGap = 8, kCaption = 16;
-  request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
   const int width = static_cast<int>(planes.front().width), height = static_cast<int>(planes.front().height);
   const int rows = (count + layout.columns - 1) / layout.columns;
   Picture sheet = blank_picture(kGap + layout.columns * (width + kGap), kGap + rows * (height + kCaption + kGap));

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "core/output/pack_indices.h"
@@ -104,6 +105,41 @@ void spread_row(const SampleImage& image, std::uint32_t y, std::span<std::uint8_
   }
 }
 
+struct FewColours {
+  std::vector<std::uint32_t> palette;  // 0xRRGGBBAA.
+  std::vector<std::uint8_t> indices;
+};
+
+/// Numbers of the pixels' colours, unless there are more than 256.
+std::optional<FewColours> few_colours(std::span<const std::uint8_t> rgba) {
+  constexpr std::size_t kMost = 256, kSlots = 1024;
+  constexpr std::uint32_t kSpread = 0x9e3779b1;  // 2^32 over the golden ratio.
+  constexpr int kSlotShift = 22;                 // Leaves 10 bits.
+  FewColours found;
+  found.indices.resize(rgba.size() / 4);
+  std::array<std::uint16_t, kSlots> slots{};  // 1 + the colour's number; 0 if the slot is free.
+  std::uint32_t last = 0;
+  std::uint8_t number = 0;
+  for (std::size_t pixel = 0; pixel < found.indices.size(); ++pixel) {
+    const std::uint8_t* bytes = &rgba[4 * pixel];
+    const std::uint32_t colour = std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 |
+                                 std::uint32_t{bytes[2]} << 8 | std::uint32_t{bytes[3]};
+    if (colour != last || found.palette.empty()) {
+      std::size_t slot = colour * kSpread >> kSlotShift;
+      while (slots[slot] != 0 && found.palette[slots[slot] - 1u] != colour) slot = (slot + 1) % kSlots;
+      if (slots[slot] == 0) {
+        if (found.palette.size() == kMost) return std::nullopt;
+        found.palette.push_back(colour);
+        slots[slot] = static_cast<std::uint16_t>(found.palette.size());
+      }
+      number = static_cast<std::uint8_t>(slots[slot] - 1);
+      last = colour;
+    }
+    found.indices[pixel] = number;
+  }
+  return found;
+}
+
 }  // namespace
 
 /// Rows as the differences to those above. spread(y, row) writes row y.
@@ -170,6 +206,15 @@ std::vector<std::uint8_t> PngEncoder::indexed(const SampleImage& image, std::spa
 
 std::vector<std::uint8_t> PngEncoder::colours(std::uint32_t width, std::uint32_t height,
                                               std::span<const std::uint8_t> rgba, const CancellationToken& cancel) {
+  if (const auto few = few_colours(rgba)) {
+    return indexed({SampleType::kUint8, width, height, few->indices}, few->palette, cancel);
+  }
+  return true_colours(width, height, rgba, cancel);
+}
+
+std::vector<std::uint8_t> PngEncoder::true_colours(std::uint32_t width, std::uint32_t height,
+                                                   std::span<const std::uint8_t> rgba,
+                                                   const CancellationToken& cancel) {
   const std::size_t row_bytes = std::size_t{4} * width;
   append_rows(height, row_bytes, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
     std::copy_n(&rgba[row_bytes * y], row_bytes, row.begin());

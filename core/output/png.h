@@ -36,9 +36,13 @@ class PngEncoder {
   /// most.
   std::vector<std::uint8_t> indexed(const SampleImage& image, std::span<const std::uint32_t> palette,
                                     const CancellationToken& cancel);
-  /// Any colours: 4 bytes a pixel. REQUIRES: width * height of them.
+  /// Any colours: 4 bytes a pixel. With a palette where there are at most 256 of them, which takes a quarter of the time
+  /// and of the bytes. REQUIRES: width * height of them.
   std::vector<std::uint8_t> colours(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba,
                                     const CancellationToken& cancel);
+  /// The same, always without a palette.
+  std::vector<std::uint8_t> true_colours(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba,
+                                         const CancellationToken& cancel);
   /// REQUIRES: numbers within the palette, of at most kMostRgbaColours.
   std::vector<std::uint8_t> rgba(const IndexImage& image, const CancellationToken& cancel);
 

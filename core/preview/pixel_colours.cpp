@@ -19,7 +19,7 @@ namespace {
 
 using Rgba = std::array<std::uint8_t, 4>;
 constexpr std::uint8_t kOpaque = 255;
-constexpr std::size_t kShades = 1024;  // Colours of a map, so close that neighbours differ by a step of one component.
+constexpr std::size_t kShades = 255;  // Colours of a map: with that of outside a palette holds them.
 
 Rgba opaque(const Srgb& colour) { return {colour[0], colour[1], colour[2], kOpaque}; }
 

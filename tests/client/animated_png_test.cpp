@@ -26,7 +26,7 @@ TinyPng read(const std::string& file) {
 /// 5 x 4 pixels of one colour.
 std::string frame_of(std::uint8_t grey) {
   const std::vector<std::uint8_t> rgba(std::size_t{4} * 5 * 4, grey);
-  const std::vector<std::uint8_t> file = PngEncoder().colours(5, 4, rgba, {});
+  const std::vector<std::uint8_t> file = PngEncoder().true_colours(5, 4, rgba, {});
   return {file.begin(), file.end()};
 }
 

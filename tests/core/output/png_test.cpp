@@ -227,5 +227,30 @@ TEST(Png, StopsWhenCancelled) {
   EXPECT_THROW(PlaneEncoder().encode_mask(image, 1, Encoding::kPng, cancel), Error);
 }
 
+/// Red, green, blue and alpha of every pixel, whichever kind of picture it is.
+std::vector<std::uint8_t> rgba_of(const TinyPng& png) {
+  if (png.color_type == 6) return png.samples;
+  std::vector<std::uint8_t> rgba;
+  for (const std::uint8_t index : png.samples) {
+    for (std::size_t c = 0; c < 3; ++c) rgba.push_back(png.palette[3u * index + c]);
+    rgba.push_back(index < png.alphas.size() ? png.alphas[index] : 255);
+  }
+  return rgba;
+}
+
+TEST(Png, ColoursComeWithAPaletteIfTheyAreFew) {
+  for (const std::uint32_t colours : {1u, 2u, 256u, 257u, 4000u}) {
+    std::vector<std::uint8_t> rgba;
+    for (std::uint32_t pixel = 0; pixel < 80 * 50; ++pixel) {
+      const std::uint32_t colour = (pixel * 2654435761u >> 8) % colours * 0x01030507u;
+      for (int shift = 24; shift >= 0; shift -= 8) rgba.push_back(static_cast<std::uint8_t>(colour >> shift));
+    }
+    const TinyPng png = read_tiny_png(PngEncoder().colours(80, 50, rgba, {}));
+    EXPECT_EQ(png.width, 80u);
+    EXPECT_EQ(png.color_type, colours <= 256 ? 3 : 6) << colours;
+    EXPECT_EQ(rgba_of(png), rgba) << colours;
+  }
+}
+
 }  // namespace
 }  // namespace ccslice

@@ -98,7 +98,7 @@ TEST_F(LayerPainterTest, ChannelsAreTheLayersValues) {
       const std::uint8_t* rgba = pixel(picture, column, row);
       ASSERT_EQ(rgba[3] != 0, inside) << column << ", " << row;
       if (inside) {
-        ASSERT_NEAR(rgba[0], 255 * value, 0.5 + 255.0 / 2046) << column << ", " << row;
+        ASSERT_NEAR(rgba[0], 255 * value, 0.5 + 0.5 * 255 / 254) << column << ", " << row;
       }
     }
   }
