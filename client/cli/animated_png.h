@@ -12,7 +12,7 @@
 
 namespace ccslice::cli {
 
-/// Plays the frames for so long each, over and over. REQUIRES: at least one; PNG files of one size, and without palettes, as
+/// Plays the frames for so long each, over and over. REQUIRES: at least one; PNG files of one size, without palettes, as
 /// PngEncoder::true_colours() makes them.
 std::string animated_png(std::span<const std::string> frames, std::uint16_t frame_ms);
 

@@ -36,8 +36,8 @@ class PngEncoder {
   /// most.
   std::vector<std::uint8_t> indexed(const SampleImage& image, std::span<const std::uint32_t> palette,
                                     const CancellationToken& cancel);
-  /// Any colours: 4 bytes a pixel. With a palette where there are at most 256 of them, which takes a quarter of the time
-  /// and of the bytes. REQUIRES: width * height of them.
+  /// Any colours: 4 bytes a pixel. With a palette where there are at most 256 of them, which takes a quarter of the
+  /// time and of the bytes. REQUIRES: width * height of them.
   std::vector<std::uint8_t> colours(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> rgba,
                                     const CancellationToken& cancel);
   /// The same, always without a palette.
