@@ -12,8 +12,8 @@
 
 namespace ccslice::cli {
 
-/// Plays the frames for so long each, over and over. REQUIRES: at least one; PNG files of one size, without palettes, as
-/// PngEncoder::true_colours() makes them.
+/// Plays the frames for so long each, over and over. REQUIRES: at least one; PNG files of one size, without palettes,
+/// as PngEncoder::true_colours() makes them.
 std::string animated_png(std::span<const std::string> frames, std::uint16_t frame_ms);
 
 }  // namespace ccslice::cli
