@@ -239,7 +239,7 @@ int run(const Options& options) {
   const auto wants = [&](const char* part) {
     return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
   };
-  ccslice::server::RunningServer server({"--threads=1", "--log-level=warning"});
+  ccslice::server::RunningServer server({"--threads=1"});
   client::Client client({.address = server.address()});
   for (const std::string& name : options.models) {
     const Subject subject = upload(client, name);
