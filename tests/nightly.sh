@@ -57,11 +57,16 @@ wants() {
   [[ ",$steps," == *",$1,"* ]]
 }
 
+# As users build, and as the preset says otherwise.
+unity_of() {
+  if [[ $1 == asan ]]; then echo ON; else echo OFF; fi
+}
+
 # build <preset> <target>...
 build() {
   local benchmarks=OFF
   if [[ $1 == release ]]; then benchmarks=ON; fi
-  cmake --preset "$1" -D CCSLICE_BUILD_BENCHMARKS="$benchmarks" &&
+  cmake --preset "$1" -D CCSLICE_BUILD_BENCHMARKS="$benchmarks" -D CMAKE_UNITY_BUILD="$(unity_of "$1")" &&
     cmake --build --preset "$1" --parallel "$(nproc)" --target "${@:2}"
 }
 
@@ -115,6 +120,8 @@ run "packages" deploy/install.sh build test bench fuzz || true
 
 if wants jobs || wants meshes || wants load || wants browser || wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
+    run "packages of the programs" tests/hygiene/check_packages.py \
+      server=build/release/server/ccsliced client=build/release/client/ccslice || true
     ! wants jobs || run "random jobs $first to $last" random_jobs || true
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
     ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
