@@ -13,6 +13,7 @@
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
 #   deploy/install.sh browser        the browser that opens the page of ccslice view
+#   deploy/install.sh hosts          programs that plug-ins run in
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
 #   deploy/install.sh server-slim    the same without OpenImageIO (CCSLICE_WITH_OPENIMAGEIO=OFF)
 #   deploy/install.sh client         the libraries that ccslice links
@@ -102,6 +103,13 @@ readonly browser=(
   python3
 )
 
+readonly hosts=(
+  blender
+  freecad
+  python3-numpy
+  python3-pil
+)
+
 readonly fuzz=(
   clang-14
   libclang-rt-14-dev
@@ -147,7 +155,7 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench peers cad package containers fuzz browser server server-slim client"
+readonly groups="build test bench peers cad package containers fuzz browser hosts server server-slim client"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -183,6 +191,7 @@ packages_of() {
       printf '%s\n' "${browser[@]}"
       command -v npm >/dev/null || echo npm
       ;;
+    hosts) printf '%s\n' "${hosts[@]}" ;;
     containers) printf '%s\n' "${containers[@]}" ;;
     fuzz) printf '%s\n' "${fuzz[@]}" ;;
     server) printf '%s\n' "${server[@]}" ;;

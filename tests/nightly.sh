@@ -24,7 +24,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,images,cad,tidy
+readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,plugins,images,cad,tidy
 steps=$all_steps
 if [[ ${1:-} == --steps ]]; then
   steps=${2:?which of $all_steps?}
@@ -110,6 +110,10 @@ browser() {
     tests/browser/run.py build/release/server/ccsliced build/release/client/ccslice "$reports/browser"
 }
 
+plugins() {
+  deploy/install.sh hosts && tests/plugins/run.py build/release/server/ccsliced build/release/client/ccslice
+}
+
 images() {
   deploy/install.sh containers && deploy/check-image.sh
 }
@@ -118,7 +122,7 @@ rm -rf "$reports"
 mkdir -p "$reports"
 run "packages" deploy/install.sh build test bench fuzz || true
 
-if wants jobs || wants meshes || wants load || wants browser || wants cad; then
+if wants jobs || wants meshes || wants load || wants browser || wants plugins || wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
     run "packages of the programs" tests/hygiene/check_packages.py \
       server=build/release/server/ccsliced client=build/release/client/ccslice || true
@@ -126,6 +130,7 @@ if wants jobs || wants meshes || wants load || wants browser || wants cad; then
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
     ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
     ! wants browser || run "the page in a browser" browser || true
+    ! wants plugins || run "plug-ins in their hosts" plugins || true
     ! wants cad || run "docs/from-cad.md" from_cad || true
   fi
 fi
