@@ -123,9 +123,7 @@ void run_picture(Session& session, const PictureOptions& options) {
   }
   const CutView view = parse_view(options);
   const v1::Placement placement = parse_placement(options.placement);
-  if (!options.output.ends_with(".png")) {
-    throw UsageError("--output is a PNG file: give it a name that ends with .png, not '" + options.output + "'");
-  }
+  require_png_name(options.output);
   refuse_to_overwrite(options.output, options.force);
   const std::string id = ensure_on_server(session, options.mesh);
   const v1::Box3 box = part_box(session, id, placement);

@@ -58,6 +58,13 @@ std::string what_to_show(const PreviewOptions& options) {
   return options.layer ? "halftone" : "mix";
 }
 
+/// Of a message that has a grid, or a printer for its pitch.
+template <typename Message>
+void set_grid(const GridOptions& options, Message& message) {
+  *message.mutable_grid() = parse_grid(options);
+  if (!options.printer.empty()) message.mutable_printer()->set_name(options.printer);
+}
+
 void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   const std::string show = what_to_show(options);
   if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
@@ -71,10 +78,7 @@ void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   if (show == "mix") content.mutable_mix();
   if (show == "halftone") {
     v1::HalftoneContent& halftone = *content.mutable_halftone();
-    if (!options.layer) {
-      *halftone.mutable_grid() = parse_grid(options.grid);
-      if (!options.grid.printer.empty()) halftone.mutable_printer()->set_name(options.grid.printer);
-    }
+    if (!options.layer) set_grid(options.grid, halftone);
   }
   if (show != "channel") return;
   if (options.channel.empty()) throw UsageError("--show channel: say which one, --channel NAME");
@@ -96,8 +100,7 @@ v1::PreviewRequest request_of(const PreviewOptions& options, const std::string& 
 
 void set_layer(const PreviewOptions& options, v1::PreviewRequest& request) {
   v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
-  *layer.mutable_grid() = parse_grid(options.grid);
-  if (!options.grid.printer.empty()) layer.mutable_printer()->set_name(options.grid.printer);
+  set_grid(options.grid, layer);
   if (const std::optional<v1::Region> region = parse_region(options.grid)) *layer.mutable_region() = *region;
   layer.set_layer(*options.layer);
 }
@@ -228,9 +231,7 @@ void check_options(const PreviewOptions& options) {
     throw UsageError("say where to cut: --plane z=12.5, --plane X,Y,Z:NX,NY,NZ, --layer K, or --sweep N");
   }
   if (options.animate && options.sweep == 0) throw UsageError("--animate shows a sweep: --sweep N planes");
-  if (!options.output.ends_with(".png")) {
-    throw UsageError("--output is a PNG file: give it a name that ends with .png, not '" + options.output + "'");
-  }
+  require_png_name(options.output);
   if (!options.plane.empty()) parse_cut_plane(options.plane);
 }
 

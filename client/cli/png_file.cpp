@@ -11,6 +11,8 @@
 #include <new>
 #include <string_view>
 
+#include "client/cli/text_values.h"
+
 namespace ccslice::cli {
 namespace {
 
@@ -113,6 +115,11 @@ std::string to_png(const Picture& picture, int level) {
   append_chunk(png, "IDAT", deflated(filtered_rows(picture), level));
   append_chunk(png, "IEND", {});
   return png;
+}
+
+void require_png_name(const std::string& output) {
+  if (output.ends_with(".png")) return;
+  throw UsageError("--output is a PNG file: give it a name that ends with .png, not '" + output + "'");
 }
 
 }  // namespace ccslice::cli

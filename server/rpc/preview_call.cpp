@@ -345,7 +345,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   /// Layers of one job differ in their numbers only.
-  std::string layers_key(v1::PreviewRequest message) const {
+  std::string layers_key(const v1::PreviewRequest& message) const {
     v1::PreviewLayer layer = message.plane().layer();
     if (!layer.has_region()) layer.clear_layer();  // A region of one layer is a job of its own.
     return placement_bytes_ + '\n' + printing_bytes_ + '\n' + layer.SerializeAsString() + '\n' +
