@@ -24,10 +24,15 @@ endif()
 if(CCSLICE_BUILD_SERVER OR CCSLICE_BUILD_CLIENT)
   find_package(Protobuf REQUIRED MODULE)
   find_package(gRPC REQUIRED CONFIG)
+  if(CCSLICE_BUILD_SERVER)
+    find_package(prometheus-cpp REQUIRED CONFIG)
+  endif()
 endif()
 
 # server/service, which is built without gRPC, too.
 find_package(spdlog REQUIRED CONFIG)
+pkg_check_modules(hiredis REQUIRED hiredis)
+pkg_check_modules(httplib REQUIRED IMPORTED_TARGET cpp-httplib)
 
 if(CCSLICE_BUILD_TESTS)
   find_package(GTest REQUIRED CONFIG)

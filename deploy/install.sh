@@ -28,6 +28,7 @@ readonly build=(
   libdeflate-dev
   libeigen3-dev
   libgrpc++-dev
+  libhiredis-dev
   libimath-dev
   libminizip-dev
   libopenimageio-dev
@@ -39,6 +40,7 @@ readonly build=(
   libzstd-dev
   ninja-build
   pkgconf
+  prometheus-cpp-dev
   protobuf-compiler
   protobuf-compiler-grpc
   zlib1g-dev
@@ -54,6 +56,7 @@ readonly test=(
   libosd-dev
   libpng-tools
   man-db
+  openssl
   python3
   python3-grpcio
   python3-jsonschema
@@ -64,6 +67,7 @@ readonly test=(
   python3-setuptools
   python3-wheel
   python3-zstandard
+  redis-server
   shellcheck
   zsh
 )
@@ -119,11 +123,14 @@ readonly fuzz=(
 readonly server_slim=(
   libabsl20220623
   libc6
+  libcpp-httplib0.11
   libdeflate0
   libfmt9
   libgcc-s1
   libgrpc++1.51
   libgrpc29
+  libhiredis0.14
+  libprometheus-cpp-core1.0
   libprotobuf32
   libspdlog1.10
   libssl3

@@ -15,12 +15,15 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/base/engine_version.h"
 #include "server/rpc/health_client.h"
 #include "server/rpc/server.h"
+#include "server/service/access.h"
 #include "server/service/logging.h"
+#include "server/service/option_values.h"
 #include "server/service/options.h"
 #include "server/service/private_socket.h"
 
@@ -29,27 +32,32 @@ namespace {
 
 constexpr std::chrono::seconds kLastLines(1);  // What the log's reader has to take the last lines.
 
-/// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place. Neither a reader of the log that
-/// goes nor a terminal that closes ends the server.
+/// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place; SIGHUP, which asks for files to be
+/// read again. Neither a reader of the log that goes nor a terminal that closes ends the server.
 class StopSignals {
  public:
   StopSignals() {
     std::signal(SIGPIPE, SIG_IGN);
-    std::signal(SIGHUP, SIG_IGN);
     sigemptyset(&signals_);
+    sigaddset(&signals_, SIGHUP);
     sigaddset(&signals_, SIGTERM);
     sigaddset(&signals_, SIGINT);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
 
-  /// Whether one comes within this time.
-  bool wait(std::time_t seconds) const {
+  /// Whether one comes within this time. SIGHUP is none, but remembered.
+  bool wait(std::time_t seconds) {
     const timespec timeout{.tv_sec = seconds, .tv_nsec = 0};
-    return sigtimedwait(&signals_, nullptr, &timeout) > 0;
+    const int signal = sigtimedwait(&signals_, nullptr, &timeout);
+    if (signal == SIGHUP) asks_to_reload_ = true;
+    return signal > 0 && signal != SIGHUP;
   }
+  /// Whether SIGHUP has come since the last time.
+  bool asks_to_reload() { return std::exchange(asks_to_reload_, false); }
 
  private:
   sigset_t signals_;
+  bool asks_to_reload_ = false;
 };
 
 /// Tells the program that started this one where to call, and stops the server once that program has gone.
@@ -61,7 +69,7 @@ void serve_parent(const std::string& address) {
   }).detach();
 }
 
-[[noreturn]] void serve(ServerOptions options, bool privately, const StopSignals& signals) {
+[[noreturn]] void serve(ServerOptions options, bool privately, StopSignals& signals) {
   set_up_logging(options.log_level, options.log_format);
   std::unique_ptr<PrivateSocket> socket;
   if (privately) {
@@ -73,7 +81,24 @@ void serve_parent(const std::string& address) {
   if (privately) serve_parent(server.address());
   spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", CCSLICE_SERVER_VERSION,
                kEngineVersion, server.address(), options.threads, options.cache_bytes);
-  while (!signals.wait(1)) server.sweep();
+  for (const auto& [what, address] :
+       {std::pair{"health", server.health_address()}, std::pair{"figures", server.metrics_address()}}) {
+    if (!address.empty()) spdlog::info("serves {} on {}", what, address);
+  }
+  if (options.token_file.empty() && options.tls.client_authority.empty() && !is_local(options.listen_address)) {
+    spdlog::warn("whoever reaches {} may do everything: --token-file or --tls-client-ca says who may do what",
+                 options.listen_address);
+  }
+  while (!signals.wait(1)) {
+    server.sweep();
+    server.reload(signals.asks_to_reload());
+  }
+  if (options.drain_delay.count() > 0) {
+    spdlog::info("stopping in {} ms: health says so, calls are still taken", options.drain_delay.count());
+    server.say_not_serving();
+    const auto end = std::chrono::steady_clock::now() + options.drain_delay;
+    while (std::chrono::steady_clock::now() < end && !signals.wait(1)) server.sweep();
+  }
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
   const bool all_left = server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
   spdlog::info(all_left ? "stopped" : "stopped without waiting for clients that don't read");
@@ -82,7 +107,22 @@ void serve_parent(const std::string& address) {
   std::_Exit(0);  // Threads of gRPC's that wait for connections may sleep for ten seconds more.
 }
 
-int run(const std::vector<std::string>& arguments, const StopSignals& signals) {
+/// A token never stands on a command line, where all users of a machine can read it.
+int hash_token(const std::string& name, const std::string& role) {
+  if (name.empty() || role.empty()) {
+    throw OptionError("--hash-token takes a name and a role: ccsliced --hash-token farm write < token");
+  }
+  std::string token;
+  std::getline(std::cin, token);
+  try {
+    std::cout << access_line(name, role, token) << "\n";
+  } catch (const std::invalid_argument& why) {
+    throw OptionError(std::string("--hash-token: ") + why.what());
+  }
+  return 0;
+}
+
+int run(const std::vector<std::string>& arguments, StopSignals& signals) {
   const Resources resources = available_resources();
   const ParsedOptions parsed = parse_options(arguments, process_environment, resources);
   switch (parsed.command) {
@@ -96,6 +136,7 @@ int run(const std::vector<std::string>& arguments, const StopSignals& signals) {
       std::cout << explanation << "\n";
       return healthy ? 0 : 1;
     }
+    case Command::kHashToken: return hash_token(parsed.token_name, parsed.token_role);
     case Command::kServe:
     case Command::kServePrivately: serve(parsed.options, parsed.command == Command::kServePrivately, signals);
   }
@@ -106,7 +147,7 @@ int run(const std::vector<std::string>& arguments, const StopSignals& signals) {
 }  // namespace ccslice::server
 
 int main(int argc, char** argv) {
-  const ccslice::server::StopSignals signals;
+  ccslice::server::StopSignals signals;
   try {
     return ccslice::server::run({argv + 1, argv + argc}, signals);
   } catch (const ccslice::server::OptionError& error) {

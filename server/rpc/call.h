@@ -17,15 +17,17 @@
 #include <chrono>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "server/rpc/call_log.h"
+#include "server/rpc/caller.h"
+#include "server/rpc/load_mesh.h"
 #include "server/rpc/raw_request.h"
 #include "server/rpc/service_state.h"
 #include "server/rpc/status.h"
-#include "server/service/client_id.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -37,15 +39,20 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   Call(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
       : state_(state),
         context_(context),
-        log_(context, method),
-        client_(client_of(context.peer())),
+        log_(context, method, state.metrics),
+        caller_(caller_of(state.access, context, method)),
+        client_(caller_.identity.client),
         place_(state.admission),
-        request_bytes_(state.uploads) {}
+        request_bytes_(state.uploads) {
+    log_.set_client(client_);
+  }
 
   /// MUST be called first, once. If the server takes no more calls, returns why; then the caller ends the call with it.
   [[nodiscard]] std::optional<grpc::Status> open_call() {
     self_ = this->shared_from_this();
     try {
+      if (caller_.refusal) std::rethrow_exception(caller_.refusal);
+      if (is_limited()) client_share_ = state_.client_calls.open(caller_.identity);
       ticket_ = state_.calls.open_call([weak = this->weak_from_this()] {
         if (const auto open = weak.lock()) open->cut_off();
       });
@@ -75,7 +82,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   template <class Begin>
   void when_admitted(Begin begin) {
     state_.admission.request(place_, [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
-      if (!refusal) return begin();
+      if (!refusal) {
+        self->log_.note_place();
+        return begin();
+      }
       self->add_pushback(refusal);
       self->refuse(to_status(refusal));
     });
@@ -91,6 +101,37 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   void leave_memory_queue() { state_.admission.leave_memory_queue(place_); }
   void give_place_back() { state_.admission.give_back(place_); }
 
+  /// `then` runs once with the mesh, or with why there is none: now if the cache holds it, else in the lane when it has
+  /// come from the store. One mesh at a time.
+  template <class Then>
+  void with_mesh(const Executor::Lane& lane, const std::string& mesh_id, Then then) {
+    MeshPtr mesh;
+    try {
+      mesh = find_mesh(state_, mesh_id);
+    } catch (...) {
+      return then(MeshPtr(), std::current_exception());
+    }
+    if (mesh) return then(mesh, std::exception_ptr());
+    const auto load = std::make_shared<MeshLoad>(
+        [lane, then, self = this->shared_from_this()](const MeshPtr& loaded, const std::exception_ptr& error) {
+          lane.post([then, self, loaded, error] { then(loaded, error); });
+        });
+    {
+      const std::lock_guard lock(load_mutex_);
+      load_ = load;
+    }
+    load->begin(state_, mesh_id, client_);
+  }
+  /// For whoever stops the call: it doesn't wait for a mesh any longer.
+  void stop_loading() {
+    std::shared_ptr<MeshLoad> load;
+    {
+      const std::lock_guard lock(load_mutex_);
+      load = load_;
+    }
+    if (load) load->cancel();
+  }
+
   /// Clients of gRPC's that retry by themselves look for this trailer. Before end().
   void add_pushback(const std::exception_ptr& refusal) {
     try {
@@ -103,6 +144,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       return;  // No refusal.
     }
   }
+  /// Whether the call counts among those of its client that may be open at the same time.
+  virtual bool is_limited() const { return true; }
   virtual void refuse(const grpc::Status& status) { end(status); }
   /// For whoever stops the call: if it was still waiting for its place, it ends here.
   bool end_if_waiting() {
@@ -149,7 +192,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   ServiceState& state_;
   grpc::CallbackServerContext& context_;
   CallLog log_;
-  const std::string client_;  // Who makes the call (client_id.h).
+  const Caller caller_;
+  const std::string client_;  // Who makes the call: those who share time with each other.
 
  private:
   void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
@@ -192,6 +236,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   CallRegistry::Ticket ticket_;
   Admission::Place place_;
   MemoryBudget::Share request_bytes_;
+  ClientCalls::Share client_share_;
+  std::mutex load_mutex_;
+  std::shared_ptr<MeshLoad> load_;
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
 };
 

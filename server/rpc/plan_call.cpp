@@ -4,10 +4,10 @@
 #include "server/rpc/plan_call.h"
 
 #include <atomic>
+#include <exception>
 #include <memory>
 
 #include "server/rpc/call.h"
-#include "server/rpc/requests.h"
 #include "server/rpc/slice_job.h"
 
 namespace ccslice::server {
@@ -25,8 +25,9 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     if (const auto refused = open_call()) return refuse(*refused);
     if (const auto refused = hold_request(raw_, *v1::PlanSlicesRequest::descriptor())) return refuse(*refused);
     when_admitted([this] {
-      make_lane(Pieces::kInteractive).post([this, call = shared_from_this()] {
-        if (claim()) plan();
+      const Executor::Lane lane = make_lane(Pieces::kInteractive);
+      lane.post([this, call = shared_from_this(), lane] {
+        if (claim()) find_mesh_and_plan(lane);
       });
     });
   }
@@ -34,6 +35,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
  private:
   void OnCancel() override {
     cancel_.cancel();
+    stop_loading();
     if (!end_if_waiting() && claim()) end(status_of_stop());
   }
 
@@ -44,13 +46,22 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   /// Whether the caller is the one to end the call.
   bool claim() { return !claimed_.exchange(true); }
 
-  void plan() {
+  void find_mesh_and_plan(const Executor::Lane& lane) {
+    try {
+      parse_request(raw_, request_);
+    } catch (...) {
+      return end(to_status(std::current_exception()));
+    }
+    with_mesh(lane, request_.mesh_id(),
+              [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); });
+    if (cancel_.cancelled()) stop_loading();
+  }
+
+  void plan(const MeshPtr& mesh, const std::exception_ptr& error) {
     grpc::Status status;
     try {
-      v1::PlanSlicesRequest request;
-      parse_request(raw_, request);
-      const MeshPtr mesh = require_mesh(state_, request.mesh_id());
-      response_ = plan_slices(request, *mesh->solid(), state_.slice_limits, cancel_);
+      if (error) std::rethrow_exception(error);
+      response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits, cancel_);
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
@@ -58,6 +69,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   }
 
   const grpc::ByteBuffer& raw_;
+  v1::PlanSlicesRequest request_;
   v1::PlanSlicesResponse& response_;
   CancellationToken cancel_ = Executor::make_token();
   std::atomic<bool> claimed_{false};

@@ -21,8 +21,8 @@
 #include "core/limit/limit_evaluator.h"
 #include "server/rpc/call.h"
 #include "server/rpc/convert.h"
-#include "server/rpc/requests.h"
 #include "server/rpc/unknown_fields.h"
+#include "server/service/limits.h"
 
 namespace ccslice::server {
 namespace {
@@ -98,26 +98,45 @@ class PointCall : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, Response
     this->end_if_waiting();
   }
 
-  void stop() override { cancel_.cancel(); }
+  void stop() override {
+    cancel_.cancel();
+    this->stop_loading();
+  }
 
   void compute() {
     try {
       cancel_.throw_if_cancelled();
       parse_request(raw_, request_);
+      require_known_fields(request_);
+    } catch (...) {
+      return fail();
+    }
+    if (mesh_) return compute_answer();
+    this->with_mesh(lane_, request_.mesh_id(), [this](const MeshPtr& mesh, const std::exception_ptr& error) {
+      mesh_ = mesh;
+      compute_answer(error);
+    });
+    if (cancel_.cancelled()) this->stop_loading();  // Cancelled before there was anything to stop.
+  }
+
+  void fail() { end(cancel_.cancelled() ? this->status_of_stop() : to_status(std::current_exception())); }
+
+  void compute_answer(const std::exception_ptr& error = nullptr) {
+    try {
+      if (error) std::rethrow_exception(error);
       accept_header();
       response_.Clear();
       answer(request_, response_);
     } catch (...) {
-      return end(cancel_.cancelled() ? this->status_of_stop() : to_status(std::current_exception()));
+      return fail();
     }
     this->wait_for_reader([this] { this->StartWrite(&response_); });
   }
 
   void accept_header() {
-    require_known_fields(request_);
-    if (!mesh_) {
-      mesh_ = require_mesh(state_, request_.mesh_id());
-      log_.note(mesh_->id());
+    if (!is_open_) {
+      is_open_ = true;
+      log_.note_mesh(mesh_->id());
       open(solid());
     } else if (!request_.mesh_id().empty() && request_.mesh_id() != mesh_->id()) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
@@ -128,6 +147,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, Response
     }
   }
 
+  bool is_open_ = false;
   Executor::Lane lane_;
   CancellationToken cancel_ = Executor::make_token();
   grpc::ByteBuffer raw_;

@@ -5,19 +5,20 @@
 
 #pragma once
 
+#include <functional>
+
 #include "core/base/cancellation.h"
-#include "core/mesh/control_mesh.h"
-#include "core/mesh/validate.h"
+#include "server/rpc/service_state.h"
 #include "server/service/mesh_cache.h"
 #include "server/service/upload.h"
 
 namespace ccslice::server {
 
-/// Prepares the bytes of an upload, and frees them as soon as they are read. Reserves memory in the budget of all
-/// preparations, estimated first from the bytes, then from the mesh and its refinement. Computes on up to `threads`
-/// threads. MUST run on a worker thread.
+/// Prepares the bytes of a mesh; `when_read` runs as soon as they aren't needed any more. Reserves memory in the budget
+/// of all preparations, estimated first from the bytes, then from the mesh and its refinement. MUST run on a worker
+/// thread.
 /// Throws Error (1xx, kCancelled), ServiceError{kMeshExceedsMemory, kServerBusy}.
-PreparedMesh prepare_mesh(UploadedBytes& bytes, const MeshLimits& limits, int threads, MemoryBudget& budget,
+PreparedMesh prepare_mesh(ServiceState& state, const UploadedBytes& bytes, const std::function<void()>& when_read,
                           const CancellationToken& cancel);
 
 }  // namespace ccslice::server

@@ -36,7 +36,6 @@
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/convert_printing.h"
-#include "server/rpc/requests.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
@@ -239,6 +238,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (!next.has_printing() && dropped.has_printing()) next.mutable_printing()->Swap(dropped.mutable_printing());
   }
 
+  /// Most of the time a preview does nothing.
+  bool is_limited() const override { return false; }
+
   void ask_for_place(std::unique_lock<std::mutex>& lock) {
     doing_ = Doing::kAdmission;
     work_place_.emplace(state_.admission);
@@ -274,8 +276,19 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
+    if (mesh_) return paint_and_go_on(request, full_cancel, nullptr);
+    with_mesh(lane_, request.message.mesh_id(),
+              [this, request, full_cancel](const MeshPtr& mesh, const std::exception_ptr& error) {
+                mesh_ = mesh;
+                paint_and_go_on(request, full_cancel, error);
+              });
+    if (cancel_.cancelled()) stop_loading();  // Stopped before there was anything to stop.
+  }
+
+  void paint_and_go_on(const Request& request, const CancellationToken& full_cancel, const std::exception_ptr& error) {
     std::exception_ptr failed;
     try {
+      if (error) std::rethrow_exception(error);
       paint(request, full_cancel);
     } catch (...) {
       failed = std::current_exception();
@@ -325,10 +338,10 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   void take_settings(const v1::PreviewRequest& message) {
-    if (!mesh_) {
-      mesh_ = require_mesh(state_, message.mesh_id());
+    if (!is_mesh_noted_) {
+      is_mesh_noted_ = true;
       const std::lock_guard lock(mutex_);
-      if (doing_ != Doing::kOver) log_.note(mesh_->id());
+      if (doing_ != Doing::kOver) log_.note_mesh(mesh_->id());
     } else if (!message.mesh_id().empty() && message.mesh_id() != mesh_->id()) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "mesh_id changes within the call: make another call for another mesh", "mesh_id");
@@ -387,6 +400,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     for (v1::PreviewResponse& part : parts) to_write_.push_back(std::move(part));
     ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
     oldest_ms_ = std::max(oldest_ms_, ms_between(request.arrived, SteadyClock::now()));
+    ++state_.metrics.preview_pictures;
     has_picture_ = true;
     if (waiting_) full_cancel_.cancel();
     write_next();
@@ -468,6 +482,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   void stop() override {
+    stop_loading();
     const std::lock_guard lock(mutex_);
     stopped_ = true;
     cancel_.cancel();
@@ -499,6 +514,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   // The worker's:
   MeshPtr mesh_;
+  bool is_mesh_noted_ = false;
   PreviewSetting setting_;
   std::string placement_bytes_, printing_bytes_;
   PngEncoder png_;

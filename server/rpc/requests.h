@@ -8,20 +8,10 @@
 #include <cstdint>
 #include <string>
 
-#include "server/rpc/service_state.h"
 #include "server/service/limits.h"
-#include "server/service/mesh_id.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
-
-/// The cached mesh, marked as used. Throws ServiceError{kMeshIdInvalid, kMeshMissing}.
-inline MeshPtr require_mesh(ServiceState& state, const std::string& mesh_id) {
-  require_mesh_id(mesh_id, "mesh_id");
-  if (MeshPtr mesh = state.cache.find(mesh_id)) return mesh;
-  throw ServiceError(ServiceErrorCode::kMeshMissing,
-                     "this server doesn't hold the mesh " + mesh_id + ": upload it, then repeat the call", "", mesh_id);
-}
 
 /// Throws ServiceError{kChunkSizeInvalid}.
 inline std::uint32_t chunk_bytes_or_default(std::uint32_t max_chunk_bytes) {

@@ -8,16 +8,24 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <future>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "server/rpc/count_calls.h"
+#include "server/rpc/load_mesh.h"
+#include "server/rpc/metrics_page.h"
+#include "server/service/logging.h"
 
 namespace ccslice::server {
 namespace {
@@ -30,6 +38,16 @@ constexpr std::chrono::milliseconds kCutOff = 200ms;
 constexpr std::chrono::milliseconds kLastWords = 1s;
 /// What clients have for the beginning of HTTP/2.
 constexpr std::chrono::milliseconds kHandshake = 20s;
+
+constexpr std::size_t kHealthConnections = 256;
+constexpr int kHealthMessageBytes = 4096;
+/// How often gRPC looks for renewed certificates.
+constexpr unsigned int kLookAtCertificatesS = 1;
+
+void set_serving(grpc::Server& server, bool serving) {
+  server.GetHealthCheckService()->SetServingStatus(serving);
+  server.GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), serving);
+}
 
 /// What gRPC and protobuf say of their insides, and of what clients send, is for those who look for a fault there. They
 /// would write to standard error themselves, and calls would wait for whoever reads it.
@@ -64,10 +82,30 @@ void set_channel_arguments(const ServerOptions& options, grpc::ServerBuilder& bu
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(options.max_connection_streams));
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, static_cast<int>(kHandshake.count()));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, to_ms(options.connection_idle));
+  if (options.max_connection_age.count() > 0) {
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, to_ms(options.max_connection_age));
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, to_ms(options.shutdown_grace));
+  }
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+}
+
+/// Those that were used last are prepared last: the cache keeps them if it hasn't room for all.
+void warm_up(ServiceState& state) {
+  if (!state.store || state.options.warm_meshes == 0) return;
+  std::vector<std::string> ids = state.store->last_used(state.options.warm_meshes);
+  std::reverse(ids.begin(), ids.end());
+  std::size_t prepared = 0;
+  for (const std::string& id : ids) {
+    const auto promise = std::make_shared<std::promise<bool>>();
+    std::make_shared<MeshLoad>([promise](const MeshPtr& mesh, const std::exception_ptr&) {
+      promise->set_value(mesh != nullptr);
+    })->begin(state, id, "");
+    prepared += promise->get_future().get() ? 1 : 0;
+  }
+  spdlog::info("prepared {} of {} meshes of the store", prepared, ids.size());
 }
 
 }  // namespace
@@ -77,28 +115,90 @@ Server::Server(const ServerOptions& options)
       service_(state_),
       listener_(options.listen_address, connection_limits(options, connection_descriptors())) {
   enable_extras();
+  warm_up(state_);
   grpc::ServerBuilder builder;
+  if (!options.tls.certificate.empty()) certificates_ = std::make_unique<ServedCertificates>(options.tls);
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(
-      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials());
   builder.experimental().SetInterceptorCreators(count_calls(listener_.connections()));
   builder.RegisterService(&service_);
   set_channel_arguments(options, builder);
   server_ = builder.BuildAndStart();
   if (!server_) throw std::runtime_error("gRPC's server doesn't start; --log-level debug says why");
-  server_->GetHealthCheckService()->SetServingStatus(true);
-  server_->GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), true);
-  listener_.start([this](int descriptor) { hand_over(descriptor); });
+  set_serving(*server_, true);
+  if (!options.health_address.empty()) health_ = std::make_unique<HealthServer>(options.health_address);
+  if (!options.metrics_address.empty()) serve_figures();
+  listener_.start([this](int descriptor) { hand_over(*acceptor_, descriptor); });
+}
+
+Server::HealthServer::HealthServer(const std::string& address)
+    : listener(address, {.connections = kHealthConnections,
+                         .per_address = kHealthConnections,
+                         .idle = std::chrono::minutes(10),
+                         .arriving = {}}) {
+  grpc::ServerBuilder builder;
+  acceptor = builder.experimental().AddExternalConnectionAcceptor(
+      grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+  builder.SetMaxReceiveMessageSize(kHealthMessageBytes);
+  server = builder.BuildAndStart();
+  if (!server) throw std::runtime_error("gRPC's server of health doesn't start; --log-level debug says why");
+  set_serving(*server, true);
+  listener.start([this](int descriptor) { hand_over(*acceptor, descriptor); });
+}
+
+Server::HealthServer::~HealthServer() {
+  listener.stop();
+  server->Shutdown(std::chrono::system_clock::now());
+  server->Wait();
+}
+
+/// Clients' certificates, if they are asked for, are checked against the authority; their names are theirs.
+std::shared_ptr<grpc::ServerCredentials> Server::credentials() const {
+  if (!certificates_) return grpc::InsecureServerCredentials();
+  const CertificateFiles& files = certificates_->served();
+  const auto provider = std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+      files.key, files.certificate, files.client_authority, kLookAtCertificatesS);
+  grpc::experimental::TlsServerCredentialsOptions tls(provider);
+  tls.watch_identity_key_cert_pairs();
+  if (!files.client_authority.empty()) {
+    tls.watch_root_certs();
+    tls.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return grpc::experimental::TlsServerCredentials(tls);
+}
+
+void Server::serve_figures() {
+  metrics_ = std::make_unique<HttpServer>(state_.options.metrics_address, [this](const std::string& path) {
+    if (path == "/metrics") return HttpAnswer{.text = metrics_page(state_, listener_.connections().size())};
+    if (path == "/healthz") return HttpAnswer{.text = "alive\n"};
+    if (path == "/readyz")
+      return ready_ ? HttpAnswer{.text = "ready\n"} : HttpAnswer{.status = 503, .text = "stopping\n"};
+    return HttpAnswer{.status = 404, .text = "there are /metrics, /healthz and /readyz\n"};
+  });
+}
+
+void Server::reload(bool always) {
+  if (state_.access.reload(always)) log_audit("reloaded", "tokens from " + state_.options.token_file, {});
+  if (certificates_ && certificates_->reload(always)) {
+    log_audit("reloaded", "the certificate from " + state_.options.tls.certificate, {});
+  }
+}
+
+void Server::say_not_serving() {
+  ready_ = false;
+  set_serving(*server_, false);
+  if (health_) set_serving(*health_->server, false);
 }
 
 Server::~Server() {
+  metrics_.reset();
   begin_shut_down();
   shut_down_.wait();
 }
 
 bool Server::drain(std::chrono::milliseconds grace, const std::function<bool()>& hurry) {
   const auto end = std::chrono::steady_clock::now() + grace;
-  server_->GetHealthCheckService()->SetServingStatus(false);
-  server_->GetHealthCheckService()->SetServingStatus(v1::SlicerService::service_full_name(), false);
+  say_not_serving();
   state_.calls.drain();
   state_.admission.drain();
   bool idle = state_.calls.open() == 0;
@@ -114,10 +214,10 @@ bool Server::drain(std::chrono::milliseconds grace, const std::function<bool()>&
   return shut_down_.wait_for(kLastWords) == std::future_status::ready;
 }
 
-void Server::hand_over(int descriptor) {
-  grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+void Server::hand_over(Acceptor& acceptor, int descriptor) {
+  Acceptor::NewConnectionParameters connection;
   connection.fd = descriptor;
-  acceptor_->HandleNewConnection(&connection);
+  acceptor.HandleNewConnection(&connection);
 }
 
 /// gRPC would forget to close a connection that comes from here on.

@@ -8,6 +8,7 @@
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <future>
@@ -17,7 +18,9 @@
 
 #include "server/rpc/service_state.h"
 #include "server/rpc/slicer_service.h"
+#include "server/service/certificates.h"
 #include "server/service/connection_listener.h"
+#include "server/service/http_server.h"
 
 namespace ccslice::server {
 
@@ -43,6 +46,17 @@ class Server {
     state_.heap_trim.sweep();
   }
 
+  /// Takes new tokens and certificates, if their files have changed or if told so.
+  void reload(bool always);
+
+  /// Health turns NOT_SERVING; calls are taken as before.
+  void say_not_serving();
+
+  /// Where figures are served; empty if they aren't.
+  std::string metrics_address() const { return metrics_ ? metrics_->address() : ""; }
+  /// Where health alone is served; empty if it isn't.
+  std::string health_address() const { return health_ ? health_->listener.address() : ""; }
+
   /// Health turns NOT_SERVING, new calls are refused, running ones may go on until the grace period is over or `hurry`
   /// says so (asked about every 50 ms); then they are cut off with SERVER_SHUTTING_DOWN, and what can't even take that
   /// is cancelled. Whether none is left; if not, some client has stopped reading with its connection full, and gRPC
@@ -51,16 +65,32 @@ class Server {
       std::chrono::milliseconds grace, const std::function<bool()>& hurry = [] { return false; });
 
  private:
+  using Acceptor = grpc::experimental::ExternalConnectionAcceptor;
+  /// A server of grpc.health.v1 alone.
+  struct HealthServer {
+    explicit HealthServer(const std::string& address);
+    ~HealthServer();
+    ConnectionListener listener;
+    std::unique_ptr<Acceptor> acceptor;
+    std::unique_ptr<grpc::Server> server;
+  };
+
   /// Gives gRPC a connection.
-  void hand_over(int descriptor);
+  static void hand_over(Acceptor& acceptor, int descriptor);
+  std::shared_ptr<grpc::ServerCredentials> credentials() const;
+  void serve_figures();
   /// Takes no more connections and calls, and cancels those calls that are left.
   void begin_shut_down();
 
   ServiceState state_;
   SlicerService service_;
   ConnectionListener listener_;
-  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor_;
+  std::unique_ptr<ServedCertificates> certificates_;  // None: no TLS.
+  std::unique_ptr<Acceptor> acceptor_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<HealthServer> health_;
+  std::atomic<bool> ready_{true};
+  std::unique_ptr<HttpServer> metrics_;
   std::future<void> shut_down_;  // Once begun: over when it is ready.
 };
 

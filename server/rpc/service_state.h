@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 
 #include "core/job/slice_limits.h"
 #include "core/mesh/validate.h"
+#include "server/service/access.h"
 #include "server/service/admission.h"
 #include "server/service/call_registry.h"
 #include "server/service/executor.h"
@@ -18,9 +20,16 @@
 #include "server/service/limits.h"
 #include "server/service/memory_budget.h"
 #include "server/service/mesh_cache.h"
+#include "server/service/metrics.h"
 #include "server/service/options.h"
+#include "server/service/stored_meshes.h"
 
 namespace ccslice::server {
+
+/// Without a token file everybody may do everything.
+inline Access make_access(const ServerOptions& options) {
+  return options.token_file.empty() ? Access() : Access(options.token_file);
+}
 
 struct ServiceState {
   explicit ServiceState(const ServerOptions& server_options)
@@ -31,6 +40,8 @@ struct ServiceState {
         preparations(options.preparation_budget_bytes),
         streams(options.stream_budget_bytes, [this] { admission.retry(); }),
         scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),
+        access(make_access(options)),
+        client_calls(options.max_calls_per_client),
         admission({.running = options.max_concurrent_calls,
                    .waiting = options.max_waiting_calls,
                    .longest_wait = options.admission_wait}),
@@ -41,10 +52,17 @@ struct ServiceState {
                  scratch.given_back_bytes();
         }) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
+    if (options.mesh_store.place) {
+      store = std::make_unique<StoredMeshes>(open_mesh_store(options.mesh_store), uploads,
+                                             StoredMeshes::Options{.max_mesh_bytes = options.max_mesh_bytes});
+    }
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
   }
   /// Work that is still running uses the other members.
-  ~ServiceState() { executor.wait_idle(); }
+  ~ServiceState() {
+    store.reset();
+    executor.wait_idle();
+  }
 
   const ServerOptions options;
   MeshLimits mesh_limits;
@@ -52,11 +70,15 @@ struct ServiceState {
   std::uint64_t max_triangles;  // In one TessellateBoundary.
   Executor executor;
   MeshCache cache;
-  MemoryBudget uploads;       // Bytes received.
-  MemoryBudget preparations;  // Meshes on their way to solids.
-  MemoryBudget streams;       // Layers and triangles on their way to clients.
-  MemoryBudget scratch;       // What slicers hold while they work.
+  MemoryBudget uploads;                 // Bytes received.
+  std::unique_ptr<StoredMeshes> store;  // None: this server's meshes are its own.
+  MemoryBudget preparations;            // Meshes on their way to solids.
+  MemoryBudget streams;                 // Layers and triangles on their way to clients.
+  MemoryBudget scratch;                 // What slicers hold while they work.
   CallRegistry calls;
+  Access access;
+  ClientCalls client_calls;
+  Metrics metrics;
   Admission admission;
   IdleWatch idle_watch;
   IdleWatch preview_watch;  // Of Preview calls that wait for requests.

@@ -50,16 +50,20 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   const grpc::ByteBuffer& raw_request() const override { return raw_; }
   const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
 
-  void prepare() override {
+  std::string parse() override {
     parse_request(raw_, request_);
-    mesh_ = require_mesh(state_, request_.mesh_id());
+    return request_.mesh_id();
+  }
+
+  void prepare(const MeshPtr& mesh) override {
+    mesh_ = mesh;
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
     job_ = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
     const SliceJob& job = *job_;
     range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
     validate_layer_range(job, range_.first, range_.count);
-    log_.note(request_.mesh_id());
-    log_.note("layers " + std::to_string(range_.first) + "+" + std::to_string(range_.count));
+    log_.note_mesh(request_.mesh_id());
+    log_.note_layers(range_.first, range_.count);
     write_header(job);
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
     pieces_ = pieces_of(job, range_.count);
@@ -174,6 +178,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
       const std::lock_guard lock(stream_mutex_);
       if (!stream_) return;
       dropped = std::exchange(stream_, nullptr);
+      ++state_.metrics.shed;
       given_back = share_.split_off_beyond(std::min(share_.bytes(), sent_bytes_));
     }
     dropped->cancel();
@@ -285,13 +290,18 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   }
 
   void count(const Layer& layer) {
+    if (summary_.layers() == 0) state_.metrics.seconds_to_first_layer.add(log_.elapsed());
     summary_.set_layers(summary_.layers() + 1);
+    ++state_.metrics.layers;
+    state_.metrics.voxels += layer.stats.voxels_inside;
     summary_.set_empty_layers(summary_.empty_layers() + (layer.stats.voxels_inside == 0 ? 1 : 0));
     summary_.set_voxel_count(summary_.voxel_count() + layer.stats.voxels_inside);
     summary_.set_voxels_unresolved(summary_.voxels_unresolved() + layer.stats.voxels_unresolved);
     summary_.set_max_residual_mm(std::max(summary_.max_residual_mm(), layer.stats.max_residual_mm));
     for (const EncodedPlane& plane : layer.planes) {
       summary_.set_encoded_bytes(summary_.encoded_bytes() + plane.bytes.size());
+      state_.metrics.layer_bytes += plane.bytes.size();
+      log_.add_bytes(plane.bytes.size());
     }
   }
 

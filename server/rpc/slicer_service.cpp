@@ -4,14 +4,21 @@
 #include "server/rpc/slicer_service.h"
 
 #include <array>
+#include <chrono>
 #include <cstddef>
+#include <exception>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/engine_version.h"
 #include "core/mesh/cell_kind.h"
 #include "core/output/encodings.h"
 #include "server/rpc/call_log.h"
+#include "server/rpc/caller.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/load_mesh.h"
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
 #include "server/rpc/preview_call.h"
@@ -54,24 +61,24 @@ constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh
                                "ListMeshes",    "DeleteMesh",        "PlanSlices",         "SliceRange",
                                "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview"};
 
+/// A unary call that only looks something up. `body` is given what ends the call, on any thread.
 template <class Body>
-grpc::Status status_of(Body&& body) {
-  try {
-    body();
-    return grpc::Status::OK;
-  } catch (...) {
-    return to_status(std::current_exception());
-  }
-}
-
-/// A unary call that only looks something up.
-template <class Body>
-ServerUnaryReactor* answer_at_once(CallbackServerContext* context, const char* method, Body&& body) {
-  const CallLog log(*context, method);
-  const grpc::Status status = status_of(body);
-  log.finish(status);
+ServerUnaryReactor* answer(ServiceState& state, CallbackServerContext* context, const char* method, Body&& body) {
   ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(status);
+  const auto log = std::make_shared<CallLog>(*context, method, state.metrics);
+  const Caller caller = caller_of(state.access, *context, method);
+  log->set_client(caller.identity.client);
+  const auto answered = [log, reactor](const std::exception_ptr& error) {
+    const grpc::Status status = error ? to_status(error) : grpc::Status::OK;
+    log->finish(status);
+    reactor->Finish(status);
+  };
+  try {
+    if (caller.refusal) std::rethrow_exception(caller.refusal);
+    body(answered, caller.identity.client);
+  } catch (...) {
+    answered(std::current_exception());
+  }
   return reactor;
 }
 
@@ -132,18 +139,20 @@ void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {
   info.set_cached_meshes(use.meshes);
 }
 
-void find_missing(MeshCache& cache, const v1::FindMissingMeshesRequest& request,
-                  v1::FindMissingMeshesResponse& response) {
+/// Of those that the cache doesn't hold.
+std::vector<std::string> uncached(MeshCache& cache, const v1::FindMissingMeshesRequest& request) {
   if (request.mesh_ids_size() > static_cast<int>(kMaxIdsPerMessage)) {
     throw ServiceError(ServiceErrorCode::kBatchTooLarge,
                        "mesh_ids: " + std::to_string(request.mesh_ids_size()) + " ids in one call, the limit is " +
                            std::to_string(kMaxIdsPerMessage) + "; ask in several calls",
                        "mesh_ids");
   }
+  std::vector<std::string> missing;
   for (int i = 0; i < request.mesh_ids_size(); ++i) {
     require_mesh_id(request.mesh_ids(i), "mesh_ids[" + std::to_string(i) + "]");
-    if (!cache.find(request.mesh_ids(i))) response.add_missing_mesh_ids(request.mesh_ids(i));
+    if (!cache.find(request.mesh_ids(i))) missing.push_back(request.mesh_ids(i));
   }
+  return missing;
 }
 
 void list_page(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
@@ -209,38 +218,76 @@ SlicerService::SlicerService(ServiceState& state) : state_(state) {
 }
 
 template <class Request, class Response>
-void SlicerService::serve_unary(int method, void (SlicerService::*answer)(const Request&, Response&)) {
+void SlicerService::serve_unary(int method,
+                                void (SlicerService::*look_up)(const Request&, Response&, const Answered&)) {
   MarkMethodRawCallback(
       method, new CallbackUnaryHandler<ByteBuffer, Response>(
-                  [this, method, answer](CallbackServerContext* context, const ByteBuffer* bytes, Response* response) {
-                    return answer_at_once(context, kNames[static_cast<std::size_t>(method)], [&] {
-                      Request request;
-                      parse_request(*bytes, request);
-                      (this->*answer)(request, *response);
-                    });
+                  [this, method, look_up](CallbackServerContext* context, const ByteBuffer* bytes, Response* response) {
+                    return answer(state_, context, kNames[static_cast<std::size_t>(method)],
+                                  [&](const auto& end, const std::string& client) {
+                                    Request request;
+                                    parse_request(*bytes, request);
+                                    (this->*look_up)(request, *response, {end, client});
+                                  });
                   }));
 }
 
-void SlicerService::get_server_info(const v1::GetServerInfoRequest&, v1::GetServerInfoResponse& response) {
+void SlicerService::get_server_info(const v1::GetServerInfoRequest&, v1::GetServerInfoResponse& response,
+                                    const Answered& answered) {
   write_info(state_, response);
+  answered(nullptr);
 }
 
 void SlicerService::find_missing_meshes(const v1::FindMissingMeshesRequest& request,
-                                        v1::FindMissingMeshesResponse& response) {
-  find_missing(state_.cache, request, response);
+                                        v1::FindMissingMeshesResponse& response, const Answered& answered) {
+  std::vector<std::string> missing = uncached(state_.cache, request);
+  if (!state_.store || missing.empty()) {
+    response.mutable_missing_mesh_ids()->Assign(missing.begin(), missing.end());
+    return answered(nullptr);
+  }
+  state_.store->find(missing, [missing, &response, answered](const std::vector<bool>& held) {
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+      if (held.empty() || !held[i]) response.add_missing_mesh_ids(missing[i]);
+    }
+    answered(nullptr);
+  });
 }
 
-void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response) {
-  *response.mutable_mesh() = summarize(state_.cache, require_mesh(state_, request.mesh_id()));
+void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response,
+                             const Answered& answered) {
+  const auto answer_with = [this, &response, answered](const MeshPtr& mesh, const std::exception_ptr& error) {
+    if (mesh) *response.mutable_mesh() = summarize(state_.cache, mesh);
+    answered(error);
+  };
+  if (const MeshPtr mesh = find_mesh(state_, request.mesh_id())) return answer_with(mesh, nullptr);
+  std::make_shared<MeshLoad>(answer_with)->begin(state_, request.mesh_id(), "");
 }
 
-void SlicerService::list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response) {
+void SlicerService::list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response,
+                                const Answered& answered) {
   list_page(state_.cache, request, response);
+  answered(nullptr);
 }
 
-void SlicerService::delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response) {
+/// Also where the store isn't there the mesh leaves the cache.
+void SlicerService::delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response,
+                                const Answered& answered) {
   require_mesh_id(request.mesh_id(), "mesh_id");
-  response.set_deleted(state_.cache.erase(request.mesh_id()));
+  const bool was_cached = state_.cache.erase(request.mesh_id());
+  response.set_deleted(was_cached);
+  log_audit("deleted", request.mesh_id() + " by " + answered.client,
+            {{"mesh", request.mesh_id()}, {"client", answered.client}});
+  if (!state_.store) return answered(nullptr);
+  state_.store->erase(request.mesh_id(), [was_cached, &response, answered](const std::optional<bool>& was_stored) {
+    if (was_stored) {
+      response.set_deleted(was_cached || *was_stored);
+      return answered(nullptr);
+    }
+    answered(std::make_exception_ptr(ServiceError(
+        ServiceErrorCode::kStoreUnavailable,
+        "the mesh has left this server's cache, but the store that servers share can't be asked: try again later",
+        std::chrono::seconds(5))));
+  });
 }
 
 }  // namespace ccslice::server

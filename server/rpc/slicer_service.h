@@ -7,6 +7,10 @@
 
 #pragma once
 
+#include <exception>
+#include <functional>
+#include <string>
+
 #include "ccslice/v1/service.grpc.pb.h"
 #include "server/rpc/service_state.h"
 
@@ -18,14 +22,24 @@ class SlicerService final : public v1::SlicerService::Service {
   explicit SlicerService(ServiceState& state);
 
  private:
-  template <class Request, class Response>
-  void serve_unary(int method, void (SlicerService::*answer)(const Request&, Response&));
+  /// Ends a call, once: with why it fails, or with its response. Any thread.
+  struct Answered {
+    std::function<void(const std::exception_ptr& error)> end;
+    std::string client;  // Who made the call.
+    void operator()(const std::exception_ptr& error) const { end(error); }
+  };
 
-  void get_server_info(const v1::GetServerInfoRequest& request, v1::GetServerInfoResponse& response);
-  void find_missing_meshes(const v1::FindMissingMeshesRequest& request, v1::FindMissingMeshesResponse& response);
-  void get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response);
-  void list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response);
-  void delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response);
+  template <class Request, class Response>
+  void serve_unary(int method, void (SlicerService::*look_up)(const Request&, Response&, const Answered&));
+
+  // Each ends the call, now or later. May throw instead.
+  void get_server_info(const v1::GetServerInfoRequest& request, v1::GetServerInfoResponse& response,
+                       const Answered& answered);
+  void find_missing_meshes(const v1::FindMissingMeshesRequest& request, v1::FindMissingMeshesResponse& response,
+                           const Answered& answered);
+  void get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response, const Answered& answered);
+  void list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response, const Answered& answered);
+  void delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response, const Answered& answered);
 
   ServiceState& state_;
 };

@@ -43,12 +43,17 @@ StatusCode code_of(ServiceErrorCode code) {
     case ServiceErrorCode::kMeshExceedsCache:
     case ServiceErrorCode::kCacheFull:
     case ServiceErrorCode::kMeshExceedsMemory:
+    case ServiceErrorCode::kClientLimit:
     case ServiceErrorCode::kJobExceedsMemory:
     case ServiceErrorCode::kOutOfMemory: return StatusCode::RESOURCE_EXHAUSTED;
     case ServiceErrorCode::kServerBusy:
+    case ServiceErrorCode::kStoreUnavailable:
     case ServiceErrorCode::kServerDraining:
     case ServiceErrorCode::kServerShuttingDown:
     case ServiceErrorCode::kStreamStalled: return StatusCode::UNAVAILABLE;
+    case ServiceErrorCode::kTokenMissing:
+    case ServiceErrorCode::kTokenUnknown: return StatusCode::UNAUTHENTICATED;
+    case ServiceErrorCode::kRoleMissing: return StatusCode::PERMISSION_DENIED;
     case ServiceErrorCode::kUploadTooSlow:
     case ServiceErrorCode::kStreamIdle:
     case ServiceErrorCode::kDeadlineExceeded: return StatusCode::DEADLINE_EXCEEDED;
@@ -150,7 +155,8 @@ class StatusBuilder {
 };
 
 bool is_passing_shortage(ServiceErrorCode code) {
-  return code == ServiceErrorCode::kServerBusy || code == ServiceErrorCode::kCacheFull;
+  return code == ServiceErrorCode::kServerBusy || code == ServiceErrorCode::kCacheFull ||
+         code == ServiceErrorCode::kStoreUnavailable || code == ServiceErrorCode::kClientLimit;
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "server/rpc/call.h"
@@ -41,10 +42,8 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     }
     call->watch();
     call->when_admitted([reactor] {
-      reactor->make_lane(reactor->preparation_).post([call = reactor->shared_from_this(), reactor] {
-        reactor->prepare_guarded();
-        reactor->pump_owned();
-      });
+      const Executor::Lane lane = reactor->make_lane(reactor->preparation_);
+      lane.post([call = reactor->shared_from_this(), reactor, lane] { reactor->find_mesh_and_prepare(lane); });
     });
     return reactor;
   }
@@ -59,8 +58,10 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   /// What the client sent. Lives until the call is done.
   virtual const grpc::ByteBuffer& raw_request() const = 0;
   virtual const google::protobuf::Descriptor& request_type() const = 0;
-  /// On a worker, once, before anything else, in a lane of the pieces that the call said. May throw.
-  virtual void prepare() = 0;
+  /// Parses the request; the id of its mesh. Then, when that is there: the rest that comes before the first message.
+  /// Both on a worker, once, in a lane of the pieces that the call said. May throw.
+  virtual std::string parse() = 0;
+  virtual void prepare(const MeshPtr& mesh) = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
   /// May be called before prepare() has ended, too.
@@ -93,13 +94,30 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   void OnCancel() override {
     stopped_ = true;
     stop();
+    this->stop_loading();
     if (!this->end_if_waiting()) wake();
   }
 
-  void prepare_guarded() {
-    if (stopped()) return;
+  void find_mesh_and_prepare(const Executor::Lane& lane) {
+    std::string mesh_id;
     try {
-      prepare();
+      if (!stopped()) mesh_id = parse();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    if (stopped() || failure_) return pump_owned();
+    this->with_mesh(lane, mesh_id, [this](const MeshPtr& mesh, const std::exception_ptr& error) {
+      failure_ = error;
+      prepare_guarded(mesh);
+      pump_owned();
+    });
+    if (stopped()) this->stop_loading();  // Stopped before there was anything to stop.
+  }
+
+  void prepare_guarded(const MeshPtr& mesh) {
+    if (stopped() || failure_) return;
+    try {
+      prepare(mesh);
     } catch (...) {
       failure_ = std::current_exception();
     }

@@ -28,11 +28,14 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
   const grpc::ByteBuffer& raw_request() const override { return raw_; }
   const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
 
-  void prepare() override {
+  std::string parse() override {
     parse_request(raw_, request_);
     require_known_fields(request_);
-    const MeshPtr mesh = require_mesh(state_, request_.mesh_id());
-    log_.note(request_.mesh_id());
+    return request_.mesh_id();
+  }
+
+  void prepare(const MeshPtr& mesh) override {
+    log_.note_mesh(request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
     const Placement placement =
         to_placement(request_.placement(), mesh->solid()->summary().bounding_box, state_.slice_limits);

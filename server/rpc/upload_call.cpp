@@ -12,8 +12,10 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/rpc/call.h"
 #include "server/rpc/prepare_mesh.h"
@@ -79,12 +81,26 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
 
   bool start(const v1::UploadStart& message) {
     upload_->start(message.mesh_id(), message.size_bytes());
-    log_.note(message.mesh_id());
+    log_.note_mesh(message.mesh_id());
     log_.note(std::to_string(message.size_bytes()) + " bytes");
+    log_.add_bytes(message.size_bytes());
     const MeshPtr mesh = state_.cache.find(message.mesh_id());
     if (!mesh) return true;
-    answer(mesh, /*already_cached=*/true);
+    if (state_.store) {
+      look_into_store(mesh);
+    } else {
+      answer(mesh, /*already_cached=*/true, /*stored=*/false);
+    }
     return false;
+  }
+
+  /// Bytes that the store lacks are worth having, although the mesh is cached.
+  void look_into_store(const MeshPtr& mesh) {
+    state_.store->find({mesh->id()}, [this, self = shared_from_this(), mesh](const std::vector<bool>& held) {
+      if (stopped_) return end(status_of_stop());
+      if (held == std::vector<bool>{false}) return read();
+      answer(mesh, /*already_cached=*/true, /*stored=*/!held.empty());
+    });
   }
 
   /// While its bytes arrive, an upload takes no place.
@@ -98,13 +114,15 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   void prepare() {
     if (stopped_) return end(status_of_stop());
     const std::string mesh_id = upload_->mesh_id();
-    // The bytes go with the preparation: whoever joins another one drops his.
+    // The bytes go with the preparation, unless the store wants them: whoever joins another one drops his.
+    const std::shared_ptr<Upload> upload = state_.store ? upload_ : std::move(upload_);
     set_ticket(state_.cache.get_or_prepare(
         mesh_id,
-        [upload = std::move(upload_), &state = state_](const CancellationToken& cancel) {
-          // One thread stays free of preparations.
-          const int threads = std::max(1, static_cast<int>(state.executor.threads()) - 1);
-          return prepare_mesh(upload->bytes(), state.mesh_limits, threads, state.preparations, cancel);
+        [upload, &state = state_](const CancellationToken& cancel) {
+          const auto when_read = [&] {
+            if (!state.store) upload->bytes().release();
+          };
+          return prepare_mesh(state, upload->bytes(), when_read, cancel);
         },
         [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }, client_));
   }
@@ -113,12 +131,18 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   void done(const MeshCache::Outcome& outcome) {
     if (stopped_) return end(status_of_stop());
     if (outcome.error) return end(to_status(outcome.error));
-    answer(outcome.mesh, outcome.already_cached);
+    if (!state_.store) return answer(outcome.mesh, outcome.already_cached, /*stored=*/false);
+    state_.store->keep(std::move(upload_), [this, self = shared_from_this(), outcome](const std::optional<bool>& kept) {
+      if (stopped_) return end(status_of_stop());
+      answer(outcome.mesh, outcome.already_cached, kept.value_or(false));
+    });
   }
 
-  void answer(const MeshPtr& mesh, bool already_cached) {
+  void answer(const MeshPtr& mesh, bool already_cached, bool stored) {
     *response_.mutable_mesh() = summarize(state_.cache, mesh);
     response_.set_already_cached(already_cached);
+    response_.set_stored(stored);
+    log_audit("uploaded", mesh->id() + " by " + client_, {{"mesh", mesh->id()}, {"client", client_}});
     end(grpc::Status::OK);
   }
 

@@ -95,7 +95,9 @@ void Executor::run_piece(Worker& self, std::unique_lock<std::mutex>& lock) {
 }
 
 void Executor::charge(Worker& self, Clock::time_point now) {
-  queue_.charge(*self.call, now - std::exchange(self.charged, now));
+  const std::chrono::nanoseconds time = now - std::exchange(self.charged, now);
+  worked_ns_[self.call->pieces == Pieces::kInteractive ? 0 : 1] += static_cast<std::uint64_t>(time.count());
+  queue_.charge(*self.call, time);
 }
 
 void Executor::give_way() noexcept {

@@ -18,9 +18,11 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <list>
 #include <memory>
@@ -72,6 +74,10 @@ class Executor {
   }
   /// A token for work in lanes, which gives way where it polls.
   [[nodiscard]] static CancellationToken make_token() { return CancellationToken::make(&give_way); }
+  /// Time that pieces of the class took so far, those that run now as far as they were charged.
+  [[nodiscard]] double worked_seconds(Pieces pieces) const noexcept {
+    return static_cast<double>(worked_ns_[pieces == Pieces::kInteractive ? 0 : 1].load()) / 1e9;
+  }
   /// Processors, but for the one that only takes interactive work.
   std::size_t threads() const noexcept { return threads_; }
 
@@ -92,6 +98,7 @@ class Executor {
   std::size_t& free(Processor processor) { return free_[processor == Processor::kInteractive ? 0 : 1]; }
 
   const std::size_t threads_;
+  std::array<std::atomic<std::uint64_t>, 2> worked_ns_{};  // Interactive; the rest.
   const std::function<Clock::time_point()> now_;
   std::mutex mutex_;
   WorkQueue queue_;

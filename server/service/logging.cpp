@@ -11,6 +11,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <cstdint>
@@ -25,6 +26,36 @@
 namespace ccslice::server {
 namespace {
 
+/// A payload with fields: kFieldsMark, the message, kFieldsBegin, the fields as JSON, each with a comma in front. What
+/// clients sent never begins a message, and in the fields control characters are escaped.
+constexpr char kFieldsMark = '\x1e', kFieldsBegin = '\x1f';
+
+struct Payload {
+  std::string_view message, fields;
+};
+
+Payload split(std::string_view payload) {
+  if (!payload.starts_with(kFieldsMark)) return {.message = payload, .fields = {}};
+  const std::size_t at = std::min(payload.rfind(kFieldsBegin), payload.size() - 1);
+  return {.message = payload.substr(1, at - 1), .fields = payload.substr(at + 1)};
+}
+
+/// %F: the fields.
+class Fields final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const std::string_view fields = split({message.payload.data(), message.payload.size()}).fields;
+    out.append(fields.data(), fields.data() + fields.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<Fields>(); }
+};
+
+std::string json_of(const std::variant<std::string, double, std::uint64_t>& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return '"' + to_log_json(*text) + '"';
+  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:.3f}", *number);
+  return std::to_string(std::get<std::uint64_t>(value));
+}
+
 /// %J: the message, safe in its format.
 class SafeMessage final : public spdlog::custom_flag_formatter {
  public:
@@ -32,7 +63,7 @@ class SafeMessage final : public spdlog::custom_flag_formatter {
   explicit SafeMessage(Escape escape) : escape_(escape) {}
 
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const std::string text = escape_({message.payload.data(), message.payload.size()});
+    const std::string text = escape_(split({message.payload.data(), message.payload.size()}).message);
     out.append(text.data(), text.data() + text.size());
   }
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<SafeMessage>(escape_); }
@@ -72,6 +103,7 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   DescriptorSink(int descriptor, spdlog::details::thread_pool& queue) : descriptor_(descriptor), queue_(queue) {}
 
+  std::uint64_t unwritten() const { return unwritten_; }
   std::uint64_t flushes() {
     const std::lock_guard lock(flushed_mutex_);
     return flushes_;
@@ -104,7 +136,8 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
 
   const int descriptor_;
   spdlog::details::thread_pool& queue_;  // Not owned: its thread may be the last to hold a sink.
-  std::uint64_t unwritten_ = 0, told_ = 0;
+  std::atomic<std::uint64_t> unwritten_{0};
+  std::uint64_t told_ = 0;
   std::mutex flushed_mutex_;
   std::condition_variable flushed_;
   std::uint64_t flushes_ = 0;
@@ -133,11 +166,29 @@ void set_up_logging(LogLevel level, LogFormat format, int descriptor) {
   const bool json = format == LogFormat::kJson;
   auto formatter = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
   formatter->add_flag<SafeMessage>('J', json ? &to_log_json : &to_log_line)
-      .set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":"%J"})"
+      .add_flag<Fields>('F')
+      .set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":"%J"%F})"
                         : "%Y-%m-%d %H:%M:%S.%e %l: %J");
   log.logger->set_formatter(std::move(formatter));
   log.logger->set_level(to_spdlog(level));
   spdlog::set_default_logger(log.logger);
+}
+
+void log_with_fields(LogLevel level, std::string_view message, const std::vector<LogField>& fields) {
+  if (!current_log().logger) return spdlog::log(to_spdlog(level), "{}", message);
+  std::string payload = kFieldsMark + std::string(message) + kFieldsBegin;
+  for (const LogField& field : fields) payload += ",\"" + std::string(field.name) + "\":" + json_of(field.value);
+  spdlog::log(to_spdlog(level), "{}", payload);
+}
+
+void log_audit(const std::string& action, const std::string& message, std::vector<LogField> fields) {
+  fields.insert(fields.begin(), {{"event", "audit"}, {"action", action}});
+  log_with_fields(LogLevel::kInfo, action + ": " + message, fields);
+}
+
+std::uint64_t lost_log_lines() {
+  const Log& log = current_log();
+  return log.queue ? log.queue->overrun_counter() + log.sink->unwritten() : 0;
 }
 
 bool flush_log(std::chrono::milliseconds limit) {

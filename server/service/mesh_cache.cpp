@@ -26,6 +26,7 @@ MeshPtr MeshCache::find(const std::string& id) {
   std::lock_guard lock(mutex_);
   sweep_locked(dropped);
   const auto entry = entries_.find(id);
+  ++(entry == entries_.end() ? counts_.misses : counts_.hits);
   if (entry == entries_.end()) return nullptr;
   touch_locked(entry->second);
   return entry->second.mesh;
@@ -68,6 +69,7 @@ void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& p
   std::map<std::uint64_t, Done> waiters;
   {
     std::lock_guard lock(mutex_);
+    ++(outcome.error ? counts_.failed_preparations : counts_.prepared);
     waiters.swap(preparation->waiters);
     const auto own = preparations_.find(id);  // Another one, if everybody had left this one.
     if (own != preparations_.end() && own->second == preparation) preparations_.erase(own);
@@ -144,6 +146,7 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
     freed += entry->second.mesh->prepared().memory_bytes;
     dropped.push_back(entry->second.mesh);
     drop_locked(entry);
+    ++counts_.evictions;
   }
 }
 
@@ -181,9 +184,11 @@ CacheUse MeshCache::use() {
   std::lock_guard lock(mutex_);
   sweep_locked(dropped);
   const std::uint64_t live = live_bytes_->load();
-  return {.capacity_bytes = options_.capacity_bytes,
-          .used_bytes = live - std::min(live, leaving_bytes_),
-          .meshes = entries_.size()};
+  CacheUse use = counts_;
+  use.capacity_bytes = options_.capacity_bytes;
+  use.used_bytes = live - std::min(live, leaving_bytes_);
+  use.meshes = entries_.size();
+  return use;
 }
 
 void MeshCache::sweep() {
@@ -202,6 +207,7 @@ void MeshCache::sweep_locked(std::vector<MeshPtr>& dropped) {
     if (entry->second.mesh.use_count() > 1) continue;
     dropped.push_back(entry->second.mesh);
     drop_locked(entry);
+    ++counts_.evictions;
   }
 }
 

@@ -76,6 +76,10 @@ struct CacheUse {
   std::uint64_t capacity_bytes = 0;
   std::uint64_t used_bytes = 0;  // Alive, dropped ones in use included.
   std::size_t meshes = 0;
+  // Since the start:
+  std::uint64_t hits = 0, misses = 0;
+  std::uint64_t evictions = 0;  // For room or age.
+  std::uint64_t prepared = 0, failed_preparations = 0;
 };
 
 /// Thread-safe.
@@ -163,6 +167,7 @@ class MeshCache {
   std::map<std::string, std::shared_ptr<Preparation>> preparations_;
   std::uint64_t next_waiter_ = 1;
   std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
+  CacheUse counts_;                  // What happened since the start.
   std::uint64_t leaving_bytes_ = 0;  // Dropped for their room and about to be freed: alive, but not counted.
 };
 

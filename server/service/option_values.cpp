@@ -122,6 +122,11 @@ std::string show_duration(std::chrono::milliseconds duration) {
   return duration.count() == 0 ? "0" : show_with_unit(static_cast<std::uint64_t>(duration.count()), kTimeUnits);
 }
 
+bool is_local(const std::string& address) {
+  return address.starts_with("unix:") || address.starts_with("127.") || address.starts_with("localhost:") ||
+         address.starts_with("[::1]:");
+}
+
 std::string local_address(const std::string& listen_address) {
   if (listen_address.starts_with("unix:")) return listen_address;
   const std::size_t colon = listen_address.rfind(':');

@@ -27,6 +27,9 @@ std::string parse_address(const std::string& text);
 std::string show_size(std::uint64_t bytes);
 std::string show_duration(std::chrono::milliseconds duration);
 
+/// Whether only this machine reaches an address.
+[[nodiscard]] bool is_local(const std::string& address);
+
 /// The address under which this machine reaches a server that listens on `listen_address`.
 std::string local_address(const std::string& listen_address);
 

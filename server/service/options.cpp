@@ -45,6 +45,7 @@ ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
   options.max_concurrent_calls = 32;
   options.max_waiting_calls = kFourTimes;
   options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
+  options.mesh_store.folder_bytes = 16 * kGiB;
   options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
   options.preparation_budget_bytes = std::max(memory / 4, 64 * kMiB);
   options.max_message_bytes = kClientMessageBytes;
@@ -70,6 +71,9 @@ void settle_budget(std::uint64_t& budget, std::uint64_t usual, std::uint64_t one
 /// What depends on other options.
 void settle_budgets(ServerOptions& options) {
   if (options.max_waiting_calls == kFourTimes) options.max_waiting_calls = 4 * options.max_concurrent_calls;
+  if (options.max_calls_per_client == 0) {
+    options.max_calls_per_client = std::max<std::size_t>(options.max_concurrent_calls / 2, 1);
+  }
   if (options.max_connections_per_address == kThreeQuarters) {
     options.max_connections_per_address = std::max<std::size_t>(options.max_connections * 3 / 4, 1);
   }
@@ -83,6 +87,21 @@ void settle_budgets(ServerOptions& options) {
                                  options.stream_budget_bytes + options.connection_budget_bytes + kProcessMemory;
     options.scratch_budget_bytes = std::max(options.memory_bytes - std::min(others, options.memory_bytes),
                                             std::min(kLeastScratch, options.memory_bytes / 4));
+  }
+}
+
+void require_identity(const ServerOptions& options) {
+  if (options.tls.certificate.empty() != options.tls.key.empty()) {
+    throw OptionError("--tls-cert and --tls-key go together: give both");
+  }
+  if (!options.tls.client_authority.empty() && options.tls.certificate.empty()) {
+    throw OptionError("--tls-client-ca needs TLS: give --tls-cert and --tls-key");
+  }
+  if (!options.token_file.empty() && options.tls.certificate.empty() && !is_local(options.listen_address) &&
+      !options.plaintext_tokens) {
+    throw OptionError("--token-file on " + options.listen_address +
+                      " would let tokens travel unencrypted: give --tls-cert and --tls-key, or "
+                      "--allow-plaintext-tokens yes behind a proxy that ends TLS");
   }
 }
 
@@ -119,6 +138,19 @@ OptionSpec duration_option(std::string flag, std::chrono::milliseconds ServerOpt
           [=](const ServerOptions& o) { return show_duration(o.*member); }};
 }
 
+OptionSpec file_option(std::string flag, CertificateFiles ServerOptions::*files, std::string CertificateFiles::*member,
+                       std::string help) {
+  return {std::move(flag), "FILE", std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*files.*member = v; },
+          [=](const ServerOptions& o) { return (o.*files.*member).empty() ? "none" : o.*files.*member; }};
+}
+
+OptionSpec address_option(std::string flag, std::string ServerOptions::*member, std::string help) {
+  return {std::move(flag), "HOST:PORT", std::move(help),
+          [=](ServerOptions& o, const std::string& v) { o.*member = v.empty() ? "" : parse_address(v); },
+          [=](const ServerOptions& o) { return (o.*member).empty() ? "none" : o.*member; }};
+}
+
 template <class T>
 OptionSpec choice_option(std::string flag, T ServerOptions::*member, std::vector<std::string> names, std::string help) {
   return {std::move(flag), join(names, "|"), std::move(help),
@@ -135,6 +167,30 @@ const std::vector<OptionSpec>& option_specs() {
        "nothing but a proxy or a firewall protects the server.",
        [](ServerOptions& o, const std::string& v) { o.listen_address = parse_address(v); },
        [](const ServerOptions& o) { return o.listen_address; }},
+      file_option(
+          "--tls-cert", &ServerOptions::tls, &CertificateFiles::certificate,
+          "Serve with TLS and this certificate (PEM, with its chain). Renewed files are taken within seconds; a "
+          "pair that doesn't fit together isn't."),
+      file_option("--tls-key", &ServerOptions::tls, &CertificateFiles::key, "The key of --tls-cert (PEM)."),
+      file_option("--tls-client-ca", &ServerOptions::tls, &CertificateFiles::client_authority,
+                  "Take only clients that show a certificate of this authority (PEM). Its name is the client's."),
+      {"--token-file", "FILE",
+       "Who may do what: a line for each token, NAME ROLE sha256:HEX [calls=N] [expires=DATE]. Roles are read, write "
+       "(upload too) and admin (list and delete too). \"anonymous read\" lets everybody read. ccsliced --hash-token "
+       "makes a line. Read again when it changes, and on SIGHUP. Empty: everybody may do everything.",
+       [](ServerOptions& o, const std::string& v) { o.token_file = v; },
+       [](const ServerOptions& o) { return o.token_file.empty() ? "none" : o.token_file; }},
+      {"--allow-plaintext-tokens", "no|yes",
+       "Take tokens without TLS beyond this machine: for servers behind a proxy that ends TLS.",
+       [](ServerOptions& o, const std::string& v) {
+         o.plaintext_tokens = parse_choice(v, {"no", "yes"}) == 1;
+       },
+       [](const ServerOptions& o) { return o.plaintext_tokens ? "yes" : "no"; }},
+      address_option("--health-listen", &ServerOptions::health_address,
+                     "Serve grpc.health.v1 alone here, without TLS, for probes. --health-check asks here, too."),
+      address_option("--metrics-listen", &ServerOptions::metrics_address,
+                     "Serve /metrics (for Prometheus), /healthz and /readyz (503 while it shuts down, for proxies) "
+                     "over HTTP here."),
       count_option("--threads", &ServerOptions::threads, 1024,
                    "Worker threads. By default as many as the CPUs this process may use (its cgroup's quota counts)."),
       size_option("--memory", &ServerOptions::memory_bytes, {kLeastMemory},
@@ -145,8 +201,43 @@ const std::vector<OptionSpec>& option_specs() {
                   "use. By default three eighths of --memory."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
                       "Drop meshes that nobody used for this long. 0 keeps them until the cache needs the room."),
+      {"--mesh-store", "PLACE",
+       "Where servers share their meshes, so that each can slice what was uploaded to any of them, and none forgets: "
+       "dir:FOLDER, a folder that all of them see, or redis://HOST:PORT/DATABASE. Uploads are written there before "
+       "they are answered; a mesh that isn't cached is read from there. Where the store is slow or down, calls go on "
+       "without it. Empty: no store.",
+       [](ServerOptions& o, const std::string& v) {
+         o.mesh_store.place.reset();
+         if (!v.empty()) o.mesh_store.place = parse_mesh_store(v);
+       },
+       [](const ServerOptions& o) { return o.mesh_store.place ? show_mesh_store(*o.mesh_store.place) : "none"; }},
+      {"--mesh-store-bytes", "SIZE",
+       "What a folder of --mesh-store may hold; beyond, the least recently used meshes are deleted. Redis has limits "
+       "of "
+       "its own (maxmemory, allkeys-lru).",
+       [](ServerOptions& o, const std::string& v) { o.mesh_store.folder_bytes = parse_size(v, kMiB); },
+       [](const ServerOptions& o) { return show_size(o.mesh_store.folder_bytes); }},
+      {"--mesh-store-ttl", "TIME",
+       "Let Redis drop meshes that nobody used for this long. 0 keeps them until Redis needs the room.",
+       [](ServerOptions& o, const std::string& v) {
+         o.mesh_store.time_to_live_s = static_cast<std::uint64_t>(parse_duration(v).count() + 999) / 1000;
+       },
+       [](const ServerOptions& o) { return show_duration(std::chrono::seconds(o.mesh_store.time_to_live_s)); }},
+      {"--mesh-store-password-file", "FILE", "A file whose first line is the password of Redis. Empty: none is needed.",
+       [](ServerOptions& o, const std::string& v) { o.mesh_store.password_file = v; },
+       [](const ServerOptions& o) { return o.mesh_store.password_file.empty() ? "none" : o.mesh_store.password_file; }},
+      {"--warm-meshes", "N", "Prepare this many meshes of the store, last used first, before serving.",
+       [](ServerOptions& o, const std::string& v) { o.warm_meshes = parse_count(v, 0, kMostCalls); },
+       [](const ServerOptions& o) { return std::to_string(o.warm_meshes); }},
       count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, kMostCalls,
                    "Calls that compute at the same time. Further ones wait."),
+      {"--max-calls-per-client", "N",
+       "Calls that one client, by its token or its certificate, may have open; further ones get CLIENT_LIMIT. calls=N "
+       "of --token-file goes before. Previews don't count. By default half of --max-concurrent-calls.",
+       [](ServerOptions& o, const std::string& v) {
+         o.max_calls_per_client = static_cast<std::size_t>(parse_count(v, 1, kMostCalls));
+       },
+       [](const ServerOptions& o) { return std::to_string(o.max_calls_per_client); }},
       {"--max-waiting-calls", "N",
        "Calls that wait for one of those to end, in the order in which they came. Further ones are refused and asked "
        "to "
@@ -204,6 +295,13 @@ const std::vector<OptionSpec>& option_specs() {
       duration_option("--preview-idle-timeout", &ServerOptions::preview_idle_timeout,
                       "End Preview calls that wait this long for their client to ask for a picture (STREAM_IDLE), in "
                       "place of --idle-timeout. 0 lets them wait."),
+      duration_option("--max-connection-age", &ServerOptions::max_connection_age,
+                      "Ask clients to connect again after this long, so that they find new servers; calls have "
+                      "--shutdown-grace to end. 0 keeps connections."),
+      duration_option(
+          "--drain-delay", &ServerOptions::drain_delay,
+          "After SIGTERM or SIGINT, health says NOT_SERVING for this long while calls are still taken: those "
+          "who send clients here learn it late."),
       duration_option(
           "--shutdown-grace", &ServerOptions::shutdown_grace,
           "After SIGTERM or SIGINT running calls may go on for this long; then they are cancelled. A second "
@@ -256,6 +354,11 @@ bool parse_command(const std::vector<std::string>& arguments, std::size_t& i, Pa
     parsed.command = Command::kVersion;
   } else if (argument == "--private") {
     parsed.command = Command::kServePrivately;
+  } else if (argument == "--hash-token") {
+    parsed.command = Command::kHashToken;
+    for (std::string* const word : {&parsed.token_name, &parsed.token_role}) {
+      if (i + 1 < arguments.size() && !arguments[i + 1].starts_with("-")) *word = arguments[++i];
+    }
   } else if (argument == "--health-check") {
     parsed.command = Command::kHealthCheck;
     if (i + 1 < arguments.size() && !arguments[i + 1].starts_with("-")) {
@@ -301,14 +404,25 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
   const auto parse_over = [&](std::uint64_t memory_bytes) {
     ParsedOptions parsed{.command = Command::kServe,
                          .options = default_options(resources.cpus, memory_bytes),
-                         .health_check_address = {}};
+                         .health_check_address = {},
+                         .token_name = {},
+                         .token_role = {}};
     parse_all(arguments, environment, parsed);
     return parsed;
   };
   ParsedOptions parsed = parse_over(parse_over(resources.memory_bytes).options.memory_bytes);
   settle_budgets(parsed.options);
+  if (parsed.command == Command::kServePrivately) {
+    parsed.options.tls = {};  // Nobody else gets in, and whoever starts it doesn't ask for more.
+    parsed.options.token_file.clear();
+    parsed.options.health_address.clear();
+    parsed.options.metrics_address.clear();
+    parsed.options.drain_delay = {};
+  }
+  require_identity(parsed.options);
   if (parsed.health_check_address.empty()) {
-    parsed.health_check_address = local_address(parsed.options.listen_address);
+    parsed.health_check_address = local_address(parsed.options.health_address.empty() ? parsed.options.listen_address
+                                                                                      : parsed.options.health_address);
   }
   return parsed;
 }
@@ -323,6 +437,7 @@ std::string help_text(const Resources& resources) {
       "  ccsliced [options]                     serve until SIGTERM or SIGINT\n"
       "  ccsliced --private [options]           serve the program that started it, and nobody else\n"
       "  ccsliced --health-check [HOST:PORT]    ask a running server; exit code 0 if it serves, 1 if not\n"
+      "  ccsliced --hash-token NAME ROLE        make a line of --token-file; the token comes from standard input\n"
       "  ccsliced --help | --version\n"
       "\n"
       "Every option may also be set by the environment variable named below it; the flag wins. A SIZE is bytes, or has "

@@ -17,7 +17,9 @@
 #include <string_view>
 #include <vector>
 
+#include "server/service/certificates.h"
 #include "server/service/cgroup.h"
+#include "server/service/mesh_store.h"
 
 namespace ccslice::server {
 
@@ -26,17 +28,24 @@ enum class LogFormat { kText, kJson };
 
 struct ServerOptions {
   std::string listen_address = "127.0.0.1:50051";
+  std::string health_address, metrics_address;  // Empty: nothing is served there.
+  CertificateFiles tls;
+  std::string token_file;  // Empty: everybody may do everything.
+  bool plaintext_tokens = false;
   std::size_t threads = 1;
   std::uint64_t memory_bytes = 0;  // What the defaults of the other sizes are shares of.
   std::uint64_t cache_bytes = 0;
   std::chrono::milliseconds mesh_time_to_live{0};  // 0: meshes don't expire.
   std::size_t max_concurrent_calls = 32;
+  std::size_t max_calls_per_client = 0;
   std::size_t max_waiting_calls = 0;
   std::chrono::milliseconds admission_wait{10'000};
   std::uint64_t stream_window_bytes = 0;
   std::uint64_t stream_budget_bytes = 0;
   std::uint64_t scratch_budget_bytes = 0;
   std::uint64_t max_mesh_bytes = 0;
+  MeshStoreOptions mesh_store;
+  std::size_t warm_meshes = 0;
   std::uint64_t upload_budget_bytes = 0;
   std::uint64_t min_upload_rate = 0;  // Bytes a second. 0: any.
   std::uint64_t preparation_budget_bytes = 0;
@@ -48,18 +57,21 @@ struct ServerOptions {
   std::uint32_t max_connection_streams = 128;
   std::chrono::milliseconds idle_timeout{0};          // 0: a silent client may stay.
   std::chrono::milliseconds preview_idle_timeout{0};  // Likewise.
+  std::chrono::milliseconds max_connection_age{0};    // 0: any age.
+  std::chrono::milliseconds drain_delay{0};
   std::chrono::milliseconds shutdown_grace{0};
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };
 
 /// What the command line asks for.
-enum class Command { kServe, kServePrivately, kHelp, kVersion, kHealthCheck };
+enum class Command { kServe, kServePrivately, kHelp, kVersion, kHealthCheck, kHashToken };
 
 struct ParsedOptions {
   Command command = Command::kServe;
   ServerOptions options;
-  std::string health_check_address;  // kHealthCheck.
+  std::string health_check_address;    // kHealthCheck.
+  std::string token_name, token_role;  // kHashToken.
 };
 
 /// A message for the operator: names the flag or the variable and says what it takes.

@@ -19,6 +19,11 @@ std::string_view reason(ServiceErrorCode code) {
     case ServiceErrorCode::kServerBusy: return "SERVER_BUSY";
     case ServiceErrorCode::kUploadTooSlow: return "UPLOAD_TOO_SLOW";
     case ServiceErrorCode::kJobExceedsMemory: return "JOB_EXCEEDS_MEMORY";
+    case ServiceErrorCode::kStoreUnavailable: return "STORE_UNAVAILABLE";
+    case ServiceErrorCode::kTokenMissing: return "TOKEN_MISSING";
+    case ServiceErrorCode::kTokenUnknown: return "TOKEN_UNKNOWN";
+    case ServiceErrorCode::kRoleMissing: return "ROLE_MISSING";
+    case ServiceErrorCode::kClientLimit: return "CLIENT_LIMIT";
     case ServiceErrorCode::kServerDraining: return "SERVER_DRAINING";
     case ServiceErrorCode::kBatchTooLarge: return "BATCH_TOO_LARGE";
     case ServiceErrorCode::kChunkSizeInvalid: return "CHUNK_SIZE_INVALID";

@@ -42,6 +42,11 @@ enum class ServiceErrorCode : int {
   kPrinterInvalid = 522,        // A printer profile that can't be.
   kUploadTooSlow = 523,         // Fewer bytes a second than the least.
   kJobExceedsMemory = 524,      // Slicing takes more than the server has for that.
+  kStoreUnavailable = 525,      // The mesh store that servers share can't be asked.
+  kTokenMissing = 526,          // The call needs a token and brings none.
+  kTokenUnknown = 527,          // A token that the server doesn't know, or that has expired.
+  kRoleMissing = 528,           // The token is good, but not for this call.
+  kClientLimit = 529,           // As many calls of this client are open as may be.
 };
 
 inline constexpr std::array kServiceErrorCodes = {
@@ -70,6 +75,11 @@ inline constexpr std::array kServiceErrorCodes = {
     ServiceErrorCode::kPrinterInvalid,
     ServiceErrorCode::kUploadTooSlow,
     ServiceErrorCode::kJobExceedsMemory,
+    ServiceErrorCode::kStoreUnavailable,
+    ServiceErrorCode::kTokenMissing,
+    ServiceErrorCode::kTokenUnknown,
+    ServiceErrorCode::kRoleMissing,
+    ServiceErrorCode::kClientLimit,
 };
 
 /// Upper-case snake-case name, e.g. "MESH_MISSING". Stable.

@@ -64,16 +64,4 @@ std::string read_whole(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-TemporaryFolder::TemporaryFolder() {
-  // mkdtemp wants six of them at the end.
-  std::string name = (fs::temp_directory_path() / "ccslice_test_").string() + std::string(6, 'X');
-  if (!mkdtemp(name.data())) throw std::runtime_error("can't make a folder for the test");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 }  // namespace ccslice::client

@@ -9,7 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
+
 namespace ccslice::client {
+
+using ccslice::TemporaryFolder;
 
 struct ProcessResult {
   int exit_code = -1;  // 128 + signal if a signal ended it.
@@ -37,19 +41,5 @@ class Process {
 };
 
 std::string read_whole(const std::filesystem::path& path);
-
-/// A folder of its own, removed with all that is in it.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace ccslice::client

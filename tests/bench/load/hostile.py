@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 """Clients that mean harm: requests that never arrive in whole, small ones that grow when parsed, streams that are reset
-at once (CVE-2023-44487), the last also through HAProxy (deploy/haproxy.cfg) where it is installed."""
+at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.cfg) where it is installed."""
 
 import pathlib
 import re
@@ -155,9 +155,9 @@ def _resets_through_haproxy(job):
         return []
     with Server(job.ccsliced(), job.folder) as server:
         port = _free_port()
-        text = (_ROOT / "deploy/haproxy.cfg").read_text()
+        text = (_ROOT / "deploy/proxies/haproxy.cfg").read_text()
         text = re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text)
-        text = text.replace("127.0.0.1:50051", server.address())
+        text = re.sub("server one .*", f"server one {server.address()} no-check", text)
         (job.folder / "haproxy.cfg").write_text(text)
         proxy = subprocess.Popen([program, "-q", "-f", job.folder / "haproxy.cfg"])
         try:

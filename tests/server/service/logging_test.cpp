@@ -79,6 +79,28 @@ TEST(Logging, WritesSafeLinesInOrder) {
   EXPECT_EQ(text.find("not this"), std::string::npos);
 }
 
+TEST(Logging, FieldsGoIntoJsonAndNotIntoPlainLines) {
+  Pipe pipe;
+  set_up_logging(LogLevel::kInfo, LogFormat::kJson, pipe.writer());
+  log_with_fields(LogLevel::kInfo, "said \x1f\x1e", {{"text", "\"\x1f"}, {"count", std::uint64_t{7}}, {"ms", 1.5}});
+  log_audit("uploaded", "a mesh", {{"client", "farm"}});
+  EXPECT_TRUE(flush_log(10s));
+  const std::string text = pipe.read_until("farm");
+  EXPECT_THAT(text, HasSubstr(R"("message":"said \u001f\u001e","text":"\"\u001f","count":7,"ms":1.500})"));
+  EXPECT_THAT(text, HasSubstr(R"("message":"uploaded: a mesh","event":"audit","action":"uploaded","client":"farm"})"));
+  EXPECT_EQ(lost_log_lines(), 0u);
+
+  Pipe plain;
+  set_up_logging(LogLevel::kInfo, LogFormat::kText, plain.writer());
+  log_with_fields(LogLevel::kInfo, "said", {{"text", "hidden"}});
+  spdlog::info("\x1e");
+  spdlog::info("over");
+  EXPECT_TRUE(flush_log(10s));
+  const std::string lines = plain.read_until("over");
+  EXPECT_THAT(lines, HasSubstr("said\n"));
+  EXPECT_EQ(lines.find("hidden"), std::string::npos);
+}
+
 TEST(Logging, NeverWaitsForAReaderThatStopsAndSaysWhatItLost) {
   constexpr std::size_t kThreads = 4, kLines = 3 * kLogQueueLines;
   Pipe pipe;

@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/stored_meshes.h"
+
+#include <spdlog/spdlog.h>
+
+#include <future>
+#include <utility>
+
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr std::size_t kMostRequests = 4096;
+constexpr std::size_t kMostMarks = 100'000;
+
+}  // namespace
+
+StoredMeshes::StoredMeshes(std::unique_ptr<MeshStore> store, MemoryBudget& budget, Options options)
+    : store_(std::move(store)), budget_(budget), options_(options) {
+  server_ = std::thread([this] { serve(); });
+  clock_ = std::thread([this] { watch(); });
+}
+
+StoredMeshes::~StoredMeshes() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  changed_.notify_all();
+  server_.join();
+  clock_.join();
+  for (const RequestPtr& request : queue_) request->give_up();
+}
+
+void StoredMeshes::load(const std::string& mesh_id, Loaded done) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::vector<Loaded>& readers = readers_[mesh_id];
+    readers.push_back(std::move(done));
+    if (readers.size() > 1) return;
+  }
+  post(
+      StoreOperation::kRead,
+      [this, mesh_id](const MeshStore::Progress& progress) -> std::function<void()> {
+        std::shared_ptr<Upload> upload;
+        std::exception_ptr error;
+        try {
+          upload = read(mesh_id, progress);
+        } catch (const ServiceError&) {
+          error = std::current_exception();  // No fault of the store's.
+        }
+        return [this, mesh_id, upload, error] { tell_readers(mesh_id, upload, error); };
+      },
+      [this, mesh_id] { tell_readers(mesh_id, nullptr, nullptr); });
+}
+
+void StoredMeshes::tell_readers(const std::string& mesh_id, const std::shared_ptr<Upload>& upload,
+                                const std::exception_ptr& error) {
+  std::vector<Loaded> readers;
+  {
+    const std::lock_guard lock(mutex_);
+    readers.swap(readers_[mesh_id]);
+    readers_.erase(mesh_id);
+  }
+  for (const Loaded& done : readers) done(upload, error);
+}
+
+/// Bytes that aren't the mesh's are worse than none: the next upload brings the right ones.
+std::shared_ptr<Upload> StoredMeshes::read(const std::string& mesh_id, const MeshStore::Progress& progress) {
+  auto upload = std::make_shared<Upload>(budget_, options_.max_mesh_bytes);
+  try {
+    const bool found = store_->read(mesh_id, {.begin = [&](std::uint64_t size) { upload->start(mesh_id, size); },
+                                              .append =
+                                                  [&](std::string_view piece) {
+                                                    upload->append(piece);
+                                                    progress();
+                                                  }});
+    if (found) upload->finish();
+    note(StoreOperation::kRead, found ? StoreOutcome::kFound : StoreOutcome::kMissing);
+    return found ? upload : nullptr;
+  } catch (const ServiceError& error) {
+    if (error.code() == ServiceErrorCode::kServerBusy) throw;
+    note(StoreOperation::kRead, StoreOutcome::kDamaged);
+    spdlog::warn("the mesh store's bytes of {} are damaged, and dropped: {}", mesh_id, error.what());
+    (void)store_->erase(mesh_id);
+    return nullptr;
+  }
+}
+
+void StoredMeshes::keep(std::shared_ptr<Upload> upload, Done done) {
+  const std::string mesh_id = upload->mesh_id();
+  post(
+      StoreOperation::kWrite,
+      [this, upload = std::move(upload), done](const MeshStore::Progress& progress) -> std::function<void()> {
+        store_->write(upload->mesh_id(), upload->bytes().blocks(), progress);
+        note(StoreOperation::kWrite, StoreOutcome::kFound);
+        return [done] { done(true); };
+      },
+      [done] { done(std::nullopt); });
+}
+
+void StoredMeshes::find(std::vector<std::string> mesh_ids, Held done) {
+  post(
+      StoreOperation::kLook,
+      [this, mesh_ids = std::move(mesh_ids), done](const MeshStore::Progress& progress) -> std::function<void()> {
+        std::vector<bool> held;
+        for (const std::string& mesh_id : mesh_ids) {
+          held.push_back(store_->contains(mesh_id));
+          note(StoreOperation::kLook, held.back() ? StoreOutcome::kFound : StoreOutcome::kMissing);
+          progress();
+        }
+        return [done, held] { done(held); };
+      },
+      [done] { done({}); });
+}
+
+void StoredMeshes::erase(const std::string& mesh_id, Done done) {
+  {
+    const std::lock_guard lock(mutex_);
+    marked_.erase(mesh_id);
+  }
+  post(
+      StoreOperation::kErase,
+      [this, mesh_id, done](const MeshStore::Progress&) -> std::function<void()> {
+        const bool was_there = store_->erase(mesh_id);
+        note(StoreOperation::kErase, was_there ? StoreOutcome::kFound : StoreOutcome::kMissing);
+        return [done, was_there] { done(was_there); };
+      },
+      [done] { done(std::nullopt); });
+}
+
+void StoredMeshes::mark_used(const std::string& mesh_id) {
+  const auto now = Clock::now();
+  {
+    const std::lock_guard lock(mutex_);
+    if (marked_.size() > kMostMarks) marked_.clear();
+    const auto [mark, is_new] = marked_.try_emplace(mesh_id, now);
+    if (!is_new && now - mark->second < options_.mark_every) return;
+    mark->second = now;
+  }
+  find({mesh_id}, [](const std::vector<bool>&) {});
+}
+
+std::vector<std::string> StoredMeshes::last_used(std::size_t count) {
+  const auto promise = std::make_shared<std::promise<std::vector<std::string>>>();
+  post(
+      StoreOperation::kLook,
+      [this, count, promise](const MeshStore::Progress&) -> std::function<void()> {
+        return [promise, ids = store_->last_used(count)] { promise->set_value(ids); };
+      },
+      [promise] { promise->set_value({}); });
+  return promise->get_future().get();
+}
+
+void StoredMeshes::post(StoreOperation operation, Work work, std::function<void()> give_up) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto now = Clock::now();
+    if (now >= rests_until_ && queue_.size() < kMostRequests && !over_) {
+      queue_.push_back(std::make_shared<Request>(Request{operation, std::move(work), std::move(give_up)}));
+      changed_.notify_all();
+      return;
+    }
+  }
+  note(operation, StoreOutcome::kFailed);
+  give_up();
+}
+
+void StoredMeshes::serve() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [this] { return over_ || !queue_.empty(); });
+    if (over_) return;
+    current_ = std::move(queue_.front());
+    queue_.pop_front();
+    progress_ = Clock::now();
+    const RequestPtr request = current_;
+    changed_.notify_all();
+    lock.unlock();
+    run(request);
+    lock.lock();
+    current_ = nullptr;
+  }
+}
+
+void StoredMeshes::run(const RequestPtr& request) {
+  std::function<void()> tell = request->give_up;
+  bool failed = false;
+  try {
+    tell = request->work([this] {
+      const std::lock_guard lock(mutex_);
+      progress_ = Clock::now();
+    });
+  } catch (const std::exception& error) {
+    failed = true;
+    note(request->operation, StoreOutcome::kFailed);
+    spdlog::warn("{}", error.what());
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (failed) {
+      count_failure_locked(Clock::now());
+    } else if (!request->answered) {
+      failures_ = 0;
+    }
+    if (request->answered) return;
+    request->answered = true;
+  }
+  tell();
+}
+
+void StoredMeshes::count_failure_locked(Clock::time_point now) {
+  if (++failures_ < kMostFailures) return;
+  failures_ = 0;
+  rests_until_ = now + options_.rest;
+  spdlog::warn("the mesh store failed {} times in a row: it is left alone for {} ms", kMostFailures,
+               options_.rest.count());
+}
+
+bool StoredMeshes::is_overdue(Clock::time_point now) const { return current_ && now - progress_ >= options_.patience; }
+
+/// Where the store makes no progress, all who wait for it are answered, and it is left alone until it comes back.
+void StoredMeshes::watch() {
+  std::unique_lock lock(mutex_);
+  while (!over_) {
+    if (!current_) {
+      changed_.wait(lock, [this] { return over_ || current_; });
+      continue;
+    }
+    changed_.wait_until(lock, progress_ + options_.patience);
+    const auto now = Clock::now();
+    if (over_ || !is_overdue(now)) continue;
+    std::vector<RequestPtr> given_up;
+    if (!current_->answered) {
+      current_->answered = true;
+      given_up.push_back(current_);
+      spdlog::warn("the mesh store has made no progress for {} ms", options_.patience.count());
+    }
+    for (RequestPtr& request : queue_) given_up.push_back(std::move(request));
+    queue_.clear();
+    rests_until_ = now + options_.rest;
+    progress_ = now;  // Looked at again after as long.
+    lock.unlock();
+    for (const RequestPtr& request : given_up) {
+      note(request->operation, StoreOutcome::kFailed);
+      request->give_up();
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/service/stored_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <map>
+#include <semaphore>
+
+#include "server/service/mesh_id.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A store in memory that can be broken. The test's thread looks at it only while nothing is asked.
+struct FakeStore {
+  std::map<std::string, std::string> meshes;
+  std::atomic<int> asked{0};
+  std::atomic<bool> fails{false};
+  std::atomic<bool> hangs{false};
+  std::counting_semaphore<> go_on{0};
+
+  void enter() {
+    ++asked;
+    if (hangs) go_on.acquire();
+    if (fails) throw StoreError("broken");
+  }
+};
+
+class FakeMeshStore final : public MeshStore {
+ public:
+  explicit FakeMeshStore(FakeStore& fake) : fake_(fake) {}
+  bool read(const std::string& mesh_id, const Sink& sink) override {
+    fake_.enter();
+    const auto mesh = fake_.meshes.find(mesh_id);
+    if (mesh == fake_.meshes.end()) return false;
+    sink.begin(mesh->second.size());
+    sink.append(mesh->second);
+    return true;
+  }
+  void write(const std::string& mesh_id, const std::vector<std::string>& blocks, const Progress&) override {
+    fake_.enter();
+    fake_.meshes[mesh_id].clear();
+    for (const std::string& block : blocks) fake_.meshes[mesh_id] += block;
+  }
+  bool contains(const std::string& mesh_id) override {
+    fake_.enter();
+    return fake_.meshes.contains(mesh_id);
+  }
+  bool erase(const std::string& mesh_id) override {
+    fake_.enter();
+    return fake_.meshes.erase(mesh_id) > 0;
+  }
+  std::vector<std::string> last_used(std::size_t) override {
+    fake_.enter();
+    std::vector<std::string> ids;
+    for (const auto& [id, bytes] : fake_.meshes) ids.push_back(id);
+    return ids;
+  }
+
+ private:
+  FakeStore& fake_;
+};
+
+class StoredMeshesTest : public ::testing::Test {
+ protected:
+  struct Loaded {
+    std::shared_ptr<Upload> upload;
+    std::exception_ptr error;
+  };
+  std::future<Loaded> load(const std::string& id) {
+    auto promise = std::make_shared<std::promise<Loaded>>();
+    std::future<Loaded> future = promise->get_future();
+    stored_.load(id, [promise](const std::shared_ptr<Upload>& upload, const std::exception_ptr& error) {
+      promise->set_value({upload, error});
+    });
+    return future;
+  }
+  std::optional<bool> keep(const std::string& bytes) {
+    const auto upload = std::make_shared<Upload>(budget_, 1000);
+    upload->start(mesh_id_of(bytes), bytes.size());
+    upload->append(bytes);
+    std::promise<std::optional<bool>> done;
+    stored_.keep(upload, [&done](const std::optional<bool>& kept) { done.set_value(kept); });
+    return done.get_future().get();
+  }
+  std::vector<bool> find(const std::vector<std::string>& ids) {
+    std::promise<std::vector<bool>> done;
+    stored_.find(ids, [&done](const std::vector<bool>& held) { done.set_value(held); });
+    return done.get_future().get();
+  }
+  std::optional<bool> erase(const std::string& id) {
+    std::promise<std::optional<bool>> done;
+    stored_.erase(id, [&done](const std::optional<bool>& was_there) { done.set_value(was_there); });
+    return done.get_future().get();
+  }
+
+  FakeStore fake_;
+  MemoryBudget budget_{2000};
+  StoredMeshes stored_{std::make_unique<FakeMeshStore>(fake_),
+                       budget_,
+                       {.max_mesh_bytes = 1000, .patience = 100ms, .rest = 300ms, .mark_every = 1h}};
+  const std::string id_ = mesh_id_of("bytes");
+};
+
+TEST_F(StoredMeshesTest, KeepsFindsLoadsAndErases) {
+  EXPECT_EQ(keep("bytes"), true);
+  EXPECT_EQ(find({mesh_id_of("others"), id_}), (std::vector<bool>{false, true}));
+  const Loaded loaded = load(id_).get();
+  ASSERT_TRUE(loaded.upload);
+  EXPECT_EQ(loaded.upload->bytes().blocks(), std::vector<std::string>{"bytes"});
+  EXPECT_EQ(stored_.last_used(5), std::vector<std::string>{id_});
+  EXPECT_EQ(erase(id_), true);
+  EXPECT_EQ(erase(id_), false);
+  const Loaded gone = load(id_).get();
+  EXPECT_FALSE(gone.upload || gone.error);
+  EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kFound), 1u);
+  EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kMissing), 1u);
+  EXPECT_EQ(stored_.count(StoreOperation::kErase, StoreOutcome::kFound), 1u);
+}
+
+TEST_F(StoredMeshesTest, DropsDamagedBytes) {
+  for (const std::string& damaged : {std::string("bytez"), std::string(), std::string(1001, 'x')}) {
+    fake_.meshes[id_] = damaged;
+    const Loaded loaded = load(id_).get();
+    EXPECT_FALSE(loaded.upload || loaded.error);
+    EXPECT_FALSE(fake_.meshes.contains(id_));
+  }
+  EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kDamaged), 3u);
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
+TEST_F(StoredMeshesTest, SaysWhenTheBytesDoNotFit) {
+  fake_.meshes[id_] = "bytes";
+  MemoryBudget::Share all(budget_);
+  ASSERT_TRUE(all.resize(2000));
+  const Loaded loaded = load(id_).get();
+  EXPECT_FALSE(loaded.upload);
+  EXPECT_THROW(std::rethrow_exception(loaded.error), ServiceError);
+  EXPECT_TRUE(fake_.meshes.contains(id_));
+}
+
+TEST_F(StoredMeshesTest, ManyReadersShareOneRead) {
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::vector<std::future<Loaded>> loads;
+  for (int i = 0; i < 5; ++i) loads.push_back(load(id_));
+  fake_.hangs = false;
+  fake_.go_on.release();
+  std::shared_ptr<Upload> first;
+  for (std::future<Loaded>& future : loads) {
+    const Loaded loaded = future.get();
+    ASSERT_TRUE(loaded.upload);
+    if (!first) first = loaded.upload;
+    EXPECT_EQ(loaded.upload, first);
+  }
+  EXPECT_EQ(fake_.asked, 1);
+}
+
+TEST_F(StoredMeshesTest, IsLeftAloneAfterThreeFailures) {
+  fake_.meshes[id_] = "bytes";
+  fake_.fails = true;
+  EXPECT_FALSE(load(id_).get().upload);
+  EXPECT_TRUE(find({id_}).empty());
+  EXPECT_EQ(erase(id_), std::nullopt);
+  EXPECT_EQ(fake_.asked, 3);
+  EXPECT_EQ(keep("bytes"), std::nullopt);
+  EXPECT_TRUE(stored_.last_used(3).empty());
+  EXPECT_EQ(fake_.asked, 3);
+  fake_.fails = false;
+  std::this_thread::sleep_for(350ms);
+  EXPECT_TRUE(load(id_).get().upload);
+  EXPECT_EQ(stored_.count(StoreOperation::kWrite, StoreOutcome::kFailed), 1u);
+}
+
+TEST_F(StoredMeshesTest, NobodyWaitsForAStoreThatHangs) {
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::future<Loaded> running = load(id_);
+  std::future<Loaded> queued = load(mesh_id_of("other"));
+  ASSERT_EQ(running.wait_for(5s), std::future_status::ready);
+  ASSERT_EQ(queued.wait_for(5s), std::future_status::ready);
+  EXPECT_FALSE(running.get().upload || queued.get().upload);
+  EXPECT_EQ(erase(id_), std::nullopt);  // At once.
+  fake_.hangs = false;
+  fake_.go_on.release();
+  std::this_thread::sleep_for(350ms);
+  EXPECT_TRUE(load(id_).get().upload);
+}
+
+TEST_F(StoredMeshesTest, TellsTheStoreOfUsesNowAndThen) {
+  for (int i = 0; i < 5; ++i) stored_.mark_used(id_);
+  (void)find({id_});
+  EXPECT_EQ(fake_.asked, 2);
+}
+
+}  // namespace
+}  // namespace ccslice::server
