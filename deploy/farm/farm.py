@@ -1,0 +1,239 @@
+#!/usr/bin/python3
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""A print farm's queue of slicing jobs, on Celery (README.md).
+
+    farm.py submit NAME MESH [--priority P] [--shares N] -- OPTIONS OF ccslice slice
+    farm.py status [NAME]
+    farm.py cancel NAME
+    farm.py retry NAME
+    celery -A farm worker      # in this folder: a worker
+
+A job is a chord: share I of N is a task that any worker does, and one more task joins the shares. All programs see one
+folder, CCSLICE_FARM_FOLDER, with a folder for each job: job.json, the mesh, shares/I, and layers, which is the result.
+CCSLICE_FARM_BROKER and CCSLICE_FARM_RESULTS say where Celery keeps its queue and its results."""
+
+import argparse
+import ctypes
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import uuid
+
+from celery import Celery, chord
+from celery.exceptions import Reject
+from celery.result import AsyncResult
+
+FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolute()
+BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
+RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if BROKER.startswith("redis") else "redis://localhost:6379/1")
+LONGEST_SHARE_S = int(os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600"))
+CCSLICE = os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice")
+LAYERS_OF_SHARE, MOST_SHARES = 128, 64
+PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
+ATTEMPTS, PAUSE_S = 20, 5
+
+app = Celery("farm", broker=BROKER, backend=RESULTS)
+app.conf.update(
+    # A task is done when it is done: that of a worker that dies goes to another one.
+    task_acks_late=True, task_reject_on_worker_lost=True, worker_prefetch_multiplier=1,
+    # Redis notices a lost worker by this time; it has to be longer than the longest share.
+    broker_transport_options={"visibility_timeout": LONGEST_SHARE_S, "queue_order_strategy": "priority"},
+    result_backend_transport_options={"visibility_timeout": LONGEST_SHARE_S},
+    task_track_started=True, result_expires=7 * 24 * 3600, worker_cancel_long_running_tasks_on_connection_loss=True,
+    broker_connection_retry_on_startup=True)
+
+
+class JobFailed(Exception):
+    """With ccslice's own words."""
+
+
+def folder_of(name):
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
+        sys.exit(f"farm: {name!r} can't be a job's name: take letters, digits, dots, hyphens and underscores")
+    return FOLDER / name
+
+
+def read_job(name):
+    path = folder_of(name) / "job.json"
+    if not path.exists():
+        sys.exit(f"farm: there is no job {name} in {FOLDER} (CCSLICE_FARM_FOLDER); farm.py status lists them")
+    return json.loads(path.read_text())
+
+
+def die_with_worker():
+    """A worker that is killed takes its ccslice along, which would write beside the next one's."""
+    ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG of <linux/prctl.h>.
+
+
+def run_ccslice(task, arguments, watched=None):
+    """Runs ccslice and tells how many layers are there. Ends with the worker, or when the task is revoked."""
+    process = subprocess.Popen([CCSLICE, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                               preexec_fn=die_with_worker)
+    try:
+        while True:
+            try:
+                _, said = process.communicate(timeout=1)
+                break
+            except subprocess.TimeoutExpired:
+                if watched:
+                    journal = watched / "journal.jsonl"
+                    layers = journal.read_text().count("\n") - 1 if journal.exists() else 0
+                    task.update_state(state="PROGRESS", meta={"layers": max(layers, 0)})
+    finally:
+        if process.poll() is None:
+            process.terminate()
+            process.wait()
+    if process.returncode == 0:
+        return
+    words = (said.strip().splitlines() or ["nothing was said"])[-1]
+    if process.returncode in PASSES or process.returncode < 0:
+        raise task.retry(countdown=PAUSE_S, max_retries=ATTEMPTS, exc=JobFailed(words))
+    raise JobFailed(f"exit code {process.returncode}: {words}")
+
+
+@app.task(bind=True)
+def slice_share(self, name, number, count):
+    """Into a folder of this worker's, which becomes the share's once it is whole: two workers do no harm."""
+    folder = FOLDER / name
+    job = json.loads((folder / "job.json").read_text())
+    share = folder / "shares" / str(number)
+    if not share.exists():
+        own = folder / "shares" / f".{number}.{self.request.hostname}"
+        run_ccslice(self, ["slice", str(folder / job["mesh"]), *job["options"], "--share", f"{number}/{count}", "--resume",
+                           "-o", str(own)], watched=own)
+        try:
+            own.rename(share)
+        except OSError:
+            if not share.exists():
+                raise
+            shutil.rmtree(own, ignore_errors=True)  # Another worker was faster.
+    return json.loads((share / "manifest.json").read_text())["share"]["layers"]
+
+
+@app.task(bind=True)
+def join(self, layers, name, count):
+    folder = FOLDER / name
+    if not (folder / "layers" / "manifest.json").exists():
+        shutil.rmtree(folder / "layers", ignore_errors=True)
+        run_ccslice(self, ["join", *(str(folder / "shares" / str(i + 1)) for i in range(count)),
+                           "-o", str(folder / "layers")])
+    return sum(layers)
+
+
+def send(name, job):
+    """Puts the job into the queue; the ids of its tasks are known before, so that none is lost on the way."""
+    job["tasks"] = [str(uuid.uuid4()) for _ in range(job["shares"])]
+    job["join"] = str(uuid.uuid4())
+    job["sent"] = time.time()
+    path = folder_of(name) / "job.json"
+    path.with_suffix(".part").write_text(json.dumps(job, indent=1))
+    path.with_suffix(".part").rename(path)
+    options = {"priority": job["priority"]}
+    header = [slice_share.s(name, i + 1, job["shares"]).set(task_id=task, **options) for i, task in enumerate(job["tasks"])]
+    try:
+        chord(header)(join.s(name, job["shares"]).set(task_id=job["join"], **options))
+    except Exception as error:
+        sys.exit(f"farm: the job {name} stands in {folder_of(name)}, but the broker {BROKER} can't be reached "
+                 f"({error}): farm.py retry {name} sends it again")
+
+
+def submit(arguments):
+    folder = folder_of(arguments.name)
+    mesh = pathlib.Path(arguments.mesh)
+    if not mesh.is_file():
+        sys.exit(f"farm: {mesh} is no mesh file")
+    if folder.exists():
+        sys.exit(f"farm: there is a job {arguments.name} already: take another name, or farm.py retry {arguments.name}")
+    plan = subprocess.run([CCSLICE, "plan", str(mesh), *arguments.options, "--json"], capture_output=True, text=True)
+    if plan.returncode:
+        print(plan.stderr.strip(), file=sys.stderr)
+        sys.exit(plan.returncode)
+    layers = json.loads(plan.stdout)["layer_count"]
+    folder.mkdir(parents=True)
+    (folder / "shares").mkdir()
+    shutil.copy(mesh, folder / mesh.name)
+    shares = arguments.shares or max(1, min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES))
+    send(arguments.name, {"mesh": mesh.name, "options": arguments.options, "shares": shares, "layers": layers,
+                          "priority": arguments.priority})
+    print(f"{arguments.name}: {layers} layers in {shares} shares")
+
+
+def state_of(name):
+    """(state, layers done, words)."""
+    job = read_job(name)
+    if (folder_of(name) / "layers" / "manifest.json").exists():
+        return "done", job["layers"], ""
+    results = [AsyncResult(task, app=app) for task in job["tasks"]]
+    layers, words, states = 0, "", []
+    for number, result in enumerate(results):
+        state, info = result.state, result.info
+        states.append(state)
+        if (folder_of(name) / "shares" / str(number + 1)).exists():
+            states[-1] = "SUCCESS"
+            layers += json.loads((folder_of(name) / "shares" / str(number + 1) / "manifest.json").read_text())["share"]["layers"]
+        elif state == "PROGRESS":
+            layers += info["layers"]
+        elif state == "FAILURE":
+            words = f"share {number + 1}: {info}"
+    joined = AsyncResult(job["join"], app=app)
+    if "REVOKED" in states:
+        return "cancelled", layers, ""
+    if words:
+        return "failed", layers, words
+    if joined.state == "FAILURE":
+        return "failed", layers, str(joined.info)
+    if all(state == "SUCCESS" for state in states):
+        return "joining", layers, "" if joined.state != "PENDING" else "if this lasts, farm.py retry joins it"
+    return ("running" if layers or "STARTED" in states else "waiting"), layers, ""
+
+
+def status(arguments):
+    names = [arguments.name] if arguments.name else sorted(p.parent.name for p in FOLDER.glob("*/job.json"))
+    for name in names:
+        job, (state, layers, words) = read_job(name), state_of(name)
+        seconds = time.time() - job["sent"]
+        rate = layers / seconds if seconds > 0 else 0
+        left = f", {(job['layers'] - layers) / rate:.0f} s left" if state == "running" and rate > 0 else ""
+        print(f"{name}: {state}, {layers} of {job['layers']} layers, {rate:.1f} a second{left}{words and ': ' + words}")
+
+
+def cancel(arguments):
+    job = read_job(arguments.name)
+    app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
+    for task in [*job["tasks"], job["join"]]:
+        if AsyncResult(task, app=app).state not in ("SUCCESS", "FAILURE"):
+            app.backend.mark_as_revoked(task, "cancelled")
+
+
+def retry(arguments):
+    send(arguments.name, read_job(arguments.name))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(required=True, metavar="submit|status|cancel|retry")
+    one = commands.add_parser("submit", help="queue a job; the options of ccslice slice stand behind --")
+    one.add_argument("name")
+    one.add_argument("mesh")
+    one.add_argument("--priority", type=int, default=5, help="0 comes first, 9 last; 5 unless given")
+    one.add_argument("--shares", type=int, help="how many; one for 128 layers unless given, 64 at most")
+    one.add_argument("options", nargs="*", help="of ccslice slice, such as -- --pitch 0.1 --channel hardness")
+    one.set_defaults(run=submit)
+    for command, run, words in (("status", status, "layers done, rate, time left"), ("cancel", cancel, "stop a job"),
+                                ("retry", retry, "send a job again; shares that are there stay")):
+        one = commands.add_parser(command, help=words)
+        one.add_argument("name", nargs="?" if command == "status" else None)
+        one.set_defaults(run=run)
+    arguments = parser.parse_args()
+    arguments.run(arguments)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,255 @@
+#!/usr/bin/python3
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers.
+
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy]
+
+Ends with a table. Exit code 1 if a line of it fails."""
+
+import argparse
+import collections
+import contextlib
+import hashlib
+import json
+import pathlib
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tests/support")]
+
+from ccsliced_process import Server  # noqa: E402
+
+PARTS = ("alerts", "nginx", "haproxy")
+MESHES, CALLS = 20, 200
+rows = []
+
+
+def row(what, found, passes):
+    rows.append((what, found, "ok" if passes else "FAILED"))
+
+
+def program(name):
+    path = shutil.which(name, path="/usr/sbin:/usr/bin:/bin")
+    if not path:
+        sys.exit(f"run.py: {name} isn't here: deploy/install.sh test installs it")
+    return path
+
+
+def free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+def wait_for(condition, seconds, what):
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise RuntimeError(f"{what} doesn't come within {seconds} s")
+        time.sleep(0.05)
+
+
+def listens(port):
+    with socket.socket() as tried:
+        return tried.connect_ex(("127.0.0.1", port)) == 0
+
+
+class Replica:
+    """A server with figures, and a log that says which mesh each call was for."""
+
+    def __init__(self, ccsliced, folder, name, store):
+        folder = folder / name
+        folder.mkdir(exist_ok=True)
+        self.figures = free_port()
+        self.log = folder / "server.log"
+        self.server = Server(ccsliced, folder, "--log-format", "json", "--metrics-listen", f"127.0.0.1:{self.figures}",
+                             "--mesh-store", f"dir:{store}", "--threads", "1",
+                             "--max-connections-per-address", "10000")
+        self.address = address_of(self.log)
+        self.seen = 0
+
+    def meshes(self):
+        """Whose calls have come since the last time."""
+        lines = self.log.read_text().splitlines()
+        fresh, self.seen = lines[self.seen:], len(lines)
+        calls = [json.loads(line) for line in fresh if line.startswith("{")]
+        return [call["mesh"] for call in calls if call.get("method") == "SliceRange" and call["status"] == "OK"]
+
+
+def address_of(log):
+    pattern = re.compile(r"serves on (\S+?): ")
+    wait_for(lambda: pattern.search(log.read_text()), 30, "the server")
+    return pattern.search(log.read_text()).group(1)
+
+
+@contextlib.contextmanager
+def nginx(replicas, folder):
+    """Gives the proxy's address, and what takes another list of servers."""
+    port, config = free_port(), folder / "nginx.conf"
+
+    def write(servers):
+        lines = "\n".join(f"        server {one.address} max_fails=1 fail_timeout=2s;" for one in servers)
+        text = (ROOT / "deploy/proxies/nginx.conf").read_text()
+        text = re.sub(r" +server 127\.0\.0\.1:50051.*", lines, text).replace("listen 50052", f"listen 127.0.0.1:{port}")
+        config.write_text(text)
+
+    write(replicas)
+    command = [program("nginx"), "-p", folder, "-c", config, "-e", "stderr", "-g", "daemon off;"]
+    with open(folder / "nginx.log", "wb") as log:
+        process = subprocess.Popen(command, stderr=log)
+    try:
+        wait_for(lambda: listens(port), 10, "nginx")
+
+        def take(servers):
+            write(servers)
+            subprocess.run([*command[:-2], "-s", "reload"], check=True, capture_output=True)
+            time.sleep(1)
+
+        yield f"127.0.0.1:{port}", take
+    finally:
+        process.terminate()
+        process.wait()
+
+
+@contextlib.contextmanager
+def haproxy(replicas, folder):
+    """As nginx()."""
+    port, config = free_port(), folder / "haproxy.cfg"
+
+    def write(servers):
+        lines = "\n".join(f"    server {one.log.parent.name} {one.address} port {one.figures}" for one in servers)
+        text = (ROOT / "deploy/proxies/haproxy.cfg").read_text()
+        text = re.sub(r" +server one .*", lines, text)
+        config.write_text(re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text, count=1))
+
+    write(replicas)
+    with open(folder / "haproxy.log", "wb") as log:
+        process = subprocess.Popen([program("haproxy"), "-W", "-db", "-f", config], stdout=log, stderr=log)
+    try:
+        wait_for(lambda: listens(port), 10, "HAProxy")
+        time.sleep(1)
+
+        def take(servers):
+            write(servers)
+            process.send_signal(12)  # SIGUSR2: the master starts a new worker.
+            time.sleep(2)
+
+        yield f"127.0.0.1:{port}", take
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def make_meshes(ccslice):
+    points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    return [ccslice.Mesh(points * (2 + 0.1 * i), [[0, 1, 3, 2, 4, 5, 7, 6]]) for i in range(MESHES)]
+
+
+def slices(client, mesh):
+    return hashlib.sha256(b"".join(layer.occupancy.tobytes() for layer in client.slice(mesh, pitch=0.5))).hexdigest()
+
+
+def homes(replicas):
+    """By mesh: the servers that its calls went to since the last time."""
+    found = collections.defaultdict(set)
+    for number, replica in enumerate(replicas):
+        for mesh in replica.meshes():
+            found[mesh].add(number)
+    return found
+
+
+def try_affinity(name, proxy, ccsliced, ccslice, folder):
+    folder = folder / name
+    folder.mkdir()
+    store = folder / "store"
+    replicas = [Replica(ccsliced, folder, f"server{i}", store) for i in range(4)]
+    meshes = make_meshes(ccslice)
+    with contextlib.ExitStack() as stack:
+        for replica in replicas:
+            stack.enter_context(replica.server)
+        with ccslice.Client(replicas[0].address) as client:
+            wanted = [slices(client, mesh) for mesh in meshes]
+        homes(replicas)
+        address, take = stack.enter_context(proxy(replicas[:3], folder))
+        with ccslice.Client(address) as client:
+            right = all(slices(client, meshes[i % MESHES]) == wanted[i % MESHES] for i in range(CALLS))
+            first = homes(replicas)
+            used = len(set().union(*first.values()))
+            row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{sum(len(v) == 1 for v in first.values())} at one server, "
+                f"{used} servers", right and len(first) == MESHES and all(len(v) == 1 for v in first.values()) and used > 1)
+
+            take(replicas)
+            right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
+            second = homes(replicas)
+            moved = sum(second[mesh] != first[mesh] for mesh in first)
+            row(f"{name}: a fourth server", f"{moved} of {MESHES} meshes moved", right and 0 < moved <= MESHES // 2)
+
+            gone = next(iter(next(iter(second.values()))))
+            replicas[gone].server.kill()
+            begin = time.monotonic()
+            right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
+            seconds = time.monotonic() - begin
+            third = homes([one for i, one in enumerate(replicas) if i != gone])
+            kept = [i for i in range(len(replicas)) if i != gone]
+            strangers = sum(second[mesh] != {gone} and {kept[i] for i in third[mesh]} != second[mesh] for mesh in first)
+            row(f"{name}: one killed", f"{strangers} meshes of others moved, {seconds:.1f} s for all",
+                right and strangers == 0 and seconds < 20)
+
+
+def try_alerts():
+    folder = ROOT / "deploy/prometheus"
+    promtool = program("promtool")
+    for command in (["check", "config", "prometheus.yml"], ["test", "rules", "rules_test.yml"]):
+        done = subprocess.run([promtool, *command], cwd=folder, capture_output=True, text=True)
+        if done.returncode:
+            print(done.stdout, done.stderr)
+        row(f"promtool {command[0]} {command[1]}", "silent" if done.returncode == 0 else "complains", done.returncode == 0)
+
+
+def try_metrics(ccsliced, folder):
+    folder = folder / "figures"
+    folder.mkdir()
+    replica = Replica(ccsliced, folder, "server", folder / "store")
+    with replica.server:
+        page = subprocess.run(["curl", "-s", f"http://127.0.0.1:{replica.figures}/metrics"], capture_output=True, check=True)
+    done = subprocess.run([program("promtool"), "check", "metrics"], input=page.stdout, capture_output=True)
+    row("promtool check metrics", f"{len(done.stderr)} bytes of complaints", done.returncode == 0 and not done.stderr)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("ccsliced")
+    parser.add_argument("ccslice")
+    parser.add_argument("--parts", default=",".join(PARTS))
+    arguments = parser.parse_args()
+    parts = arguments.parts.split(",")
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
+        folder.chmod(0o755)
+        subprocess.run([ROOT / "client/python/make_stubs.py", folder / "python"], check=True, stdout=subprocess.DEVNULL)
+        sys.path[:0] = [str(folder / "python"), str(ROOT / "client/python")]
+        import ccslice  # noqa: E402
+
+        if "alerts" in parts:
+            try_alerts()
+            try_metrics(arguments.ccsliced, folder)
+        for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
+            if name in parts:
+                try_affinity(name, proxy, arguments.ccsliced, ccslice, folder)
+    width = max(len(what) for what, _, _ in rows)
+    for what, found, verdict in rows:
+        print(f"{what:<{width}}  {found:<40}  {verdict}")
+    return any(verdict != "ok" for _, _, verdict in rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
