@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <system_error>
 
 #include "client/cli/json.h"
 #include "client/cli/json_fields.h"
+#include "client/cli/layer_entry.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
 #include "core/mesh/mesh_file.h"
@@ -24,38 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 using google::protobuf::Struct;
 
-/// Whether the file that `entry` names is there as it says.
-bool is_whole(const fs::path& folder, const Struct& entry) {
-  const fs::path path = folder / fs::path(text(entry, "file")).filename();
-  std::error_code status;
-  if (fs::file_size(path, status) != count(entry, "file_bytes") || status) return false;
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  return client::sha256_of(bytes) == text(entry, "sha256");
-}
-
 bool is_whole_layer(const fs::path& folder, const Struct& layer) {
-  const auto& planes = items(layer, "planes");
-  const bool contours = layer.fields().contains("contours");
-  return (!contours || is_whole(folder, field(layer, "contours").struct_value())) &&
-         std::ranges::all_of(planes, [&](const auto& plane) { return is_whole(folder, plane.struct_value()); });
-}
-
-client::SliceOutcome counts_of(const Struct& layer) {
-  client::SliceOutcome counts;
-  counts.layers = 1;
-  counts.empty_layers = field(layer, "empty").bool_value();
-  counts.voxel_count = count(layer, "voxel_count");
-  counts.voxels_interpolated = count(layer, "voxels_interpolated");
-  counts.voxels_unresolved = count(layer, "voxels_unresolved");
-  counts.max_residual_mm = number(layer, "max_residual_mm");
-  for (const auto& voxels : items(layer, "material_voxels")) {
-    counts.material_voxels.push_back(static_cast<std::uint64_t>(voxels.number_value()));
-  }
-  for (const auto& plane : items(layer, "planes")) {
-    counts.encoded_bytes += count(plane.struct_value(), "file_bytes");
-  }
-  return counts;
+  return std::ranges::all_of(files_of_entry(layer),
+                             [&](const FileEntry& file) { return read_whole_file(folder, file).has_value(); });
 }
 
 std::string first_line(const std::string& job_id) {
@@ -102,7 +73,7 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
   while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
     const std::optional<Struct> layer = parse_object(line);
     if (!layer || !is_whole_layer(folder, *layer)) break;
-    finished.counts.add_counts(counts_of(*layer));
+    finished.counts.add_counts(counts_of_entry(*layer));
     finished.manifest_entries.push_back(line);
   }
   return finished;
