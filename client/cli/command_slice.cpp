@@ -18,6 +18,7 @@
 #include "client/cli/contact_sheet.h"
 #include "client/cli/grabcad.h"
 #include "client/cli/job.h"
+#include "client/cli/job_share.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_folder.h"
 #include "client/cli/layer_stream.h"
@@ -25,6 +26,7 @@
 #include "client/cli/mesh_source.h"
 #include "client/cli/png_file.h"
 #include "client/cli/printing.h"
+#include "client/cli/slice_report.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
 #include "core/base/echo.h"
@@ -48,6 +50,7 @@ struct SliceOptions {
   JobOptions job;
   std::string output;
   std::string layers;
+  std::optional<std::string> share;
   std::string contours = "none";
   bool contours_by_region = false;
   bool no_contact_sheet = false;
@@ -55,14 +58,6 @@ struct SliceOptions {
   bool resume = false;
 
   bool to_stdout() const { return output == "-"; }
-};
-
-/// What was written.
-struct SliceResult {
-  client::SliceOutcome outcome;
-  std::string contact_sheet;  // Its path, unless there is none.
-  std::uint64_t written_bytes = 0;
-  double seconds = 0;  // That the layers took.
 };
 
 void add_job_options(CLI::App& app, JobOptions& options) {
@@ -156,65 +151,6 @@ v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const Lay
   return request;
 }
 
-std::string place_of(const SliceOptions& options) { return options.to_stdout() ? "standard output" : options.output; }
-
-void report(const Session& session, const SliceOptions& options, const SliceResult& result) {
-  const client::SliceOutcome& outcome = result.outcome;
-  if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("output", options.output).member("mesh_id", outcome.header.mesh_id());
-    json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
-    json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
-    json.member("voxels_interpolated", outcome.voxels_interpolated);
-    json.member("voxels_unresolved", outcome.voxels_unresolved).member("max_residual_mm", outcome.max_residual_mm);
-    json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
-    if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
-    json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
-    return print_line(json.end_object().text());
-  }
-  const std::string said = show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) +
-                           " voxels inside, " + show_bytes(result.written_bytes) + " in " +
-                           show_duration(result.seconds) + " -> " + place_of(options);
-  if (!options.to_stdout()) {
-    print_line(said);
-    if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
-  } else if (!session.quiet()) {
-    print_note(said);
-  }
-  if (outcome.voxels_unresolved > 0 && !session.quiet()) {
-    print_note("note: " + show_count(outcome.voxels_unresolved) +
-               " voxels took the material of the nearest place that could be solved");
-  }
-}
-
-/// Of a job that an earlier run had completed.
-void report_complete(const Session& session, const SliceOptions& options, const v1::PlanSlicesResponse& plan,
-                     std::uint32_t layers) {
-  if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("output", options.output).member("engine_version", plan.engine_version());
-    json.member("layers", layers).member("written_bytes", std::uint64_t{0}).member("complete_before", true);
-    return print_line(json.end_object().text());
-  }
-  print_line(show_count(layers) + " layers -> " + options.output);
-}
-
-/// Says which materials a job of all layers doesn't print.
-void warn_of_materials(const client::SliceOutcome& outcome) {
-  const auto& materials = outcome.header.printing().materials();
-  std::vector<std::string> used, unused;
-  for (int m = 0; m < materials.size(); ++m) {
-    const auto index = static_cast<std::size_t>(m);
-    const bool printed = index < outcome.material_voxels.size() && outcome.material_voxels[index] > 0;
-    (printed ? used : unused).push_back(echoed(materials[m].name()));
-  }
-  if (unused.empty() || used.empty()) return;
-  const std::string nowhere = "material" + std::string(unused.size() == 1 ? " " : "s ") +
-                              echoed_list(unused, unused.size()) + " came out nowhere";
-  print_note("warning: " + nowhere + (used.size() == 1 ? ": all voxels are of " + used.front() : "") +
-             "; if that isn't meant, compare the channels' ranges (ccslice info) with the --map");
-}
-
 /// What is left of the job after the layers that are there already.
 v1::SliceRangeRequest rest_of(const v1::SliceRangeRequest& request, const client::SliceOutcome& finished) {
   const auto layers = static_cast<std::uint32_t>(finished.layers);
@@ -242,7 +178,7 @@ client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& r
   } catch (const std::exception&) {
     if (done > 0 && !session.quiet()) {
       print_note("note: " + show_count(done) + " of " + show_count(request.layer_count()) + " layers are in " +
-                 place_of(options) + "; there is no manifest.json, since the job isn't complete" +
+                 place_of(options.output) + "; there is no manifest.json, since the job isn't complete" +
                  (options.to_stdout() ? "" : ": --resume goes on with it"));
     }
     throw;
@@ -270,10 +206,10 @@ void require_stream(const Session& session, const SliceOptions& options) {
   }
 }
 
-/// One file if there is no other: that of one layer which is asked for.
+/// One file if there is no other: that of one layer which is asked for. A share needs its manifest.
 StreamForm stream_form_of(const SliceOptions& options, const v1::SliceRangeRequest& request) {
   const int files = request.planes_size() + (request.contours() ? 1 : 0);
-  const bool one = !options.layers.empty() && request.layer_count() == 1 && files == 1;
+  const bool one = !options.layers.empty() && !options.share && request.layer_count() == 1 && files == 1;
   return one ? StreamForm::kOneFile : StreamForm::kArchive;
 }
 
@@ -281,25 +217,30 @@ Existing existing_of(const SliceOptions& options) {
   return options.force ? Existing::kReplace : options.resume ? Existing::kResume : Existing::kRefuse;
 }
 
+/// Of shares, the first one has it, and shows the whole job.
+bool wants_contact_sheet(const SliceOptions& options, const PlannedJob& job, const LayerSink& sink) {
+  const bool has_it = !job.key.share || job.key.share->share.number == 1;
+  return has_it && !options.no_contact_sheet && sink.takes_contact_sheet();
+}
+
 /// Has the layers sliced into the sink, and says how that went.
-void slice_job(Session& session, const SliceOptions& options, const v1::SliceRangeRequest& request,
-               const v1::PlanSlicesResponse& plan, LayerSink& sink) {
-  client::SlicePin pin{plan.engine_version(), plan.grid()};
+void slice_job(Session& session, const SliceOptions& options, const PlannedJob& job, LayerSink& sink) {
+  client::SlicePin pin{job.plan.engine_version(), job.plan.grid()};
   const auto start = std::chrono::steady_clock::now();
   SliceResult result;
-  result.outcome = slice_into(session, request, pin, sink, options);
+  result.outcome = slice_into(session, job.request, pin, sink, options);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!options.no_contact_sheet && sink.takes_contact_sheet()) {
-    result.contact_sheet = write_contact_sheet(session, request, result.outcome.header, sink);
+  if (wants_contact_sheet(options, job, sink)) {
+    result.contact_sheet = write_contact_sheet(session, job.whole, result.outcome.header, sink);
   }
-  sink.finish(result.outcome, request.placement());
+  sink.finish(result.outcome, job.request.placement());
   result.written_bytes = sink.written_bytes();
-  report(session, options, result);
-  if (!session.quiet() && request.layer_count() == plan.layer_count()) warn_of_materials(result.outcome);
+  report_sliced(session, options.output, job, result);
+  if (!session.quiet() && job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
 }
 
 /// The plan of the job, whose warnings are told.
-v1::PlanSlicesResponse plan_job(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
+v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
   v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
   if (session.quiet()) return plan;
   for (const v1::PlanWarning& warning : plan.warnings()) {
@@ -309,33 +250,47 @@ v1::PlanSlicesResponse plan_job(Session& session, const SliceOptions& options, c
   return plan;
 }
 
+PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& request,
+                    const ContourFiles& contours) {
+  PlannedJob job;
+  job.plan = told_plan(session, options, request);
+  const LayerRange layers = layer_range(options, job.plan);
+  job.whole = job.request = slice_request(request, layers, contours);
+  job.key = job_key_of(job.whole, job.plan, options.contours + options.job.software);
+  if (!options.share) return job;
+  const Share share = parse_share("--share", *options.share);
+  const LayerRange own = layers_of_share(share, layers);
+  job.request = slice_request(request, own, contours);
+  job.key = job_key_of(ShareRecord{share, own, job.key.id, layers});
+  return job;
+}
+
 void run_slice(Session& session, const SliceOptions& options) {
   ContourFiles contours = contour_files_of(options);
   const bool with_contours = contours.format != ContourFormat::kNone;
   const bool for_grabcad = options.job.software == "grabcad";
   if (for_grabcad && with_contours) throw UsageError("--for grabcad writes pictures only; leave out --contours");
-  v1::PlanSlicesRequest job = plan_request(options.job, with_contours);
+  v1::PlanSlicesRequest request = plan_request(options.job, with_contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
+  if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
-  job.set_mesh_id(ensure_on_server(session, options.job.mesh));
-  const v1::PlanSlicesResponse plan = plan_job(session, options, job);
-  const v1::SliceRangeRequest request = slice_request(job, layer_range(options, plan), contours);
-  const JobKey key = job_key_of(request, plan, options.contours + options.job.software);
-  contours.box_mm = {plan.grid().origin_mm().x(), plan.grid().origin_mm().y(),
-                     plan.grid().extent().columns() * plan.grid().pitch().x_mm(),
-                     plan.grid().extent().rows() * plan.grid().pitch().y_mm()};
-  const LayerFiles files({job.planes().begin(), job.planes().end()}, contours, plan.grid().extent().layers(),
-                         for_grabcad ? grabcad_names(client::region_of(plan).first_layer()) : LayerNames());
+  request.set_mesh_id(ensure_on_server(session, options.job.mesh));
+  const PlannedJob job = plan_job(session, options, request, contours);
+  const v1::Grid& grid = job.plan.grid();
+  contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),
+                     grid.extent().rows() * grid.pitch().y_mm()};
+  const LayerFiles files({request.planes().begin(), request.planes().end()}, contours, grid.extent().layers(),
+                         for_grabcad ? grabcad_names(client::region_of(job.plan).first_layer()) : LayerNames());
   if (options.to_stdout()) {
-    LayerStream stream(stdout, stream_form_of(options, request), files, key.id);
-    return slice_job(session, options, request, plan, stream);
+    LayerStream stream(stdout, stream_form_of(options, job.request), files, job.key);
+    return slice_job(session, options, job, stream);
   }
-  if (options.resume && holds_whole_job(options.output, key)) {
+  if (options.resume && holds_whole_job(options.output, job.key)) {
     if (!session.quiet()) print_note("note: nothing is left to do, this job is complete");
-    return report_complete(session, options, plan, request.layer_count());
+    return report_complete(session, options.output, job);
   }
-  LayerFolder folder(options.output, files, existing_of(options), key);
-  slice_job(session, options, request, plan, folder);
+  LayerFolder folder(options.output, files, existing_of(options), job.key);
+  slice_job(session, options, job, folder);
 }
 
 }  // namespace
@@ -363,6 +318,9 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   app->add_option(
       "--layers", options->layers,
       "FIRST..LAST, both included, or one layer, counted from 0 in the grid (default: all layers of the job)");
+  app->add_option("--share", options->share,
+                  "I/N: slice share I of N only, from 1/N to N/N. Shares are cut at the same layers for everybody who "
+                  "asks; ccslice join makes the job of their folders");
   app->add_option("--contours", options->contours, "Write the outlines too: json, csv, or svg, which programs draw")
       ->check(CLI::IsMember({"none", "json", "csv", "svg"}))
       ->capture_default_str()
@@ -383,6 +341,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       "--occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
       "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part\n"
       "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner\n"
+      "  ccslice slice part.mesh --pitch 0.1 --share 2/8 --resume -o part-2\n"
       "  ccslice slice part.mesh --pitch 0.1 -o - | tar -xf - -C part");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }

@@ -43,6 +43,11 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
   return {client::sha256_of(job), request.layer_count()};
 }
 
+JobKey job_key_of(const ShareRecord& record) {
+  const std::string job = record.job_id + " " + describe(record.share);
+  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record};
+}
+
 bool holds_whole_job(const fs::path& folder, const JobKey& job) {
   constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
   const fs::path path = folder / "manifest.json";

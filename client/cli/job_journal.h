@@ -14,10 +14,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "client/cli/job_share.h"
 #include "client/cli/output_file.h"
 #include "client/client.h"
 
@@ -26,10 +28,13 @@ namespace ccslice::cli {
 struct JobKey {
   std::string id;  // The same for the same layers of the same job by the same engine.
   std::uint32_t layers = 0;
+  std::optional<ShareRecord> share = std::nullopt;  // If it is of a share.
 };
 
 JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan,
                   std::string_view contour_format);
+/// That of a share. Shares of other sizes have other keys, even where they have the same layers.
+JobKey job_key_of(const ShareRecord& record);
 
 /// Layers that an earlier run finished: the first ones of the job.
 struct FinishedLayers {

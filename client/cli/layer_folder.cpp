@@ -8,6 +8,7 @@
 
 #include "client/cli/manifest.h"
 #include "client/cli/output_file.h"
+#include "client/mesh_bytes.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -67,16 +68,6 @@ void refuse_files(const fs::path& path, Existing existing) {
               path.string() + " holds " + std::to_string(files) + " files of an earlier run; " + remedy);
 }
 
-/// Says what of the job is there already; all else of ours goes. REQUIRES: the folder is locked.
-FinishedLayers prepare_folder(const fs::path& path, Existing existing, const JobKey& job) {
-  refuse_files(path, existing);
-  remove_temporary_files(path);
-  std::error_code status;
-  if (existing == Existing::kResume) return read_journal(path, job);
-  for (const fs::path& file : files_of_ours(path)) fs::remove(file, status);
-  return {};
-}
-
 }  // namespace
 
 void refuse_used_folder(const fs::path& path, Existing existing) {
@@ -84,19 +75,34 @@ void refuse_used_folder(const fs::path& path, Existing existing) {
   refuse_files(path, existing);
 }
 
+ClaimedFolder::ClaimedFolder(fs::path path, Existing existing) : path_(std::move(path)), lock_(make_folder(path_)) {
+  refuse_files(path_, existing);
+  remove_temporary_files(path_);
+  if (existing != Existing::kResume) clear();
+}
+
+void ClaimedFolder::clear() {
+  std::error_code ignored;
+  for (const fs::path& file : files_of_ours(path_)) fs::remove(file, ignored);
+}
+
+void ClaimedFolder::complete(const std::string& manifest) {
+  sync_folder(path_);
+  write_file_on_disk(path_ / kManifest, manifest);
+}
+
 LayerFolder::LayerFolder(fs::path path, LayerFiles files, Existing existing, const JobKey& job)
-    : path_(std::move(path)),
-      lock_(std::in_place, make_folder(path_)),
+    : folder_(std::in_place, std::move(path), existing),
       files_(std::move(files)),
-      job_id_(job.id),
-      finished_(prepare_folder(path_, existing, job)) {
-  journal_.emplace(path_, job, finished_);
+      job_(job),
+      finished_(existing == Existing::kResume ? read_journal(folder_->path(), job) : FinishedLayers()) {
+  journal_.emplace(folder_->path(), job, finished_);
   layers_.begin_array();
   for (const std::string& entry : finished_.manifest_entries) layers_.raw(entry);
 }
 
 void LayerFolder::write_file_in_folder(const std::string& name, std::string_view bytes) {
-  write_file(path_ / name, bytes);
+  write_file(folder_->path() / name, bytes);
   written_bytes_ += bytes.size();
 }
 
@@ -110,17 +116,17 @@ void LayerFolder::write(const client::Layer& layer) {
 
 std::string LayerFolder::write_contact_sheet(const std::string& png) {
   write_file_in_folder(kContactSheet, png);
-  return (path_ / kContactSheet).string();
+  if (job_.share) job_.share->contact_sheet = client::sha256_of(png);
+  return (folder_->path() / kContactSheet).string();
 }
 
 void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
   layers_.end_array();
-  const std::string text = manifest(outcome, placement, job_id_, layers_.text());
-  sync_folder(path_);
-  write_file_on_disk(path_ / kManifest, text);
+  const std::string text = manifest(outcome, placement, job_, layers_.text());
+  folder_->complete(text);
   written_bytes_ += text.size();
   journal_->remove();
-  lock_.reset();
+  folder_.reset();
 }
 
 }  // namespace ccslice::cli

@@ -40,6 +40,23 @@ enum class Existing {
 /// another job is writing to it. Looks only.
 void refuse_used_folder(const std::filesystem::path& path, Existing existing);
 
+/// A folder that one job writes to: made, locked, and without what an earlier run left, except for what `existing`
+/// keeps. All throw Error{kFileUnwritable}.
+class ClaimedFolder {
+ public:
+  ClaimedFolder(std::filesystem::path path, Existing existing);
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Removes layers, manifest, contact sheet and journal.
+  void clear();
+  /// Writes manifest.json once all else is on the disk.
+  void complete(const std::string& manifest);
+
+ private:
+  const std::filesystem::path path_;
+  const FolderLock lock_;
+};
+
 class LayerFolder : public LayerSink {
  public:
   /// Makes the folder. Throws Error{kFileUnwritable}, for layers that are there already and for other jobs in it too.
@@ -54,10 +71,9 @@ class LayerFolder : public LayerSink {
  private:
   void write_file_in_folder(const std::string& name, std::string_view bytes);
 
-  const std::filesystem::path path_;
-  std::optional<FolderLock> lock_;  // Until it is finished.
+  std::optional<ClaimedFolder> folder_;  // Until it is finished.
   const LayerFiles files_;
-  const std::string job_id_;
+  JobKey job_;
   const FinishedLayers finished_;
   std::optional<JobJournal> journal_;
   JsonWriter layers_;

@@ -43,9 +43,10 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
   }
   const std::optional<Struct> manifest =
       parse_object(read_file_bytes((folder_ / "manifest.json").string(), kMostFileBytes));
-  if (!manifest || text(*manifest, "format") != "ccslice-layers") fail("isn't a manifest of layers");
-  if (number(*manifest, "format_version") != kManifestVersion) {
-    fail("is one of another version of ccslice; slice the layers again with this one");
+  if (!manifest) fail("isn't a manifest of layers");
+  if (const std::string fault = fault_of_manifest(*manifest); !fault.empty()) fail(fault);
+  if (manifest->fields().contains("share")) {
+    fail("is that of a share of a job; make the job of all its shares first, with ccslice join");
   }
   mesh_id_ = text(*manifest, "mesh_id");
   for (const auto& entry : items(*manifest, "placement")) placement_.push_back(entry.number_value());

@@ -11,6 +11,7 @@
 
 #include "client/cli/manifest.h"
 #include "client/cli/tar.h"
+#include "client/mesh_bytes.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -22,8 +23,8 @@ namespace {
 
 }  // namespace
 
-LayerStream::LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, std::string job_id)
-    : stream_(stream), form_(form), files_(std::move(files)), job_id_(std::move(job_id)) {
+LayerStream::LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, JobKey job)
+    : stream_(stream), form_(form), files_(std::move(files)), job_(std::move(job)) {
   std::signal(SIGPIPE, SIG_IGN);
   layers_.begin_array();
 }
@@ -53,13 +54,14 @@ void LayerStream::write(const client::Layer& layer) {
 
 std::string LayerStream::write_contact_sheet(const std::string& png) {
   add(kContactSheet, png);
+  if (job_.share) job_.share->contact_sheet = client::sha256_of(png);
   return kContactSheet;
 }
 
 void LayerStream::finish(const client::SliceOutcome& outcome, const v1::Placement& placement) {
   layers_.end_array();
   if (form_ == StreamForm::kOneFile) return;
-  add(kManifest, manifest(outcome, placement, job_id_, layers_.text()));
+  add(kManifest, manifest(outcome, placement, job_, layers_.text()));
   put(tar_end());
   flush();
 }

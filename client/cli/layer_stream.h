@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "client/cli/job_journal.h"
 #include "client/cli/json.h"
 #include "client/cli/layer_files.h"
 #include "client/cli/layer_sink.h"
@@ -24,7 +25,7 @@ enum class StreamForm {
 class LayerStream : public LayerSink {
  public:
   /// From here on, a reader that goes away is an error and not the program's end.
-  LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, std::string job_id);
+  LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, JobKey job);
 
   const client::SliceOutcome& finished() const override { return finished_; }
   void write(const client::Layer& layer) override;
@@ -41,7 +42,7 @@ class LayerStream : public LayerSink {
   std::FILE* const stream_;
   const StreamForm form_;
   const LayerFiles files_;
-  const std::string job_id_;
+  JobKey job_;
   const client::SliceOutcome finished_;  // Nothing is there before.
   JsonWriter layers_;
   std::uint64_t written_bytes_ = 0;

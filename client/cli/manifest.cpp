@@ -6,11 +6,14 @@
 #include <cmath>
 #include <string>
 
+#include "client/cli/json_fields.h"
 #include "client/cli/message_json.h"
 #include "client/plane_encodings.h"
 
 namespace ccslice::cli {
 namespace {
+
+constexpr const char* kManifestFormat = "ccslice-layers";
 
 const char* name_of(v1::SampleType type) {
   switch (type) {
@@ -130,23 +133,36 @@ void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
   json.key("materials").begin_array();
   for (int i = 0; i < printing.materials_size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
-    json.begin_object().member("name", printing.materials(i).name());
-    json.member("rgba", colour_text(printing.materials(i).rgba()));
     const bool counted = index < outcome.material_voxels.size();
-    json.member("voxel_count", counted ? outcome.material_voxels[index] : 0).end_object();
+    add_material(printing.materials(i).name(), colour_text(printing.materials(i).rgba()),
+                 counted ? outcome.material_voxels[index] : 0, json);
   }
   json.end_array();
 }
 
 }  // namespace
 
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& job_id,
+void add_material(const std::string& name, const std::string& rgba, std::uint64_t voxels, JsonWriter& json) {
+  json.begin_object().member("name", name).member("rgba", rgba).member("voxel_count", voxels).end_object();
+}
+
+std::string fault_of_manifest(const google::protobuf::Struct& document) {
+  if (text(document, "format") != kManifestFormat) return "isn't a manifest of layers";
+  if (number(document, "format_version") == kManifestVersion) return {};
+  return "is one of another version of ccslice; slice the layers again with this one";
+}
+
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const JobKey& job,
                      const std::string& layers) {
   JsonWriter json;
   json.begin_object()
-      .member("format", "ccslice-layers")
+      .member("format", kManifestFormat)
       .member("format_version", kManifestVersion)
-      .member("job", job_id);
+      .member("job", job.id);
+  if (job.share) {
+    json.key("share");
+    add_json(*job.share, json);
+  }
   json.member("mesh_id", outcome.header.mesh_id()).member("engine_version", outcome.header.engine_version());
   json.key("grid");
   add_json(outcome.header.grid(), json);

@@ -5,10 +5,14 @@
 
 #pragma once
 
+#include <google/protobuf/struct.pb.h>
+
+#include <cstdint>
 #include <string>
 
 #include "ccslice/v1/info.pb.h"
 #include "ccslice/v1/mesh.pb.h"
+#include "client/cli/job_journal.h"
 #include "client/cli/json.h"
 #include "client/client.h"
 
@@ -17,9 +21,16 @@ namespace ccslice::cli {
 /// What manifest.json says of its own form: 2 since colours and numbers of `printing` have the form of all others.
 inline constexpr int kManifestVersion = 2;
 
-/// The text of manifest.json. `job_id`: JobKey's. `layers` is a JSON array.
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const std::string& job_id,
+/// The text of manifest.json. `layers` is a JSON array.
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const JobKey& job,
                      const std::string& layers);
+
+/// What is wrong with a document that was read as manifest.json, as the rest of a sentence that its path begins. Empty
+/// if it is one that this version reads.
+std::string fault_of_manifest(const google::protobuf::Struct& document);
+
+/// One of a manifest's materials. `rgba`: its colour's text.
+void add_material(const std::string& name, const std::string& rgba, std::uint64_t voxels, JsonWriter& json);
 
 /// Write a value as a JSON object.
 void add_json(const v1::Grid& grid, JsonWriter& json);

@@ -62,6 +62,20 @@ LayerRange parse_layer_range(const std::string& option, std::string_view text) {
   return {*first, *last};
 }
 
+Share parse_share(const std::string& option, std::string_view text) {
+  const std::size_t slash = text.find('/');
+  const auto number = whole_number<std::uint32_t>(text.substr(0, slash));
+  const auto count =
+      slash == std::string_view::npos ? std::nullopt : whole_number<std::uint32_t>(text.substr(slash + 1));
+  if (!number || !count || *count == 0) {
+    throw UsageError(option + " takes I/N, share I of N, as in 2/8, not " + quoted(text));
+  }
+  if (*number == 0 || *number > *count) {
+    throw UsageError(option + " " + quoted(text) + ": the shares are numbered from 1 to " + std::to_string(*count));
+  }
+  return {*number, *count};
+}
+
 std::vector<std::uint32_t> parse_counts(const std::string& option, std::string_view text, const std::string& names) {
   std::vector<std::uint32_t> counts;
   const std::vector<std::string> parts = split(text, ',');

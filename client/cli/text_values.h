@@ -35,6 +35,13 @@ struct LayerRange {
 /// "10..19" or "10".
 LayerRange parse_layer_range(const std::string& option, std::string_view text);
 
+struct Share {
+  std::uint32_t number = 1, count = 1;  // One of `count`, from 1.
+};
+
+/// "2/8".
+Share parse_share(const std::string& option, std::string_view text);
+
 /// Counts separated by commas, as many as there are `names`: "800,600,20" for columns,rows,layers.
 std::vector<std::uint32_t> parse_counts(const std::string& option, std::string_view text, const std::string& names);
 
