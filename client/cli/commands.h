@@ -27,6 +27,7 @@ Command add_convert(CLI::App& parent, CommonOptions& common);
 Command add_upload(CLI::App& parent, CommonOptions& common);
 Command add_plan(CLI::App& parent, CommonOptions& common);
 Command add_slice(CLI::App& parent, CommonOptions& common);
+Command add_join(CLI::App& parent, CommonOptions& common);
 Command add_probe(CLI::App& parent, CommonOptions& common);
 Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);

@@ -126,6 +126,14 @@ def check_slices(commands):
     for layer in manifest["layers"]:
         commands.validate_file("contours", "planes/" + layer["contours"]["file"])
     require(commands.run("slice", "slice", *job, "--resume")["complete_before"], "a finished job isn't done again")
+    for number in "12":
+        share = ["box.ccmesh", "--pitch", "0.25", *MATERIALS, "--map", BLEND, "--share", f"{number}/2", "-o", f"share-{number}"]
+        require(commands.run("slice", "slice", *share)["share"]["job"]["layers"] == 32, "layers of a share")
+        commands.validate_file("manifest", f"share-{number}/manifest.json")
+        commands.run("slice", "slice", *share, "--resume")
+    commands.run("join", "join", "share-2", "share-1", "-o", "joined", local=True)
+    require("share" not in commands.validate_file("manifest", "joined/manifest.json"), "a share of what was joined")
+    commands.run("error", "join", "share-2", "-o", "half", local=True, exit_code=3)
     commands.run("slice", "slice", "box.ccmesh", "--pitch", "1", "--all-channels", "--no-contact-sheet", "-o", "exr")
     require("channels" in commands.validate_file("manifest", "exr/manifest.json")["planes"][0], "no names of channels")
     for number, maps in enumerate(MAPS):

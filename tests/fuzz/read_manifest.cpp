@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "client/cli/job_journal.h"
+#include "client/cli/joined_job.h"
 #include "client/cli/layer_stack.h"
 #include "client/cli/output_file.h"
 #include "core/base/error.h"
@@ -63,5 +64,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   expect_error_at_most([] { cli::read_journal(folder.path(), kJob); });
   expect_error_at_most([] { cli::holds_whole_job(folder.path(), kJob); });
   expect_error_at_most([] { read_layers(folder.path()); });
+  expect_error_at_most([] { cli::JoinedJob({cli::read_share_folder(folder.path())}).manifest(); });
   return 0;
 }
