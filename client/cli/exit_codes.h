@@ -17,7 +17,7 @@ enum ExitCode : int {
   kExitUnreachable = 5,  // No server, a busy server, or not in time, after all retries.
   kExitInterrupted = 6,  // Ctrl-C, or SIGTERM.
   kExitOutput = 7,       // The output can't be written, or is there already.
-  kExitMismatch = 8,     // The answer is damaged, or of another engine or grid than the layers before it.
+  kExitMismatch = 8,     // The answer is damaged, or layers are of two engines or grids.
 };
 
 }  // namespace ccslice::cli
