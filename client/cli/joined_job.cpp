@@ -76,14 +76,20 @@ void require_same_job(const ShareFolder& a, const ShareFolder& b) {
   }
 }
 
-/// The names of the shares that have these layers.
-void add_share_names(const LayerRange& gap, const ShareRecord& like, std::vector<std::string>& names,
-                     std::size_t& total) {
-  const std::uint32_t shares = like.share.count, first = share_of_layer(gap.first, shares, like.job_layers),
-                      last = share_of_layer(gap.last, shares, like.job_layers);
-  total += last - first + 1;
-  for (std::uint32_t number = first; number <= last && names.size() < kMaxEchoItems; ++number) {
-    names.push_back(describe(Share{number, shares}));
+struct MissingShares {
+  std::vector<std::string> names;  // Of the first ones.
+  std::size_t total = 0;
+  std::uint32_t last = 0;  // The number of the last one.
+};
+
+/// Adds the shares that have these layers. Shares of several sizes may leave two gaps in one.
+void add_gap(const LayerRange& gap, const ShareRecord& like, MissingShares& missing) {
+  const std::uint32_t shares = like.share.count, last = share_of_layer(gap.last, shares, like.job_layers),
+                      first = std::max(missing.last + 1, share_of_layer(gap.first, shares, like.job_layers));
+  missing.total += last - first + 1;
+  missing.last = last;
+  for (std::uint32_t number = first; number <= last && missing.names.size() < kMaxEchoItems; ++number) {
+    missing.names.push_back(describe(Share{number, shares}));
   }
 }
 
@@ -121,24 +127,22 @@ void JoinedJob::require_one_job() const {
 
 void JoinedJob::require_no_gap() const {
   const ShareRecord& like = shares_.front().record;
-  std::vector<std::string> names;
-  std::size_t total = 0;
+  MissingShares missing;
   std::uint64_t next = like.job_layers.first;
   const auto reach = [&](std::uint64_t layer) {
-    if (layer > next) {
-      const LayerRange gap = {static_cast<std::uint32_t>(next), static_cast<std::uint32_t>(layer - 1)};
-      add_share_names(gap, like, names, total);
-    }
+    if (layer <= next) return;
+    add_gap({static_cast<std::uint32_t>(next), static_cast<std::uint32_t>(layer - 1)}, like, missing);
   };
   for (const ShareFolder& share : shares_) {
     reach(share.record.layers.first);
     next = std::max(next, share.record.layers.last + std::uint64_t{1});
   }
   reach(like.job_layers.last + std::uint64_t{1});
-  if (total == 0) return;
-  refuse_shares("share" + std::string(total == 1 ? " " : "s ") + echoed_list(names, total) +
-                (total == 1 ? " is" : " are") + " missing: slice with --share " + names.front() +
-                (total == 1 ? "" : " and so on") + ", and name the folder too");
+  if (missing.total == 0) return;
+  const bool one = missing.total == 1;
+  refuse_shares("share" + std::string(one ? " " : "s ") + echoed_list(missing.names, missing.total) +
+                (one ? " is" : " are") + " missing: slice with --share " + missing.names.front() +
+                (one ? "" : " and so on") + ", and name the folder too");
 }
 
 void JoinedJob::find_sources() {

@@ -238,6 +238,8 @@ TEST_F(Join, MissingSharesAreNamed) {
   expect_refused({shares[0], shares[1], shares[3], shares[4]}, cli::kExitInput,
                  HasSubstr("share 3/5 is missing: slice with --share 3/5, and name the folder too"));
   expect_refused({shares[1], shares[2]}, cli::kExitInput, HasSubstr("shares 1/5, 4/5, 5/5 are missing"));
+  ASSERT_EQ(slice("half", {"--share", "1/2"}).exit_code, cli::kExitOk);
+  expect_refused({path("half"), shares[3]}, cli::kExitInput, HasSubstr("share 2/2 is missing: slice with --share 2/2"));
 }
 
 TEST_F(Join, SharesOfDifferentJobsAreRefused) {
