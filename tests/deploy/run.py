@@ -129,7 +129,7 @@ def haproxy(replicas, folder):
         lines = "\n".join(f"    server {one.log.parent.name} {one.address} port {one.figures}" for one in servers)
         text = (ROOT / "deploy/proxies/haproxy.cfg").read_text()
         text = re.sub(r" +server one .*", lines, text)
-        config.write_text(re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text, count=1))
+        config.write_text(re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text))
 
     write(replicas)
     with open(folder / "haproxy.log", "wb") as log:
@@ -184,8 +184,7 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             right = all(slices(client, meshes[i % MESHES]) == wanted[i % MESHES] for i in range(CALLS))
             first = homes(replicas)
             used = len(set().union(*first.values()))
-            row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{sum(len(v) == 1 for v in first.values())} at one server, "
-                f"{used} servers", right and len(first) == MESHES and all(len(v) == 1 for v in first.values()) and used > 1)
+            row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{sum(len(v) == 1 for v in first.values())} meshes at one server each, {used} servers", right and len(first) == MESHES and all(len(v) == 1 for v in first.values()) and used > 1)
 
             take(replicas)
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))

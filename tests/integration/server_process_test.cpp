@@ -249,14 +249,20 @@ TEST(ServerProcess, LogsJsonLines) {
   EXPECT_FALSE(server.stub().GetMesh(&context, request, &response).ok());
   server.send_signal(SIGTERM);
   std::istringstream lines(server.wait().err);
-  int count = 0;
+  int count = 0, calls = 0;
   for (std::string line; std::getline(lines, line); ++count) {
     google::protobuf::Struct object;
     ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(line, &object).ok()) << line;
-    EXPECT_EQ(object.fields().size(), 3u);
-    EXPECT_TRUE(object.fields().contains("time"));
+    for (const char* field : {"time", "level", "message"}) EXPECT_TRUE(object.fields().contains(field)) << line;
+    if (!object.fields().contains("method")) continue;
+    ++calls;
+    EXPECT_EQ(object.fields().at("method").string_value(), "GetMesh");
+    EXPECT_EQ(object.fields().at("reason").string_value(), "MESH_ID_INVALID");
+    EXPECT_EQ(object.fields().at("client").string_value(), "ipv4:127.0.0.1");
+    EXPECT_EQ(object.fields().at("request_id").string_value().size(), 32u);
   }
   EXPECT_GE(count, 4);
+  EXPECT_EQ(calls, 1);
 }
 
 TEST(ServerProcess, LetsNobodyForgeALineOfItsLog) {
