@@ -4,25 +4,83 @@
 #include "client/attempts.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <thread>
 
 #include "client/call.h"
 
 namespace ccslice::client {
 
+Attempts::Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints, std::string mesh_id,
+                   std::size_t turn)
+    : policy_(policy), call_(call), endpoints_(endpoints), mesh_id_(std::move(mesh_id)), turn_(turn) {
+  endpoint_ = order().front();
+}
+
+EndpointList Attempts::order() const {
+  EndpointList endpoints = endpoints_.in_order(mesh_id_);
+  std::ranges::rotate(endpoints, endpoints.begin() + static_cast<std::ptrdiff_t>(turn_ % endpoints.size()));
+  return endpoints;
+}
+
+void Attempts::progress() noexcept {
+  used_ = 0;
+  failed_.clear();
+  reuploads_.clear();
+  connected_ = {};
+}
+
 void Attempts::count_reupload(const ClientError& error) {
-  constexpr int kMostInARow = 3;  // A server that keeps losing what it has just taken.
-  if (++reuploads_ > kMostInARow) throw error;
+  constexpr int kMostInARow = 3;  // A server that keeps losing what it has just taken, or several behind one address.
+  if (++reuploads_[endpoint_->address] <= kMostInARow) return;
+  throw ClientError(error, std::string(error.what()) + "; " + endpoint_->address + " was given it " +
+                               std::to_string(kMostInARow) +
+                               " times: if that is a proxy before several servers, have it choose one by the header "
+                               "ccslice-mesh-id, or give the servers a common --mesh-store");
+}
+
+bool Attempts::choose_untried() {
+  for (const std::shared_ptr<const Endpoint>& endpoint : order()) {
+    const auto is_it = [&](const auto& failed) { return failed.first == endpoint->address; };
+    if (std::ranges::any_of(failed_, is_it)) continue;
+    endpoint_ = endpoint;
+    return true;
+  }
+  return false;
+}
+
+ClientError Attempts::failures() const {
+  if (failed_.size() == 1) return failed_.front().second;
+  // What won't pass isn't waited for. Who answers, if only to refuse, says more than who doesn't.
+  const auto rank = [](const ClientError& error) { return error.is_passing() + error.reason().empty(); };
+  const ClientError* telling = &failed_.front().second;
+  std::string message = "none of " + std::to_string(failed_.size()) + " servers took the call";
+  for (const auto& [address, error] : failed_) {
+    if (rank(error) < rank(*telling)) telling = &error;
+    message += (&error == &failed_.front().second ? ": " : "; ") + address + ": " + error.what();
+  }
+  return {*telling, message};
+}
+
+void Attempts::go_on_after(const ClientError& error) {
+  // Another server may hold a mesh that isn't at hand, and be of the engine of the layers so far.
+  const bool elsewhere = !error.missing_mesh_id().empty() || error.reason() == local_reason::kEngineMixed;
+  if (!error.is_passing() && !elsewhere) throw error;
+  if (used_ == 0 && failed_.empty()) since_ = Clock::now();
+  failed_.emplace_back(endpoint_->address, error);
+  if (choose_untried()) return;
+  const ClientError all = failures();
+  if (!all.is_passing() || ++used_ == policy_.max_attempts) throw all;
+  pause_after(all);
+  failed_.clear();
+  endpoint_ = order().front();
 }
 
 void Attempts::pause_after(const ClientError& error) {
-  if (used_ == 0) since_ = Clock::now();
-  if (!error.is_passing() || ++used_ == policy_.max_attempts) throw error;
   Clock::time_point end = since_ + policy_.patience;
   if (call_.deadline) end = std::min(end, *call_.deadline);
   // Where nobody answers, whoever comes back is used at once. A connection that stands while calls fail is a proxy's.
-  const bool nobody = error.code() == grpc::StatusCode::UNAVAILABLE && error.reason().empty() &&
-                      channel_.GetState(/*try_to_connect=*/true) != GRPC_CHANNEL_READY;
+  const bool nobody = error.code() == grpc::StatusCode::UNAVAILABLE && error.reason().empty() && !anybody_connected();
   const std::chrono::milliseconds pause = next_pause(error);
   if (!nobody) return pause_until(Clock::now() + pause, end, error);
   pause_until(connected_ + pause, end, error);    // Who answers, and drops each call, isn't called without a pause.
@@ -32,6 +90,14 @@ void Attempts::pause_after(const ClientError& error) {
   } else if (Clock::now() >= end) {
     throw error;
   }
+}
+
+bool Attempts::anybody_connected() const {
+  bool connected = false;
+  for (const std::shared_ptr<const Endpoint>& endpoint : order()) {
+    connected |= endpoint->channel->GetState(/*try_to_connect=*/true) == GRPC_CHANNEL_READY;
+  }
+  return connected;
 }
 
 void Attempts::pause_until(Clock::time_point then, Clock::time_point end, const ClientError& error) const {
@@ -53,7 +119,11 @@ bool Attempts::wait_for_connection(Clock::time_point end) const {
   constexpr std::chrono::milliseconds kLook(50);  // How often to look whether the call is cancelled.
   while (Clock::now() < end) {
     if (call_.cancellation && call_.cancellation->cancelled()) throw_cancelled_here();
-    if (channel_.WaitForConnected(std::min(end, Clock::now() + kLook))) return true;
+    const EndpointList endpoints = order();
+    for (const std::shared_ptr<const Endpoint>& endpoint : endpoints) {
+      const auto look = kLook / static_cast<int>(endpoints.size());
+      if (endpoint->channel->WaitForConnected(std::min(end, Clock::now() + look))) return true;
+    }
   }
   return false;
 }

@@ -1,39 +1,54 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Retries of a call: how often, after which pauses, and what else an attempt needs.
+// Attempts of a call: which server gets it, who gets it next when that one fails, how often, after which pauses, and
+// what else an attempt needs.
 
 #pragma once
 
 #include <chrono>
+#include <map>
+#include <memory>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "client/client.h"
+#include "client/endpoints.h"
 
 namespace ccslice::client {
 
-/// Counts the attempts of one call and makes the pauses between them.
+/// Counts the attempts of one call, each with all endpoints in turn, and makes the pauses between them.
 class Attempts {
  public:
-  /// `channel` and `call` outlive this.
-  Attempts(const RetryPolicy& policy, const CallOptions& call, grpc::ChannelInterface& channel)
-      : policy_(policy), call_(call), channel_(channel) {}
+  /// `call` and `endpoints` outlive this. The order of the mesh begins with its endpoint number `turn`.
+  Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints, std::string mesh_id,
+           std::size_t turn = 0);
 
+  /// Who gets the call now.
+  const std::shared_ptr<const Endpoint>& endpoint() const noexcept { return endpoint_; }
   /// The call got somewhere: what failed before doesn't count any more.
-  void progress() noexcept {
-    used_ = reuploads_ = 0;
-    connected_ = {};
-  }
-  /// The server has lost a mesh that is at hand. That isn't charged to the attempts, but throws `error` if it comes too
-  /// often without progress.
+  void progress() noexcept;
+  /// The server has lost a mesh that is at hand. That isn't charged to the attempts, but throws `error`, with the
+  /// remedy, if it comes too often of one endpoint without progress.
   void count_reupload(const ClientError& error);
-  /// One more attempt has failed: waits before the next one. Throws `error` if it was the last one allowed, if it won't
-  /// pass, or if patience, which begins with the first failure, or the deadline end before.
-  void pause_after(const ClientError& error);
+  /// The endpoint has failed: another one gets the call, at once unless all have failed since the last pause. Throws
+  /// what failed if this was the last attempt allowed, if it won't pass, or if patience, which begins with the first
+  /// failure, or the deadline end before.
+  void go_on_after(const ClientError& error);
 
  private:
   using Clock = std::chrono::system_clock;
 
+  EndpointList order() const;
+  /// Whether there is an endpoint that hasn't failed since the last pause. It gets the call.
+  bool choose_untried();
+  /// What has failed since the last pause, as one error.
+  ClientError failures() const;
+  void pause_after(const ClientError& error);
+  /// Whether connections stand. Asks for them where they don't.
+  bool anybody_connected() const;
   std::chrono::milliseconds next_pause(const ClientError& error);
   /// Throws `error` if the pause doesn't end before `end`.
   void pause_until(Clock::time_point then, Clock::time_point end, const ClientError& error) const;
@@ -44,42 +59,46 @@ class Attempts {
 
   const RetryPolicy policy_;
   const CallOptions& call_;
-  grpc::ChannelInterface& channel_;
-  Clock::time_point since_;      // The first failure since there was progress.
+  const Endpoints& endpoints_;
+  const std::string mesh_id_;
+  const std::size_t turn_;
+  std::shared_ptr<const Endpoint> endpoint_;
+  std::vector<std::pair<std::string, ClientError>> failed_;  // Addresses, since the last pause.
+  Clock::time_point since_;                                  // The first failure since there was progress.
   Clock::time_point connected_;  // When somebody last answered who had been waited for, since there was progress.
   int used_ = 0;
-  int reuploads_ = 0;
+  std::map<std::string, int> reuploads_;  // By address.
   std::minstd_rand random_{std::random_device{}()};
 };
 
-/// Runs `body` until it succeeds, as long as its errors pass. Where the server misses a mesh that we remember, it is
-/// uploaded again before the next attempt.
+/// Runs `body(endpoint)` until it succeeds, as long as its errors pass. Where a server misses a mesh that we remember,
+/// it is uploaded there before the next attempt.
 template <typename Body>
 auto Client::with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body) {
   std::shared_ptr<const MeshBytes> missing;
+  std::shared_ptr<const Endpoint> misses;
   for (;;) {
     try {
-      if (missing) {
-        upload_once(*missing, {}, call);
-        missing = nullptr;
-      }
-      return body();
+      if (missing && misses == attempts.endpoint()) upload_once(*misses, *missing, {}, call);
+      missing = nullptr;
+      return body(*attempts.endpoint());
     } catch (const ClientError& error) {
       const std::shared_ptr<const MeshBytes> mesh = remembered(error.missing_mesh_id());
       if (mesh) {
         attempts.count_reupload(error);
         missing = mesh;
+        misses = attempts.endpoint();
         ++reuploads;
       } else {
-        attempts.pause_after(error);
+        attempts.go_on_after(error);
       }
     }
   }
 }
 
 template <typename Body>
-auto Client::with_retries(const CallOptions& call, Body&& body) {
-  Attempts attempts(call.retry.value_or(retry_), call, *channel_);
+auto Client::with_retries(const CallOptions& call, const std::string& mesh_id, Body&& body) {
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id);
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, body);
 }

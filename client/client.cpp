@@ -3,14 +3,12 @@
 
 #include "client/client.h"
 
-#include <grpcpp/create_channel.h>
-#include <grpcpp/security/credentials.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "client/attempts.h"
 #include "client/call.h"
+#include "client/endpoints.h"
 
 namespace ccslice::client {
 namespace {
@@ -29,27 +27,31 @@ void check_answer(const v1::ProbePointsResponse& answer, int points) {
   }
 }
 
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
-  grpc::ChannelArguments arguments;
-  // Finds out about servers that vanished without a word; more often than every five minutes counts as abuse.
-  constexpr int kKeepaliveMs = 6 * 60 * 1000;
-  constexpr int kKeepaliveTimeoutMs = 20 * 1000;
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
-  // A server that is back is looked for every fifth of a second. What is called the least pause is how long an attempt
-  // to connect may take (gRPC's subchannel.cc).
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5000);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-}
-
 }  // namespace
 
-Client::Client(ClientOptions options) : Client(make_channel(options.address), options.retry) {}
+Client::Client(const ClientOptions& options)
+    : retry_(options.retry), endpoints_(std::make_unique<Endpoints>(options)) {}
 
 Client::Client(std::shared_ptr<grpc::ChannelInterface> channel, RetryPolicy retry)
-    : retry_(retry), channel_(std::move(channel)), stub_(v1::SlicerService::NewStub(channel_)) {}
+    : retry_(retry), endpoints_(std::make_unique<Endpoints>(std::move(channel))) {}
+
+Client::~Client() = default;
+
+std::shared_ptr<const Endpoint> Client::endpoint_of(const std::string& mesh_id, const CallOptions& call) {
+  const EndpointList endpoints = endpoints_->in_order(mesh_id);
+  if (endpoints.size() == 1) return endpoints.front();
+  CallOptions once = call;
+  once.retry = RetryPolicy{.max_attempts = 1};
+  Attempts attempts(*once.retry, once, *endpoints_, mesh_id);
+  int reuploads = 0;
+  try {
+    // GetMesh, so that a server that hasn't met the mesh gets it.
+    with_retries(once, attempts, reuploads, [&](const Endpoint& at) { get_mesh(at, mesh_id, once); });
+    return attempts.endpoint();
+  } catch (const ClientError&) {
+    return endpoints.front();  // Its own error says more.
+  }
+}
 
 std::shared_ptr<const MeshBytes> Client::remembered(const std::string& mesh_id) const {
   const std::lock_guard lock(mutex_);
@@ -58,33 +60,35 @@ std::shared_ptr<const MeshBytes> Client::remembered(const std::string& mesh_id) 
 }
 
 v1::GetServerInfoResponse Client::server_info(const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
+  return with_retries(call, "", [&](const Endpoint& at) {
+    Call one(call, at, "");
     v1::GetServerInfoResponse response;
-    one.check(stub_->GetServerInfo(&one.context(), {}, &response));
+    one.check(at.stub->GetServerInfo(&one.context(), {}, &response));
     return response;
   });
 }
 
+v1::MeshSummary Client::get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call) {
+  Call one(call, endpoint, mesh_id);
+  v1::GetMeshRequest request;
+  request.set_mesh_id(mesh_id);
+  v1::GetMeshResponse response;
+  one.check(endpoint.stub->GetMesh(&one.context(), request, &response));
+  return response.mesh();
+}
+
 v1::MeshSummary Client::mesh_summary(const std::string& mesh_id, const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
-    v1::GetMeshRequest request;
-    request.set_mesh_id(mesh_id);
-    v1::GetMeshResponse response;
-    one.check(stub_->GetMesh(&one.context(), request, &response));
-    return response.mesh();
-  });
+  return with_retries(call, mesh_id, [&](const Endpoint& at) { return get_mesh(at, mesh_id, call); });
 }
 
 std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
   std::vector<v1::MeshSummary> meshes;
   v1::ListMeshesRequest request;
   do {
-    const v1::ListMeshesResponse page = with_retries(call, [&] {
-      Call one(call);
+    const v1::ListMeshesResponse page = with_retries(call, "", [&](const Endpoint& at) {
+      Call one(call, at, "");
       v1::ListMeshesResponse response;
-      one.check(stub_->ListMeshes(&one.context(), request, &response));
+      one.check(at.stub->ListMeshes(&one.context(), request, &response));
       return response;
     });
     meshes.insert(meshes.end(), page.meshes().begin(), page.meshes().end());
@@ -94,21 +98,28 @@ std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
 }
 
 bool Client::delete_mesh(const std::string& mesh_id, const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
-    v1::DeleteMeshRequest request;
-    request.set_mesh_id(mesh_id);
-    v1::DeleteMeshResponse response;
-    one.check(stub_->DeleteMesh(&one.context(), request, &response));
-    return response.deleted();
-  });
+  bool deleted = false;
+  for (std::size_t turn = endpoints_->in_order(mesh_id).size(); turn-- > 0;) {
+    // Of each server in turn: one that can't be reached leaves its turn to another.
+    Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id, turn);
+    int reuploads = 0;
+    deleted |= with_retries(call, attempts, reuploads, [&](const Endpoint& at) {
+      Call one(call, at, mesh_id);
+      v1::DeleteMeshRequest request;
+      request.set_mesh_id(mesh_id);
+      v1::DeleteMeshResponse response;
+      one.check(at.stub->DeleteMesh(&one.context(), request, &response));
+      return response.deleted();
+    });
+  }
+  return deleted;
 }
 
 v1::PlanSlicesResponse Client::plan(const v1::PlanSlicesRequest& request, const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
+  return with_retries(call, request.mesh_id(), [&](const Endpoint& at) {
+    Call one(call, at, request.mesh_id());
     v1::PlanSlicesResponse response;
-    one.check(stub_->PlanSlices(&one.context(), request, &response));
+    one.check(at.stub->PlanSlices(&one.context(), request, &response));
     return response;
   });
 }
@@ -119,16 +130,17 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
     const std::lock_guard lock(mutex_);
     meshes_[mesh->id()] = mesh;
   }
-  const bool missing = with_retries(call, [&] {
-    Call one(call);
+  const bool missing = with_retries(call, mesh->id(), [&](const Endpoint& at) {
+    Call one(call, at, mesh->id());
     v1::FindMissingMeshesRequest request;
     request.add_mesh_ids(mesh->id());
     v1::FindMissingMeshesResponse response;
-    one.check(stub_->FindMissingMeshes(&one.context(), request, &response));
+    one.check(at.stub->FindMissingMeshes(&one.context(), request, &response));
     return response.missing_mesh_ids_size() > 0;
   });
   if (!missing) return {mesh_summary(mesh->id(), call), true};
-  v1::UploadMeshResponse response = with_retries(call, [&] { return upload_once(*mesh, progress, call); });
+  v1::UploadMeshResponse response =
+      with_retries(call, mesh->id(), [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call); });
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 
@@ -142,11 +154,11 @@ bool Client::forget(const std::string& mesh_id) {
   return true;
 }
 
-v1::UploadMeshResponse Client::upload_once(const MeshBytes& mesh, const UploadProgress& progress,
-                                           const CallOptions& call) {
-  Call one(call);
+v1::UploadMeshResponse Client::upload_once(const Endpoint& endpoint, const MeshBytes& mesh,
+                                           const UploadProgress& progress, const CallOptions& call) {
+  Call one(call, endpoint, mesh.id());
   v1::UploadMeshResponse response;
-  const auto writer = stub_->UploadMesh(&one.context(), &response);
+  const auto writer = endpoint.stub->UploadMesh(&one.context(), &response);
   v1::UploadMeshRequest message;
   message.mutable_start()->set_mesh_id(mesh.id());
   message.mutable_start()->set_size_bytes(mesh.bytes().size());
@@ -164,10 +176,10 @@ v1::UploadMeshResponse Client::upload_once(const MeshBytes& mesh, const UploadPr
 
 std::vector<v1::ProbePointsResponse> Client::probe(const std::string& mesh_id, const v1::Placement& placement,
                                                    const std::vector<double>& points_mm, const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
+  return with_retries(call, mesh_id, [&](const Endpoint& at) {
+    Call one(call, at, mesh_id);
     std::vector<v1::ProbePointsResponse> answers;
-    const auto stream = stub_->ProbePoints(&one.context());
+    const auto stream = at.stub->ProbePoints(&one.context());
     v1::ProbePointsRequest batch;
     batch.set_mesh_id(mesh_id);
     *batch.mutable_placement() = placement;

@@ -14,6 +14,9 @@
 // - A stream that breaks is resumed at the first layer not yet delivered, after a pause. Every layer is delivered
 //   exactly once, in order. The first header pins engine version and grid: layers of different engines or grids are
 //   never mixed.
+// - With several servers (ClientOptions::addresses, or a name with several addresses) the calls of a mesh go to one of
+//   them, which all clients agree on, so that each server holds some of the meshes. Where it fails, or is busy, the
+//   call goes on with the next one at once; pauses come only when all have failed.
 // - Pauses double from RetryPolicy::first_pause up to longest_pause, unless the server asks for another one. Where
 //   nobody answers, the next attempt follows as soon as somebody does. Patience begins with the first failure after the
 //   last new layer; after RetryPolicy::patience the last error is thrown. What can't pass is thrown at once.
@@ -35,6 +38,7 @@
 #include "ccslice/v1/service.grpc.pb.h"
 #include "client/cancellation.h"
 #include "client/client_error.h"
+#include "client/credentials.h"
 #include "client/layer.h"
 #include "client/mesh_bytes.h"
 #include "client/surface.h"
@@ -51,6 +55,10 @@ struct RetryPolicy {
 struct ClientOptions {
   std::string address = "localhost:50051";
   RetryPolicy retry = {};
+  std::vector<std::string> addresses = {};     // Of several servers, instead of `address`.
+  std::optional<TlsFiles> tls = std::nullopt;  // TLS with all of them but unix:, as with https:// before an address.
+  std::string token_file =
+      {};  // Its first line goes with every call as a bearer token. It is read again if it changes.
 };
 
 /// Options of one call; they cover its retries and pauses too.
@@ -97,13 +105,17 @@ struct UploadOutcome {
 };
 
 class Attempts;
+class Endpoints;
+struct Endpoint;
 struct PreviewPicture;
 
 class Client {
  public:
-  explicit Client(ClientOptions options);
-  /// Uses a channel of your own: TLS, a proxy, an in-process server.
+  /// Throws ClientError for addresses and files that can't be used. Calls nobody yet.
+  explicit Client(const ClientOptions& options);
+  /// Uses a channel of your own: a proxy, an in-process server.
   Client(std::shared_ptr<grpc::ChannelInterface> channel, RetryPolicy retry);
+  ~Client();
 
   // Every call throws ClientError.
 
@@ -114,8 +126,9 @@ class Client {
   /// Forgets the mesh and frees its bytes; the server keeps it. False if the client didn't remember it.
   bool forget(const std::string& mesh_id);
   v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
+  /// Of the first server that answers.
   std::vector<v1::MeshSummary> list_meshes(const CallOptions& call = {});
-  /// False if the server didn't hold it.
+  /// On every server that answers. False if none held it.
   bool delete_mesh(const std::string& mesh_id, const CallOptions& call = {});
   v1::PlanSlicesResponse plan(const v1::PlanSlicesRequest& request, const CallOptions& call = {});
   /// `pin` may be null.
@@ -131,21 +144,24 @@ class Client {
   /// The whole limit surface; from the start again where a stream breaks.
   Surface tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call = {});
 
-  v1::SlicerService::Stub& stub() { return *stub_; }
+  /// The first server in the order of the mesh that answers, for calls that stay with one. The first of all if none
+  /// answers.
+  std::shared_ptr<const Endpoint> endpoint_of(const std::string& mesh_id, const CallOptions& call);
 
  private:
   template <typename Body>
-  auto with_retries(const CallOptions& call, Body&& body);
+  auto with_retries(const CallOptions& call, const std::string& mesh_id, Body&& body);
   template <typename Body>
   auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
-  v1::UploadMeshResponse upload_once(const MeshBytes& mesh, const UploadProgress& progress, const CallOptions& call);
+  v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const UploadProgress& progress,
+                                     const CallOptions& call);
   void slice_once(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
                   SlicePin& pin, Attempts& attempts, SliceOutcome& outcome);
+  static v1::MeshSummary get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call);
   std::shared_ptr<const MeshBytes> remembered(const std::string& mesh_id) const;
 
   const RetryPolicy retry_;
-  const std::shared_ptr<grpc::ChannelInterface> channel_;
-  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  const std::unique_ptr<Endpoints> endpoints_;
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<const MeshBytes>> meshes_;
 };

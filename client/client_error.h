@@ -24,6 +24,9 @@ inline constexpr const char* kEngineMixed = "ENGINE_MIXED";         // Another e
 inline constexpr const char* kGridMixed = "GRID_MIXED";             // Another grid than pinned: ABORTED.
 inline constexpr const char* kCancelledHere = "CANCELLED_HERE";     // Cancellation::cancel() was called: CANCELLED.
 inline constexpr const char* kNotControlMesh = "NOT_CONTROL_MESH";  // Bytes that don't parse: INVALID_ARGUMENT.
+inline constexpr const char* kAddressInvalid = "ADDRESS_INVALID";   // No address, or one twice: INVALID_ARGUMENT.
+/// Files of certificates or of a token that can't be used: INVALID_ARGUMENT.
+inline constexpr const char* kCredentialsInvalid = "CREDENTIALS_INVALID";
 }  // namespace local_reason
 
 class ClientError : public std::runtime_error {
@@ -33,6 +36,14 @@ class ClientError : public std::runtime_error {
   /// A failure found on this side.
   ClientError(grpc::StatusCode code, const std::string& reason, const std::string& message)
       : std::runtime_error(message), code_(code), reason_(reason) {}
+  /// The same failure in other words.
+  ClientError(const ClientError& failure, const std::string& message)
+      : std::runtime_error(message),
+        code_(failure.code_),
+        reason_(failure.reason_),
+        metadata_(failure.metadata_),
+        retry_delay_(failure.retry_delay_),
+        missing_mesh_id_(failure.missing_mesh_id_) {}
 
   grpc::StatusCode code() const noexcept { return code_; }
   /// ErrorInfo.reason, or one of local_reason; empty if the call failed before a ccslice server saw it.

@@ -38,9 +38,13 @@ std::optional<PreviewPicture> PreviewAssembler::add(v1::PreviewResponse&& messag
 }
 
 struct PreviewStream::State {
-  State(Client& client, const CallOptions& options)
-      : call_options(options), call(call_options), stream(client.stub().Preview(&call.context())) {}
+  State(std::shared_ptr<const Endpoint> at, const std::string& mesh_id, const CallOptions& options)
+      : endpoint(std::move(at)),
+        call_options(options),
+        call(call_options, *endpoint, mesh_id),
+        stream(endpoint->stub->Preview(&call.context())) {}
 
+  const std::shared_ptr<const Endpoint> endpoint;
   const CallOptions call_options;
   Call call;
   std::unique_ptr<grpc::ClientReaderWriter<v1::PreviewRequest, v1::PreviewResponse>> stream;
@@ -49,7 +53,12 @@ struct PreviewStream::State {
   bool ended = false;
 };
 
-PreviewStream::PreviewStream(Client& client, const CallOptions& call) : state_(std::make_unique<State>(client, call)) {}
+PreviewStream::PreviewStream(Client& client, const std::string& mesh_id, const CallOptions& call)
+    : PreviewStream(client.endpoint_of(mesh_id, call), mesh_id, call) {}
+
+PreviewStream::PreviewStream(std::shared_ptr<const Endpoint> endpoint, const std::string& mesh_id,
+                             const CallOptions& call)
+    : state_(std::make_unique<State>(std::move(endpoint), mesh_id, call)) {}
 
 PreviewStream::~PreviewStream() {
   if (state_->ended) return;
@@ -80,8 +89,10 @@ std::optional<PreviewPicture> PreviewStream::next() {
 }
 
 PreviewPicture Client::preview(const v1::PreviewRequest& request, const CallOptions& call) {
-  return with_retries(call, [&] {
-    PreviewStream stream(*this, call);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id());
+  int reuploads = 0;
+  return with_retries(call, attempts, reuploads, [&](const Endpoint&) {
+    PreviewStream stream(attempts.endpoint(), request.mesh_id(), call);
     stream.ask(request);
     stream.done();
     std::optional<PreviewPicture> last;

@@ -3,7 +3,7 @@
 //
 // Pictures of cuts. For a drag, one thread asks and another one takes the pictures:
 //
-//   PreviewStream stream(client, {.cancellation = &cancellation});
+//   PreviewStream stream(client, mesh_id, {.cancellation = &cancellation});
 //   stream.ask(request);             // As often as the plane moves; never waits for pictures.
 //   while (auto picture = stream.next()) show(*picture);
 //
@@ -44,8 +44,10 @@ class PreviewAssembler {
 /// ask() and done() from one thread at a time, next() from another one.
 class PreviewStream {
  public:
-  /// `client` and what `call` refers to outlive this.
-  explicit PreviewStream(Client& client, const CallOptions& call = {});
+  /// All requests are about one mesh. `client` and what `call` refers to outlive this.
+  PreviewStream(Client& client, const std::string& mesh_id, const CallOptions& call = {});
+  /// With this server, whether it answers or not.
+  PreviewStream(std::shared_ptr<const Endpoint> endpoint, const std::string& mesh_id, const CallOptions& call);
   ~PreviewStream();
   PreviewStream(const PreviewStream&) = delete;
   PreviewStream& operator=(const PreviewStream&) = delete;

@@ -65,8 +65,8 @@ void add_to(SliceOutcome& outcome, const Layer& layer) {
 /// A stream that is cancelled unless it was read to its end.
 class SliceStream {
  public:
-  SliceStream(v1::SlicerService::Stub& stub, const v1::SliceRangeRequest& request, const CallOptions& options)
-      : call_(options), reader_(stub.SliceRange(&call_.context(), request)) {}
+  SliceStream(const Endpoint& endpoint, const v1::SliceRangeRequest& request, const CallOptions& options)
+      : call_(options, endpoint, request.mesh_id()), reader_(endpoint.stub->SliceRange(&call_.context(), request)) {}
   ~SliceStream() {
     if (finished_) return;
     call_.context().TryCancel();
@@ -92,7 +92,7 @@ class SliceStream {
 /// One stream, from its header to its end. `outcome` counts what has been delivered, whatever happens.
 void Client::slice_once(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
                         SlicePin& pin, Attempts& attempts, SliceOutcome& outcome) {
-  SliceStream stream(*stub_, request, call);
+  SliceStream stream(*attempts.endpoint(), request, call);
   std::optional<LayerAssembler> layers;
   v1::SliceRangeResponse message;
   while (stream.read(&message)) {
@@ -132,8 +132,8 @@ SliceOutcome Client::slice(const v1::SliceRangeRequest& request, const LayerCall
   SlicePin own_pin;
   SlicePin& pinned = pin ? *pin : own_pin;
   SliceOutcome outcome;
-  Attempts attempts(call.retry.value_or(retry_), call, *channel_);
-  with_retries(call, attempts, outcome.reuploads, [&] {
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id());
+  with_retries(call, attempts, outcome.reuploads, [&](const Endpoint&) {
     if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
     outcome.resumes += outcome.layers > 0;
     slice_once(rest_of(request, outcome.layers), on_layer, call, pinned, attempts, outcome);

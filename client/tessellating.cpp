@@ -11,10 +11,10 @@
 namespace ccslice::client {
 
 Surface Client::tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call) {
-  return with_retries(call, [&] {
-    Call one(call);
+  return with_retries(call, request.mesh_id(), [&](const Endpoint& at) {
+    Call one(call, at, request.mesh_id());
     SurfaceAssembler surface;
-    const auto reader = stub_->TessellateBoundary(&one.context(), request);
+    const auto reader = at.stub->TessellateBoundary(&one.context(), request);
     v1::TessellateBoundaryResponse message;
     try {
       while (reader->Read(&message)) surface.add(message);

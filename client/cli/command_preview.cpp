@@ -140,7 +140,7 @@ void fix_range(Session& session, const PreviewOptions& options, v1::PreviewReque
 template <typename Take>
 void for_planes(Session& session, v1::PreviewRequest request, const std::vector<FramedCut>& planes, const Take& take) {
   Progress progress("drawing", "planes", planes.size(), session.quiet());
-  client::PreviewStream stream(session.client(), session.call());
+  client::PreviewStream stream(session.client(), request.mesh_id(), session.call());
   for (std::size_t i = 0; i < planes.size(); ++i) {
     set_plane(planes[i], request);
     stream.ask(request);

@@ -43,6 +43,8 @@ bool is_wrong_option(std::string_view reason) {
 ExitCode exit_code_of(const client::ClientError& error) {
   if (error.reason() == client::local_reason::kCancelledHere) return kExitInterrupted;
   if (error.reason() == client::local_reason::kNotControlMesh) return kExitInput;
+  if (error.reason() == client::local_reason::kCredentialsInvalid) return kExitInput;
+  if (error.reason() == client::local_reason::kAddressInvalid) return kExitUsage;
   switch (error.code()) {
     case grpc::StatusCode::DATA_LOSS:
     case grpc::StatusCode::ABORTED: return kExitMismatch;

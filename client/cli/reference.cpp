@@ -42,7 +42,8 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
 /// Whether the option names a file or a folder.
 bool takes_file(const CLI::Option& option) {
   const std::string name = option.get_name();
-  return name == "--output" || name == "--mesh" || name.ends_with("-file");
+  return name == "--output" || name == "--mesh" || name == "--ca" || name == "--cert" || name == "--key" ||
+         name.ends_with("-file");
 }
 
 std::string upper(std::string text) {

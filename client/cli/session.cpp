@@ -4,14 +4,11 @@
 #include "client/cli/session.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <string_view>
-#include <system_error>
 
+#include "client/address.h"
 #include "client/cli/console.h"
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
@@ -23,27 +20,65 @@ namespace {
 constexpr const char* kDefaultServer = "localhost:50051";
 constexpr double kLongestS = 1e9;
 
-/// HOST:PORT, or an address with a scheme of gRPC's, such as unix:PATH or dns:///HOST:PORT.
-bool is_address(const std::string& text) {
-  constexpr std::array<std::string_view, 6> kSchemes = {"unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:"};
-  if (std::ranges::any_of(kSchemes, [&](std::string_view scheme) { return text.starts_with(scheme); })) return true;
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0 || text.find('/') != std::string::npos) return false;
-  int port = 0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, status] = std::from_chars(text.data() + colon + 1, end, port);
-  constexpr int kLastPort = 65'535;
-  return status == std::errc() && stop == end && port > 0 && port <= kLastPort;
+/// The flag's value, or the environment's; empty if neither says anything.
+std::string flag_or_variable(const std::optional<std::string>& flag, const char* variable) {
+  if (flag) return *flag;
+  const char* const value = std::getenv(variable);
+  return value == nullptr ? "" : value;
 }
 
-/// What the user has chosen: the flag's server, or the environment's. Empty if neither names one. Throws UsageError.
-std::string chosen_server(const CommonOptions& options) {
-  const char* const variable = std::getenv("CCSLICE_SERVER");
-  const bool by_flag = options.server.has_value();
-  const std::string chosen = by_flag ? *options.server : variable == nullptr ? "" : variable;
-  if (is_address(chosen) || (chosen.empty() && !by_flag)) return chosen;
-  throw UsageError(std::string(by_flag ? "--server" : "CCSLICE_SERVER") +
-                   " takes an address HOST:PORT, such as localhost:50051, or unix:PATH, not '" + chosen + "'");
+/// The servers that the user has chosen: the flag's, or the environment's. Empty if neither names one. Throws
+/// UsageError.
+std::string chosen_servers(const CommonOptions& options) {
+  const std::string chosen = flag_or_variable(options.server, "CCSLICE_SERVER");
+  if (chosen.empty() && !options.server) return chosen;
+  try {
+    client::parse_addresses(split(chosen, ','));
+  } catch (const client::ClientError& error) {
+    throw UsageError(std::string(options.server ? "--server" : "CCSLICE_SERVER") +
+                     " takes an address HOST:PORT, or several with commas between them: " + error.what());
+  }
+  return chosen;
+}
+
+/// All but the addresses.
+client::ClientOptions connection_options(const CommonOptions& options) {
+  client::ClientOptions connection;
+  client::TlsFiles tls;
+  tls.ca = flag_or_variable(options.ca, "CCSLICE_CA");
+  tls.cert = flag_or_variable(options.cert, "CCSLICE_CERT");
+  tls.key = flag_or_variable(options.key, "CCSLICE_KEY");
+  if (!tls.ca.empty() || !tls.cert.empty() || !tls.key.empty()) connection.tls = tls;
+  connection.token_file = flag_or_variable(options.token_file, "CCSLICE_TOKEN_FILE");
+  return connection;
+}
+
+/// What the user can do about servers of which none answers.
+std::string remedy_for(const client::ClientOptions& connection) {
+  const auto is_https = [](const std::string& address) { return address.starts_with("https://"); };
+  if (!connection.tls && std::ranges::none_of(connection.addresses, is_https)) {
+    return "start ccsliced there, or name another one with --server or CCSLICE_SERVER; if it serves TLS, give --ca";
+  }
+  return "start ccsliced there with TLS, or name another one with --server or CCSLICE_SERVER; its certificate is to be "
+         "for the name in the address, and --ca to have signed it";
+}
+
+void add_identity_options(CLI::App& command, CommonOptions& options) {
+  command
+      .add_option("--ca", options.ca,
+                  "Use TLS, and trust servers whose certificate this PEM file has signed (default: CCSLICE_CA; with "
+                  "https:// alone, what the system trusts)")
+      ->group("Server");
+  command
+      .add_option("--cert", options.cert,
+                  "Use TLS, and show servers that ask the certificate in this PEM file; goes with --key (default: "
+                  "CCSLICE_CERT)")
+      ->group("Server");
+  command.add_option("--key", options.key, "PEM file with the key of --cert (default: CCSLICE_KEY)")->group("Server");
+  command
+      .add_option("--token-file", options.token_file,
+                  "Send the first line of this file with every call, as a bearer token (default: CCSLICE_TOKEN_FILE)")
+      ->group("Server");
 }
 
 }  // namespace
@@ -58,10 +93,12 @@ void add_server_options(CLI::App& command, CommonOptions& options) {
   // Not CLI11's envname(): all commands share one variable, and it would also be set for commands that aren't run.
   command
       .add_option("--server", options.server,
-                  std::string("Where ccsliced listens, HOST:PORT or unix:PATH (default: the environment variable "
-                              "CCSLICE_SERVER, or ") +
+                  std::string("Where ccsliced listens, HOST:PORT, https://HOST:PORT or unix:PATH, or several such with "
+                              "commas between them, one of which gets the calls of a mesh, and the next one where it "
+                              "fails (default: the environment variable CCSLICE_SERVER, or ") +
                       kDefaultServer + ")")
       ->group("Server");
+  add_identity_options(command, options);
   command
       .add_flag_function(
           "--local,!--no-local", [&options](std::int64_t count) { options.local = count > 0; },
@@ -109,25 +146,29 @@ void Session::connect() {
     throw UsageError("--local starts a server and --server names one; leave out one of them");
   }
   if (options_.local == true) return start_server();
-  const std::string chosen = chosen_server(options_);
-  const std::string address = chosen.empty() ? kDefaultServer : chosen;
+  client::ClientOptions connection = connection_options(options_);
+  const std::string chosen = chosen_servers(options_);
+  const std::string servers = chosen.empty() ? kDefaultServer : chosen;
+  connection.addresses = split(servers, ',');
+  if (!quiet() && !connection.token_file.empty() && client::others_can_read(connection.token_file)) {
+    print_note("warning: everybody on this machine can read the token in " + connection.token_file + "; chmod 600 it");
+  }
   try {
-    connect_to(address);
+    connect_to(connection);
   } catch (const client::ClientError& error) {
     const bool nobody_there = error.code() == grpc::StatusCode::UNAVAILABLE && error.reason().empty();
     if (!nobody_there) throw;
     if (chosen.empty() && options_.local != false && !find_ccsliced().empty()) return start_server();
-    throw client::ClientError(error.code(), "UNREACHABLE",
-                              "no ccslice server answers at " + address + " (" + error.what() +
-                                  "); start ccsliced there, or name another one with --server or CCSLICE_SERVER");
+    throw client::ClientError(
+        error.code(), "UNREACHABLE",
+        "no ccslice server answers at " + servers + " (" + error.what() + "); " + remedy_for(connection));
   }
 }
 
-void Session::connect_to(const std::string& address) {
-  client::RetryPolicy retry;
-  retry.max_attempts = options_.attempts;
-  retry.patience = std::chrono::milliseconds(std::llround(1000 * options_.patience_s));
-  auto client = std::make_unique<client::Client>(client::ClientOptions{address, retry});
+void Session::connect_to(client::ClientOptions options) {
+  options.retry.max_attempts = options_.attempts;
+  options.retry.patience = std::chrono::milliseconds(std::llround(1000 * options_.patience_s));
+  auto client = std::make_unique<client::Client>(options);
   try {
     client::CallOptions once = call_;
     once.retry = client::RetryPolicy{.max_attempts = 1};
@@ -149,7 +190,7 @@ void Session::start_server() {
   }
   if (!quiet()) print_note("started " + program + " for this command alone (--no-local: don't)");
   private_server_ = std::make_unique<PrivateServer>(program, call_);
-  connect_to(private_server_->address());
+  connect_to({.address = private_server_->address()});
   if (!quiet() && server_info_.server_version() != CCSLICE_VERSION) {
     print_note(program + " is version " + echoed(server_info_.server_version()) + ", and this is " + CCSLICE_VERSION);
   }

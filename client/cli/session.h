@@ -18,7 +18,9 @@ namespace ccslice::cli {
 
 /// What every command understands.
 struct CommonOptions {
-  std::optional<std::string> server;  // Unset: the environment variable CCSLICE_SERVER, or localhost:50051.
+  // Unset: the environment variables CCSLICE_SERVER, CCSLICE_CA, CCSLICE_CERT, CCSLICE_KEY and CCSLICE_TOKEN_FILE. No
+  // server there: localhost:50051.
+  std::optional<std::string> server, ca, cert, key, token_file;
   std::optional<bool> local;  // Whether to start a server: unset if only when nobody answers at localhost:50051.
   double timeout_s = 0;       // 0: none.
   double patience_s = 120;    // client::RetryPolicy's.
@@ -50,7 +52,7 @@ class Session {
  private:
   void connect();
   /// Throws ClientError (UNAVAILABLE) if nobody answers.
-  void connect_to(const std::string& address);
+  void connect_to(client::ClientOptions options);
   void start_server();
 
   const CommonOptions& options_;

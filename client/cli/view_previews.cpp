@@ -24,8 +24,8 @@ std::shared_ptr<ViewPreviews::Stream> ViewPreviews::open(const std::string& mesh
   if (before) before->over = true;
   changed_.notify_all();
   stream_->mesh_id = mesh_id;
-  stream_->call =
-      std::make_unique<client::PreviewStream>(client_, client::CallOptions{.cancellation = &stream_->cancellation});
+  stream_->call = std::make_unique<client::PreviewStream>(client_, mesh_id,
+                                                          client::CallOptions{.cancellation = &stream_->cancellation});
   stream_->reader = std::thread([this, stream = stream_] { read(stream); });
   return before;
 }

@@ -111,7 +111,7 @@ struct Times {
 
 /// One request after the other.
 void time_requests(client::Client& client, const std::vector<v1::PreviewRequest>& requests, Times& times) {
-  PreviewStream stream(client);
+  PreviewStream stream(client, requests.front().mesh_id());
   for (const v1::PreviewRequest& request : requests) {
     const auto asked = Clock::now();
     stream.ask(request);
@@ -168,7 +168,7 @@ void measure_pictures(client::Client& client, const Subject& subject, BarTable& 
 void measure_drag(client::Client& client, const Subject& subject, double seconds, BarTable& table) {
   using std::chrono::microseconds;
   constexpr auto kFrame = microseconds(16'667);
-  PreviewStream stream(client);
+  PreviewStream stream(client, subject.id);
   const int frames = static_cast<int>(60 * seconds);
   std::vector<Clock::time_point> asked(static_cast<std::size_t>(frames) + 1);
   std::atomic<std::uint64_t> shown{0};  // The latest request whose picture came.

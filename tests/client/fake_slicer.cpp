@@ -3,7 +3,6 @@
 
 #include "tests/client/fake_slicer.h"
 
-#include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server_builder.h>
 #include <zlib.h>
 #include <zstd.h>
@@ -75,35 +74,54 @@ grpc::Status mesh_missing(const std::string& mesh_id) {
   return with_details(grpc::StatusCode::FAILED_PRECONDITION, "mesh " + mesh_id + " is not here", {&info, &missing});
 }
 
-FakeSlicer::FakeSlicer() {
+FakeSlicer::FakeSlicer(std::shared_ptr<grpc::ServerCredentials> credentials) {
   int port = 0;
   grpc::ServerBuilder builder;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort("127.0.0.1:0", credentials, &port);
   builder.RegisterService(this);
   server_ = builder.BuildAndStart();
   address_ = "127.0.0.1:" + std::to_string(port);
 }
 
-FakeSlicer::~FakeSlicer() { server_->Shutdown(std::chrono::system_clock::now()); }
+FakeSlicer::~FakeSlicer() { stop(); }
 
-grpc::Status FakeSlicer::GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
+void FakeSlicer::stop() { server_->Shutdown(std::chrono::system_clock::now()); }
+
+std::vector<std::string> FakeSlicer::metadata() const {
+  const std::lock_guard lock(mutex_);
+  return metadata_;
+}
+
+void FakeSlicer::note(const std::string& method, const grpc::ServerContext& context) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, value] : context.client_metadata()) {
+    if (name != "ccslice-mesh-id" && name != "authorization") continue;
+    metadata_.push_back(method + " " + std::string(name.data(), name.size()) + "=" +
+                        std::string(value.data(), value.size()));
+  }
+}
+
+grpc::Status FakeSlicer::GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest*,
                                        v1::GetServerInfoResponse* response) {
+  note("GetServerInfo", *context);
   ++info_calls;
   if (failing_info_calls-- > 0) return failure(grpc::StatusCode::UNAVAILABLE, "SERVER_BUSY", "busy");
   response->set_engine_version(engine_version);
   return answer(*response);
 }
 
-grpc::Status FakeSlicer::FindMissingMeshes(grpc::ServerContext*, const v1::FindMissingMeshesRequest* request,
+grpc::Status FakeSlicer::FindMissingMeshes(grpc::ServerContext* context, const v1::FindMissingMeshesRequest* request,
                                            v1::FindMissingMeshesResponse* response) {
+  note("FindMissingMeshes", *context);
   for (const std::string& id : request->mesh_ids()) {
     if (!meshes.contains(id)) response->add_missing_mesh_ids(id);
   }
   return answer(*response);
 }
 
-grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext*, grpc::ServerReader<v1::UploadMeshRequest>* reader,
+grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext* context, grpc::ServerReader<v1::UploadMeshRequest>* reader,
                                     v1::UploadMeshResponse* response) {
+  note("UploadMesh", *context);
   ++uploads;
   v1::UploadMeshRequest message;
   reader->Read(&message);
@@ -123,10 +141,17 @@ grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext*, grpc::ServerReader<v1:
   return answer(*response);
 }
 
-grpc::Status FakeSlicer::GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
+grpc::Status FakeSlicer::GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
                                  v1::GetMeshResponse* response) {
+  note("GetMesh", *context);
   if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
   response->mutable_mesh()->set_mesh_id(request->mesh_id());
+  return answer(*response);
+}
+
+grpc::Status FakeSlicer::DeleteMesh(grpc::ServerContext*, const v1::DeleteMeshRequest* request,
+                                    v1::DeleteMeshResponse* response) {
+  response->set_deleted(meshes.erase(request->mesh_id()) > 0);
   return answer(*response);
 }
 
@@ -180,8 +205,9 @@ v1::Grid FakeSlicer::grid_of(const v1::GridSpec& spec) const {
   return grid;
 }
 
-grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext*, const v1::PlanSlicesRequest* request,
+grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext* context, const v1::PlanSlicesRequest* request,
                                     v1::PlanSlicesResponse* response) {
+  note("PlanSlices", *context);
   if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
   *response->mutable_grid() = grid_of(request->grid());
   response->set_layer_count(kLayers);
@@ -191,7 +217,11 @@ grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext*, const v1::PlanSlicesRe
 
 grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
                                     grpc::ServerWriter<v1::SliceRangeResponse>* writer) {
-  slice_requests.push_back(*request);
+  note("SliceRange", *context);
+  {
+    const std::lock_guard lock(mutex_);
+    slice_requests.push_back(*request);
+  }
   if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
   v1::SliceRangeResponse message;
   v1::SliceHeader& header = *message.mutable_header();
@@ -217,7 +247,8 @@ grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::Slic
 }
 
 grpc::Status FakeSlicer::ProbePoints(
-    grpc::ServerContext*, grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) {
+    grpc::ServerContext* context, grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) {
+  note("ProbePoints", *context);
   v1::ProbePointsRequest batch;
   while (stream->Read(&batch)) {
     if (!meshes.contains(batch.mesh_id())) return mesh_missing(batch.mesh_id());

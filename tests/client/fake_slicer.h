@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server.h>
 
 #include <cstdint>
@@ -24,10 +25,12 @@ class FakeSlicer final : public v1::SlicerService::Service {
   /// What a call does just before the given layer. OK: goes on.
   using BeforeLayer = std::function<grpc::Status(std::uint32_t layer, grpc::ServerContext& context)>;
 
-  FakeSlicer();
+  explicit FakeSlicer(std::shared_ptr<grpc::ServerCredentials> credentials = grpc::InsecureServerCredentials());
   ~FakeSlicer() override;
 
   const std::string& address() const { return address_; }
+  /// Ends the server: nobody listens at its address any more.
+  void stop();
 
   // What to do wrong. Set between calls only.
   BeforeLayer before_layer;
@@ -43,6 +46,8 @@ class FakeSlicer final : public v1::SlicerService::Service {
   int uploads = 0;
   int info_calls = 0;
   int failing_info_calls = 0;
+  /// Of each call, what came as metadata: "Method name=value"; those names alone that the client adds.
+  std::vector<std::string> metadata() const;
 
   grpc::Status GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest* request,
                              v1::GetServerInfoResponse* response) override;
@@ -52,6 +57,8 @@ class FakeSlicer final : public v1::SlicerService::Service {
                           v1::UploadMeshResponse* response) override;
   grpc::Status GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
                        v1::GetMeshResponse* response) override;
+  grpc::Status DeleteMesh(grpc::ServerContext* context, const v1::DeleteMeshRequest* request,
+                          v1::DeleteMeshResponse* response) override;
   grpc::Status PlanSlices(grpc::ServerContext* context, const v1::PlanSlicesRequest* request,
                           v1::PlanSlicesResponse* response) override;
   grpc::Status SliceRange(grpc::ServerContext* context, const v1::SliceRangeRequest* request,
@@ -60,12 +67,16 @@ class FakeSlicer final : public v1::SlicerService::Service {
                            grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) override;
 
  private:
+  /// Keeps the metadata of a call.
+  void note(const std::string& method, const grpc::ServerContext& context);
   grpc::Status answer(google::protobuf::Message& response) const;
   v1::Grid grid_of(const v1::GridSpec& spec) const;
   void send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
   void send_layer(std::uint32_t layer, const v1::SliceHeader& header,
                   grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
 
+  mutable std::mutex mutex_;  // Calls of several streams come at once.
+  std::vector<std::string> metadata_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

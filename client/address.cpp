@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/address.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <set>
+#include <string_view>
+#include <system_error>
+
+#include "client/client_error.h"
+
+namespace ccslice::client {
+namespace {
+
+constexpr std::string_view kTlsScheme = "https://", kTlsPort = ":443";
+
+[[noreturn]] void refuse_address(const std::string& message) {
+  throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kAddressInvalid, message);
+}
+
+bool has_grpc_scheme(std::string_view text) {
+  constexpr std::array<std::string_view, 6> kSchemes = {"unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:"};
+  return std::ranges::any_of(kSchemes, [&](std::string_view scheme) { return text.starts_with(scheme); });
+}
+
+bool is_port(std::string_view text) {
+  constexpr int kLastPort = 65'535;
+  int port = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, status] = std::from_chars(text.data(), end, port);
+  return status == std::errc() && stop == end && port > 0 && port <= kLastPort;
+}
+
+/// A number of IPv6 has colons of its own: it stands in brackets, or nobody knows where the port begins.
+bool is_host(std::string_view text) {
+  constexpr std::string_view kNever = "/ ,@?#[]";
+  const bool bracketed = text.size() > 2 && text.front() == '[' && text.back() == ']';
+  const std::string_view inside = bracketed ? text.substr(1, text.size() - 2) : text;
+  return !inside.empty() && inside.find_first_of(kNever) == std::string_view::npos &&
+         (bracketed || inside.find(':') == std::string_view::npos);
+}
+
+}  // namespace
+
+Address parse_address(const std::string& text) {
+  if (has_grpc_scheme(text)) return {text, "", "", false};
+  Address address;
+  address.tls = text.starts_with(kTlsScheme);
+  address.target = address.tls ? text.substr(kTlsScheme.size()) : text;
+  if (address.tls && is_host(address.target)) address.target += kTlsPort;
+  const std::size_t colon = address.target.rfind(':');
+  if (colon != std::string::npos) {
+    address.host = address.target.substr(0, colon);
+    address.port = address.target.substr(colon + 1);
+    if (is_host(address.host) && is_port(address.port)) return address;
+  }
+  refuse_address("an address is HOST:PORT, such as localhost:50051, https://HOST:PORT, or unix:PATH, not '" + text +
+                 "'");
+}
+
+std::vector<Address> parse_addresses(const std::vector<std::string>& texts) {
+  std::vector<Address> addresses;
+  std::set<std::string> seen;
+  for (const std::string& text : texts) {
+    if (text.empty() && texts.size() > 1) refuse_address("an address of the list is empty: leave out a comma");
+    addresses.push_back(parse_address(text));
+    if (!seen.insert(addresses.back().target).second) {
+      refuse_address("the address '" + text + "' is in the list twice: name each server once");
+    }
+  }
+  if (addresses.empty()) refuse_address("there is no address of a server");
+  return addresses;
+}
+
+bool is_name(const Address& address) {
+  if (address.host.empty() || address.host == "localhost" || address.host.starts_with('[')) return false;
+  in_addr number = {};
+  return inet_pton(AF_INET, address.host.c_str(), &number) != 1;
+}
+
+}  // namespace ccslice::client

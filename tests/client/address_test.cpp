@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/address.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/client/sample_calls.h"
+
+namespace ccslice::client {
+namespace {
+
+using testing::HasSubstr;
+
+std::string refusal_of(const std::vector<std::string>& texts) {
+  const ClientError error = error_of([&] { parse_addresses(texts); });
+  EXPECT_EQ(error.reason(), local_reason::kAddressInvalid);
+  return error.what();
+}
+
+TEST(Address, IsAHostAndAPort) {
+  const Address address = parse_address("slicer.example:50051");
+  EXPECT_EQ(address.target, "slicer.example:50051");
+  EXPECT_EQ(address.host, "slicer.example");
+  EXPECT_EQ(address.port, "50051");
+  EXPECT_FALSE(address.tls);
+  EXPECT_EQ(parse_address("[::1]:7").host, "[::1]");
+}
+
+TEST(Address, MayAskForTls) {
+  EXPECT_EQ(parse_address("https://slicer.example:8443").target, "slicer.example:8443");
+  EXPECT_EQ(parse_address("https://slicer.example").target, "slicer.example:443");
+  EXPECT_TRUE(parse_address("https://slicer.example").tls);
+}
+
+TEST(Address, MayBelongToGrpc) {
+  for (const char* text : {"unix:/run/ccsliced.sock", "dns:///slicer:50051", "ipv4:127.0.0.1:50051"}) {
+    EXPECT_EQ(parse_address(text).target, text);
+    EXPECT_FALSE(is_name(parse_address(text)));
+  }
+}
+
+TEST(Address, IsANameOnlyWhereItMayStandForSeveralServers) {
+  EXPECT_TRUE(is_name(parse_address("slicer:50051")));
+  EXPECT_FALSE(is_name(parse_address("localhost:50051")));
+  EXPECT_FALSE(is_name(parse_address("10.0.0.1:50051")));
+  EXPECT_FALSE(is_name(parse_address("[fe80::1]:50051")));
+}
+
+TEST(Address, IsRefusedWithWhatWouldBeRight) {
+  for (const char* text : {"", "host", ":50051", "host:", "host:0", "host:65536", "host:http", "host:1 ", "ho st:1",
+                           "http://host:1", "https://", "https://host:1/", "fe80::1:50051", "user@host:1", "[]:1"}) {
+    EXPECT_THAT(refusal_of({text}), HasSubstr("HOST:PORT")) << text;
+  }
+}
+
+TEST(Addresses, AreOneOrMoreAndDiffer) {
+  EXPECT_EQ(parse_addresses({"a:1", "b:1", "unix:x"}).size(), 3u);
+  EXPECT_THAT(refusal_of({}), HasSubstr("no address"));
+  EXPECT_THAT(refusal_of({"a:1", "", "b:1"}), HasSubstr("empty"));
+  EXPECT_THAT(refusal_of({"a:1", "b:1", "a:1"}), HasSubstr("'a:1' is in the list twice"));
+  EXPECT_THAT(refusal_of({"a:1", "https://a:1"}), HasSubstr("twice"));
+  EXPECT_THAT(refusal_of({"a:1", "b:99999"}), HasSubstr("'b:99999'"));
+}
+
+}  // namespace
+}  // namespace ccslice::client
