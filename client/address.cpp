@@ -4,10 +4,13 @@
 #include "client/address.h"
 
 #include <arpa/inet.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <memory>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -43,6 +46,27 @@ bool is_host(std::string_view text) {
   const std::string_view inside = bracketed ? text.substr(1, text.size() - 2) : text;
   return !inside.empty() && inside.find_first_of(kNever) == std::string_view::npos &&
          (bracketed || inside.find(':') == std::string_view::npos);
+}
+
+using SocketAddresses = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
+
+SocketAddresses socket_addresses(const std::string& host, const std::string& port) {
+  addrinfo hints = {};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_ADDRCONFIG | AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  const int status = getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
+  return {status == 0 ? found : nullptr, freeaddrinfo};
+}
+
+/// 10.0.0.1, [fd00::1].
+std::string number_of(const addrinfo& address) {
+  std::array<char, NI_MAXHOST> text = {};
+  constexpr int kNumber = NI_NUMERICHOST;
+  if (getnameinfo(address.ai_addr, address.ai_addrlen, text.data(), text.size(), nullptr, 0, kNumber) != 0) return "";
+  std::string number = text.data();
+  if (address.ai_family == AF_INET6) number.insert(0, 1, '[').push_back(']');
+  return number;
 }
 
 }  // namespace
@@ -81,6 +105,20 @@ bool is_name(const Address& address) {
   if (address.host.empty() || address.host == "localhost" || address.host.starts_with('[')) return false;
   in_addr number = {};
   return inet_pton(AF_INET, address.host.c_str(), &number) != 1;
+}
+
+std::vector<std::string> look_up(const std::string& host, const std::string& port) {
+  const SocketAddresses found = socket_addresses(host, port);
+  if (!found) return {};
+  std::set<std::string> old_version, new_version;
+  for (const addrinfo* address = found.get(); address != nullptr; address = address->ai_next) {
+    const std::string number = number_of(*address);
+    if (number.empty()) continue;
+    (address->ai_family == AF_INET ? old_version : new_version).insert(number + ":" + port);
+  }
+  const std::set<std::string>& more = old_version.size() >= new_version.size() ? old_version : new_version;
+  if (more.size() <= 1) return {host + ":" + port};
+  return {more.begin(), more.end()};
 }
 
 }  // namespace ccslice::client

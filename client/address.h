@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,5 +27,13 @@ std::vector<Address> parse_addresses(const std::vector<std::string>& texts);
 
 /// Whether it is a name that may stand for several servers: no number, no path, and not this machine.
 bool is_name(const Address& address);
+
+/// Finds the addresses that a host and a port stand for, such as 10.0.0.1:50051. None if that isn't known.
+using Resolver = std::function<std::vector<std::string>(const std::string& host, const std::string& port)>;
+
+/// As the system finds them, by DNS and its files. A name with no more than one address of each version of IP is one
+/// server, and its own address: gRPC finds out how to get there. Of several those of one version are returned, since
+/// the others lead to the same servers.
+std::vector<std::string> look_up(const std::string& host, const std::string& port);
 
 }  // namespace ccslice::client

@@ -68,6 +68,7 @@ void Attempts::go_on_after(const ClientError& error) {
   if (!error.is_passing() && !elsewhere) throw error;
   if (used_ == 0 && failed_.empty()) since_ = Clock::now();
   failed_.emplace_back(endpoint_->address, error);
+  endpoints_.look_up_soon();
   if (choose_untried()) return;
   const ClientError all = failures();
   if (!all.is_passing() || ++used_ == policy_.max_attempts) throw all;
@@ -119,6 +120,7 @@ bool Attempts::wait_for_connection(Clock::time_point end) const {
   constexpr std::chrono::milliseconds kLook(50);  // How often to look whether the call is cancelled.
   while (Clock::now() < end) {
     if (call_.cancellation && call_.cancellation->cancelled()) throw_cancelled_here();
+    endpoints_.look_up_soon();
     const EndpointList endpoints = order();
     for (const std::shared_ptr<const Endpoint>& endpoint : endpoints) {
       const auto look = kLook / static_cast<int>(endpoints.size());

@@ -14,7 +14,8 @@
 // - A stream that breaks is resumed at the first layer not yet delivered, after a pause. Every layer is delivered
 //   exactly once, in order. The first header pins engine version and grid: layers of different engines or grids are
 //   never mixed.
-// - With several servers (ClientOptions::addresses, or a name with several addresses) the calls of a mesh go to one of
+// - With several servers (ClientOptions::addresses, or a name with several addresses, which is looked up again every 30
+//   seconds and after failures) the calls of a mesh go to one of
 //   them, which all clients agree on, so that each server holds some of the meshes. Where it fails, or is busy, the
 //   call goes on with the next one at once; pauses come only when all have failed.
 // - Pauses double from RetryPolicy::first_pause up to longest_pause, unless the server asks for another one. Where
@@ -36,6 +37,7 @@
 #include <vector>
 
 #include "ccslice/v1/service.grpc.pb.h"
+#include "client/address.h"
 #include "client/cancellation.h"
 #include "client/client_error.h"
 #include "client/credentials.h"
@@ -59,6 +61,8 @@ struct ClientOptions {
   std::optional<TlsFiles> tls = std::nullopt;  // TLS with all of them but unix:, as with https:// before an address.
   std::string token_file =
       {};  // Its first line goes with every call as a bearer token. It is read again if it changes.
+  /// Finds the servers behind a name, from a thread of its own, maybe a moment longer than the client lives.
+  Resolver resolver = look_up;
 };
 
 /// Options of one call; they cover its retries and pauses too.

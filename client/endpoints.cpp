@@ -7,14 +7,22 @@
 #include <grpcpp/security/credentials.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "client/address.h"
 
 namespace ccslice::client {
 namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLookUpEvery = 30s, kLookUpAtMostEvery = 1s;
 
 grpc::ChannelArguments channel_arguments() {
   grpc::ChannelArguments arguments;
@@ -42,6 +50,30 @@ std::shared_ptr<const Endpoint> endpoint_at(const std::string& address, std::sha
   return std::make_shared<const Endpoint>(Endpoint{address, std::move(channel), std::move(stub), std::move(token)});
 }
 
+/// One address of the options, and the endpoints that it stands for.
+struct Site {
+  Address address;
+  std::shared_ptr<grpc::ChannelCredentials> credentials;
+  std::shared_ptr<const TokenFile> token;
+  EndpointList endpoints;
+};
+
+std::shared_ptr<const Endpoint> endpoint_of(const Site& site, const std::string& target) {
+  grpc::ChannelArguments arguments = channel_arguments();
+  if (target != site.address.target) arguments.SetString(GRPC_ARG_DEFAULT_AUTHORITY, site.address.target);
+  return endpoint_at(target, grpc::CreateCustomChannel(target, site.credentials, arguments), site.token);
+}
+
+/// Those of the targets: where they were known already, as they are.
+EndpointList endpoints_of(const Site& site, const std::vector<std::string>& targets) {
+  EndpointList endpoints;
+  for (const std::string& target : targets) {
+    const auto known = std::ranges::find(site.endpoints, target, &Endpoint::address);
+    endpoints.push_back(known == site.endpoints.end() ? endpoint_of(site, target) : *known);
+  }
+  return endpoints;
+}
+
 /// Of two texts. The same in every program and version, or clients wouldn't agree: FNV-1a, mixed by the finalizer of
 /// splitmix64, since the last bytes of the text hardly reach the upper bits.
 std::uint64_t score_of(std::string_view address, std::string_view mesh_id) {
@@ -66,29 +98,91 @@ void order_for(const std::string& mesh_id, EndpointList& endpoints) {
   });
 }
 
-Endpoints::Endpoints(const ClientOptions& options) {
+struct Endpoints::State {
+  /// Looks all names up. Where that finds nothing they stand for what they stood for.
+  void look_up_names();
+
+  Resolver resolver;
+  std::once_flag begun;  // The first call looks names up, and starts the thread.
+  bool has_names = false;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<Site> sites;
+  bool wanted = false;  // To look names up sooner.
+  bool over = false;
+};
+
+void Endpoints::State::look_up_names() {
+  for (Site& site : sites) {  // Their endpoints alone change, in this thread alone.
+    if (!is_name(site.address)) continue;
+    const std::vector<std::string> targets = resolver(site.address.host, site.address.port);
+    if (targets.empty()) continue;
+    EndpointList found = endpoints_of(site, targets);
+    const std::lock_guard lock(mutex);
+    std::swap(site.endpoints, found);
+  }
+}
+
+void Endpoints::watch_names(const std::shared_ptr<State>& state) {
+  std::unique_lock lock(state->mutex);
+  for (auto last = std::chrono::steady_clock::now();; last = std::chrono::steady_clock::now()) {
+    state->changed.wait_until(lock, last + kLookUpEvery, [&] { return state->over || state->wanted; });
+    state->changed.wait_until(lock, last + kLookUpAtMostEvery, [&] { return state->over; });
+    if (state->over) return;
+    state->wanted = false;
+    lock.unlock();
+    state->look_up_names();
+    lock.lock();
+  }
+}
+
+Endpoints::Endpoints(const ClientOptions& options) : state_(std::make_shared<State>()) {
   const std::vector<std::string> one = {options.address};
   const std::vector<Address> addresses = parse_addresses(options.addresses.empty() ? one : options.addresses);
   const bool tls = options.tls || std::ranges::any_of(addresses, &Address::tls);
   const auto plain_credentials = grpc::InsecureChannelCredentials();
   const auto tls_credentials = tls ? read_tls_credentials(options.tls.value_or(TlsFiles())) : plain_credentials;
   const auto token = options.token_file.empty() ? nullptr : std::make_shared<const TokenFile>(options.token_file);
+  state_->resolver = options.resolver;
   for (const Address& address : addresses) {
     const bool with_tls = address.tls || (options.tls && !is_local_socket(address));
-    const auto channel =
-        grpc::CreateCustomChannel(address.target, with_tls ? tls_credentials : plain_credentials, channel_arguments());
-    all_.push_back(endpoint_at(address.target, channel, token));
+    Site& site = state_->sites.emplace_back(Site{address, with_tls ? tls_credentials : plain_credentials, token, {}});
+    site.endpoints = endpoints_of(site, {address.target});
+    state_->has_names |= is_name(address);
   }
 }
 
-Endpoints::Endpoints(std::shared_ptr<grpc::ChannelInterface> channel) {
-  all_.push_back(endpoint_at("the server", std::move(channel), nullptr));
+Endpoints::Endpoints(std::shared_ptr<grpc::ChannelInterface> channel) : state_(std::make_shared<State>()) {
+  state_->sites.push_back({{}, nullptr, nullptr, {endpoint_at("the server", std::move(channel), nullptr)}});
+}
+
+Endpoints::~Endpoints() {
+  const std::lock_guard lock(state_->mutex);
+  state_->over = true;
+  state_->changed.notify_all();
 }
 
 EndpointList Endpoints::in_order(const std::string& mesh_id) const {
-  EndpointList endpoints = all_;
+  std::call_once(state_->begun, [this] {
+    if (!state_->has_names) return;
+    state_->look_up_names();
+    std::thread([state = state_] { watch_names(state); }).detach();
+  });
+  EndpointList endpoints;
+  {
+    const std::lock_guard lock(state_->mutex);
+    for (const Site& site : state_->sites) {
+      endpoints.insert(endpoints.end(), site.endpoints.begin(), site.endpoints.end());
+    }
+  }
   order_for(mesh_id, endpoints);
   return endpoints;
+}
+
+void Endpoints::look_up_soon() const {
+  const std::lock_guard lock(state_->mutex);
+  state_->wanted = true;
+  state_->changed.notify_all();
 }
 
 }  // namespace ccslice::client

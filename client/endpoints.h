@@ -5,6 +5,9 @@
 // mesh has to get it and to prepare it. So all clients send the calls of a mesh to the same server, and where that one
 // fails to the same next one: servers are ordered by a hash of server and mesh (rendezvous hashing). A server that
 // comes or goes moves the meshes of that server alone.
+//
+// A name that stands for several addresses is several servers. A thread looks such names up again, now and then and
+// after failures; nobody but the first call waits for that. TLS and servers see the name, whatever the address.
 
 #pragma once
 
@@ -32,12 +35,20 @@ class Endpoints {
   /// Throws ClientError (ADDRESS_INVALID, CREDENTIALS_INVALID).
   explicit Endpoints(const ClientOptions& options);
   explicit Endpoints(std::shared_ptr<grpc::ChannelInterface> channel);
+  ~Endpoints();
+  Endpoints(const Endpoints&) = delete;
+  Endpoints& operator=(const Endpoints&) = delete;
 
   /// All of them, at least one, in the order in which calls of the mesh go to them; as given where it is about no mesh.
   EndpointList in_order(const std::string& mesh_id) const;
+  /// A server has failed: has names looked up again, but not more often than once a second.
+  void look_up_soon() const;
 
  private:
-  EndpointList all_;
+  struct State;
+  static void watch_names(const std::shared_ptr<State>& state);
+
+  std::shared_ptr<State> state_;  // With the thread, which may still wait for an answer of DNS when this ends.
 };
 
 /// Puts endpoints into the order of a mesh.

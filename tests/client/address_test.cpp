@@ -55,6 +55,13 @@ TEST(Address, IsRefusedWithWhatWouldBeRight) {
   }
 }
 
+TEST(Address, IsLookedUp) {
+  EXPECT_THAT(look_up("localhost", "50051"), testing::ElementsAre("localhost:50051"))
+      << "one server, whatever leads there";
+  EXPECT_THAT(look_up("127.0.0.1", "50051"), testing::ElementsAre("127.0.0.1:50051"));
+  EXPECT_THAT(look_up("no-such-name.invalid", "50051"), testing::IsEmpty());
+}
+
 TEST(Addresses, AreOneOrMoreAndDiffer) {
   EXPECT_EQ(parse_addresses({"a:1", "b:1", "unix:x"}).size(), 3u);
   EXPECT_THAT(refusal_of({}), HasSubstr("no address"));

@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/preview.h"
@@ -192,6 +194,38 @@ TEST_F(Fleet, StreamsOfPicturesAreAskedOfTheFirstThatAnswers) {
   PreviewStream stream(client, mesh_->id());
   stream.ask({});
   EXPECT_EQ(error_of([&] { stream.next(); }).code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(Fleet, ANameWhoseAddressesAllChangeIsFollowedAmidAJob) {
+  struct Known {
+    std::mutex mutex;
+    std::vector<std::string> addresses;
+  };
+  const auto known = std::make_shared<Known>();
+  known->addresses = {server(0).address(), server(1).address()};
+  Client client({.address = "slicers.example:1", .resolver = [known](const auto&, const auto&) {
+                   const std::lock_guard lock(known->mutex);
+                   return known->addresses;
+                 }});
+  client.ensure_uploaded(mesh_);
+  std::thread mover;
+  for (FakeSlicer* old : {&server(0), &server(1)}) {
+    old->before_layer = [&](std::uint32_t layer, grpc::ServerContext&) {
+      if (layer < 3) return grpc::Status::OK;
+      if (!mover.joinable()) {
+        mover = std::thread([&] {
+          server(0).stop();
+          server(1).stop();
+          const std::lock_guard lock(known->mutex);
+          known->addresses = {server(2).address()};
+        });
+      }
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "moving");
+    };
+  }
+  EXPECT_THAT(slice_all(client), testing::ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_EQ(server(2).slice_requests.back().first_layer(), 3u);
+  mover.join();
 }
 
 TEST_F(Fleet, AMeshIsDeletedEverywhere) {

@@ -155,6 +155,15 @@ TEST_F(Tls, ShowsServersThatAskACertificate) {
   failure_of(options(server, {.ca = file("ca.pem")}));
 }
 
+TEST_F(Tls, IsForTheNameWhateverAddressItStandsFor) {
+  const FakeSlicer other(certificates_->of_server("other"));
+  ClientOptions options = {.address = "other.example:1", .retry = kOnce, .tls = TlsFiles{.ca = file("ca.pem")}};
+  options.resolver = [address = other.address()](const auto&, const auto&) { return std::vector{address}; };
+  EXPECT_EQ(Client(options).server_info().engine_version(), "engine-1");
+  options.address = "another.example:1";
+  failure_of(options);
+}
+
 TEST_F(Tls, IsNotSpokenOverSocketsOfThisMachine) {
   EXPECT_NO_THROW(Client({.address = "unix:/nowhere", .tls = TlsFiles{.ca = file("ca.pem")}}));
 }

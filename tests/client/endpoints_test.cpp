@@ -6,7 +6,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "tests/client/sample_calls.h"
 
@@ -69,6 +76,92 @@ TEST(Endpoints, KeepTheirOrderForEver) {
   const Endpoints endpoints(options_of({"10.0.0.1:50051", "10.0.0.2:50051", "slicer-3:50051"}));
   EXPECT_THAT(addresses_of(endpoints.in_order(mesh_id_of("abc"))),
               testing::ElementsAre("10.0.0.2:50051", "slicer-3:50051", "10.0.0.1:50051"));
+}
+
+/// A name, and what it stands for at the moment. Outlives clients, as resolvers have to.
+class Name {
+ public:
+  void stand_for(const std::vector<std::string>& addresses) {
+    const std::lock_guard lock(mutex_);
+    addresses_ = addresses;
+  }
+  int times_asked() const { return asked_; }
+  static ClientOptions options(const std::shared_ptr<Name>& name) {
+    return {.address = "slicers.example:50051", .resolver = [name](const std::string& host, const std::string& port) {
+              EXPECT_EQ(host + ":" + port, "slicers.example:50051");
+              ++name->asked_;
+              const std::lock_guard lock(name->mutex_);
+              return name->addresses_;
+            }};
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> addresses_;
+  std::atomic<int> asked_ = 0;
+};
+
+template <typename Condition>
+bool comes_true(const Condition& condition) {
+  for (int i = 0; i < 1000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  return condition();
+}
+
+TEST(Endpoints, AreAllThatANameStandsFor) {
+  const auto name = std::make_shared<Name>();
+  name->stand_for({"10.0.0.1:50051", "10.0.0.2:50051"});
+  ClientOptions options = Name::options(name);
+  options.addresses = {"10.0.0.9:1", options.address};
+  const Endpoints endpoints(options);
+  EXPECT_EQ(name->times_asked(), 0) << "nobody is called before the first call";
+  EXPECT_THAT(addresses_of(endpoints.in_order("")),
+              testing::ElementsAre("10.0.0.9:1", "10.0.0.1:50051", "10.0.0.2:50051"));
+}
+
+TEST(Endpoints, AreTheNameItselfWhereNobodyKnowsIt) {
+  const Endpoints endpoints(Name::options(std::make_shared<Name>()));
+  EXPECT_THAT(addresses_of(endpoints.in_order("")), testing::ElementsAre("slicers.example:50051"));
+}
+
+TEST(Endpoints, AreLookedUpAgainAfterFailuresAndKeepTheirConnections) {
+  const auto name = std::make_shared<Name>();
+  name->stand_for({"10.0.0.1:50051", "10.0.0.2:50051"});
+  const Endpoints endpoints(Name::options(name));
+  const EndpointList before = endpoints.in_order("");
+  name->stand_for({"10.0.0.2:50051", "10.0.0.3:50051"});
+  endpoints.look_up_soon();
+  ASSERT_TRUE(comes_true([&] { return endpoints.in_order("").back()->address == "10.0.0.3:50051"; }));
+  EXPECT_EQ(endpoints.in_order("").front(), before.back());
+  name->stand_for({});
+  endpoints.look_up_soon();
+  ASSERT_TRUE(comes_true([&] { return name->times_asked() == 3; }));
+  EXPECT_EQ(endpoints.in_order("").size(), 2u) << "what was known is better than nothing";
+}
+
+TEST(Endpoints, AreNotLookedUpMoreThanOnceASecond) {
+  const auto name = std::make_shared<Name>();
+  const Endpoints endpoints(Name::options(name));
+  for (int i = 0; i < 30; ++i) {
+    endpoints.in_order("");
+    endpoints.look_up_soon();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_LE(name->times_asked(), 2);
+}
+
+TEST(Endpoints, DoNotWaitForAnAnswerWhenTheyEnd) {
+  const auto asked = std::make_shared<std::atomic<int>>(0);
+  const auto begin = std::chrono::steady_clock::now();
+  {
+    const Endpoints endpoints({.address = "slow.example:1", .resolver = [asked](const auto&, const auto&) {
+                                 if (++*asked > 1) std::this_thread::sleep_for(std::chrono::seconds(10));
+                                 return std::vector<std::string>();
+                               }});
+    endpoints.in_order("");
+    endpoints.look_up_soon();
+    ASSERT_TRUE(comes_true([&] { return *asked == 2; }));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(9));
 }
 
 TEST(Endpoints, RefuseAddressesThatAreNone) {
