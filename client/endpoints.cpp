@@ -23,6 +23,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLookUpEvery = 30s, kLookUpAtMostEvery = 1s;
+/// How long first calls wait to know the servers. Then they go to the name, and gRPC looks it up in its own way, which
+/// can be cancelled.
+constexpr auto kFirstLookUp = 1s;
 
 grpc::ChannelArguments channel_arguments() {
   grpc::ChannelArguments arguments;
@@ -103,12 +106,14 @@ struct Endpoints::State {
   void look_up_names();
 
   Resolver resolver;
-  std::once_flag begun;  // The first call looks names up, and starts the thread.
   bool has_names = false;
+  std::once_flag begun;  // The first call starts the thread.
+  std::chrono::steady_clock::time_point first_calls_end;
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<Site> sites;
-  bool wanted = false;  // To look names up sooner.
+  bool looked_up = false;  // For the first time.
+  bool wanted = false;     // To look names up sooner.
   bool over = false;
 };
 
@@ -124,15 +129,16 @@ void Endpoints::State::look_up_names() {
 }
 
 void Endpoints::watch_names(const std::shared_ptr<State>& state) {
-  std::unique_lock lock(state->mutex);
-  for (auto last = std::chrono::steady_clock::now();; last = std::chrono::steady_clock::now()) {
+  for (;;) {
+    state->look_up_names();
+    const auto last = std::chrono::steady_clock::now();
+    std::unique_lock lock(state->mutex);
+    state->looked_up = true;
+    state->changed.notify_all();
     state->changed.wait_until(lock, last + kLookUpEvery, [&] { return state->over || state->wanted; });
     state->changed.wait_until(lock, last + kLookUpAtMostEvery, [&] { return state->over; });
     if (state->over) return;
     state->wanted = false;
-    lock.unlock();
-    state->look_up_names();
-    lock.lock();
   }
 }
 
@@ -163,14 +169,18 @@ Endpoints::~Endpoints() {
 }
 
 EndpointList Endpoints::in_order(const std::string& mesh_id) const {
-  std::call_once(state_->begun, [this] {
-    if (!state_->has_names) return;
-    state_->look_up_names();
-    std::thread([state = state_] { watch_names(state); }).detach();
-  });
+  if (state_->has_names) {
+    std::call_once(state_->begun, [this] {
+      state_->first_calls_end = std::chrono::steady_clock::now() + kFirstLookUp;
+      std::thread([state = state_] { watch_names(state); }).detach();
+    });
+  }
   EndpointList endpoints;
   {
-    const std::lock_guard lock(state_->mutex);
+    std::unique_lock lock(state_->mutex);
+    if (state_->has_names) {
+      state_->changed.wait_until(lock, state_->first_calls_end, [this] { return state_->looked_up; });
+    }
     for (const Site& site : state_->sites) {
       endpoints.insert(endpoints.end(), site.endpoints.begin(), site.endpoints.end());
     }

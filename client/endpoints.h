@@ -7,7 +7,8 @@
 // comes or goes moves the meshes of that server alone.
 //
 // A name that stands for several addresses is several servers. A thread looks such names up again, now and then and
-// after failures; nobody but the first call waits for that. TLS and servers see the name, whatever the address.
+// after failures; nobody but the first calls waits for that, and not for long. TLS and servers see the name, whatever
+// the address.
 
 #pragma once
 

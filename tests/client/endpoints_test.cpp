@@ -149,6 +149,21 @@ TEST(Endpoints, AreNotLookedUpMoreThanOnceASecond) {
   EXPECT_LE(name->times_asked(), 2);
 }
 
+TEST(Endpoints, AreTheNameItselfAsLongAsTheAnswerTakesItsTime) {
+  const auto answers = std::make_shared<std::atomic<bool>>(false);
+  const Endpoints endpoints({.address = "slow.example:1", .resolver = [answers](const auto&, const auto&) {
+                               for (int i = 0; i < 1000 && !*answers; ++i) {
+                                 std::this_thread::sleep_for(std::chrono::milliseconds(10));
+                               }
+                               return std::vector<std::string>{"10.0.0.1:1", "10.0.0.2:1"};
+                             }});
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THAT(addresses_of(endpoints.in_order("")), testing::ElementsAre("slow.example:1"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+  *answers = true;
+  EXPECT_TRUE(comes_true([&] { return endpoints.in_order("").size() == 2; }));
+}
+
 TEST(Endpoints, DoNotWaitForAnAnswerWhenTheyEnd) {
   const auto asked = std::make_shared<std::atomic<int>>(0);
   const auto begin = std::chrono::steady_clock::now();
