@@ -11,6 +11,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optio
 import grpc
 import numpy as np
 
+from .connection import Calls, Identity
 from .errors import AnswerError, CallError, call_error
 from .layers import Assembler, Layer
 from .local_server import LocalServer
@@ -19,7 +20,7 @@ from .points import Evaluation, Probe
 from .preview import Plane, Preview, PreviewAssembler, content_message, plane_message
 from .printing import Printing
 from .surface import Surface
-from .v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, service_pb2_grpc, slice_pb2, surface_pb2
+from .v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 _DEFAULT_ADDRESS = "localhost:50051"
 _CHUNK_BYTES = 1 << 20
@@ -107,19 +108,26 @@ class _Attempts:
 class Client:
     """A connection to a server. A context manager: close() ends it, and a server that was started for it.
 
-    address: "HOST:PORT" or "unix:PATH". Default: the environment variable CCSLICE_SERVER, or localhost:50051; where
-        neither variable nor address is given and nobody answers there, a ccsliced of our own is started.
+    address: "HOST:PORT", "https://HOST:PORT" for TLS, or "unix:PATH"; of several with commas between them the first.
+        Default: the environment variable CCSLICE_SERVER, or localhost:50051; where neither variable nor address is given
+        and nobody answers there, a ccsliced of our own is started.
     local: True starts one in any case, False never.
     patience_s: how long a call that can be repeated goes on after a failure without getting anywhere.
+    ca, cert, key: PEM files for TLS: whose signatures count, and the client's own certificate, for servers that ask.
+    token_file: a file whose first line goes with every call as a bearer token. Default for these four: the environment
+        variables CCSLICE_CA, CCSLICE_CERT, CCSLICE_KEY and CCSLICE_TOKEN_FILE.
 
     A server that has lost a mesh gets it again. A stream that breaks goes on with the first layer not delivered. All
     methods raise CallError, and AnswerError for damaged answers.
     """
 
-    def __init__(self, address: Optional[str] = None, *, local: Optional[bool] = None, patience_s: float = 120.0):
+    def __init__(self, address: Optional[str] = None, *, local: Optional[bool] = None, patience_s: float = 120.0,
+                 ca: Optional[str] = None, cert: Optional[str] = None, key: Optional[str] = None,
+                 token_file: Optional[str] = None):
         if address is not None and local:
             raise ValueError("local=True starts a server, so it goes with no address")
         self._patience_s = patience_s
+        self._identity = Identity(ca, cert, key, token_file)
         self._meshes: Dict[str, Mesh] = {}
         self._server: Optional[LocalServer] = None
         chosen = address or os.environ.get("CCSLICE_SERVER", "")
@@ -133,18 +141,9 @@ class Client:
 
     def _open(self, address: str) -> None:
         self.address = address
-        self._channel = grpc.insecure_channel(address, options=[
-            ("grpc.max_receive_message_length", -1),
-            # A server that is back is looked for every fifth of a second. What is called the least pause is how long an
-            # attempt to connect may take.
-            ("grpc.initial_reconnect_backoff_ms", 100),
-            ("grpc.min_reconnect_backoff_ms", 5000),
-            ("grpc.max_reconnect_backoff_ms", 200),
-            # Finds out about servers that vanished without a word; more often than every five minutes counts as abuse.
-            ("grpc.keepalive_time_ms", 6 * 60 * 1000),
-            ("grpc.keepalive_timeout_ms", 20 * 1000),
-        ])
-        self._stub = service_pb2_grpc.SlicerServiceStub(self._channel)
+        self._channel = self._identity.channel(address)
+        # A server of our own is reached by nobody else, and asks for no token.
+        self._stub = Calls(self._channel, [] if self._server else self._identity.metadata())
         self._info: Optional[info_pb2.GetServerInfoResponse] = None
 
     def _answers(self) -> bool:
@@ -235,7 +234,7 @@ class Client:
                 message.contour_tolerance_mm = tolerance_mm
             return message
 
-        answers = self._in_batches(self._stub.ProbePoints, points, request)
+        answers = self._in_batches(self._stub.ProbePoints, mesh_id, points, request)
         locations = _joined(answers, "locations", np.int32)
         outside = locations == points_pb2.POINT_LOCATION_OUTSIDE
         uvw = _joined(answers, "uvw", np.float64).reshape(-1, 3)
@@ -264,7 +263,7 @@ class Client:
             _place(message, placement)
             return message
 
-        answers = self._in_batches(self._stub.EvaluatePoints, both, request)
+        answers = self._in_batches(self._stub.EvaluatePoints, mesh_id, both, request)
         materials = _joined(answers, "materials", np.float64).reshape(len(both), len(names))
         return Evaluation(_joined(answers, "positions_mm", np.float64).reshape(-1, 3),
                           {name: materials[:, i] for i, name in enumerate(names)},
@@ -322,7 +321,7 @@ class Client:
                 wrong.append(error)
 
         assembler = PreviewAssembler()
-        call = self._stub.Preview(requests())
+        call = self._stub.Preview(requests(), mesh_id)
         try:
             for message in call:
                 picture = assembler.add(message)
@@ -362,7 +361,7 @@ class Client:
             for at in range(0, len(mesh.content), _CHUNK_BYTES):
                 yield mesh_pb2.UploadMeshRequest(chunk=mesh.content[at:at + _CHUNK_BYTES])
 
-        return self._stub.UploadMesh(messages()).mesh
+        return self._stub.UploadMesh(messages(), mesh.id).mesh
 
     def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
         """Repeats what passes, and uploads what the server has lost."""
@@ -490,11 +489,12 @@ class Client:
             if stream is not None:
                 stream.cancel()
 
-    def _in_batches(self, method: Callable[..., Any], rows: np.ndarray, request: Callable[[np.ndarray], Any]) -> List[Any]:
+    def _in_batches(self, method: Callable[..., Any], mesh_id: str, rows: np.ndarray,
+                    request: Callable[[np.ndarray], Any]) -> List[Any]:
         """An answer for each batch of rows that fits into one message."""
         most = self.server_info().max_points_per_message
         batches = [rows[at:at + most] for at in range(0, len(rows), most)] or [rows]
-        return self._call(lambda: list(method(request(batch) for batch in batches)))
+        return self._call(lambda: list(method((request(batch) for batch in batches), mesh_id)))
 
 
 def _place(request: Any, placement: Any) -> None:

@@ -459,6 +459,80 @@ class LongJobs(unittest.TestCase):
         self.assertLess(time.monotonic() - begin, 5)
 
 
+class Connections(unittest.TestCase):
+    """What goes with calls, as a server sees it that knows none of them."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.seen = seen = []
+
+        class Handler(grpc.GenericRpcHandler):
+            def service(self, handler_call_details):
+                seen.append((handler_call_details.method.split("/")[-1], dict(handler_call_details.invocation_metadata)))
+
+        self.server = grpc.server(futures.ThreadPoolExecutor(2))
+        self.server.add_generic_rpc_handlers((Handler(),))
+        self.addCleanup(lambda: self.server.stop(None).wait())
+
+    def serve(self, credentials=None):
+        """The port."""
+        add = self.server.add_secure_port if credentials else self.server.add_insecure_port
+        port = add("localhost:0", *([credentials] if credentials else []))
+        self.server.start()
+        return port
+
+    def token(self, content):
+        path = self.folder / "token"
+        path.write_bytes(content)
+        return str(path)
+
+    def refused(self, call):
+        with self.assertRaises(ccslice.CallError) as caught:
+            call()
+        self.assertEqual(caught.exception.code, grpc.StatusCode.UNIMPLEMENTED)
+
+    def test_calls_name_their_mesh_and_carry_the_token(self):
+        with ccslice.Client(f"localhost:{self.serve()}", token_file=self.token(b"s3cret\nand more\n")) as client:
+            self.refused(client.server_info)
+            self.refused(lambda: client.upload(cube()))
+            self.refused(lambda: client.tessellate(cube()))
+            self.refused(lambda: client.delete("no id"))
+            self.refused(lambda: list(client.preview(cube(), [], 0.1)))
+        self.assertEqual([method for method, _ in self.seen],
+                         ["GetServerInfo", "UploadMesh", "TessellateBoundary", "DeleteMesh", "Preview"])
+        self.assertEqual({metadata["authorization"] for _, metadata in self.seen}, {"Bearer s3cret"})
+        self.assertEqual([metadata.get("ccslice-mesh-id") for _, metadata in self.seen],
+                         [None, cube().id, cube().id, None, cube().id])
+
+    def test_files_without_a_token_are_named_and_not_shown(self):
+        for content in (b"", b"\ns3cret", b"s3cret of words", b"s3cr\xc3\xa9t", b"s" * 4097):
+            with self.assertRaises(ValueError) as caught:
+                ccslice.Client("localhost:1", token_file=self.token(content))
+            self.assertIn(str(self.folder / "token"), str(caught.exception))
+            self.assertNotIn("s3cr", str(caught.exception))
+        with self.assertRaises(FileNotFoundError):
+            ccslice.Client("localhost:1", token_file=str(self.folder / "nowhere"))
+
+    def test_tls(self):
+        ca, key = str(self.folder / "ca.pem"), str(self.folder / "ca.key")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", key, "-out", ca],
+                       check=True, capture_output=True)
+        pair = (pathlib.Path(key).read_bytes(), pathlib.Path(ca).read_bytes())
+        port = self.serve(grpc.ssl_server_credentials([pair], pair[1], require_client_auth=True))
+        for address in (f"localhost:{port}", f"https://localhost:{port},localhost:1"):
+            with ccslice.Client(address, ca=ca, cert=ca, key=key) as client:
+                self.refused(client.server_info)
+        with mock.patch.dict(os.environ, {"CCSLICE_CA": ca}), ccslice.Client(f"localhost:{port}", patience_s=0.2) as client:
+            with self.assertRaises(ccslice.CallError):
+                client.server_info()
+        self.assertEqual(len(self.seen), 2)
+        with self.assertRaises(ValueError):
+            ccslice.Client("localhost:1", cert=ca)
+
+
 class LocalServers(unittest.TestCase):
     """Servers that clients start for themselves."""
 

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: The ccslice authors
+# SPDX-License-Identifier: Apache-2.0
+"""The connection to a server: TLS, and the metadata of calls."""
+
+import os
+import re
+from typing import Any, List, Optional, Tuple
+
+import grpc
+
+from .v1 import service_pb2_grpc
+
+_MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
+_MOST_TOKEN_BYTES = 4096
+_TLS_SCHEME = "https://"
+_OPTIONS = [
+    ("grpc.max_receive_message_length", -1),
+    # A server that is back is looked for every fifth of a second. What is called the least pause is how long an attempt
+    # to connect may take.
+    ("grpc.initial_reconnect_backoff_ms", 100),
+    ("grpc.min_reconnect_backoff_ms", 5000),
+    ("grpc.max_reconnect_backoff_ms", 200),
+    # Finds out about servers that vanished without a word; more often than every five minutes counts as abuse.
+    ("grpc.keepalive_time_ms", 6 * 60 * 1000),
+    ("grpc.keepalive_timeout_ms", 20 * 1000),
+]
+
+
+class Identity:
+    """Whom a client trusts, and who it is: paths of files, else those of the environment's variables."""
+
+    def __init__(self, ca: Optional[str], cert: Optional[str], key: Optional[str], token_file: Optional[str]):
+        self.ca = ca or os.environ.get("CCSLICE_CA")
+        self.cert = cert or os.environ.get("CCSLICE_CERT")
+        self.key = key or os.environ.get("CCSLICE_KEY")
+        self.token_file = token_file or os.environ.get("CCSLICE_TOKEN_FILE")
+        if bool(self.cert) != bool(self.key):
+            raise ValueError("cert and key go together")
+
+    def channel(self, address: str) -> grpc.Channel:
+        """Of several addresses with commas between them, as the command line takes them, to the first."""
+        address = address.split(",")[0]
+        scheme, host = address[:len(_TLS_SCHEME)], address[len(_TLS_SCHEME):]
+        if scheme == _TLS_SCHEME:
+            address = host if ":" in host else host + ":443"
+        elif address.startswith("unix:") or not (self.ca or self.cert):
+            return grpc.insecure_channel(address, options=_OPTIONS)
+        credentials = grpc.ssl_channel_credentials(*map(_content, (self.ca, self.key, self.cert)))
+        return grpc.secure_channel(address, credentials, options=_OPTIONS)
+
+    def metadata(self) -> List[Tuple[str, str]]:
+        return [("authorization", "Bearer " + _token(self.token_file))] if self.token_file else []
+
+
+def _content(path: Optional[str]) -> Optional[bytes]:
+    if not path:
+        return None
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def _token(path: str) -> str:
+    with open(path, "rb") as file:
+        line = file.read(_MOST_TOKEN_BYTES + 2).split(b"\n", 1)[0].rstrip(b"\r")
+    if not 0 < len(line) <= _MOST_TOKEN_BYTES or any(not 0x21 <= byte <= 0x7e for byte in line):
+        raise ValueError(f"{path} has no token: its first line is to be 1 to {_MOST_TOKEN_BYTES} printable ASCII "
+                         "characters without spaces")
+    return line.decode("ascii")
+
+
+class Calls:
+    """The service's methods. Each call of a mesh names it in its metadata, for proxies that choose a server by it."""
+
+    def __init__(self, channel: grpc.Channel, metadata: List[Tuple[str, str]]):
+        self._stub = service_pb2_grpc.SlicerServiceStub(channel)
+        self._metadata = metadata
+
+    def __getattr__(self, method: str) -> Any:
+        send = getattr(self._stub, method)
+
+        def call(request: Any, mesh_id: str = "") -> Any:
+            """mesh_id: of streams of requests."""
+            about = mesh_id or getattr(request, "mesh_id", "")
+            named = [("ccslice-mesh-id", about)] if _MESH_ID.fullmatch(about) else []
+            return send(request, metadata=self._metadata + named)
+
+        return call
