@@ -70,6 +70,7 @@ struct CallOptions {
   std::optional<std::chrono::system_clock::time_point> deadline = std::nullopt;  // DEFAULT: none.
   Cancellation* cancellation = nullptr;
   std::optional<RetryPolicy> retry = std::nullopt;  // DEFAULT: the client's.
+  unsigned split = 1;  // slice(): how many of the servers slice at once, each a block of layers after the other.
 };
 
 /// Layers are bound to what is pinned here; empty fields are filled in from the first header. Keep it to continue a job
@@ -110,6 +111,7 @@ struct UploadOutcome {
 
 class Attempts;
 class Endpoints;
+class LayerQueue;
 struct Endpoint;
 struct PreviewPicture;
 
@@ -135,7 +137,7 @@ class Client {
   /// On every server that answers. False if none held it.
   bool delete_mesh(const std::string& mesh_id, const CallOptions& call = {});
   v1::PlanSlicesResponse plan(const v1::PlanSlicesRequest& request, const CallOptions& call = {});
-  /// `pin` may be null.
+  /// `pin` may be null. With CallOptions::split layers that come too early are kept, in up to 256 MiB.
   SliceOutcome slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call = {},
                      SlicePin* pin = nullptr);
   /// Points in any number, x, y, z of each; answers per batch, in order.
@@ -159,6 +161,12 @@ class Client {
   auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
   v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const UploadProgress& progress,
                                      const CallOptions& call);
+  SliceOutcome slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
+                          const CallOptions& call, SlicePin& pin);
+  SliceOutcome slice_split(unsigned streams, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
+                           const CallOptions& call, SlicePin& pin);
+  void slice_blocks(std::size_t turn, v1::SliceRangeRequest request, const CallOptions& call, SlicePin pin,
+                    LayerQueue& queue, SliceOutcome& outcome);
   void slice_once(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
                   SlicePin& pin, Attempts& attempts, SliceOutcome& outcome);
   static v1::MeshSummary get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call);

@@ -2,14 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <exception>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "client/attempts.h"
 #include "client/call.h"
 #include "client/client.h"
 #include "client/layer_assembler.h"
+#include "client/layer_queue.h"
 
 namespace ccslice::client {
 namespace {
@@ -87,6 +93,38 @@ class SliceStream {
   bool finished_ = false;
 };
 
+/// The header as if one stream had brought all layers.
+v1::SliceHeader header_of_all(const v1::SliceHeader& header, const v1::SliceRangeRequest& request) {
+  v1::SliceHeader whole = header;
+  whole.set_first_layer(request.first_layer());
+  whole.set_layer_count(request.layer_count());
+  return whole;
+}
+
+/// Threads that fill a queue. When this ends, they do.
+class SliceThreads {
+ public:
+  SliceThreads(LayerQueue& queue, Cancellation& ending) : queue_(queue), ending_(ending) {}
+  ~SliceThreads() {
+    queue_.stop();
+    // What still runs is no more than needed if an error ends the job; else it is over.
+    if (!queue_.done()) ending_.cancel();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  SliceThreads(const SliceThreads&) = delete;
+  SliceThreads& operator=(const SliceThreads&) = delete;
+
+  template <typename Body>
+  void start(Body body) {
+    threads_.emplace_back(std::move(body));
+  }
+
+ private:
+  LayerQueue& queue_;
+  Cancellation& ending_;
+  std::vector<std::thread> threads_;
+};
+
 }  // namespace
 
 /// One stream, from its header to its end. `outcome` counts what has been delivered, whatever happens.
@@ -127,18 +165,77 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   add_voxels(material_voxels, part.material_voxels);
 }
 
+SliceOutcome Client::slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
+                                const CallOptions& call, SlicePin& pin) {
+  SliceOutcome outcome;
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id(), turn);
+  with_retries(call, attempts, outcome.reuploads, [&](const Endpoint&) {
+    if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
+    outcome.resumes += outcome.layers > 0;
+    slice_once(rest_of(request, outcome.layers), on_layer, call, pin, attempts, outcome);
+  });
+  return outcome;
+}
+
+/// What one of several threads does: block after block, first asked of endpoint number `turn`.
+void Client::slice_blocks(std::size_t turn, v1::SliceRangeRequest request, const CallOptions& call, SlicePin pin,
+                          LayerQueue& queue, SliceOutcome& outcome) {
+  const auto put = [&](const v1::SliceHeader& header, Layer layer) {
+    if (!queue.put(header, std::move(layer))) throw_cancelled_here();
+  };
+  try {
+    while (const std::optional<LayerBlock> block = queue.take()) {
+      request.set_first_layer(block->first);
+      request.set_layer_count(block->count);
+      const SliceOutcome part = slice_from(turn, request, put, call, pin);
+      outcome.resumes += part.resumes;
+      outcome.reuploads += part.reuploads;
+    }
+  } catch (...) {
+    queue.fail(std::current_exception());
+  }
+}
+
+SliceOutcome Client::slice_split(unsigned streams, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
+                                 const CallOptions& call, SlicePin& pin) {
+  constexpr std::uint64_t kMostBytes = 256 << 20;
+  constexpr std::chrono::milliseconds kLook(50);  // How often to look whether the call is cancelled.
+  LayerQueue queue({request.first_layer(), request.layer_count()}, streams, kMostBytes);
+  Cancellation ending;
+  CallOptions own_call = call;
+  own_call.cancellation = &ending;
+  std::vector<SliceOutcome> parts(streams);
+  SliceOutcome outcome;
+  {
+    SliceThreads threads(queue, ending);
+    for (unsigned i = 0; i < streams; ++i) {
+      threads.start([&, i, own_pin = pin] { slice_blocks(i, request, own_call, own_pin, queue, parts[i]); });
+    }
+    while (!queue.done()) {
+      if (call.cancellation && call.cancellation->cancelled()) throw_cancelled_here();
+      std::optional<LayerQueue::Item> item = queue.next(kLook);
+      if (!item) continue;
+      pin_or_compare(item->header, pin);
+      if (outcome.layers == 0) outcome.header = header_of_all(item->header, request);
+      add_to(outcome, item->layer);
+      on_layer(outcome.header, std::move(item->layer));
+    }
+  }
+  for (const SliceOutcome& part : parts) {
+    outcome.resumes += part.resumes;
+    outcome.reuploads += part.reuploads;
+  }
+  return outcome;
+}
+
 SliceOutcome Client::slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
                            SlicePin* pin) {
   SlicePin own_pin;
   SlicePin& pinned = pin ? *pin : own_pin;
-  SliceOutcome outcome;
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id());
-  with_retries(call, attempts, outcome.reuploads, [&](const Endpoint&) {
-    if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
-    outcome.resumes += outcome.layers > 0;
-    slice_once(rest_of(request, outcome.layers), on_layer, call, pinned, attempts, outcome);
-  });
-  return outcome;
+  const std::size_t endpoints = call.split > 1 ? endpoints_->in_order(request.mesh_id()).size() : 1;
+  const auto streams = static_cast<unsigned>(std::min<std::size_t>({call.split, endpoints, request.layer_count()}));
+  if (streams > 1) return slice_split(streams, request, on_layer, call, pinned);
+  return slice_from(0, request, on_layer, call, pinned);
 }
 
 }  // namespace ccslice::client

@@ -35,6 +35,8 @@
 namespace ccslice::cli {
 namespace {
 
+constexpr unsigned kMostStreams = 64;
+
 struct JobOptions {
   MeshOptions mesh;
   PlacementOptions placement;
@@ -53,6 +55,7 @@ struct SliceOptions {
   std::optional<std::string> share;
   std::string contours = "none";
   bool contours_by_region = false;
+  unsigned split = 1;
   bool no_contact_sheet = false;
   bool force = false;
   bool resume = false;
@@ -171,8 +174,9 @@ client::SliceOutcome slice_into(Session& session, const v1::SliceRangeRequest& r
       sink.write(layer);
       progress.update(++done);
     };
-    client::SliceOutcome outcome =
-        session.client().slice(rest_of(request, sink.finished()), on_layer, session.call(), &pin);
+    client::CallOptions call = session.call();
+    call.split = options.split;
+    client::SliceOutcome outcome = session.client().slice(rest_of(request, sink.finished()), on_layer, call, &pin);
     outcome.add_counts(sink.finished());
     return outcome;
   } catch (const std::exception&) {
@@ -335,6 +339,11 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
                 "Go on with the same job where an earlier run stopped, or start it if there was none")
       ->excludes(force);
   add_server_options(*app, common);
+  app->add_option("--split", options->split,
+                  "Have so many of the servers of --server slice at once, each a block of layers after the other")
+      ->check(CLI::Range(1u, kMostStreams))
+      ->capture_default_str()
+      ->group("Server");
   app->footer(
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"
       "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 "

@@ -149,6 +149,30 @@ TEST_F(SessionTest, SpeaksTls) {
   EXPECT_THAT(half.err, HasSubstr("is a certificate without a key"));
 }
 
+TEST_F(SessionTest, SplitsAJobOverServersWithTheSameBytes) {
+  server::Server other(local_server_options());
+  const std::vector<std::string> command = {"slice",       box_,
+                                            "--pitch",     "0.05",
+                                            "--occupancy", "--no-contact-sheet",
+                                            "--server",    server_->address() + "," + other.address()};
+  const auto slice = [&](const std::vector<std::string>& rest) {
+    std::vector<std::string> words = command;
+    words.insert(words.end(), rest.begin(), rest.end());
+    return run_alone(words);
+  };
+  const ProcessResult one = slice({"-o", path("one")}), two = slice({"-o", path("two"), "--split", "2"});
+  ASSERT_EQ(one.exit_code, cli::kExitOk) << one.err;
+  ASSERT_EQ(two.exit_code, cli::kExitOk) << two.err;
+  EXPECT_EQ(files_in("one"), files_in("two"));
+  EXPECT_GT(files_in("one"), 16u) << "more than two of the least blocks";
+  for (const fs::directory_entry& file : fs::directory_iterator(path("one"))) {
+    EXPECT_EQ(read_whole(file.path()), read_whole(fs::path(path("two")) / file.path().filename())) << file.path();
+  }
+  for (const char* split : {"0", "65", "x"}) {
+    EXPECT_EQ(slice({"-o", path("three"), "--split", split}).exit_code, cli::kExitUsage) << split;
+  }
+}
+
 TEST_F(SessionTest, AServerOfItsOwnGetsNoTokenAndNoTls) {
   const ProcessResult result =
       run_with({"CCSLICE_TOKEN_FILE=" + path("nowhere"), "CCSLICE_CA=" + path("nowhere")}, {"info", "--local"});
