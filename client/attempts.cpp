@@ -33,10 +33,11 @@ void Attempts::progress() noexcept {
 void Attempts::count_reupload(const ClientError& error) {
   constexpr int kMostInARow = 3;  // A server that keeps losing what it has just taken, or several behind one address.
   if (++reuploads_[endpoint_->address] <= kMostInARow) return;
-  throw ClientError(error, std::string(error.what()) + "; " + endpoint_->address + " was given it " +
-                               std::to_string(kMostInARow) +
-                               " times: if that is a proxy before several servers, have it choose one by the header "
-                               "ccslice-mesh-id, or give the servers a common --mesh-store");
+  // No mesh is named as missing, or callers would upload it once more.
+  throw ClientError(error.code(), error.reason(),
+                    endpoint_->address + " was given the mesh " + std::to_string(kMostInARow) +
+                        " times and doesn't hold it: if that is a proxy before several servers, have it choose one by "
+                        "the header ccslice-mesh-id, or give the servers a common --mesh-store");
 }
 
 bool Attempts::choose_untried() {

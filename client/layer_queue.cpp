@@ -24,11 +24,11 @@ LayerQueue::LayerQueue(const LayerBlock& whole, std::uint32_t streams, std::uint
     : streams_(streams), most_bytes_(most_bytes), left_(whole), due_(whole.first), end_(whole.first + whole.count) {}
 
 std::optional<LayerBlock> LayerQueue::take() {
-  constexpr std::uint32_t kMost = 64, kFewest = 8;
+  constexpr std::uint32_t kMost = 64, kFewest = 16;  // A block's first layer takes the time of ten, or more.
   const std::lock_guard lock(mutex_);
   if (stopped_ || left_.count == 0) return std::nullopt;
   // Towards the end blocks get smaller, so that all streams end at about the same time.
-  std::uint32_t count = std::clamp(left_.count / (2 * streams_), kFewest, kMost);
+  std::uint32_t count = std::clamp(left_.count / streams_, kFewest, kMost);
   // Where layers are so large that blocks don't fit, streams would wait for each other.
   if (largest_bytes_ > 0) {
     const std::uint64_t fit = std::max<std::uint64_t>(1, most_bytes_ / (streams_ * largest_bytes_));

@@ -247,8 +247,8 @@ TEST_F(Fleet, AProxyThatKnowsNoMeshesIsNamedWithTheRemedy) {
   client.ensure_uploaded(mesh_);
   const ClientError error = error_of([&] { slice_all(client); });
   EXPECT_EQ(error.reason(), "MESH_MISSING");
-  EXPECT_THAT(error.what(), AllOf(HasSubstr(proxy.address() + " was given it 3 times"), HasSubstr("ccslice-mesh-id"),
-                                  HasSubstr("--mesh-store")));
+  EXPECT_THAT(error.what(), AllOf(HasSubstr(proxy.address() + " was given the mesh 3 times"),
+                                  HasSubstr("ccslice-mesh-id"), HasSubstr("--mesh-store")));
   EXPECT_EQ(proxy.uploads, 4);
 }
 

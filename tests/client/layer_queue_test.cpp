@@ -36,12 +36,12 @@ TEST(LayerQueue, GivesBlocksThatMakeUpTheWhole) {
   while (const auto block = queue.take()) {
     EXPECT_EQ(block->first, next);
     EXPECT_LE(block->count, std::min(64u, last)) << "blocks get smaller";
-    EXPECT_GE(block->count, std::min(8u, 2000 - next));
+    EXPECT_GE(block->count, std::min(16u, 2000 - next));
     next += block->count;
     last = block->count;
   }
   EXPECT_EQ(next, 2000u);
-  EXPECT_LE(last, 8u);
+  EXPECT_LE(last, 16u);
 }
 
 TEST(LayerQueue, GivesSmallerBlocksWhereLayersAreLarge) {

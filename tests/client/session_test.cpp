@@ -164,7 +164,7 @@ TEST_F(SessionTest, SplitsAJobOverServersWithTheSameBytes) {
   ASSERT_EQ(one.exit_code, cli::kExitOk) << one.err;
   ASSERT_EQ(two.exit_code, cli::kExitOk) << two.err;
   EXPECT_EQ(files_in("one"), files_in("two"));
-  EXPECT_GT(files_in("one"), 16u) << "more than two of the least blocks";
+  EXPECT_GT(files_in("one"), 32u) << "more than two of the least blocks";
   for (const fs::directory_entry& file : fs::directory_iterator(path("one"))) {
     EXPECT_EQ(read_whole(file.path()), read_whole(fs::path(path("two")) / file.path().filename())) << file.path();
   }
