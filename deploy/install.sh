@@ -50,20 +50,26 @@ readonly test=(
   ca-certificates
   clang-format
   clang-tidy
+  curl
+  haproxy
   imagemagick
   libgmock-dev
   libgtest-dev
   libosd-dev
   libpng-tools
   man-db
+  nginx
   openssl
+  prometheus
   python3
+  python3-celery
   python3-grpcio
   python3-jsonschema
   python3-numpy
   python3-pil
   python3-pip
   python3-protobuf
+  python3-redis
   python3-setuptools
   python3-wheel
   python3-zstandard
@@ -222,6 +228,14 @@ as_root() {
   fi
 }
 
+# Packages of servers would start them; whoever wants one starts it. Debian's tools ask this file, if there is one.
+readonly no_services=/usr/sbin/policy-rc.d
+start_no_services() {
+  [[ -e $no_services ]] && return
+  as_root sh -c "printf '#!/bin/sh\nexit 101\n' >$no_services && chmod 755 $no_services"
+  trap 'as_root rm -f "$no_services"' EXIT
+}
+
 # Quiet unless something goes wrong.
 apt_get() {
   local log
@@ -250,6 +264,7 @@ install_group() {
     apt_get update
     updated=yes
   fi
+  start_no_services
   echo "install.sh: $group: installing ${missing[*]}"
   apt_get install --yes --no-install-recommends "${missing[@]}"
 }
