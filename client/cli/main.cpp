@@ -4,10 +4,12 @@
 // ccslice, the command line: reads the arguments, runs one command, and says by its exit code how it went.
 
 #include <google/protobuf/stubs/logging.h>
+#include <grpc/support/log.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <string_view>
@@ -74,6 +76,8 @@ bool wants_json(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace ccslice::cli;
   google::protobuf::SetLogHandler(nullptr);  // What it has to say about hostile files, our errors say.
+  // Likewise about connections that fail, five times a second. Who wants to know more sets the variable.
+  if (std::getenv("GRPC_VERBOSITY") == nullptr) gpr_set_log_function([](gpr_log_func_args*) {});
   Program program;
   CLI::App& app = program.app;
   if (argc == 1) {
