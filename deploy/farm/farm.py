@@ -27,15 +27,15 @@ import time
 import uuid
 
 from celery import Celery, chord
-from celery.exceptions import Reject
 from celery.result import AsyncResult
+from kombu.transport import redis as kombu_redis
 
 FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolute()
 BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
 RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if BROKER.startswith("redis") else "redis://localhost:6379/1")
 LONGEST_SHARE_S = int(os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600"))
-CCSLICE = os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice")
-LAYERS_OF_SHARE, MOST_SHARES = 128, 64
+CCSLICE = shutil.which(os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice"))
+LAYERS_OF_SHARE, MOST_SHARES, SLAB = 128, 64, 16
 PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
 ATTEMPTS, PAUSE_S = 20, 5
 
@@ -48,6 +48,9 @@ app.conf.update(
     result_backend_transport_options={"visibility_timeout": LONGEST_SHARE_S},
     task_track_started=True, result_expires=7 * 24 * 3600, worker_cancel_long_running_tasks_on_connection_loss=True,
     broker_connection_retry_on_startup=True)
+
+# Kombu (transport/redis.py, 5.2) looks for messages of lost workers at every tenth tick of ten seconds. Look at each.
+kombu_redis.QoS.restore_visible.__defaults__ = (0, 10, 1)
 
 
 class JobFailed(Exception):
@@ -74,6 +77,8 @@ def die_with_worker():
 
 def run_ccslice(task, arguments, watched=None):
     """Runs ccslice and tells how many layers are there. Ends with the worker, or when the task is revoked."""
+    if not CCSLICE:
+        raise JobFailed("this worker has no ccslice: put it into PATH, or name it in CCSLICE_FARM_PROGRAM")
     process = subprocess.Popen([CCSLICE, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                                preexec_fn=die_with_worker)
     try:
@@ -144,6 +149,31 @@ def send(name, job):
                  f"({error}): farm.py retry {name} sends it again")
 
 
+def layers_of(mesh, options):
+    """How many a job has. ccslice plan has no options for what is written, and knows nothing of --layers."""
+    flags = {"--no-contact-sheet": 0, "--contours-by-region": 0, "--contours": 1, "--split": 1, "--layers": 1}
+    asked, layers, rest = [], None, list(options)
+    while rest:
+        name, equals, value = rest.pop(0).partition("=")
+        if name in ("-o", "--output", "--share", "--resume", "--force", "--json"):
+            sys.exit(f"farm: {name} is what the farm gives itself: leave it out")
+        if name not in flags:
+            asked.append(name + equals + value)
+            continue
+        if flags[name] and not equals:
+            value = rest.pop(0) if rest else sys.exit(f"farm: {name} needs a value")
+        if name == "--layers" and re.fullmatch(r"\d+(\.\.\d+)?", value):
+            first, _, last = value.partition("..")
+            layers = int(last or first) - int(first) + 1
+    if not CCSLICE:
+        sys.exit("farm: there is no ccslice: put it into PATH, or name it in CCSLICE_FARM_PROGRAM")
+    plan = subprocess.run([CCSLICE, "plan", str(mesh), *asked, "--json"], capture_output=True, text=True)
+    if plan.returncode:
+        print(plan.stderr.strip(), file=sys.stderr)
+        sys.exit(plan.returncode)
+    return layers or json.loads(plan.stdout)["layer_count"]
+
+
 def submit(arguments):
     folder = folder_of(arguments.name)
     mesh = pathlib.Path(arguments.mesh)
@@ -151,15 +181,15 @@ def submit(arguments):
         sys.exit(f"farm: {mesh} is no mesh file")
     if folder.exists():
         sys.exit(f"farm: there is a job {arguments.name} already: take another name, or farm.py retry {arguments.name}")
-    plan = subprocess.run([CCSLICE, "plan", str(mesh), *arguments.options, "--json"], capture_output=True, text=True)
-    if plan.returncode:
-        print(plan.stderr.strip(), file=sys.stderr)
-        sys.exit(plan.returncode)
-    layers = json.loads(plan.stdout)["layer_count"]
+    layers = layers_of(mesh, arguments.options)
+    most = -(-layers // SLAB)
+    if arguments.shares and not 1 <= arguments.shares <= most:
+        sys.exit(f"farm: --shares {arguments.shares}: {layers} layers make 1 to {most} shares, as they are cut at "
+                 f"multiples of {SLAB}")
     folder.mkdir(parents=True)
     (folder / "shares").mkdir()
     shutil.copy(mesh, folder / mesh.name)
-    shares = arguments.shares or max(1, min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES))
+    shares = arguments.shares or min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES)
     send(arguments.name, {"mesh": mesh.name, "options": arguments.options, "shares": shares, "layers": layers,
                           "priority": arguments.priority})
     print(f"{arguments.name}: {layers} layers in {shares} shares")
@@ -224,14 +254,16 @@ def main():
     one.add_argument("mesh")
     one.add_argument("--priority", type=int, default=5, help="0 comes first, 9 last; 5 unless given")
     one.add_argument("--shares", type=int, help="how many; one for 128 layers unless given, 64 at most")
-    one.add_argument("options", nargs="*", help="of ccslice slice, such as -- --pitch 0.1 --channel hardness")
     one.set_defaults(run=submit)
     for command, run, words in (("status", status, "layers done, rate, time left"), ("cancel", cancel, "stop a job"),
                                 ("retry", retry, "send a job again; shares that are there stay")):
         one = commands.add_parser(command, help=words)
         one.add_argument("name", nargs="?" if command == "status" else None)
         one.set_defaults(run=run)
-    arguments = parser.parse_args()
+    words = sys.argv[1:]
+    end = words.index("--") if "--" in words else len(words)
+    arguments = parser.parse_args(words[:end])
+    arguments.options = words[end + 1:]
     arguments.run(arguments)
 
 

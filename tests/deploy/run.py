@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
-"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers.
+"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, the
+farm's queue with workers and servers that are killed.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy]
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,farm] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
@@ -12,6 +13,7 @@ import collections
 import contextlib
 import hashlib
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -26,9 +28,10 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests/support")]
 
+import farm_trial  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
 
-PARTS = ("alerts", "nginx", "haproxy")
+PARTS = ("alerts", "nginx", "haproxy", "farm")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -226,9 +229,10 @@ def try_metrics(ccsliced, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("ccsliced")
-    parser.add_argument("ccslice")
+    parser.add_argument("ccsliced", type=os.path.abspath)
+    parser.add_argument("ccslice", type=os.path.abspath)
     parser.add_argument("--parts", default=",".join(PARTS))
+    parser.add_argument("--long", action="store_true", help="the farm with all samples, for minutes")
     arguments = parser.parse_args()
     parts = arguments.parts.split(",")
     with tempfile.TemporaryDirectory() as temporary:
@@ -244,6 +248,8 @@ def main():
         for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
             if name in parts:
                 try_affinity(name, proxy, arguments.ccsliced, ccslice, folder)
+        if "farm" in parts:
+            farm_trial.run(row, program, free_port, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
     width = max(len(what) for what, _, _ in rows)
     for what, found, verdict in rows:
         print(f"{what:<{width}}  {found:<40}  {verdict}")
