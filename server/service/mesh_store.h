@@ -21,7 +21,12 @@ namespace ccslice::server {
 /// The store can't be reached, doesn't answer, or takes nothing more. The text holds no secret.
 class StoreError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// `hangs`: it cost time to find out.
+  explicit StoreError(const std::string& text, bool hangs = false) : std::runtime_error(text), hangs_(hangs) {}
+  bool hangs() const noexcept { return hangs_; }
+
+ private:
+  bool hangs_;
 };
 
 /// One thread at a time. All throw StoreError.

@@ -141,7 +141,8 @@ RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& argu
   }
   Reply reply(static_cast<redisReply*>(
       redisCommandArgv(context_.get(), static_cast<int>(pointers.size()), pointers.data(), sizes.data())));
-  if (!reply) fail(errno == EAGAIN ? "it doesn't answer within a second" : context_->errstr);
+  if (!reply && errno == EAGAIN) fail("it doesn't answer within a second", /*hangs=*/true);
+  if (!reply) fail(context_->errstr);
   // Redis is reached and says no: the connection can go on.
   if (reply->type == REDIS_REPLY_ERROR) {
     throw StoreError("the mesh store " + show_mesh_store(place_) + " refuses " + arguments.front() + ": " +
@@ -153,7 +154,7 @@ RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& argu
 void RedisStore::connect() {
   context_.reset(redisConnectWithTimeout(place_.host.c_str(), place_.port, kConnectWait));
   if (!context_) fail("there is no memory for a connection");
-  if (context_->err != 0) fail(context_->errstr);
+  if (context_->err != 0) fail(context_->errstr, /*hangs=*/errno == ETIMEDOUT || errno == EINPROGRESS);
   if (redisSetTimeout(context_.get(), kAnswerWait) != REDIS_OK) fail(context_->errstr);
   redisEnableKeepAlive(context_.get());
   try {
@@ -165,10 +166,10 @@ void RedisStore::connect() {
   }
 }
 
-void RedisStore::fail(const std::string& why) {
+void RedisStore::fail(const std::string& why, bool hangs) {
   const std::string text = "the mesh store " + show_mesh_store(place_) + " fails: " + echoed(why, 200);
   context_.reset();
-  throw StoreError(text);
+  throw StoreError(text, hangs);
 }
 
 }  // namespace ccslice::server

@@ -51,7 +51,7 @@ class RedisStore final : public MeshStore {
   void connect();
   void mark_used(const std::string& mesh_id);
   void write_as(const std::string& key, const std::vector<std::string>& blocks, const Progress& progress);
-  [[noreturn]] void fail(const std::string& why);
+  [[noreturn]] void fail(const std::string& why, bool hangs = false);
 
   const MeshStorePlace place_;
   const std::string password_;

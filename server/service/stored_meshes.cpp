@@ -188,7 +188,7 @@ void StoredMeshes::serve() {
 
 void StoredMeshes::run(const RequestPtr& request) {
   std::function<void()> tell = request->give_up;
-  bool failed = false;
+  bool failed = false, hangs = false;
   try {
     tell = request->work([this] {
       const std::lock_guard lock(mutex_);
@@ -196,13 +196,15 @@ void StoredMeshes::run(const RequestPtr& request) {
     });
   } catch (const std::exception& error) {
     failed = true;
+    const auto* store_error = dynamic_cast<const StoreError*>(&error);
+    hangs = store_error != nullptr && store_error->hangs();
     note(request->operation, StoreOutcome::kFailed);
     spdlog::warn("{}", error.what());
   }
   {
     const std::lock_guard lock(mutex_);
     if (failed) {
-      count_failure_locked(Clock::now());
+      count_failure_locked(Clock::now(), hangs);
     } else if (!request->answered) {
       failures_ = 0;
     }
@@ -212,12 +214,12 @@ void StoredMeshes::run(const RequestPtr& request) {
   tell();
 }
 
-void StoredMeshes::count_failure_locked(Clock::time_point now) {
-  if (++failures_ < kMostFailures) return;
+/// One failure is enough where it cost time: the next call would wait as long.
+void StoredMeshes::count_failure_locked(Clock::time_point now, bool hangs) {
+  if (++failures_ < kMostFailures && !hangs) return;
   failures_ = 0;
   rests_until_ = now + options_.rest;
-  spdlog::warn("the mesh store failed {} times in a row: it is left alone for {} ms", kMostFailures,
-               options_.rest.count());
+  spdlog::warn("the mesh store fails: it is left alone for {} ms", options_.rest.count());
 }
 
 bool StoredMeshes::is_overdue(Clock::time_point now) const { return current_ && now - progress_ >= options_.patience; }

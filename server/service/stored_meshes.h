@@ -6,8 +6,8 @@
 //     call -> queue -> the store's thread -> done
 //                 \--> the clock, where the store makes no progress -> done, as if the mesh weren't there
 //
-// A store that is slow or down looks empty. After three failures in a row it is left alone for a while: then calls
-// don't even wait.
+// A store that is slow or down looks empty. After three failures in a row, or one that took its time, it is left alone
+// for a while: then calls don't even wait.
 
 #pragma once
 
@@ -104,7 +104,7 @@ class StoredMeshes {
   void run(const RequestPtr& request);
   void watch();
   bool is_overdue(Clock::time_point now) const;
-  void count_failure_locked(Clock::time_point now);
+  void count_failure_locked(Clock::time_point now, bool hangs);
   void note(StoreOperation operation, StoreOutcome outcome) {
     ++counts_[static_cast<std::size_t>(operation)][static_cast<std::size_t>(outcome)];
   }

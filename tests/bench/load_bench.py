@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NOT_PARTS = {"__init__", "http2", "part"}
+NOT_PARTS = {"__init__", "http2", "part", "slicing"}
 
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(ROOT / "tests/bench"), str(ROOT / "tests/support")]

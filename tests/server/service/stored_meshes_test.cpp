@@ -22,14 +22,14 @@ using namespace std::chrono_literals;
 struct FakeStore {
   std::map<std::string, std::string> meshes;
   std::atomic<int> asked{0};
-  std::atomic<bool> fails{false};
+  std::atomic<bool> fails{false}, is_slow{false};
   std::atomic<bool> hangs{false};
   std::counting_semaphore<> go_on{0};
 
   void enter() {
     ++asked;
     if (hangs) go_on.acquire();
-    if (fails) throw StoreError("broken");
+    if (fails) throw StoreError("broken", is_slow);
   }
 };
 
@@ -177,6 +177,13 @@ TEST_F(StoredMeshesTest, IsLeftAloneAfterThreeFailures) {
   std::this_thread::sleep_for(350ms);
   EXPECT_TRUE(load(id_).get().upload);
   EXPECT_EQ(stored_.count(StoreOperation::kWrite, StoreOutcome::kFailed), 1u);
+}
+
+TEST_F(StoredMeshesTest, IsLeftAloneAfterOneFailureThatTookItsTime) {
+  fake_.fails = fake_.is_slow = true;
+  EXPECT_FALSE(load(id_).get().upload);
+  EXPECT_EQ(erase(id_), std::nullopt);
+  EXPECT_EQ(fake_.asked, 1);
 }
 
 TEST_F(StoredMeshesTest, NobodyWaitsForAStoreThatHangs) {
