@@ -16,7 +16,7 @@ _CLIENTS = 8
 _RENEW_EVERY_S = 1.0
 _JOB = ["--pitch", "0.5", "--encoding", "raw", "--no-contact-sheet", "--quiet", "--force"]
 _WHOLE_JOB = ["--pitch", "0.1", "--all-channels", "--encoding", "zstd", "--no-contact-sheet", "--quiet", "--force"]
-_ROUNDS = 5
+_ROUNDS = 9
 
 
 def _openssl(folder, *words):
@@ -64,8 +64,10 @@ class _Tokens:
         fresh.write_text("".join(self._lines) + self._line("only-reads", "reader", "read"))
         os.replace(fresh, self._file)
         time.sleep(0 if self._count == 1 else 1.2)  # The server has it.
-        self._mine.write_text(token + "\n")
-        self._mine.chmod(0o600)
+        fresh = self._mine.with_suffix(".fresh")
+        fresh.write_text(token + "\n")
+        fresh.chmod(0o600)
+        os.replace(fresh, self._mine)
 
 
 def _slice(job, mesh, address, folder, *options, work=_JOB):
