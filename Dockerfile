@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Three images from one build, on Debian 12:
+# Four images from one build, on Debian 12:
 #
 #   docker build --target server -t ccslice/server .              ccsliced with all encodings
 #   docker build --target server-slim -t ccslice/server-slim .    ccsliced without OpenImageIO: raw, zstd and PNG
 #   docker build --target client -t ccslice/client .              ccslice, the command line; mount a folder at /data
+#   docker build --target farm -t ccslice/farm .                  a worker of deploy/farm; mount the jobs' folder at /jobs
 #
 # They run as a user that isn't root, need no capability and write nothing to their root file system. Packages are
 # installed in stages that see deploy/install.sh only (its groups are the one list of them), so a change of the sources
@@ -62,6 +63,11 @@ RUN /tmp/install.sh server-slim && apt-get clean && rm -rf /tmp/install.sh /var/
 FROM runtime AS client-packages
 RUN /tmp/install.sh client && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/*
 
+# A new volume at /jobs belongs to whom the folder belongs to.
+FROM runtime AS farm-packages
+RUN /tmp/install.sh client farm && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/* \
+  && install --directory --owner 65532 --group 65532 /jobs
+
 FROM server-packages AS server
 COPY --from=build /opt/full/bin/ccsliced /usr/local/bin/
 USER 65532:65532
@@ -91,5 +97,23 @@ ARG VERSION=unknown
 ARG REVISION=unknown
 LABEL org.opencontainers.image.title="ccslice" \
   org.opencontainers.image.description="Command line of ccsliced, the slicer of Catmull-Clark solids" \
+  org.opencontainers.image.version="${VERSION}" \
+  org.opencontainers.image.revision="${REVISION}"
+
+FROM farm-packages AS farm
+COPY --from=build /opt/full/bin/ccslice /usr/local/bin/
+COPY deploy/farm/farm.py /usr/local/share/ccslice-farm/
+ENV PYTHONPATH=/usr/local/share/ccslice-farm \
+  PYTHONDONTWRITEBYTECODE=1 \
+  CCSLICE_FARM_FOLDER=/jobs
+WORKDIR /jobs
+USER 65532:65532
+# The package has the module alone, no program.
+ENTRYPOINT ["python3", "-m", "celery", "-A", "farm"]
+CMD ["worker", "--concurrency", "1", "--loglevel", "info"]
+ARG VERSION=unknown
+ARG REVISION=unknown
+LABEL org.opencontainers.image.title="ccslice, farm" \
+  org.opencontainers.image.description="A worker that slices shares of a print farm's jobs" \
   org.opencontainers.image.version="${VERSION}" \
   org.opencontainers.image.revision="${REVISION}"

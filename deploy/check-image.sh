@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds the Dockerfile's three images and tries them, on Debian 12 and without a Docker engine: debootstrap makes the
+# Builds the Dockerfile's four images and tries them, on Debian 12 and without a Docker engine: debootstrap makes the
 # base from this machine's own apt sources, buildah builds, podman runs. Needs root. Images and containers have a
 # storage of their own in build/check-image.
 #
@@ -150,7 +150,7 @@ build_images() {
   local version revision target seconds
   version=$(sed -n 's/^  VERSION \([0-9.]*\)$/\1/p' CMakeLists.txt)
   revision=$(git rev-parse HEAD 2>/dev/null || echo unknown)
-  for target in server server-slim client; do
+  for target in server server-slim client farm; do
     step "Image: $target"
     seconds=$SECONDS
     build . "$target" --tag "ccslice/$target" --build-arg "VERSION=$version" --build-arg "REVISION=$revision" >/dev/null
@@ -164,7 +164,7 @@ of_image() {
 
 check_sizes() {
   local target mb most
-  for target in server server-slim client; do
+  for target in server server-slim client farm; do
     mb=$(($(of_image "$target" '{{.Size}}') / 1000000))
     most=$([[ $target == server-slim ]] && echo "$most_slim_mb" || echo 1500)
     row "$target: size" "$mb MB" "<= $most MB" test "$mb" -le "$most"
@@ -178,8 +178,10 @@ check_configuration() {
     row "$target: user, stop signal, health check" "$found" "as in the Dockerfile" \
       test "$found" = "$user:$user SIGTERM [CMD /usr/local/bin/ccsliced --health-check]"
   done
-  found=$(of_image client '{{.User}}')
-  row "client: user" "$found" "as in the Dockerfile" test "$found" = "$user:$user"
+  for target in client farm; do
+    found=$(of_image "$target" '{{.User}}')
+    row "$target: user" "$found" "as in the Dockerfile" test "$found" = "$user:$user"
+  done
 }
 
 # A changed source file must reach the compiler and leave the layers of packages alone.
@@ -189,7 +191,7 @@ check_package_layers() {
   mkdir -p "$work/changed"
   tar --create --exclude=./build --exclude=./.git --exclude=./out . | tar --extract --directory "$work/changed"
   echo "// Changed." >>"$work/changed/server/main.cpp"
-  for stage in build-packages server-packages server-slim-packages client-packages; do
+  for stage in build-packages server-packages server-slim-packages client-packages farm-packages; do
     before=$(build . "$stage")
     after=$(build "$work/changed" "$stage")
     row "source changed: $stage" "${after:0:12}" "the same layer" test "$before" = "$after"
@@ -314,6 +316,11 @@ check_containers() {
   chown "$user:$user" "$work/data"
   runs "client: writes a sample" containers run --rm "${confined[@]}" --network none --volume "$work/data:/data" \
     ccslice/client models ring --output /data/ring.ccmesh
+  # It needs a broker to work, but none to know its tasks.
+  row "farm: tasks of the worker" "join, slice_share" "the same" grep -q "join slice_share" <(
+    containers run --rm "${confined[@]}" --network none --entrypoint python3 ccslice/farm \
+      -c 'import farm; print("join", "slice_share" if "farm.slice_share" in farm.app.tasks else "nothing")'
+  )
   check_server server
   check_server server-slim
   row "both servers: the same layers" "$(find "$work/data/server" -name '*.zst' | wc -l) files" "byte for byte" \

@@ -17,6 +17,7 @@
 #   deploy/install.sh server         the libraries that ccsliced links: for machines that only run it
 #   deploy/install.sh server-slim    the same without OpenImageIO (CCSLICE_WITH_OPENIMAGEIO=OFF)
 #   deploy/install.sh client         the libraries that ccslice links
+#   deploy/install.sh farm           what a worker of deploy/farm takes besides
 
 set -euo pipefail
 
@@ -51,6 +52,7 @@ readonly test=(
   clang-format
   clang-tidy
   curl
+  docker-compose
   haproxy
   imagemagick
   libgmock-dev
@@ -72,6 +74,7 @@ readonly test=(
   python3-redis
   python3-setuptools
   python3-wheel
+  python3-yaml
   python3-zstandard
   redis-server
   shellcheck
@@ -168,7 +171,13 @@ readonly client=(
   zlib1g
 )
 
-readonly groups="build test bench peers cad package containers fuzz browser hosts server server-slim client"
+readonly farm=(
+  python3
+  python3-celery
+  python3-redis
+)
+
+readonly groups="build test bench peers cad package containers fuzz browser hosts server server-slim client farm"
 
 fail() {
   echo "install.sh: $*" >&2
@@ -210,6 +219,7 @@ packages_of() {
     server) printf '%s\n' "${server[@]}" ;;
     server-slim) printf '%s\n' "${server_slim[@]}" ;;
     client) printf '%s\n' "${client[@]}" ;;
+    farm) printf '%s\n' "${farm[@]}" ;;
     *) fail "unknown group '$1'. Groups: $groups" ;;
   esac
 }
