@@ -7,7 +7,7 @@
     farm.py status [NAME]
     farm.py cancel NAME
     farm.py retry NAME
-    celery -A farm worker      # in this folder: a worker
+    python3 -m celery -A farm worker      # in this folder: a worker
 
 A job is a chord: share I of N is a task that any worker does, and one more task joins the shares. All programs see one
 folder, CCSLICE_FARM_FOLDER, with a folder for each job: job.json, the mesh, shares/I, and layers, which is the result.
