@@ -48,8 +48,9 @@ LABEL org.opencontainers.image.licenses="Apache-2.0"
 
 # The health check asks where CCSLICE_LISTEN says, so set that rather than --listen. A container serves beyond itself.
 FROM runtime AS server-runtime
+# By convention health alone is on port 50053 (CCSLICE_HEALTH_LISTEN), figures are on 9464 (CCSLICE_METRICS_LISTEN).
 ENV CCSLICE_LISTEN=0.0.0.0:50051
-EXPOSE 50051
+EXPOSE 50051 50053 9464
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=5s --start-period=5s --retries=3 CMD ["/usr/local/bin/ccsliced", "--health-check"]
 ENTRYPOINT ["/usr/local/bin/ccsliced"]

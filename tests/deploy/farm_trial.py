@@ -139,9 +139,9 @@ def run(row, program, free_port, ccsliced, ccslice, folder, long):
         trial.wait_for(["long"], "running", 20)
         begin = time.monotonic()
         trial.farm("cancel", "long")
-        stopped = False
+        stopped, own = False, str(trial.jobs / "long" / "shares").encode()
         while not stopped and time.monotonic() - begin < 15:
-            stopped = not any(b"--share" in command for command in _commands())
+            stopped = not any(own in command for command in _commands())
         seconds = time.monotonic() - begin
         row("farm: a cancelled job", f"stops in {seconds:.1f} s: {trial.state('long').split(', ')[0]}",
             stopped and seconds < 5 and ": cancelled," in trial.state("long"))
