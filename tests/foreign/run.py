@@ -26,14 +26,38 @@ def json_of(command, **options):
     return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, **options).stdout)
 
 
-def python_client(address, folder, _):
+class Secured:
+    """A certificate for localhost, its authority, and a token that may upload."""
+
+    def __init__(self, ccsliced, folder):
+        self.authority, self.token, self._folder = folder / "ca.pem", folder / "token", folder
+        (folder / "names").write_text("subjectAltName=DNS:localhost,IP:127.0.0.1\n")
+        key = ["-newkey", "rsa:2048", "-nodes"]
+        self._openssl("req", "-x509", *key, "-days", "2", "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem")
+        self._openssl("req", *key, "-subj", "/CN=localhost", "-keyout", "key.pem", "-out", "request.pem")
+        self._openssl("x509", "-req", "-in", "request.pem", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-days",
+                      "2", "-extfile", "names", "-out", "cert.pem")
+        self.token.write_text("open-sesame\n")
+        self.token.chmod(0o600)
+        with open(self.token) as token, open(folder / "tokens", "w") as tokens:
+            subprocess.run([ccsliced, "--hash-token", "foreign", "write"], stdin=token, stdout=tokens, check=True)
+
+    def _openssl(self, *words):
+        subprocess.run(["openssl", *words], cwd=self._folder, check=True, capture_output=True)
+
+    def server_options(self):
+        return ["--tls-cert", self._folder / "cert.pem", "--tls-key", self._folder / "key.pem", "--token-file",
+                self._folder / "tokens"]
+
+
+def python_client(address, folder, _, *secured):
     """Generates the stubs, then runs the example with them."""
     protos = [str(path) for path in sorted(PROTO.rglob("*.proto"))] + [str(HERE / "proto/reflection.proto")]
     subprocess.run(
         ["protoc", "-I", PROTO, "-I", HERE / "proto", f"--python_out={folder}", f"--grpc_python_out={folder}",
          "--plugin=protoc-gen-grpc_python=/usr/bin/grpc_python_plugin", *protos], check=True)
     environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
-    return "stiffness", json_of(["/usr/bin/python3", HERE / "python/slice_bar.py", address], env=environment)
+    return "stiffness", json_of(["/usr/bin/python3", HERE / "python/slice_bar.py", address, *secured], env=environment)
 
 
 def install_node_packages():
@@ -45,20 +69,20 @@ def install_node_packages():
         subprocess.run(install, check=True, cwd=node, stdout=sys.stderr)
 
 
-def node_client(address, folder, ccslice):
+def node_client(address, folder, ccslice, *secured):
     """Makes a sample, then runs the example with it."""
     node = HERE / "node"
     install_node_packages()
     subprocess.run([ccslice, "models", "box", "-o", folder / "box.ccmesh", "--quiet"], check=True, stdout=sys.stderr)
-    return "gradient", json_of(["node", node / "slice_file.js", address, folder / "box.ccmesh", "gradient"])
+    return "gradient", json_of(["node", node / "slice_file.js", address, folder / "box.ccmesh", "gradient", *secured])
 
 
-def slice_with_ours(ccslice, address, folder, channel, got):
+def slice_with_ours(ccslice, address, folder, channel, got, *options):
     """The checksums of the same layers through the command line: {layer: [occupancy, channel]}."""
     layers = sorted(map(int, got["layers"]))
     subprocess.run(
         [ccslice, "slice", got["mesh_id"], "--server", address, "--pitch", str(got["pitch_mm"]), "--occupancy", "--channel",
-         channel, "--encoding", "raw", "--layers", f"{layers[0]}..{layers[-1]}", "-o", folder / "ours", "--quiet"],
+         channel, "--encoding", "raw", "--layers", f"{layers[0]}..{layers[-1]}", "-o", folder / "ours", "--quiet", *options],
         check=True, stdout=sys.stderr)
     manifest = json.loads((folder / "ours/manifest.json").read_text())
     assert manifest["grid"]["layers"] == got["layer_count"]
@@ -83,13 +107,18 @@ def check(got, ours):
 
 def main(language, ccsliced, ccslice):
     client = {"python": python_client, "node": node_client}[language]
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        with Server(ccsliced, folder) as server:
-            address = server.address()
-            channel, got = client(address, folder, ccslice)
-            check(got, slice_with_ours(ccslice, address, folder, channel, got))
-    print(f"{language}: {len(got['layers'])} layers, the same as through the command line")
+    for with_tls in (False, True):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            secured = Secured(ccsliced, folder) if with_tls else None
+            with Server(ccsliced, folder, *(secured.server_options() if secured else ())) as server:
+                address = server.address()
+                files = (secured.authority, secured.token) if secured else ()
+                channel, got = client(address, folder, ccslice, *files)
+                options = ("--ca", files[0], "--token-file", files[1]) if secured else ()
+                check(got, slice_with_ours(ccslice, address, folder, channel, got, *options))
+        print(f"{language}{', TLS and a token' if secured else ''}: {len(got['layers'])} layers, the same as through the "
+              "command line")
 
 
 if __name__ == "__main__":

@@ -24,8 +24,8 @@ constexpr std::uint64_t kMostBytes = 1 << 20;
 struct Fixture {
   ccslice::TemporaryFolder folder;
   MemoryBudget budget{4 * kMostBytes};
-  StoredMeshes stored{std::make_unique<FolderStore>(folder.path(), 16 * kMostBytes), budget,
-                      {.max_mesh_bytes = kMostBytes}};
+  StoredMeshes stored{
+      std::make_unique<FolderStore>(folder.path(), 16 * kMostBytes), budget, {.max_mesh_bytes = kMostBytes}};
 };
 
 bool is_found(Fixture& fixture, const std::string& id) {

@@ -145,8 +145,8 @@ function ask(stream, request) {
 }
 
 /** What the server offers, by reflection. */
-async function serviceNames(address) {
-  const reflection = new ServerReflection(address, grpc.credentials.createInsecure());
+async function serviceNames(address, credentials) {
+  const reflection = new ServerReflection(address, credentials);
   const answer = await ask(reflection.ServerReflectionInfo(), {list_services: '*'});
   reflection.close();
   return answer.list_services_response.service.map((service) => service.name).sort();
@@ -172,14 +172,27 @@ async function failure(slicer, method, request) {
   return found;
 }
 
-async function main(address, file, channel) {
-  const slicer = new SlicerService(address, grpc.credentials.createInsecure());
+/** In plain text, or with TLS and a token. */
+function channelCredentials(authority, tokenFile) {
+  if (!authority) return grpc.credentials.createInsecure();
+  const token = fs.readFileSync(tokenFile, 'utf8').trim();
+  const withToken = grpc.credentials.createFromMetadataGenerator((_, done) => {
+    const metadata = new grpc.Metadata();
+    metadata.set('authorization', `Bearer ${token}`);
+    done(null, metadata);
+  });
+  return grpc.credentials.combineChannelCredentials(grpc.credentials.createSsl(fs.readFileSync(authority)), withToken);
+}
+
+async function main(address, file, channel, authority, tokenFile) {
+  const credentials = channelCredentials(authority, tokenFile);
+  const slicer = new SlicerService(address, credentials);
   const meshId = await upload(slicer, fs.readFileSync(file));
   const plan = await call(slicer, 'PlanSlices', {mesh_id: meshId, grid: voxelGrid()});
   const box = plan.grid.part_box;
   const middle = ['x', 'y', 'z'].map((axis) => (box.min_mm[axis] + box.max_mm[axis]) / 2);
   console.log(JSON.stringify({
-    services: await serviceNames(address),
+    services: await serviceNames(address, credentials),
     mesh_id: meshId,
     pitch_mm: PITCH_MM,
     layer_count: plan.layer_count,

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole client of ccslice in Python: makes a graded bar, uploads it, plans, slices, probes, and reads an error.
 
-    PYTHONPATH=<folder of the stubs> tests/foreign/python/slice_bar.py localhost:50051
+    PYTHONPATH=<folder of the stubs> tests/foreign/python/slice_bar.py localhost:50051 [AUTHORITY.pem TOKEN_FILE]
 
 The stubs come from the contract (packages python3-grpcio, python3-protobuf, python3-zstandard, python3-pil, protobuf-compiler-grpc):
 
@@ -17,6 +17,7 @@ Prints one JSON document of what it got.
 import hashlib
 import io
 import json
+import pathlib
 import sys
 import zlib
 
@@ -149,8 +150,17 @@ def failure(call, *arguments):
     raise AssertionError("the call should have failed")
 
 
-def main(address):
-    with grpc.insecure_channel(address) as channel:
+def open_channel(address, authority=None, token_file=None):
+    """In plain text, or with TLS and a token."""
+    if not authority:
+        return grpc.insecure_channel(address)
+    tls = grpc.ssl_channel_credentials(pathlib.Path(authority).read_bytes())
+    token = grpc.access_token_call_credentials(pathlib.Path(token_file).read_text().strip())
+    return grpc.secure_channel(address, grpc.composite_channel_credentials(tls, token))
+
+
+def main(*where):
+    with open_channel(*where) as channel:
         slicer = service_pb2_grpc.SlicerServiceStub(channel)
         mesh_id = upload(slicer, bar(cells=4, side_mm=5))
         plan = slicer.PlanSlices(slice_pb2.PlanSlicesRequest(mesh_id=mesh_id, grid=voxel_grid()))
@@ -167,4 +177,4 @@ def main(address):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
