@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "client/address.h"
+#include "client/client_error.h"
 
 namespace ccslice::client {
 namespace {
@@ -45,6 +46,19 @@ grpc::ChannelArguments channel_arguments() {
 /// Nobody is between the two ends of a socket of this machine.
 bool is_local_socket(const Address& address) {
   return address.target.starts_with("unix:") || address.target.starts_with("unix-abstract:");
+}
+
+bool is_this_machine(const Address& address) {
+  return is_local_socket(address) || address.host == "localhost" || address.host.starts_with("127.") ||
+         address.host == "[::1]";
+}
+
+/// A server that refuses tokens in plain text does so when they have travelled already.
+void require_secret_way(const Address& address, bool with_tls) {
+  if (with_tls || is_this_machine(address)) return;
+  throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kCredentialsInvalid,
+                    "the token would travel unencrypted to " + address.target +
+                        ": give --ca, or https:// before the address, or leave out the token");
 }
 
 std::shared_ptr<const Endpoint> endpoint_at(const std::string& address, std::shared_ptr<grpc::ChannelInterface> channel,
@@ -152,6 +166,7 @@ Endpoints::Endpoints(const ClientOptions& options) : state_(std::make_shared<Sta
   state_->resolver = options.resolver;
   for (const Address& address : addresses) {
     const bool with_tls = address.tls || (options.tls && !is_local_socket(address));
+    if (token) require_secret_way(address, with_tls);
     Site& site = state_->sites.emplace_back(Site{address, with_tls ? tls_credentials : plain_credentials, token, {}});
     site.endpoints = endpoints_of(site, {address.target});
     state_->has_names |= is_name(address);

@@ -11,6 +11,9 @@
 #             UndefinedBehaviorSanitizer
 #   tsan      core and server/service under ThreadSanitizer
 #   load      what the server stands (tests/bench/load_bench.py)
+#   browser   the page of ccslice view in a browser
+#   plugins   Blender's and FreeCAD's, in the real ones
+#   deploy    proxies, rolling restarts and the farm with the real programs, the long way
 #   images    the container images (deploy/check-image.sh), for which it takes root
 #   cad       the way from CAD, as written
 #   tidy      clang-tidy
@@ -24,7 +27,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,plugins,images,cad,tidy
+readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,plugins,deploy,images,cad,tidy
 steps=$all_steps
 if [[ ${1:-} == --steps ]]; then
   steps=${2:?which of $all_steps?}
@@ -114,6 +117,10 @@ plugins() {
   deploy/install.sh hosts && tests/plugins/run.py build/release/server/ccsliced build/release/client/ccslice
 }
 
+deployed() {
+  tests/deploy/run.py build/release/server/ccsliced build/release/client/ccslice --long
+}
+
 images() {
   deploy/install.sh containers && deploy/check-image.sh
 }
@@ -122,7 +129,8 @@ rm -rf "$reports"
 mkdir -p "$reports"
 run "packages" deploy/install.sh build test bench fuzz || true
 
-if wants jobs || wants meshes || wants load || wants browser || wants plugins || wants cad; then
+if wants jobs || wants meshes || wants load || wants browser || wants plugins || wants deploy ||
+  wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
     run "packages of the programs" tests/hygiene/check_packages.py \
       server=build/release/server/ccsliced client=build/release/client/ccslice || true
@@ -131,6 +139,7 @@ if wants jobs || wants meshes || wants load || wants browser || wants plugins ||
     ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
     ! wants browser || run "the page in a browser" browser || true
     ! wants plugins || run "plug-ins in their hosts" plugins || true
+    ! wants deploy || run "what deploy/ ships" deployed || true
     ! wants cad || run "docs/from-cad.md" from_cad || true
   fi
 fi

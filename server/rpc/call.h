@@ -185,6 +185,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// OnWriteDone.
   void end(const grpc::Status& status) {
     state_.admission.give_back(place_);  // Before the client knows: it may call again at once.
+    client_share_ = {};
     log_.finish(status);
     this->Finish(status);
   }

@@ -78,23 +78,36 @@ CallLog::CallLog(grpc::CallbackServerContext& context, const char* method, Metri
   context.AddTrailingMetadata("x-request-id", request_id_);
 }
 
+void CallLog::note(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  notes_ += " " + text;
+}
+
+void CallLog::add_bytes(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  bytes_ += bytes;
+}
+
 void CallLog::note_mesh(const std::string& mesh_id) {
   note(mesh_id);
+  const std::lock_guard lock(mutex_);
   noted_.push_back({"mesh", mesh_id});
 }
 
 void CallLog::note_layers(std::uint32_t first, std::uint32_t count) {
   note("layers " + std::to_string(first) + "+" + std::to_string(count));
+  const std::lock_guard lock(mutex_);
   noted_.push_back({"first_layer", std::uint64_t{first}});
   noted_.push_back({"layers", std::uint64_t{count}});
 }
 
 void CallLog::note_place() {
   metrics_.seconds_in_queue.add(elapsed());
+  const std::lock_guard lock(mutex_);
   noted_.push_back({"queue_ms", ms_of(elapsed())});
 }
 
-std::vector<LogField> CallLog::fields(const grpc::Status& status) const {
+std::vector<LogField> CallLog::fields_locked(const grpc::Status& status) const {
   std::vector<LogField> fields = {{"method", std::string(method_)},
                                   {"client", client_},
                                   {"peer", peer_},
@@ -113,17 +126,18 @@ void CallLog::finish(const grpc::Status& status) const {
   const char* const name = name_of(status.error_code());
   metrics_.calls.add(method_, reason.empty() ? name : reason);
   if (!is_conversation(method_)) metrics_.seconds_in_all.add(elapsed());
+  const std::lock_guard lock(mutex_);
   if (status.ok()) {
     log_with_fields(LogLevel::kInfo,
                     fmt::format("{} from {}: OK in {:.1f} ms{}", method_, peer_, ms_of(elapsed()), notes_),
-                    fields(status));
+                    fields_locked(status));
     return;
   }
   const LogLevel level = status.error_code() == grpc::StatusCode::INTERNAL ? LogLevel::kError : LogLevel::kInfo;
   log_with_fields(level,
                   fmt::format("{} from {}: {} {} in {:.1f} ms{}: {}", method_, peer_, name, reason, ms_of(elapsed()),
                               notes_, status.error_message()),
-                  fields(status));
+                  fields_locked(status));
 }
 
 bool deadline_passed(const grpc::CallbackServerContext& context) {

@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@
 
 namespace ccslice::server {
 
-/// `method` is a literal.
+/// Thread-safe. `method` is a literal.
 class CallLog {
  public:
   /// Takes the trace and the request's id from the call's metadata, or makes an id; the client gets it back among the
@@ -29,10 +30,10 @@ class CallLog {
   /// By whom the call is made (access.h).
   void set_client(const std::string& client) { client_ = client; }
   /// Something to remember about the call.
-  void note(const std::string& text) { notes_ += " " + text; }
+  void note(const std::string& text);
   void note_mesh(const std::string& mesh_id);
   void note_layers(std::uint32_t first, std::uint32_t count);
-  void add_bytes(std::uint64_t bytes) { bytes_ += bytes; }
+  void add_bytes(std::uint64_t bytes);
   /// The call has waited for a place until now.
   void note_place();
   /// Failures that are the server's own are errors; everything else is information.
@@ -41,13 +42,14 @@ class CallLog {
   std::chrono::nanoseconds elapsed() const { return std::chrono::steady_clock::now() - start_; }
 
  private:
-  std::vector<LogField> fields(const grpc::Status& status) const;
+  std::vector<LogField> fields_locked(const grpc::Status& status) const;
 
   const char* method_;
   Metrics& metrics_;
   std::string peer_, client_;
   std::chrono::steady_clock::time_point start_;
   std::string request_id_, trace_id_;
+  mutable std::mutex mutex_;  // Guards what follows: a call that is cancelled ends on another thread.
   std::string notes_;
   std::vector<LogField> noted_;
   std::uint64_t bytes_ = 0;

@@ -61,6 +61,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     grpc::Status status;
     try {
       if (error) std::rethrow_exception(error);
+      log_.note_mesh(mesh->id());
       response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits, cancel_);
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());

@@ -86,7 +86,7 @@ class PointCall : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, Response
   void OnReadDone(bool ok) override {
     if (!this->end_wait()) return;
     if (!ok) return end(cancel_.cancelled() ? this->status_of_stop() : grpc::Status::OK);
-    lane_.post([this] { compute(); });
+    lane_.post([this, self = this->shared_from_this()] { compute(); });
   }
   void OnWriteDone(bool ok) override {
     if (!this->end_wait()) return;

@@ -482,11 +482,13 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   void stop() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+      cancel_.cancel();
+      full_cancel_.cancel();
+    }
     stop_loading();
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-    cancel_.cancel();
-    full_cancel_.cancel();
   }
 
   Executor::Lane lane_;

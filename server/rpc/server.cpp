@@ -92,9 +92,10 @@ void set_channel_arguments(const ServerOptions& options, grpc::ServerBuilder& bu
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
 }
 
-/// Those that were used last are prepared last: the cache keeps them if it hasn't room for all.
-void warm_up(ServiceState& state) {
-  if (!state.store || state.options.warm_meshes == 0) return;
+/// Before the address is taken, so that clients go elsewhere meanwhile. Those that were used last are prepared last:
+/// the cache keeps them if it hasn't room for all.
+ServiceState& warmed_up(ServiceState& state) {
+  if (!state.store || state.options.warm_meshes == 0) return state;
   std::vector<std::string> ids = state.store->last_used(state.options.warm_meshes);
   std::reverse(ids.begin(), ids.end());
   std::size_t prepared = 0;
@@ -106,16 +107,16 @@ void warm_up(ServiceState& state) {
     prepared += promise->get_future().get() ? 1 : 0;
   }
   spdlog::info("prepared {} of {} meshes of the store", prepared, ids.size());
+  return state;
 }
 
 }  // namespace
 
 Server::Server(const ServerOptions& options)
     : state_(options),
-      service_(state_),
+      service_(warmed_up(state_)),
       listener_(options.listen_address, connection_limits(options, connection_descriptors())) {
   enable_extras();
-  warm_up(state_);
   grpc::ServerBuilder builder;
   if (!options.tls.certificate.empty()) certificates_ = std::make_unique<ServedCertificates>(options.tls);
   acceptor_ = builder.experimental().AddExternalConnectionAcceptor(

@@ -26,6 +26,13 @@
 
 namespace ccslice::server {
 
+/// How often the store learns of uses: well within the time after which it drops what isn't used.
+inline std::chrono::milliseconds mark_every(const MeshStoreOptions& store) {
+  constexpr std::chrono::milliseconds kUsual(60'000);
+  if (store.time_to_live_s == 0) return kUsual;
+  return std::min<std::chrono::milliseconds>(kUsual, std::chrono::seconds(store.time_to_live_s) / 4);
+}
+
 /// Without a token file everybody may do everything.
 inline Access make_access(const ServerOptions& options) {
   return options.token_file.empty() ? Access() : Access(options.token_file);
@@ -54,7 +61,8 @@ struct ServiceState {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     if (options.mesh_store.place) {
       store = std::make_unique<StoredMeshes>(open_mesh_store(options.mesh_store), uploads,
-                                             StoredMeshes::Options{.max_mesh_bytes = options.max_mesh_bytes});
+                                             StoredMeshes::Options{.max_mesh_bytes = options.max_mesh_bytes,
+                                                                   .mark_every = mark_every(options.mesh_store)});
     }
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
   }

@@ -68,13 +68,15 @@ ServerUnaryReactor* answer(ServiceState& state, CallbackServerContext* context, 
   const auto log = std::make_shared<CallLog>(*context, method, state.metrics);
   const Caller caller = caller_of(state.access, *context, method);
   log->set_client(caller.identity.client);
-  const auto answered = [log, reactor](const std::exception_ptr& error) {
+  const auto ticket = std::make_shared<CallRegistry::Ticket>();  // Drains wait for what the store is asked.
+  const auto answered = [log, reactor, ticket](const std::exception_ptr& error) {
     const grpc::Status status = error ? to_status(error) : grpc::Status::OK;
     log->finish(status);
     reactor->Finish(status);
   };
   try {
     if (caller.refusal) std::rethrow_exception(caller.refusal);
+    *ticket = state.calls.open_call([] {});
     body(answered, caller.identity.client);
   } catch (...) {
     answered(std::current_exception());
@@ -260,7 +262,7 @@ void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshRespo
     answered(error);
   };
   if (const MeshPtr mesh = find_mesh(state_, request.mesh_id())) return answer_with(mesh, nullptr);
-  std::make_shared<MeshLoad>(answer_with)->begin(state_, request.mesh_id(), "");
+  std::make_shared<MeshLoad>(answer_with)->begin(state_, request.mesh_id(), answered.client);
 }
 
 void SlicerService::list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response,

@@ -161,7 +161,9 @@ std::string_view token_of(std::string_view authorization) {
   return token;
 }
 
-std::array<std::int64_t, 4> version_of(const std::filesystem::path& path) {
+using FileVersion = std::array<std::int64_t, 4>;
+
+FileVersion version_of(const std::filesystem::path& path) {
   struct stat status = {};
   if (::stat(path.c_str(), &status) != 0) return {};
   return {static_cast<std::int64_t>(status.st_ino), static_cast<std::int64_t>(status.st_size), status.st_mtim.tv_sec,
@@ -186,6 +188,9 @@ AccessRules parse_access_rules(std::string_view text) {
       throw std::invalid_argument("line " + std::to_string(number) + ": " + why.what());
     }
   }
+  if (rules.rules.empty() && rules.anonymous == Role::kNone) {
+    throw std::invalid_argument("no line says who may do anything");
+  }
   return rules;
 }
 
@@ -199,6 +204,7 @@ std::string access_line(const std::string& name, const std::string& role, std::s
 }
 
 Access::Access(std::filesystem::path token_file) : file_(std::move(token_file)) {
+  version_ = seen_ = version_of(file_);
   try {
     rules_ = read();
   } catch (const std::invalid_argument& why) {
@@ -206,8 +212,7 @@ Access::Access(std::filesystem::path token_file) : file_(std::move(token_file)) 
   }
 }
 
-std::shared_ptr<const AccessRules> Access::read() {
-  version_ = version_of(file_);
+std::shared_ptr<const AccessRules> Access::read() const {
   std::ifstream stream(file_, std::ios::binary);
   std::string text(kMaxFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -224,11 +229,15 @@ std::shared_ptr<const AccessRules> Access::rules() const {
 
 bool Access::reload(bool always) {
   if (is_open()) return false;
-  const std::lock_guard lock(mutex_);
-  if (!always && version_of(file_) == version_) return false;
+  const FileVersion now = version_of(file_);
+  const bool rests = now == std::exchange(seen_, now);
+  if (!always && (now == version_ || !rests)) return false;
+  version_ = now;
   try {
-    rules_ = read();
-    spdlog::info("the token file has been read: {} lines", rules_->rules.size());
+    std::shared_ptr<const AccessRules> fresh = read();
+    spdlog::info("the token file has been read: {} lines", fresh->rules.size());
+    const std::lock_guard lock(mutex_);
+    rules_ = std::move(fresh);
     return true;
   } catch (const std::invalid_argument& why) {
     spdlog::error("the token file isn't taken, what was read before holds: {}: {}", file_.string(), why.what());

@@ -84,19 +84,20 @@ class Access {
   [[nodiscard]] Identity identify(const Credentials& credentials, Clock::time_point now = Clock::now()) const;
   /// Throws ServiceError{kTokenMissing, kRoleMissing}.
   void require(const Identity& identity, Role role) const;
-  /// Reads the file again if it has changed, or if told so; a wrong one leaves the rules as they are. True if there are
-  /// new rules.
+  /// Reads the file again if it has changed, or if told so; a wrong one leaves the rules as they are. One that still
+  /// changes from call to call is left for later, as somebody writes it. True if there are new rules. One thread at a
+  /// time.
   bool reload(bool always);
   bool is_open() const { return file_.empty(); }
 
  private:
   std::shared_ptr<const AccessRules> rules() const;
-  std::shared_ptr<const AccessRules> read();
+  std::shared_ptr<const AccessRules> read() const;
 
   const std::filesystem::path file_;
   mutable std::mutex mutex_;
   std::shared_ptr<const AccessRules> rules_;
-  std::array<std::int64_t, 4> version_{};  // Of the file that was read last.
+  std::array<std::int64_t, 4> version_{}, seen_{};  // Of the file: when it was read last, and looked at.
 };
 
 /// Counts the calls that each client has open. Thread-safe.

@@ -39,11 +39,18 @@ OpenSslPtr<BIO> bio_of(const std::string& text) {
 /// Nobody is asked for the password of a key.
 int no_password(char*, int, int, void*) { return -1; }
 
-OpenSslPtr<X509> parse_certificate(const std::string& text, const std::string& what) {
+/// The first of the certificates, all of which have to be whole.
+OpenSslPtr<X509> parse_certificates(const std::string& text, const std::string& what) {
+  constexpr std::string_view kBegin = "-----BEGIN ";
+  std::size_t blocks = 0, parsed = 0;
+  for (std::size_t at = text.find(kBegin); at != std::string::npos; at = text.find(kBegin, at + 1)) ++blocks;
   const OpenSslPtr<BIO> bio = bio_of(text);
-  OpenSslPtr<X509> certificate(PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr));
+  OpenSslPtr<X509> first(PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr)), next;
+  if (first) ++parsed;
+  while (first && (next = OpenSslPtr<X509>(PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr)))) ++parsed;
   ERR_clear_error();
-  if (certificate) return certificate;
+  if (first && parsed == blocks) return first;
+  if (first) throw std::invalid_argument(what + " has a certificate that isn't whole, or something else between them");
   throw std::invalid_argument(what + " holds no certificate in PEM (-----BEGIN CERTIFICATE-----)");
 }
 
@@ -71,7 +78,7 @@ Descriptor file_in_memory(const std::string& text) {
 }  // namespace
 
 void require_certificates(const CertificateTexts& texts, std::chrono::system_clock::time_point now) {
-  const OpenSslPtr<X509> certificate = parse_certificate(texts.certificate, "--tls-cert");
+  const OpenSslPtr<X509> certificate = parse_certificates(texts.certificate, "--tls-cert");
   const OpenSslPtr<BIO> bio = bio_of(texts.key);
   const OpenSslPtr<EVP_PKEY> key(PEM_read_bio_PrivateKey(bio.get(), nullptr, &no_password, nullptr));
   ERR_clear_error();
@@ -83,7 +90,7 @@ void require_certificates(const CertificateTexts& texts, std::chrono::system_clo
   if (X509_cmp_time(X509_get0_notAfter(certificate.get()), &seconds) < 0) {
     throw std::invalid_argument("--tls-cert has expired: renew it");
   }
-  if (!texts.client_authority.empty()) (void)parse_certificate(texts.client_authority, "--tls-client-ca");
+  if (!texts.client_authority.empty()) (void)parse_certificates(texts.client_authority, "--tls-client-ca");
 }
 
 ServedCertificates::ServedCertificates(CertificateFiles files) : files_(std::move(files)) {

@@ -28,7 +28,8 @@ constexpr auto kAbandonedAfter = 1h;  // Nobody writes a mesh for so long.
 constexpr std::size_t kReadBytes = 1 << 20;
 
 [[noreturn]] void fail(const std::string& what, const fs::path& path, int error) {
-  throw StoreError("the mesh store can't " + what + " " + path.string() + ": " + std::strerror(error));
+  throw StoreError(error == ENOSPC || error == EDQUOT || error == EACCES ? StoreFault::kRefuses : StoreFault::kFails,
+                   "the mesh store can't " + what + " " + path.string() + ": " + std::strerror(error));
 }
 
 /// No link is followed, no FIFO waited for.
@@ -39,19 +40,36 @@ bool is_absent(int error) { return error == ENOENT || error == ENOTDIR; }
 /// Files of others', links and folders under a mesh's name aren't there for us.
 bool is_stranger(int error) { return error == ELOOP; }
 
+/// Brings it to the disk as it goes: at the end that would take long without a sign of progress.
 void write_blocks(int descriptor, const std::vector<std::string>& blocks, const MeshStore::Progress& progress,
                   const fs::path& path) {
+  constexpr std::size_t kSyncEvery = 8 << 20;
+  std::size_t unsynced = 0;
   for (const std::string& block : blocks) {
     std::string_view rest = block;
     while (!rest.empty()) {
-      const ssize_t written = ::write(descriptor, rest.data(), rest.size());
+      const ssize_t written = ::write(descriptor, rest.data(), std::min(rest.size(), kSyncEvery));
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) fail("write", path, errno);
       rest.remove_prefix(static_cast<std::size_t>(written));
+      unsynced += static_cast<std::size_t>(written);
+      if (unsynced < kSyncEvery) continue;
+      if (::fdatasync(descriptor) != 0) fail("write", path, errno);
+      unsynced = 0;
+      progress();
     }
-    progress();
   }
   if (::fsync(descriptor) != 0) fail("write", path, errno);
+  progress();
+}
+
+/// Replicas may run as other users of a group.
+void make_group_folder(const fs::path& path) {
+  if (::mkdir(path.c_str(), 0770) == 0) {
+    (void)::chmod(path.c_str(), 02770);  // Whatever the mask of this process is.
+  } else if (errno != EEXIST) {
+    fail("make", path, errno);
+  }
 }
 
 bool is_name_of_mesh(const fs::path& path) {
@@ -59,6 +77,14 @@ bool is_name_of_mesh(const fs::path& path) {
                     above = path.parent_path().parent_path().filename();
   return is_mesh_id(std::string(kDigest) + name) && name.starts_with(above) && name.substr(2).starts_with(folder) &&
          above.size() == 2 && folder.size() == 2;
+}
+
+/// Of one that put() makes: a dot, the mesh's name, six characters at random, .tmp.
+bool is_name_of_temporary(const fs::path& path) {
+  constexpr std::size_t kDigits = 64, kRandom = 1 + 6;
+  const std::string name = path.filename();
+  return name.size() == 1 + kDigits + kRandom + kTemporaryEnd.size() && name.starts_with('.') &&
+         name.ends_with(kTemporaryEnd) && is_name_of_mesh(path.parent_path() / name.substr(1, kDigits));
 }
 
 void mark_used(int descriptor) {
@@ -77,7 +103,7 @@ FolderStore::FolderStore(fs::path folder, std::uint64_t most_bytes)
     throw std::runtime_error("--mesh-store: files can't be made in " + folder_.string() + ": " + std::strerror(errno) +
                              ". Give the server's user the folder, or name another one");
   }
-  ::unlink(probe.c_str());
+  if (made) ::unlink(probe.c_str());
 }
 
 fs::path FolderStore::path_of(const std::string& mesh_id) const {
@@ -109,14 +135,14 @@ void FolderStore::write(const std::string& mesh_id, const std::vector<std::strin
   std::uint64_t bytes = 0;
   for (const std::string& block : blocks) bytes += block.size();
   if (bytes > most_bytes_) {
-    throw StoreError("the mesh store takes " + std::to_string(most_bytes_) +
-                     " bytes in all (--mesh-store-bytes), the " + "mesh has " + std::to_string(bytes));
+    throw StoreError(StoreFault::kRefuses, "the mesh store takes " + std::to_string(most_bytes_) +
+                                               " bytes in all (--mesh-store-bytes), the " + "mesh has " +
+                                               std::to_string(bytes));
   }
   make_room(bytes, progress);
   const fs::path path = path_of(mesh_id);
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) fail("make", path.parent_path(), error.value());
+  make_group_folder(path.parent_path().parent_path());
+  make_group_folder(path.parent_path());
   put(path, blocks, progress);
   held_bytes_ += bytes;
 }
@@ -158,8 +184,8 @@ bool FolderStore::erase(const std::string& mesh_id) {
   fail("delete", path, errno);
 }
 
-std::vector<std::string> FolderStore::last_used(std::size_t count) {
-  std::vector<Entry> entries = scan([] {});
+std::vector<std::string> FolderStore::last_used(std::size_t count, const Progress& progress) {
+  std::vector<Entry> entries = scan(progress);
   std::reverse(entries.begin(), entries.end());
   entries.resize(std::min(count, entries.size()));
   std::vector<std::string> ids;
@@ -181,8 +207,7 @@ std::vector<FolderStore::Entry> FolderStore::scan(const Progress& progress) cons
     Entry entry{.path = at->path(), .last_use = at->last_write_time(gone), .bytes = 0};
     if (gone) continue;
     entry.bytes = at->file_size(gone);
-    const std::string name = entry.path.filename();
-    if (name.starts_with('.') && name.ends_with(kTemporaryEnd)) {
+    if (is_name_of_temporary(entry.path)) {
       if (now - entry.last_use > kAbandonedAfter) fs::remove(entry.path, gone);
     } else if (!gone && is_name_of_mesh(entry.path)) {
       entries.push_back(std::move(entry));

@@ -31,7 +31,7 @@ class FolderStore final : public MeshStore {
   void write(const std::string& mesh_id, const std::vector<std::string>& blocks, const Progress& progress) override;
   bool contains(const std::string& mesh_id) override;
   bool erase(const std::string& mesh_id) override;
-  std::vector<std::string> last_used(std::size_t count) override;
+  std::vector<std::string> last_used(std::size_t count, const Progress& progress) override;
 
  private:
   struct Entry {

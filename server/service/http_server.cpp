@@ -13,8 +13,8 @@
 namespace ccslice::server {
 namespace {
 
-constexpr std::size_t kHttpThreads = 2;
-constexpr time_t kHttpPatienceS = 5;
+constexpr std::size_t kHttpThreads = 8;
+constexpr time_t kHttpPatienceS = 2;
 constexpr std::size_t kMostHttpBytes = 4096;
 
 }  // namespace
@@ -29,7 +29,7 @@ HttpServer::HttpServer(const std::string& address, Page page) : impl_(std::make_
   server.new_task_queue = [] { return new httplib::ThreadPool(kHttpThreads); };
   server.set_read_timeout(kHttpPatienceS);
   server.set_write_timeout(kHttpPatienceS);
-  server.set_keep_alive_timeout(kHttpPatienceS);
+  server.set_keep_alive_max_count(1);  // A connection that waits would hold a thread.
   server.set_payload_max_length(kMostHttpBytes);
   // httplib would share the port with whoever asks for it.
   server.set_socket_options([](socket_t socket) {

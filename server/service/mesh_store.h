@@ -18,15 +18,20 @@
 
 namespace ccslice::server {
 
-/// The store can't be reached, doesn't answer, or takes nothing more. The text holds no secret.
+enum class StoreFault {
+  kRefuses,  // It is there, and takes no more, or not from us.
+  kFails,    // It isn't there.
+  kHangs,    // It may be there, and it cost time to find out.
+};
+
+/// The text holds no secret.
 class StoreError : public std::runtime_error {
  public:
-  /// `hangs`: it cost time to find out.
-  explicit StoreError(const std::string& text, bool hangs = false) : std::runtime_error(text), hangs_(hangs) {}
-  bool hangs() const noexcept { return hangs_; }
+  StoreError(StoreFault fault, const std::string& text) : std::runtime_error(text), fault_(fault) {}
+  StoreFault fault() const noexcept { return fault_; }
 
  private:
-  bool hangs_;
+  StoreFault fault_;
 };
 
 /// One thread at a time. All throw StoreError.
@@ -37,7 +42,7 @@ class MeshStore {
     std::function<void(std::uint64_t size_bytes)> begin;
     std::function<void(std::string_view piece)> append;
   };
-  /// To be called after each step of a long write.
+  /// To be called after each step of what takes long.
   using Progress = std::function<void()>;
 
   MeshStore() = default;
@@ -54,7 +59,7 @@ class MeshStore {
   /// Whether it was there.
   virtual bool erase(const std::string& mesh_id) = 0;
   /// Up to so many ids, last used first.
-  virtual std::vector<std::string> last_used(std::size_t count) = 0;
+  virtual std::vector<std::string> last_used(std::size_t count, const Progress& progress) = 0;
 };
 
 /// Where meshes are kept: --mesh-store.

@@ -145,9 +145,13 @@ OptionSpec file_option(std::string flag, CertificateFiles ServerOptions::*files,
           [=](const ServerOptions& o) { return (o.*files.*member).empty() ? "none" : o.*files.*member; }};
 }
 
+/// For programs on other machines, such as probes: no Unix socket.
 OptionSpec address_option(std::string flag, std::string ServerOptions::*member, std::string help) {
   return {std::move(flag), "HOST:PORT", std::move(help),
-          [=](ServerOptions& o, const std::string& v) { o.*member = v.empty() ? "" : parse_address(v); },
+          [=](ServerOptions& o, const std::string& v) {
+            if (v.starts_with("unix:")) throw std::invalid_argument("HOST:PORT");
+            o.*member = v.empty() ? "" : parse_address(v);
+          },
           [=](const ServerOptions& o) { return (o.*member).empty() ? "none" : o.*member; }};
 }
 
@@ -327,7 +331,9 @@ void set_option(const OptionSpec& spec, ServerOptions& options, const std::strin
   try {
     spec.set(options, value);
   } catch (const std::invalid_argument& takes) {
-    throw OptionError(source + " takes " + takes.what() + ", not \"" + value + "\"");
+    // Addresses may have passwords in them, where they don't belong.
+    const bool may_hold_secret = value.find("://") != std::string::npos && value.find('@') != std::string::npos;
+    throw OptionError(source + " takes " + takes.what() + (may_hold_secret ? "" : ", not \"" + value + "\""));
   }
 }
 
@@ -418,6 +424,8 @@ ParsedOptions parse_options(const std::vector<std::string>& arguments, const Env
     parsed.options.health_address.clear();
     parsed.options.metrics_address.clear();
     parsed.options.drain_delay = {};
+    parsed.options.mesh_store.place.reset();
+    parsed.options.warm_meshes = 0;
   }
   require_identity(parsed.options);
   if (parsed.health_check_address.empty()) {

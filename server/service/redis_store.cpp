@@ -21,7 +21,8 @@ constexpr timeval kConnectWait{.tv_sec = 0, .tv_usec = 200'000};
 constexpr timeval kAnswerWait{.tv_sec = 1, .tv_usec = 0};
 constexpr std::uint64_t kPieceBytes = 4 << 20;
 constexpr const char* kLastUses = "ccslice:meshes";
-constexpr const char* kAbandonedAfterS = "600";  // Nobody writes a mesh for so long.
+constexpr const char* kBeyondMostUses = "-100001";  // All ranks but the last 100,000.
+constexpr const char* kAbandonedAfterS = "600";     // Nobody writes a mesh for so long.
 
 /// In braces: a cluster keeps the mesh, and what is to become it, together.
 std::string key_of(const std::string& mesh_id) { return "ccslice:mesh:{" + mesh_id + "}"; }
@@ -80,6 +81,7 @@ void RedisStore::write(const std::string& mesh_id, const std::vector<std::string
   }
   if (time_to_live_s_ == 0) (void)ask({"PERSIST", key});
   mark_used(mesh_id);
+  (void)ask({"ZREMRANGEBYRANK", kLastUses, "0", kBeyondMostUses});
 }
 
 void RedisStore::write_as(const std::string& key, const std::vector<std::string>& blocks, const Progress& progress) {
@@ -105,7 +107,7 @@ bool RedisStore::erase(const std::string& mesh_id) {
   return ask_number({"DEL", key_of(mesh_id)}) > 0;
 }
 
-std::vector<std::string> RedisStore::last_used(std::size_t count) {
+std::vector<std::string> RedisStore::last_used(std::size_t count, const Progress&) {
   if (count == 0) return {};
   const Reply reply = ask({"ZREVRANGE", kLastUses, "0", std::to_string(count - 1)});
   std::vector<std::string> ids;
@@ -128,8 +130,23 @@ long long RedisStore::ask_number(const std::vector<std::string>& arguments) {
 }
 
 RedisStore::Reply RedisStore::ask(const std::vector<std::string>& arguments) {
-  if (!context_) connect();
+  if (!is_still_connected()) connect();
   return ask_connected(arguments);
+}
+
+/// Redis closes connections that nobody used for a while, and all when it starts again.
+bool RedisStore::is_still_connected() {
+  constexpr std::chrono::seconds kSure(1);
+  if (!context_) return false;
+  if (std::chrono::steady_clock::now() - last_use_ < kSure) return true;
+  try {
+    (void)ask_connected({"PING"});
+    return true;
+  } catch (const StoreError& error) {
+    if (error.fault() == StoreFault::kHangs) throw;
+    context_.reset();
+    return false;
+  }
 }
 
 RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& arguments) {
@@ -141,12 +158,17 @@ RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& argu
   }
   Reply reply(static_cast<redisReply*>(
       redisCommandArgv(context_.get(), static_cast<int>(pointers.size()), pointers.data(), sizes.data())));
-  if (!reply && errno == EAGAIN) fail("it doesn't answer within a second", /*hangs=*/true);
+  if (!reply && context_->err == REDIS_ERR_IO && errno == EAGAIN) {
+    fail("it doesn't answer within a second", StoreFault::kHangs);
+  }
   if (!reply) fail(context_->errstr);
+  last_use_ = std::chrono::steady_clock::now();
   // Redis is reached and says no: the connection can go on.
   if (reply->type == REDIS_REPLY_ERROR) {
-    throw StoreError("the mesh store " + show_mesh_store(place_) + " refuses " + arguments.front() + ": " +
-                     echoed(text_of(*reply), 200));
+    // Where AUTH isn't known, Redis repeats the password.
+    const std::string why = arguments.front() == "AUTH" ? "the password" : echoed(text_of(*reply), 200);
+    throw StoreError(StoreFault::kRefuses,
+                     "the mesh store " + show_mesh_store(place_) + " refuses " + arguments.front() + ": " + why);
   }
   return reply;
 }
@@ -154,7 +176,10 @@ RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& argu
 void RedisStore::connect() {
   context_.reset(redisConnectWithTimeout(place_.host.c_str(), place_.port, kConnectWait));
   if (!context_) fail("there is no memory for a connection");
-  if (context_->err != 0) fail(context_->errstr, /*hangs=*/errno == ETIMEDOUT || errno == EINPROGRESS);
+  if (context_->err != 0) {
+    const bool hangs = errno == ETIMEDOUT || errno == EINPROGRESS;
+    fail(context_->errstr, hangs ? StoreFault::kHangs : StoreFault::kFails);
+  }
   if (redisSetTimeout(context_.get(), kAnswerWait) != REDIS_OK) fail(context_->errstr);
   redisEnableKeepAlive(context_.get());
   try {
@@ -166,10 +191,10 @@ void RedisStore::connect() {
   }
 }
 
-void RedisStore::fail(const std::string& why, bool hangs) {
+void RedisStore::fail(const std::string& why, StoreFault fault) {
   const std::string text = "the mesh store " + show_mesh_store(place_) + " fails: " + echoed(why, 200);
   context_.reset();
-  throw StoreError(text, hangs);
+  throw StoreError(fault, text);
 }
 
 }  // namespace ccslice::server

@@ -10,6 +10,7 @@
 
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -33,7 +34,7 @@ class RedisStore final : public MeshStore {
   void write(const std::string& mesh_id, const std::vector<std::string>& blocks, const Progress& progress) override;
   bool contains(const std::string& mesh_id) override;
   bool erase(const std::string& mesh_id) override;
-  std::vector<std::string> last_used(std::size_t count) override;
+  std::vector<std::string> last_used(std::size_t count, const Progress& progress) override;
 
  private:
   struct FreeContext {
@@ -51,12 +52,14 @@ class RedisStore final : public MeshStore {
   void connect();
   void mark_used(const std::string& mesh_id);
   void write_as(const std::string& key, const std::vector<std::string>& blocks, const Progress& progress);
-  [[noreturn]] void fail(const std::string& why, bool hangs = false);
+  [[noreturn]] void fail(const std::string& why, StoreFault fault = StoreFault::kFails);
+  bool is_still_connected();
 
   const MeshStorePlace place_;
   const std::string password_;
   const std::uint64_t time_to_live_s_;
   std::unique_ptr<redisContext, FreeContext> context_;
+  std::chrono::steady_clock::time_point last_use_;
 };
 
 }  // namespace ccslice::server

@@ -5,6 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <future>
 #include <utility>
 
@@ -68,11 +69,17 @@ void StoredMeshes::tell_readers(const std::string& mesh_id, const std::shared_pt
   for (const Loaded& done : readers) done(upload, error);
 }
 
-/// Bytes that aren't the mesh's are worse than none: the next upload brings the right ones.
+/// Bytes that aren't the mesh's are worse than none: the next upload brings the right ones. A mesh that is too large
+/// for this server may be right for others.
 std::shared_ptr<Upload> StoredMeshes::read(const std::string& mesh_id, const MeshStore::Progress& progress) {
   auto upload = std::make_shared<Upload>(budget_, options_.max_mesh_bytes);
+  std::uint64_t bytes = 0;
   try {
-    const bool found = store_->read(mesh_id, {.begin = [&](std::uint64_t size) { upload->start(mesh_id, size); },
+    const bool found = store_->read(mesh_id, {.begin =
+                                                  [&](std::uint64_t size) {
+                                                    bytes = size;
+                                                    upload->start(mesh_id, size);
+                                                  },
                                               .append =
                                                   [&](std::string_view piece) {
                                                     upload->append(piece);
@@ -83,6 +90,11 @@ std::shared_ptr<Upload> StoredMeshes::read(const std::string& mesh_id, const Mes
     return found ? upload : nullptr;
   } catch (const ServiceError& error) {
     if (error.code() == ServiceErrorCode::kServerBusy) throw;
+    if (bytes > options_.max_mesh_bytes) {
+      note(StoreOperation::kRead, StoreOutcome::kMissing);
+      spdlog::warn("the mesh store's {} has {} bytes, more than --max-mesh-bytes", mesh_id, bytes);
+      return nullptr;
+    }
     note(StoreOperation::kRead, StoreOutcome::kDamaged);
     spdlog::warn("the mesh store's bytes of {} are damaged, and dropped: {}", mesh_id, error.what());
     (void)store_->erase(mesh_id);
@@ -107,8 +119,9 @@ void StoredMeshes::find(std::vector<std::string> mesh_ids, Held done) {
       StoreOperation::kLook,
       [this, mesh_ids = std::move(mesh_ids), done](const MeshStore::Progress& progress) -> std::function<void()> {
         std::vector<bool> held;
+        const auto end = Clock::now() + options_.patience;
         for (const std::string& mesh_id : mesh_ids) {
-          held.push_back(store_->contains(mesh_id));
+          held.push_back(Clock::now() < end && store_->contains(mesh_id));  // A store this slow holds little.
           note(StoreOperation::kLook, held.back() ? StoreOutcome::kFound : StoreOutcome::kMissing);
           progress();
         }
@@ -148,25 +161,25 @@ std::vector<std::string> StoredMeshes::last_used(std::size_t count) {
   const auto promise = std::make_shared<std::promise<std::vector<std::string>>>();
   post(
       StoreOperation::kLook,
-      [this, count, promise](const MeshStore::Progress&) -> std::function<void()> {
-        return [promise, ids = store_->last_used(count)] { promise->set_value(ids); };
+      [this, count, promise](const MeshStore::Progress& progress) -> std::function<void()> {
+        return [promise, ids = store_->last_used(count, progress)] { promise->set_value(ids); };
       },
       [promise] { promise->set_value({}); });
   return promise->get_future().get();
 }
 
-void StoredMeshes::post(StoreOperation operation, Work work, std::function<void()> give_up) {
+void StoredMeshes::post(StoreOperation operation, Work work, std::function<void()> instead) {
   {
     const std::lock_guard lock(mutex_);
     const auto now = Clock::now();
     if (now >= rests_until_ && queue_.size() < kMostRequests && !over_) {
-      queue_.push_back(std::make_shared<Request>(Request{operation, std::move(work), std::move(give_up)}));
+      queue_.push_back(std::make_shared<Request>(Request{operation, std::move(work), std::move(instead), now}));
       changed_.notify_all();
       return;
     }
   }
   note(operation, StoreOutcome::kFailed);
-  give_up();
+  instead();
 }
 
 void StoredMeshes::serve() {
@@ -188,68 +201,95 @@ void StoredMeshes::serve() {
 
 void StoredMeshes::run(const RequestPtr& request) {
   std::function<void()> tell = request->give_up;
-  bool failed = false, hangs = false;
+  bool failed = false, refused = false, hangs = false, is_late = false;
+  std::vector<RequestPtr> given_up;
   try {
     tell = request->work([this] {
       const std::lock_guard lock(mutex_);
       progress_ = Clock::now();
     });
   } catch (const std::exception& error) {
-    failed = true;
     const auto* store_error = dynamic_cast<const StoreError*>(&error);
-    hangs = store_error != nullptr && store_error->hangs();
+    hangs = store_error != nullptr && store_error->fault() == StoreFault::kHangs;
+    refused = store_error != nullptr && store_error->fault() == StoreFault::kRefuses;
+    failed = !refused;
     note(request->operation, StoreOutcome::kFailed);
     spdlog::warn("{}", error.what());
   }
   {
     const std::lock_guard lock(mutex_);
     if (failed) {
-      count_failure_locked(Clock::now(), hangs);
+      given_up = count_failure_locked(hangs);
     } else if (!request->answered) {
       failures_ = 0;
     }
-    if (request->answered) return;
-    request->answered = true;
+    is_late = std::exchange(request->answered, true);
   }
-  tell();
+  give_up(given_up);
+  if (!is_late) tell();
 }
 
 /// One failure is enough where it cost time: the next call would wait as long.
-void StoredMeshes::count_failure_locked(Clock::time_point now, bool hangs) {
-  if (++failures_ < kMostFailures && !hangs) return;
-  failures_ = 0;
-  rests_until_ = now + options_.rest;
+std::vector<StoredMeshes::RequestPtr> StoredMeshes::count_failure_locked(bool hangs) {
+  if (++failures_ < kMostFailures && !hangs) return {};
   spdlog::warn("the mesh store fails: it is left alone for {} ms", options_.rest.count());
+  return rest_locked(Clock::now());
 }
 
-bool StoredMeshes::is_overdue(Clock::time_point now) const { return current_ && now - progress_ >= options_.patience; }
+std::vector<StoredMeshes::RequestPtr> StoredMeshes::rest_locked(Clock::time_point now) {
+  failures_ = 0;
+  rests_until_ = now + options_.rest;
+  std::vector<RequestPtr> waiting(queue_.begin(), queue_.end());
+  queue_.clear();
+  return waiting;
+}
 
-/// Where the store makes no progress, all who wait for it are answered, and it is left alone until it comes back.
+void StoredMeshes::give_up(const std::vector<RequestPtr>& requests) {
+  for (const RequestPtr& request : requests) {
+    note(request->operation, StoreOutcome::kFailed);
+    request->give_up();
+  }
+}
+
+StoredMeshes::Clock::time_point StoredMeshes::next_look_locked() const {
+  Clock::time_point next = Clock::time_point::max();
+  if (current_) next = progress_ + options_.patience;
+  if (!queue_.empty()) next = std::min(next, queue_.front()->posted + options_.patience);
+  return next;
+}
+
+/// Where the store makes no progress, all who wait for it. Where it works for others, those who have waited for long.
+std::vector<StoredMeshes::RequestPtr> StoredMeshes::take_overdue_locked(Clock::time_point now) {
+  std::vector<RequestPtr> overdue;
+  if (current_ && now - progress_ >= options_.patience) {
+    overdue = rest_locked(now);
+    if (!current_->answered) {
+      spdlog::warn("the mesh store has made no progress for {} ms", options_.patience.count());
+      current_->answered = true;
+      overdue.push_back(current_);
+    }
+    progress_ = now;  // Looked at again after as long.
+  }
+  while (!queue_.empty() && now - queue_.front()->posted >= options_.patience) {
+    overdue.push_back(std::move(queue_.front()));
+    queue_.pop_front();
+  }
+  return overdue;
+}
+
 void StoredMeshes::watch() {
   std::unique_lock lock(mutex_);
   while (!over_) {
-    if (!current_) {
-      changed_.wait(lock, [this] { return over_ || current_; });
+    if (!current_ && queue_.empty()) {
+      changed_.wait(lock, [this] { return over_ || current_ || !queue_.empty(); });
       continue;
     }
-    changed_.wait_until(lock, progress_ + options_.patience);
-    const auto now = Clock::now();
-    if (over_ || !is_overdue(now)) continue;
-    std::vector<RequestPtr> given_up;
-    if (!current_->answered) {
-      current_->answered = true;
-      given_up.push_back(current_);
-      spdlog::warn("the mesh store has made no progress for {} ms", options_.patience.count());
-    }
-    for (RequestPtr& request : queue_) given_up.push_back(std::move(request));
-    queue_.clear();
-    rests_until_ = now + options_.rest;
-    progress_ = now;  // Looked at again after as long.
+    changed_.wait_until(lock, next_look_locked());
+    if (over_) return;
+    const std::vector<RequestPtr> overdue = take_overdue_locked(Clock::now());
+    if (overdue.empty()) continue;
     lock.unlock();
-    for (const RequestPtr& request : given_up) {
-      note(request->operation, StoreOutcome::kFailed);
-      request->give_up();
-    }
+    give_up(overdue);
     lock.lock();
   }
 }

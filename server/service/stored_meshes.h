@@ -95,16 +95,21 @@ class StoredMeshes {
     StoreOperation operation;
     Work work;
     std::function<void()> give_up;  // In place of what the work gives.
-    bool answered = false;          // By the clock, before the work was over.
+    Clock::time_point posted;
+    bool answered = false;  // By the clock, before the work was over.
   };
   using RequestPtr = std::shared_ptr<Request>;
 
-  void post(StoreOperation operation, Work work, std::function<void()> give_up);
+  void post(StoreOperation operation, Work work, std::function<void()> instead);
   void serve();
   void run(const RequestPtr& request);
   void watch();
-  bool is_overdue(Clock::time_point now) const;
-  void count_failure_locked(Clock::time_point now, bool hangs);
+  Clock::time_point next_look_locked() const;
+  std::vector<RequestPtr> take_overdue_locked(Clock::time_point now);
+  /// Leaves the store alone; those who wait for it.
+  std::vector<RequestPtr> rest_locked(Clock::time_point now);
+  std::vector<RequestPtr> count_failure_locked(bool hangs);
+  void give_up(const std::vector<RequestPtr>& requests);
   void note(StoreOperation operation, StoreOutcome outcome) {
     ++counts_[static_cast<std::size_t>(operation)][static_cast<std::size_t>(outcome)];
   }

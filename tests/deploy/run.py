@@ -1,10 +1,11 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
-"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, the
-farm's queue with workers and servers that are killed.
+"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, which
+are restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
+killed.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,farm] [--long]
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
@@ -21,6 +22,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 import numpy as np
@@ -31,7 +33,7 @@ sys.path[:0] = [str(ROOT / "tests/support")]
 import farm_trial  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
 
-PARTS = ("alerts", "nginx", "haproxy", "farm")
+PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -69,14 +71,14 @@ def listens(port):
 class Replica:
     """A server with figures, and a log that says which mesh each call was for."""
 
-    def __init__(self, ccsliced, folder, name, store):
+    def __init__(self, ccsliced, folder, name, store, *options):
         folder = folder / name
         folder.mkdir(exist_ok=True)
         self.figures = free_port()
         self.log = folder / "server.log"
         self.server = Server(ccsliced, folder, "--log-format", "json", "--metrics-listen", f"127.0.0.1:{self.figures}",
                              "--mesh-store", f"dir:{store}", "--threads", "1",
-                             "--max-connections-per-address", "10000")
+                             "--max-connections-per-address", "10000", *options)
         self.address = address_of(self.log)
         self.seen = 0
 
@@ -187,7 +189,9 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             right = all(slices(client, meshes[i % MESHES]) == wanted[i % MESHES] for i in range(CALLS))
             first = homes(replicas)
             used = len(set().union(*first.values()))
-            row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{sum(len(v) == 1 for v in first.values())} meshes at one server each, {used} servers", right and len(first) == MESHES and all(len(v) == 1 for v in first.values()) and used > 1)
+            alone = sum(len(servers) == 1 for servers in first.values())
+            row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{alone} meshes at one server each, {used} servers",
+                right and len(first) == alone == MESHES and used > 1)
 
             take(replicas)
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
@@ -205,6 +209,105 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             strangers = sum(second[mesh] != {gone} and {kept[i] for i in third[mesh]} != second[mesh] for mesh in first)
             row(f"{name}: one killed", f"{strangers} meshes of others moved, {seconds:.1f} s for all",
                 right and strangers == 0 and seconds < 20)
+
+
+def try_rolling(ccsliced, program_path, folder, long):
+    """Restarts each server behind HAProxy, while clients slice one job after the other through it."""
+    folder = folder / "rolling"
+    folder.mkdir()
+    clients, over, failures, done = 16 if long else 6, threading.Event(), [], []
+    replicas = [Replica(ccsliced, folder, f"server{i}", folder / "store", "--drain-delay", "5s") for i in range(3)]
+    mesh = folder / "ring.ccmesh"
+    subprocess.run([program_path, "models", "ring", "-o", mesh], check=True, stdout=subprocess.DEVNULL)
+    job = ["--pitch", "0.3", "--encoding", "raw", "--no-contact-sheet", "--force", "--json"]
+
+    def slice_once(address, name):
+        command = [program_path, "slice", mesh, *job, "--server", address, "-o", folder / name]
+        end = subprocess.run(command, capture_output=True, text=True)
+        files = sorted((folder / name).glob("layer_*"))
+        return end, hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+    exits = []
+    with contextlib.ExitStack() as stack:
+        for replica in replicas:
+            stack.enter_context(replica.server)
+        wanted = slice_once(replicas[0].address, "direct")[1]
+        address, _ = stack.enter_context(haproxy(replicas, folder))
+
+        def client(number):
+            while not over.is_set():
+                end, digest = slice_once(address, f"client{number}")
+                (done if end.returncode == 0 and digest == wanted else failures).append(end.stdout + end.stderr)
+
+        threads = [threading.Thread(target=client, args=(number,)) for number in range(clients)]
+        for thread in threads:
+            thread.start()
+        for replica in replicas:
+            time.sleep(3)
+            exits.append(replica.server.stop_gracefully())
+            replica.server.start_at(replica.address)
+            wait_for(lambda: listens(replica.figures), 10, "the server")
+        time.sleep(3)
+        over.set()
+        for thread in threads:
+            thread.join()
+    for words in sorted(set(failures)):
+        print(words.strip())
+    row(f"rolling restart under {clients} clients", f"{len(failures)} of {len(done) + len(failures)} jobs failed, servers "
+        f"exit with {sorted(set(exits))}", not failures and len(done) > clients and set(exits) == {0})
+
+
+def try_passing(name, proxy, ccsliced, ccslice, folder, long):
+    """A large mesh, many bytes, and with `long` previews that move and that wait, through a proxy."""
+    folder = folder / f"passing-{name}"
+    folder.mkdir()
+    replica = Replica(ccsliced, folder, "server", folder / "store")
+    count, channels = (60, 45) if long else (25, 60)  # 50 MB, or 5
+    side = np.arange(count + 1, dtype=float)
+    points = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange((count + 1) ** 3).reshape((count + 1,) * 3)
+    corners = [number[x:x + count, y:y + count, z:z + count].reshape(-1)
+               for x, y, z in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))]
+    values = np.random.default_rng(1).random((channels, len(points)))
+    mesh = ccslice.Mesh(points, np.stack(corners, axis=1), channels={f"c{i}": values[i] for i in range(channels)})
+    with replica.server, proxy([replica], folder) as (address, _):
+        with ccslice.Client(address) as client:
+            begin = time.monotonic()
+            client.upload(mesh)
+            row(f"{name}: a large upload", f"{time.monotonic() - begin:.1f} s", True)
+        plain = ccslice.Mesh(points[:, :], np.stack(corners, axis=1))
+        seconds = {}
+        for where in (replica.address, address, replica.address, address):
+            with ccslice.Client(where) as client:
+                client.upload(plain)
+                begin = time.monotonic()
+                size = sum(layer.occupancy.nbytes for layer in client.slice(plain, pitch=(0.02, 0.02, 0.1)))
+                seconds[where] = time.monotonic() - begin
+        ratio = seconds[replica.address] / seconds[address]
+        row(f"{name}: throughput against direct", f"{ratio:.2f} of {size / 1e6 / seconds[replica.address]:.0f} MB/s of voxels",
+            ratio >= 0.5)
+        if long:
+            try_previews(name, ccslice, address, plain)
+
+
+def try_previews(name, ccslice, address, mesh):
+    """A drag of a minute, then five minutes without a word, on one call."""
+    moved = []
+
+    def planes():
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            yield ccslice.Plane(middle=(12, 12, 1 + (time.monotonic() * 3) % 20))
+            time.sleep(1 / 30)
+        time.sleep(300)
+        yield ccslice.Plane(middle=(12, 12, 12))
+
+    with ccslice.Client(address) as client:
+        for picture in client.preview(mesh, planes(), 0.1):
+            moved.append(time.monotonic())
+    silence = max(b - a for a, b in zip(moved, moved[1:]))
+    row(f"{name}: a preview, a minute of drag, five idle", f"{len(moved)} pictures, {silence:.0f} s of silence",
+        len(moved) > 300 and silence > 290)
 
 
 def try_alerts():
@@ -248,6 +351,11 @@ def main():
         for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
             if name in parts:
                 try_affinity(name, proxy, arguments.ccsliced, ccslice, folder)
+        if "rolling" in parts:
+            try_rolling(arguments.ccsliced, arguments.ccslice, folder, arguments.long)
+        if "passing" in parts:
+            for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
+                try_passing(name, proxy, arguments.ccsliced, ccslice, folder, arguments.long)
         if "farm" in parts:
             farm_trial.run(row, program, free_port, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
     width = max(len(what) for what, _, _ in rows)

@@ -40,6 +40,11 @@ class Server:
         self._process.kill()
         self._process.wait()
 
+    def stop_gracefully(self):
+        """Asks it to stop, and waits; its exit code."""
+        self._process.terminate()
+        return self._process.wait()
+
     def start_at(self, address):
         """Serves again, where it did before it was killed."""
         self._start(address)

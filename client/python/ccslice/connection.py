@@ -12,6 +12,7 @@ from .v1 import service_pb2_grpc
 
 _MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
 _MOST_TOKEN_BYTES = 4096
+_THIS_MACHINE = ("unix:", "localhost:", "127.", "[::1]:")
 _TLS_SCHEME = "https://"
 _OPTIONS = [
     ("grpc.max_receive_message_length", -1),
@@ -44,6 +45,8 @@ class Identity:
         if scheme == _TLS_SCHEME:
             address = host if ":" in host else host + ":443"
         elif address.startswith("unix:") or not (self.ca or self.cert):
+            if self.token_file and not address.startswith(_THIS_MACHINE):
+                raise ValueError(f"the token would travel unencrypted to {address}: give ca, or https:// before it")
             return grpc.insecure_channel(address, options=_OPTIONS)
         credentials = grpc.ssl_channel_credentials(*map(_content, (self.ca, self.key, self.cert)))
         return grpc.secure_channel(address, credentials, options=_OPTIONS)

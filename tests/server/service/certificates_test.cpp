@@ -48,6 +48,9 @@ TEST_F(CertificatesTest, AreChecked) {
   EXPECT_NE(wrong({one, made_.text("two.key"), ""}).find("isn't the key of --tls-cert"), std::string::npos);
   EXPECT_NE(wrong({"", key, ""}).find("--tls-cert holds no certificate"), std::string::npos);
   EXPECT_NE(wrong({one.substr(0, one.size() / 2), key, ""}).find("--tls-cert"), std::string::npos);
+  EXPECT_EQ(wrong({one + ca, key, ca + one}), "");
+  EXPECT_NE(wrong({one + ca.substr(0, ca.size() / 2), key, ""}).find("isn't whole"), std::string::npos);
+  EXPECT_NE(wrong({one, key, ca + one.substr(0, 200)}).find("--tls-client-ca"), std::string::npos);
   EXPECT_NE(wrong({one, key.substr(0, key.size() / 2), ""}).find("--tls-key holds no private key"), std::string::npos);
   EXPECT_NE(wrong({one, key, "x"}).find("--tls-client-ca"), std::string::npos);
   const auto later = std::chrono::system_clock::now() + std::chrono::hours(24 * 365);

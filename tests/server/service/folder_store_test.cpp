@@ -69,8 +69,8 @@ TEST_F(FolderStoreTest, DropsTheLeastRecentlyUsed) {
   EXPECT_FALSE(store.contains(second));
   EXPECT_TRUE(store.contains(third));
   make_old(third, 1h);
-  EXPECT_EQ(store.last_used(10), (std::vector<std::string>{first, third}));
-  EXPECT_EQ(store.last_used(1), (std::vector<std::string>{first}));
+  EXPECT_EQ(store.last_used(10, [] {}), (std::vector<std::string>{first, third}));
+  EXPECT_EQ(store.last_used(1, [] {}), (std::vector<std::string>{first}));
   EXPECT_THROW(write(store, std::string(101, 'd')), StoreError);
   EXPECT_TRUE(store.contains(first));
 }
@@ -100,14 +100,19 @@ TEST_F(FolderStoreTest, LeavesStrangersAlone) {
 TEST_F(FolderStoreTest, DropsWhatWasLeftHalfWritten) {
   FolderStore store(folder_, 100);
   const std::string id = write(store, "whole");
-  const fs::path abandoned = path_of(id).parent_path() / (".x.host.1.1.tmp");
-  std::ofstream(abandoned) << "half";
-  fs::path young = path_of(id).parent_path() / (".y.host.1.1.tmp");
-  std::ofstream(young) << "half";
-  fs::last_write_time(abandoned, fs::file_time_type::clock::now() - 2h);
-  EXPECT_EQ(store.last_used(10).size(), 1u);
+  const auto leave = [&](const std::string& name) {
+    std::ofstream(path_of(id).parent_path() / name) << "half";
+    return path_of(id).parent_path() / name;
+  };
+  const fs::path abandoned = leave("." + id.substr(7) + ".abcdef.tmp"),
+                 young = leave("." + id.substr(7) + ".ghijkl.tmp"), strangers = leave(".session.tmp");
+  for (const fs::path& path : {abandoned, strangers}) {
+    fs::last_write_time(path, fs::file_time_type::clock::now() - 2h);
+  }
+  EXPECT_EQ(store.last_used(10, [] {}).size(), 1u);
   EXPECT_FALSE(fs::exists(abandoned));
   EXPECT_TRUE(fs::exists(young));
+  EXPECT_TRUE(fs::exists(strangers));
 }
 
 TEST_F(FolderStoreTest, RefusesFoldersThatTakeNoFiles) {

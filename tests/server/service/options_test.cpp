@@ -130,6 +130,45 @@ TEST(Options, HealthCheckTakesAnAddressOrThatOfTheServer) {
   EXPECT_THAT(fault({"--health-check", "there"}), HasSubstr("--health-check takes an address"));
 }
 
+TEST(Options, HealthIsAskedWhereItIsServed) {
+  EXPECT_EQ(parse({"--health-check", "--health-listen", "0.0.0.0:8"}).health_check_address, "localhost:8");
+  EXPECT_THAT(fault({"--health-listen", "unix:/x"}), HasSubstr("--health-listen takes HOST:PORT"));
+  EXPECT_THAT(fault({"--metrics-listen", "unix:/x"}), HasSubstr("--metrics-listen takes HOST:PORT"));
+}
+
+TEST(Options, IdentityIsWholeOrRefused) {
+  EXPECT_THAT(fault({"--tls-cert", "c.pem"}), HasSubstr("--tls-cert and --tls-key go together"));
+  EXPECT_THAT(fault({"--tls-client-ca", "c.pem"}), HasSubstr("--tls-client-ca needs TLS"));
+  EXPECT_THAT(fault({"--token-file", "t", "--listen", "0.0.0.0:1"}), HasSubstr("would let tokens travel unencrypted"));
+  EXPECT_EQ(fault({"--token-file", "t"}), "") << "this machine alone";
+  EXPECT_EQ(fault({"--token-file", "t", "--listen", "0.0.0.0:1", "--allow-plaintext-tokens", "yes"}), "");
+  EXPECT_EQ(fault({"--token-file", "t", "--listen", "0.0.0.0:1", "--tls-cert", "c", "--tls-key", "k"}), "");
+  EXPECT_EQ(parse({"--max-concurrent-calls", "7"}).options.max_calls_per_client, 3u);
+  const ParsedOptions hash = parse({"--hash-token", "farm", "write"});
+  EXPECT_EQ(hash.command, Command::kHashToken);
+  EXPECT_EQ(hash.token_name + " " + hash.token_role, "farm write");
+}
+
+TEST(Options, SecretsInAddressesDoNotShow) {
+  const std::string refusal = fault({}, {{"CCSLICE_MESH_STORE", "redis://:hunter2@db/0"}});
+  EXPECT_THAT(refusal, HasSubstr("CCSLICE_MESH_STORE takes dir:FOLDER"));
+  EXPECT_EQ(refusal.find("hunter2"), std::string::npos);
+}
+
+TEST(Options, APrivateServerLeavesTheFleetAlone) {
+  const ServerOptions options = parse({"--private"}, {{"CCSLICE_MESH_STORE", "dir:/srv"},
+                                                      {"CCSLICE_TOKEN_FILE", "mine"},
+                                                      {"CCSLICE_TLS_CERT", "c"},
+                                                      {"CCSLICE_TLS_KEY", "k"},
+                                                      {"CCSLICE_LISTEN", "0.0.0.0:1"},
+                                                      {"CCSLICE_METRICS_LISTEN", "0.0.0.0:2"},
+                                                      {"CCSLICE_WARM_MESHES", "5"}})
+                                    .options;
+  EXPECT_FALSE(options.mesh_store.place.has_value());
+  EXPECT_EQ(options.token_file + options.tls.certificate + options.metrics_address, "");
+  EXPECT_EQ(options.warm_meshes, 0u);
+}
+
 TEST(Options, HelpNamesEveryOptionBothWays) {
   const std::string help = help_text(kMachine);
   for (const char* text :

@@ -62,13 +62,13 @@ TEST(RedisStoreTest, GivesBackWhatWasWritten) {
   const std::string second = write(store, "second");
   EXPECT_EQ(write(store, "second"), second);  // In its own place.
   EXPECT_EQ(read(store, second), "second");
-  EXPECT_EQ(store.last_used(10), (std::vector<std::string>{second, id}));
-  EXPECT_EQ(store.last_used(0), std::vector<std::string>{});
+  EXPECT_EQ(store.last_used(10, [] {}), (std::vector<std::string>{second, id}));
+  EXPECT_EQ(store.last_used(0, [] {}), std::vector<std::string>{});
   EXPECT_EQ(redis.ask("DBSIZE"), "3\n");
   EXPECT_EQ(redis.ask("TTL 'ccslice:mesh:{" + id + "}'"), "-1\n");
   EXPECT_TRUE(store.erase(id));
   EXPECT_FALSE(store.erase(id));
-  EXPECT_EQ(store.last_used(10), (std::vector<std::string>{second}));
+  EXPECT_EQ(store.last_used(10, [] {}), (std::vector<std::string>{second}));
 }
 
 TEST(RedisStoreTest, UseRenewsTheTimeToLive) {
@@ -124,7 +124,7 @@ TEST(RedisStoreTest, DoesNotWaitForOneThatIsStopped) {
     (void)store.contains(id);
     ADD_FAILURE();
   } catch (const StoreError& error) {
-    EXPECT_TRUE(error.hangs()) << error.what();
+    EXPECT_EQ(error.fault(), StoreFault::kHangs) << error.what();
   }
   EXPECT_LT(Steady::now() - begin, 1500ms);
   redis.answer_again();

@@ -22,14 +22,15 @@ using namespace std::chrono_literals;
 struct FakeStore {
   std::map<std::string, std::string> meshes;
   std::atomic<int> asked{0};
-  std::atomic<bool> fails{false}, is_slow{false};
+  std::atomic<bool> fails{false};
+  std::atomic<StoreFault> fault{StoreFault::kFails};
   std::atomic<bool> hangs{false};
   std::counting_semaphore<> go_on{0};
 
   void enter() {
     ++asked;
     if (hangs) go_on.acquire();
-    if (fails) throw StoreError("broken", is_slow);
+    if (fails) throw StoreError(fault, "broken");
   }
 };
 
@@ -57,7 +58,7 @@ class FakeMeshStore final : public MeshStore {
     fake_.enter();
     return fake_.meshes.erase(mesh_id) > 0;
   }
-  std::vector<std::string> last_used(std::size_t) override {
+  std::vector<std::string> last_used(std::size_t, const Progress&) override {
     fake_.enter();
     std::vector<std::string> ids;
     for (const auto& [id, bytes] : fake_.meshes) ids.push_back(id);
@@ -126,14 +127,31 @@ TEST_F(StoredMeshesTest, KeepsFindsLoadsAndErases) {
 }
 
 TEST_F(StoredMeshesTest, DropsDamagedBytes) {
-  for (const std::string& damaged : {std::string("bytez"), std::string(), std::string(1001, 'x')}) {
+  for (const std::string& damaged : {std::string("bytez"), std::string(), std::string("byte"), std::string(900, 'x')}) {
     fake_.meshes[id_] = damaged;
     const Loaded loaded = load(id_).get();
     EXPECT_FALSE(loaded.upload || loaded.error);
     EXPECT_FALSE(fake_.meshes.contains(id_));
   }
-  EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kDamaged), 3u);
+  EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kDamaged), 4u);
   EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
+TEST_F(StoredMeshesTest, LeavesMeshesThatAreTooLargeToOthers) {
+  const std::string large(1001, 'x');
+  fake_.meshes[mesh_id_of(large)] = large;
+  const Loaded loaded = load(mesh_id_of(large)).get();
+  EXPECT_FALSE(loaded.upload || loaded.error);
+  EXPECT_TRUE(fake_.meshes.contains(mesh_id_of(large)));
+}
+
+TEST_F(StoredMeshesTest, RefusalsAreNoReasonToLeaveItAlone) {
+  fake_.meshes[id_] = "bytes";
+  fake_.fails = true;
+  fake_.fault = StoreFault::kRefuses;
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(keep("bytes"), std::nullopt);
+  fake_.fails = false;
+  EXPECT_TRUE(load(id_).get().upload);
 }
 
 TEST_F(StoredMeshesTest, SaysWhenTheBytesDoNotFit) {
@@ -180,9 +198,20 @@ TEST_F(StoredMeshesTest, IsLeftAloneAfterThreeFailures) {
 }
 
 TEST_F(StoredMeshesTest, IsLeftAloneAfterOneFailureThatTookItsTime) {
-  fake_.fails = fake_.is_slow = true;
+  fake_.fails = true;
+  fake_.fault = StoreFault::kHangs;
   EXPECT_FALSE(load(id_).get().upload);
   EXPECT_EQ(erase(id_), std::nullopt);
+  EXPECT_EQ(fake_.asked, 1);
+}
+
+TEST_F(StoredMeshesTest, ThoseBehindOneThatWaitedInVainDoNotWaitToo) {
+  fake_.hangs = fake_.fails = true;
+  fake_.fault = StoreFault::kHangs;
+  std::vector<std::future<Loaded>> loads;
+  for (int i = 0; i < 5; ++i) loads.push_back(load(mesh_id_of(std::to_string(i))));
+  fake_.go_on.release();
+  for (std::future<Loaded>& future : loads) EXPECT_FALSE(future.get().upload);
   EXPECT_EQ(fake_.asked, 1);
 }
 
