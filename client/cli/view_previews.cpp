@@ -35,6 +35,8 @@ void ViewPreviews::read(const std::shared_ptr<Stream>& stream) {
   try {
     while (auto picture = stream->call->next()) {
       const std::lock_guard lock(mutex_);
+      // Of each request the first: whoever asked for a coarse one may not have taken it yet when the full one comes.
+      if (stream->latest && stream->latest->number == picture->number) continue;
       stream->latest = std::make_shared<const client::PreviewPicture>(std::move(*picture));
       changed_.notify_all();
     }

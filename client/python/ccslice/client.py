@@ -361,7 +361,13 @@ class Client:
             for at in range(0, len(mesh.content), _CHUNK_BYTES):
                 yield mesh_pb2.UploadMeshRequest(chunk=mesh.content[at:at + _CHUNK_BYTES])
 
-        return self._stub.UploadMesh(messages(), mesh.id).mesh
+        try:
+            return self._stub.UploadMesh(messages(), mesh.id).mesh
+        except grpc.RpcError as failed:
+            if failed.code() != grpc.StatusCode.CANCELLED:
+                raise
+            # Where the server holds the mesh it answers before it has read all, and some proxies make a reset of that.
+            return self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh.id), mesh.id).mesh
 
     def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
         """Repeats what passes, and uploads what the server has lost."""
