@@ -185,11 +185,11 @@ TEST_F(IdentityTest, CertificatesAreServedRenewedAndAskedFor) {
   EXPECT_EQ(info(*plain, "").code, grpc::StatusCode::UNAVAILABLE);
   made.put("two.pem", "served.pem");
   server.reload(false);  // The key hasn't come: the old pair is served on.
-  std::this_thread::sleep_for(1500ms);
+  std::this_thread::sleep_for(2500ms);
   EXPECT_EQ(info(*stub_with("client"), "").code, grpc::StatusCode::OK);
   made.put("two.key", "served.key");
   server.reload(false);
-  std::this_thread::sleep_for(1500ms);
+  std::this_thread::sleep_for(2500ms);
   EXPECT_EQ(info(*stub_with("client"), "").code, grpc::StatusCode::OK);
 }
 

@@ -274,7 +274,7 @@ TEST_F(MeshStoreRpcs, ARedisThatHangsHoldsNobodyUp) {
   redis.stop_answering();
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_EQ(server.slice_failure(slice_request(mesh_id_of("other"), 1, 0, 1)).reason, "MESH_MISSING");
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 1500ms);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 4s);
   EXPECT_TRUE(server.slice(slice_request(id_, 1, 0, 1)).status.ok());
   redis.answer_again();
 }
