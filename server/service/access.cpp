@@ -6,7 +6,6 @@
 #include <openssl/crypto.h>
 #include <openssl/sha.h>
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <charconv>
@@ -16,6 +15,7 @@
 #include <stdexcept>
 
 #include "core/base/echo.h"
+#include "server/service/file_version.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -161,15 +161,6 @@ std::string_view token_of(std::string_view authorization) {
   return token;
 }
 
-using FileVersion = std::array<std::int64_t, 4>;
-
-FileVersion version_of(const std::filesystem::path& path) {
-  struct stat status = {};
-  if (::stat(path.c_str(), &status) != 0) return {};
-  return {static_cast<std::int64_t>(status.st_ino), static_cast<std::int64_t>(status.st_size), status.st_mtim.tv_sec,
-          status.st_mtim.tv_nsec};
-}
-
 }  // namespace
 
 AccessRules parse_access_rules(std::string_view text) {
@@ -204,7 +195,7 @@ std::string access_line(const std::string& name, const std::string& role, std::s
 }
 
 Access::Access(std::filesystem::path token_file) : file_(std::move(token_file)) {
-  version_ = seen_ = version_of(file_);
+  version_ = seen_ = file_version(file_);
   try {
     rules_ = read();
   } catch (const std::invalid_argument& why) {
@@ -229,7 +220,7 @@ std::shared_ptr<const AccessRules> Access::rules() const {
 
 bool Access::reload(bool always) {
   if (is_open()) return false;
-  const FileVersion now = version_of(file_);
+  const FileVersion now = file_version(file_);
   const bool rests = now == std::exchange(seen_, now);
   if (!always && (now == version_ || !rests)) return false;
   version_ = now;

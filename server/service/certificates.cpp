@@ -10,7 +10,6 @@
 #include <openssl/x509.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -20,6 +19,8 @@
 #include <memory>
 #include <stdexcept>
 #include <utility>
+
+#include "server/service/file_version.h"
 
 namespace ccslice::server {
 namespace {
@@ -58,13 +59,6 @@ std::string read_file(const std::string& path, const char* option) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw std::invalid_argument(std::string(option) + ": " + path + " can't be read");
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::array<std::int64_t, 4> file_version(const std::string& path) {
-  struct stat status = {};
-  if (path.empty() || ::stat(path.c_str(), &status) != 0) return {};
-  return {static_cast<std::int64_t>(status.st_ino), static_cast<std::int64_t>(status.st_size), status.st_mtim.tv_sec,
-          status.st_mtim.tv_nsec};
 }
 
 Descriptor file_in_memory(const std::string& text) {

@@ -20,6 +20,7 @@ import yaml
 sys.dont_write_bytecode = True
 
 from policies import known_variables, memory_needed, seconds_of, size_of  # noqa: E402
+from rules import broken_rules  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FILE = ROOT / "deploy/compose.yaml"
@@ -194,13 +195,7 @@ BREAKS = (
 
 
 def findings(services):
-    found = []
-    for rule in RULES:
-        try:
-            found += rule(services)
-        except (KeyError, TypeError, AttributeError, IndexError) as missing:
-            found.append(f"{rule.__name__} doesn't find what it looks at: {missing!r}")
-    return found
+    return broken_rules(RULES, services)
 
 
 def check_breaks(services):

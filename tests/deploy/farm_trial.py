@@ -10,6 +10,7 @@ import subprocess
 import time
 
 from ccsliced_process import Server
+from free_port import free_port
 
 FARM = pathlib.Path(__file__).resolve().parents[2] / "deploy/farm"
 PYTHON = "/usr/bin/python3"  # Debian's, which has its Celery.
@@ -97,7 +98,7 @@ class Trial:
         return int(done.stdout)
 
 
-def run(row, program, free_port, ccsliced, ccslice, folder, long):
+def run(row, program, ccsliced, ccslice, folder, long):
     folder = folder / "farm"
     folder.mkdir()
     port = free_port()

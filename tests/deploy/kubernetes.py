@@ -16,7 +16,6 @@ import os
 import pathlib
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -25,8 +24,10 @@ import time
 import yaml
 
 sys.dont_write_bytecode = True
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "support")]
 
 import policies  # noqa: E402
+from free_port import free_port  # noqa: E402
 from policies import containers_of, name_of, pod_of  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -311,12 +312,6 @@ def check_farm_scripts():
         if calls != wanted:
             found.append(f"the farm calls {calls}, not {wanted}")
     return found
-
-
-def free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
 
 
 def check_redis_script():

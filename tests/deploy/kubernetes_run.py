@@ -28,7 +28,8 @@ import urllib.request
 
 sys.dont_write_bytecode = True
 
-from kubernetes import free_port, rendered, script_of  # noqa: E402
+from kubernetes import rendered, script_of  # noqa: E402
+from free_port import free_port  # noqa: E402
 from policies import Overlay  # noqa: E402
 
 A_RECORD = 1

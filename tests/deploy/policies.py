@@ -7,6 +7,8 @@ import functools
 import pathlib
 import re
 
+from rules import broken_rules
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MIB, GIB = 2**20, 2**30
 SPARE_S = 5  # Between the end of a grace and the kill.
@@ -552,10 +554,4 @@ RULES = (confined, bounded, pinned, volumes_there, probed, server_probed, ends_i
 
 
 def findings(name, objects):
-    overlay, found = Overlay(name, objects), []
-    for rule in RULES:
-        try:
-            found += rule(overlay)
-        except (KeyError, TypeError, AttributeError, IndexError) as missing:
-            found.append(f"{rule.__name__} doesn't find what it looks at: {missing!r}")
-    return found
+    return broken_rules(RULES, Overlay(name, objects))

@@ -18,6 +18,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -32,6 +33,7 @@ sys.path[:0] = [str(ROOT / "tests/support")]
 
 import farm_trial  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
+from free_port import free_port  # noqa: E402
 
 PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm")
 MESHES, CALLS = 20, 200
@@ -47,12 +49,6 @@ def program(name):
     if not path:
         sys.exit(f"run.py: {name} isn't here: deploy/install.sh test installs it")
     return path
-
-
-def free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
 
 
 def wait_for(condition, seconds, what):
@@ -79,7 +75,7 @@ class Replica:
         self.server = Server(ccsliced, folder, "--log-format", "json", "--metrics-listen", f"127.0.0.1:{self.figures}",
                              "--mesh-store", f"dir:{store}", "--threads", "1",
                              "--max-connections-per-address", "10000", *options)
-        self.address = address_of(self.log)
+        self.address = self.server.address()
         self.seen = 0
 
     def meshes(self):
@@ -88,12 +84,6 @@ class Replica:
         fresh, self.seen = lines[self.seen:], len(lines)
         calls = [json.loads(line) for line in fresh if line.startswith("{")]
         return [call["mesh"] for call in calls if call.get("method") == "SliceRange" and call["status"] == "OK"]
-
-
-def address_of(log):
-    pattern = re.compile(r"serves on (\S+?): ")
-    wait_for(lambda: pattern.search(log.read_text()), 30, "the server")
-    return pattern.search(log.read_text()).group(1)
 
 
 @contextlib.contextmanager
@@ -145,7 +135,7 @@ def haproxy(replicas, folder):
 
         def take(servers):
             write(servers)
-            process.send_signal(12)  # SIGUSR2: the master starts a new worker.
+            process.send_signal(signal.SIGUSR2)  # The master starts a new worker.
             time.sleep(2)
 
         yield f"127.0.0.1:{port}", take
@@ -357,7 +347,7 @@ def main():
             for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
                 try_passing(name, proxy, arguments.ccsliced, ccslice, folder, arguments.long)
         if "farm" in parts:
-            farm_trial.run(row, program, free_port, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
+            farm_trial.run(row, program, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
     width = max(len(what) for what, _, _ in rows)
     for what, found, verdict in rows:
         print(f"{what:<{width}}  {found:<40}  {verdict}")

@@ -6,7 +6,6 @@ at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.
 import pathlib
 import re
 import shutil
-import socket
 import subprocess
 import threading
 import time
@@ -14,6 +13,7 @@ import time
 import grpc
 
 from ccsliced_process import Server
+from free_port import free_port
 from load.http2 import Connection, headers_frame, request_headers, reset_frame
 from load.part import Figure, Peak, resident_mb, seconds_until
 
@@ -143,18 +143,13 @@ def _is_served(address):
         return False
 
 
-def _free_port():
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        return probe.getsockname()[1]
-
-
 def _resets_through_haproxy(job):
     program = shutil.which("haproxy", path="/usr/sbin:/usr/bin")
     if not program:
         print("no haproxy here: resets aren't tried through it")
         return []
     with Server(job.ccsliced(), job.folder) as server:
-        port = _free_port()
+        port = free_port()
         text = (_ROOT / "deploy/proxies/haproxy.cfg").read_text()
         text = re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text)
         text = re.sub("server one .*", f"server one {server.address()} no-check", text)

@@ -11,21 +11,16 @@ import subprocess
 import time
 
 from ccsliced_process import Server
+from free_port import free_port
 from load.part import Figure
 from load.slicing import sample
 
 _LATER_S = 1.5
 
 
-def _free_port():
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
-
-
 class _Redis:
     def __init__(self, folder):
-        self._port, self._folder = _free_port(), folder
+        self._port, self._folder = free_port(), folder
         self.start()
 
     def start(self):

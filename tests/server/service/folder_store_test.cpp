@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/service/mesh_id.h"
+#include "tests/server/service/stored_bytes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace ccslice::server {
@@ -19,15 +20,6 @@ using namespace std::chrono_literals;
 
 class FolderStoreTest : public ::testing::Test {
  protected:
-  static std::optional<std::string> read(FolderStore& store, const std::string& id) {
-    std::string bytes;
-    std::uint64_t size = 0;
-    const bool found = store.read(id, {.begin = [&](std::uint64_t announced) { size = announced; },
-                                       .append = [&](std::string_view piece) { bytes += piece; }});
-    if (!found) return std::nullopt;
-    EXPECT_EQ(size, bytes.size());
-    return bytes;
-  }
   static std::string write(FolderStore& store, const std::string& bytes) {
     const std::string id = mesh_id_of(bytes);
     store.write(id, {bytes.substr(0, bytes.size() / 2), bytes.substr(bytes.size() / 2)}, [] {});
@@ -50,12 +42,12 @@ TEST_F(FolderStoreTest, GivesBackWhatWasWritten) {
   EXPECT_FALSE(store.contains(mesh_id_of("one")));
   const std::string id = write(store, "one");
   EXPECT_TRUE(store.contains(id));
-  EXPECT_EQ(read(store, id), "one");
+  EXPECT_EQ(stored_bytes(store, id), "one");
   FolderStore other(folder_ / "made" / "by it", 1 << 20);
-  EXPECT_EQ(read(other, id), "one");
+  EXPECT_EQ(stored_bytes(other, id), "one");
   EXPECT_TRUE(other.erase(id));
   EXPECT_FALSE(store.erase(id));
-  EXPECT_EQ(read(store, id), std::nullopt);
+  EXPECT_EQ(stored_bytes(store, id), std::nullopt);
 }
 
 TEST_F(FolderStoreTest, DropsTheLeastRecentlyUsed) {
@@ -82,7 +74,7 @@ TEST_F(FolderStoreTest, LeavesStrangersAlone) {
   fs::create_directories(path_of(id).parent_path());
   fs::create_symlink(folder_ / "README", path_of(id));
   EXPECT_FALSE(store.contains(id));
-  EXPECT_EQ(read(store, id), std::nullopt);
+  EXPECT_EQ(stored_bytes(store, id), std::nullopt);
   const std::string folder_id = mesh_id_of("a folder");
   fs::create_directories(path_of(folder_id));
   EXPECT_FALSE(store.contains(folder_id));
@@ -93,7 +85,7 @@ TEST_F(FolderStoreTest, LeavesStrangersAlone) {
   EXPECT_TRUE(fs::exists(folder_ / "README"));
   EXPECT_TRUE(fs::is_symlink(path_of(id)));
   write(store, "a link");  // In the link's place, not in the file's that it names.
-  EXPECT_EQ(read(store, id), "a link");
+  EXPECT_EQ(stored_bytes(store, id), "a link");
   EXPECT_EQ(fs::file_size(folder_ / "README"), 200u);
 }
 
@@ -134,7 +126,7 @@ TEST_F(FolderStoreTest, ManyMayWriteTheSameMesh) {
       FolderStore store(folder_, 1 << 30);
       for (int round = 0; round < 5; ++round) {
         write(store, bytes);
-        EXPECT_EQ(read(store, id), bytes);
+        EXPECT_EQ(stored_bytes(store, id), bytes);
       }
     });
   }

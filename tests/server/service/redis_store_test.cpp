@@ -11,6 +11,7 @@
 
 #include "server/service/mesh_id.h"
 #include "tests/server/service/redis_process.h"
+#include "tests/server/service/stored_bytes.h"
 
 namespace ccslice::server {
 namespace {
@@ -22,16 +23,6 @@ RedisStore store_of(const RedisProcess& redis, std::uint64_t time_to_live_s = 0,
                     int database = 0) {
   return RedisStore({.folder = {}, .host = "127.0.0.1", .port = redis.port(), .database = database}, password,
                     time_to_live_s);
-}
-
-std::optional<std::string> read(RedisStore& store, const std::string& id) {
-  std::string bytes;
-  std::uint64_t size = 0;
-  const bool found = store.read(id, {.begin = [&](std::uint64_t announced) { size = announced; },
-                                     .append = [&](std::string_view piece) { bytes += piece; }});
-  if (!found) return std::nullopt;
-  EXPECT_EQ(size, bytes.size());
-  return bytes;
 }
 
 std::string write(RedisStore& store, const std::string& bytes) {
@@ -57,11 +48,11 @@ TEST(RedisStoreTest, GivesBackWhatWasWritten) {
   EXPECT_FALSE(store.contains(mesh_id_of(bytes)));
   const std::string id = write(store, bytes);
   EXPECT_TRUE(other.contains(id));
-  EXPECT_TRUE(read(other, id) == bytes);
+  EXPECT_TRUE(stored_bytes(other, id) == bytes);
   EXPECT_FALSE(another.contains(id));
   const std::string second = write(store, "second");
   EXPECT_EQ(write(store, "second"), second);  // In its own place.
-  EXPECT_EQ(read(store, second), "second");
+  EXPECT_EQ(stored_bytes(store, second), "second");
   EXPECT_EQ(store.last_used(10, [] {}), (std::vector<std::string>{second, id}));
   EXPECT_EQ(store.last_used(0, [] {}), std::vector<std::string>{});
   EXPECT_EQ(redis.ask("DBSIZE"), "3\n");
@@ -85,7 +76,7 @@ TEST(RedisStoreTest, UseRenewsTheTimeToLive) {
 TEST(RedisStoreTest, PasswordsOpenAndNeverShow) {
   const RedisProcess redis({"--requirepass", "geheim1"});
   RedisStore right = store_of(redis, 0, "geheim1");
-  EXPECT_EQ(read(right, write(right, "bytes")), "bytes");
+  EXPECT_EQ(stored_bytes(right, write(right, "bytes")), "bytes");
   RedisStore wrong = store_of(redis, 0, "geheim2"), none = store_of(redis);
   const std::string refusal = error_of([&] { (void)wrong.contains(mesh_id_of("bytes")); });
   EXPECT_NE(refusal.find("refuses AUTH"), std::string::npos) << refusal;
@@ -111,7 +102,7 @@ TEST(RedisStoreTest, SaysThatItIsDownAndComesBack) {
   EXPECT_NE(error_of([&] { (void)store.contains(id); }).find("refused"), std::string::npos);
   redis.start();
   EXPECT_FALSE(store.contains(id));  // It forgot.
-  EXPECT_EQ(read(store, write(store, "bytes")), "bytes");
+  EXPECT_EQ(stored_bytes(store, write(store, "bytes")), "bytes");
 }
 
 TEST(RedisStoreTest, DoesNotWaitForOneThatIsStopped) {
@@ -128,7 +119,7 @@ TEST(RedisStoreTest, DoesNotWaitForOneThatIsStopped) {
   }
   EXPECT_LT(Steady::now() - begin, 4s);
   redis.answer_again();
-  EXPECT_EQ(read(store, id), "bytes");
+  EXPECT_EQ(stored_bytes(store, id), "bytes");
 }
 
 }  // namespace
