@@ -76,6 +76,7 @@ readonly test=(
   python3-wheel
   python3-yaml
   python3-zstandard
+  rabbitmq-server
   redis-server
   shellcheck
   zsh

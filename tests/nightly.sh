@@ -118,7 +118,7 @@ plugins() {
 }
 
 deployed() {
-  tests/deploy/run.py build/release/server/ccsliced build/release/client/ccslice --long
+  tests/deploy/run.sh --long
 }
 
 images() {

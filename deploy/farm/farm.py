@@ -15,6 +15,7 @@ CCSLICE_FARM_BROKER and CCSLICE_FARM_RESULTS say where Celery keeps its queue an
 
 import argparse
 import ctypes
+import functools
 import json
 import os
 import pathlib
@@ -27,30 +28,56 @@ import time
 import uuid
 
 from celery import Celery, chord
+from celery.backends.redis import RedisBackend
 from celery.result import AsyncResult
+from celery.worker.consumer import Gossip, Mingle
 from kombu.transport import redis as kombu_redis
+from kombu.utils.url import maybe_sanitize_url
 
 FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolute()
 BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
-RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if BROKER.startswith("redis") else "redis://localhost:6379/1")
+OVER_REDIS = BROKER.startswith("redis")
+RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if OVER_REDIS else "redis://localhost:6379/1")
 LONGEST_SHARE_S = int(os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600"))
 CCSLICE = shutil.which(os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice"))
 LAYERS_OF_SHARE, MOST_SHARES, SLAB = 128, 64, 16
 PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
 ATTEMPTS, PAUSE_S = 20, 5
+LAST_PRIORITY = 9
 
+
+class PatientResults(RedisBackend):
+    """Waits where results are away. Celery's own (5.2) takes the task for failed, and the job with it."""
+
+    def get(self, key):
+        return self.ensure(super().get, (key,))
+
+    def on_chord_part_return(self, *arguments, **options):
+        return self.ensure(functools.partial(super().on_chord_part_return, **options), arguments)
+
+
+PATIENCE = {"max_retries": LONGEST_SHARE_S, "interval_start": 1, "interval_step": 0, "interval_max": 1}
 app = Celery("farm", broker=BROKER, backend=RESULTS)
+app.loader.override_backends = {scheme: f"{__name__}:PatientResults" for scheme in ("redis", "rediss")}
 app.conf.update(
     # A task is done when it is done: that of a worker that dies goes to another one.
     task_acks_late=True, task_reject_on_worker_lost=True, worker_prefetch_multiplier=1,
-    # Redis notices a lost worker by this time; it has to be longer than the longest share.
-    broker_transport_options={"visibility_timeout": LONGEST_SHARE_S, "queue_order_strategy": "priority"},
-    result_backend_transport_options={"visibility_timeout": LONGEST_SHARE_S},
-    task_track_started=True, result_expires=7 * 24 * 3600, worker_cancel_long_running_tasks_on_connection_loss=True,
-    broker_connection_retry_on_startup=True)
+    # Redis notices a lost worker by this time; it has to be longer than the longest share. RabbitMQ notices at once; it
+    # says of each message that it has it, and knows priorities of queues that were made for them.
+    broker_transport_options={"visibility_timeout": LONGEST_SHARE_S, "queue_order_strategy": "priority"} if OVER_REDIS
+    else {"confirm_publish": True},
+    task_queue_max_priority=None if OVER_REDIS else LAST_PRIORITY,
+    result_backend_transport_options={"visibility_timeout": LONGEST_SHARE_S, "retry_policy": PATIENCE},
+    task_publish_retry_policy=PATIENCE,
+    # What runs while the broker is away runs on. It is given out again, and found done.
+    worker_cancel_long_running_tasks_on_connection_loss=False, broker_connection_max_retries=None,
+    task_track_started=True, result_expires=7 * 24 * 3600)
 
 # Kombu (transport/redis.py, 5.2) looks for messages of lost workers at every tenth tick of ten seconds. Look at each.
 kombu_redis.QoS.restore_visible.__defaults__ = (0, 10, 1)
+
+# Workers that look for each other stop taking tasks once Redis was away (celery/celery issue 8030). They needn't look.
+Gossip.compatible_transports = Mingle.compatible_transports = frozenset()
 
 
 class JobFailed(Exception):
@@ -73,6 +100,10 @@ def read_job(name):
 def die_with_worker():
     """A worker that is killed takes its ccslice along, which would write beside the next one's."""
     ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG of <linux/prctl.h>.
+
+
+def layers_in(share):
+    return json.loads((share / "manifest.json").read_text())["share"]["layers"]
 
 
 def run_ccslice(task, arguments, watched=None):
@@ -119,7 +150,7 @@ def slice_share(self, name, number, count):
             if not share.exists():
                 raise
             shutil.rmtree(own, ignore_errors=True)  # Another worker was faster.
-    return json.loads((share / "manifest.json").read_text())["share"]["layers"]
+    return layers_in(share)
 
 
 @app.task(bind=True)
@@ -140,13 +171,15 @@ def send(name, job):
     path = folder_of(name) / "job.json"
     path.with_suffix(".part").write_text(json.dumps(job, indent=1))
     path.with_suffix(".part").rename(path)
-    options = {"priority": job["priority"]}
+    # 0 comes first in Redis, and last in RabbitMQ.
+    options = {"priority": job["priority"] if OVER_REDIS else LAST_PRIORITY - job["priority"]}
     header = [slice_share.s(name, i + 1, job["shares"]).set(task_id=task, **options) for i, task in enumerate(job["tasks"])]
     try:
         chord(header)(join.s(name, job["shares"]).set(task_id=job["join"], **options))
     except Exception as error:
-        sys.exit(f"farm: the job {name} stands in {folder_of(name)}, but the broker {BROKER} can't be reached "
-                 f"({error}): farm.py retry {name} sends it again")
+        places = " or ".join(dict.fromkeys(maybe_sanitize_url(url) for url in (BROKER, RESULTS)))
+        sys.exit(f"farm: the job {name} stands in {folder_of(name)}, but {places} can't be reached ({error}): "
+                 f"farm.py retry {name} sends it again")
 
 
 def layers_of(mesh, options):
@@ -201,17 +234,19 @@ def state_of(name):
     if (folder_of(name) / "layers" / "manifest.json").exists():
         return "done", job["layers"], ""
     results = [AsyncResult(task, app=app) for task in job["tasks"]]
-    layers, words, states = 0, "", []
+    layers, words, again, states = 0, "", "", []
     for number, result in enumerate(results):
         state, info = result.state, result.info
         states.append(state)
         if (folder_of(name) / "shares" / str(number + 1)).exists():
             states[-1] = "SUCCESS"
-            layers += json.loads((folder_of(name) / "shares" / str(number + 1) / "manifest.json").read_text())["share"]["layers"]
+            layers += layers_in(folder_of(name) / "shares" / str(number + 1))
         elif state == "PROGRESS":
             layers += info["layers"]
         elif state == "FAILURE":
             words = f"share {number + 1}: {info}"
+        elif state == "RETRY":
+            again = f"share {number + 1} is tried again: {info}"
     joined = AsyncResult(job["join"], app=app)
     if "REVOKED" in states:
         return "cancelled", layers, ""
@@ -221,7 +256,7 @@ def state_of(name):
         return "failed", layers, str(joined.info)
     if all(state == "SUCCESS" for state in states):
         return "joining", layers, "" if joined.state != "PENDING" else "if this lasts, farm.py retry joins it"
-    return ("running" if layers or "STARTED" in states else "waiting"), layers, ""
+    return ("running" if layers or "STARTED" in states else "waiting"), layers, again
 
 
 def status(arguments):
@@ -247,12 +282,14 @@ def retry(arguments):
 
 
 def main():
+    # Who waits at a terminal is told soon.
+    app.conf.task_publish_retry_policy = app.conf.result_backend_transport_options["retry_policy"] = {"max_retries": 2}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(required=True, metavar="submit|status|cancel|retry")
     one = commands.add_parser("submit", help="queue a job; the options of ccslice slice stand behind --")
     one.add_argument("name")
     one.add_argument("mesh")
-    one.add_argument("--priority", type=int, default=5, help="0 comes first, 9 last; 5 unless given")
+    one.add_argument("--priority", type=int, default=5, choices=range(LAST_PRIORITY + 1), metavar="P", help="0 comes first, 9 last; 5 unless given")
     one.add_argument("--shares", type=int, help="how many; one for 128 layers unless given, 64 at most")
     one.set_defaults(run=submit)
     for command, run, words in (("status", status, "layers done, rate, time left"), ("cancel", cancel, "stop a job"),

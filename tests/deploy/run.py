@@ -3,39 +3,41 @@
 # SPDX-License-Identifier: Apache-2.0
 """What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, which
 are restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
-killed.
+killed and with all else that goes wrong.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm] [--long]
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,faults] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
 import argparse
 import collections
+import concurrent.futures
 import contextlib
 import hashlib
 import json
 import os
 import pathlib
 import re
-import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import unittest.mock
 
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests/support")]
 
+import farm_faults  # noqa: E402
 import farm_trial  # noqa: E402
+from brokers import listens, program  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
 from free_port import free_port  # noqa: E402
 
-PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm")
+PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "faults")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -44,24 +46,12 @@ def row(what, found, passes):
     rows.append((what, found, "ok" if passes else "FAILED"))
 
 
-def program(name):
-    path = shutil.which(name, path="/usr/sbin:/usr/bin:/bin")
-    if not path:
-        sys.exit(f"run.py: {name} isn't here: deploy/install.sh test installs it")
-    return path
-
-
 def wait_for(condition, seconds, what):
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
             raise RuntimeError(f"{what} doesn't come within {seconds} s")
         time.sleep(0.05)
-
-
-def listens(port):
-    with socket.socket() as tried:
-        return tried.connect_ex(("127.0.0.1", port)) == 0
 
 
 class Replica:
@@ -78,12 +68,24 @@ class Replica:
         self.address = self.server.address()
         self.seen = 0
 
-    def meshes(self):
-        """Whose calls have come since the last time."""
+    def calls(self):
+        """The log's lines of slicing calls since the last time."""
         lines = self.log.read_text().splitlines()
         fresh, self.seen = lines[self.seen:], len(lines)
         calls = [json.loads(line) for line in fresh if line.startswith("{")]
-        return [call["mesh"] for call in calls if call.get("method") == "SliceRange" and call["status"] == "OK"]
+        return [call for call in calls if call.get("method") == "SliceRange"]
+
+    def meshes(self):
+        """Whose calls have come since the last time."""
+        return [call["mesh"] for call in self.calls() if call["status"] == "OK"]
+
+    def restart(self):
+        """By the rules. Its exit code, and the calls since the last time."""
+        code = self.server.stop_gracefully()
+        calls, self.seen = self.calls(), 0
+        self.server.start_at(self.address)
+        wait_for(lambda: listens(self.figures), 10, "the server")
+        return code, calls
 
 
 @contextlib.contextmanager
@@ -146,7 +148,8 @@ def haproxy(replicas, folder):
 
 def make_meshes(ccslice):
     points = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
-    return [ccslice.Mesh(points * (2 + 0.1 * i), [[0, 1, 3, 2, 4, 5, 7, 6]]) for i in range(MESHES)]
+    return [ccslice.Mesh(points * (2 + 0.1 * i), [[0, 1, 3, 2, 4, 5, 7, 6]], channels={"x": points[:, 0]})
+            for i in range(MESHES)]
 
 
 def slices(client, mesh):
@@ -183,14 +186,21 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{alone} meshes at one server each, {used} servers",
                 right and len(first) == alone == MESHES and used > 1)
 
+            with unittest.mock.patch.object(ccslice.connection, "_MESH_ID", re.compile("(?!)")):
+                with ccslice.Client(address) as stranger:
+                    right = all(slices(stranger, mesh) == digest for mesh, digest in zip(meshes, wanted))
+                    versions = stranger.server_info().server_version
+            row(f"{name}: a client that names no mesh", "all right" if right else "wrong layers", right and versions)
+            homes(replicas)
+
             take(replicas)
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
             second = homes(replicas)
             moved = sum(second[mesh] != first[mesh] for mesh in first)
             row(f"{name}: a fourth server", f"{moved} of {MESHES} meshes moved", right and 0 < moved <= MESHES // 2)
 
-            gone = next(iter(next(iter(second.values()))))
-            replicas[gone].server.kill()
+            gone = next(iter(second[meshes[0].id]))
+            try_kill(name, ccslice, client, meshes[0], replicas, gone)
             begin = time.monotonic()
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
             seconds = time.monotonic() - begin
@@ -199,6 +209,26 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             strangers = sum(second[mesh] != {gone} and {kept[i] for i in third[mesh]} != second[mesh] for mesh in first)
             row(f"{name}: one killed", f"{strangers} meshes of others moved, {seconds:.1f} s for all",
                 right and strangers == 0 and seconds < 20)
+
+
+def try_kill(name, ccslice, client, mesh, replicas, gone):
+    """The server goes amid a job that it has, for good. Halftones have too many bytes to be underway all at once."""
+    printing = ccslice.Printing({"soft": "#101010", "hard": "#f0f0f0"}, ccslice.blend("x", {0: "soft", 1: "hard"}))
+
+    def slice_on(after_layer):
+        digest, longest, last = hashlib.sha256(), 0, time.monotonic()
+        for number, layer in enumerate(client.slice(mesh, pitch=(0.004, 0.004, 0.005), printing=printing)):
+            longest = max(longest, time.monotonic() - last)
+            digest.update(layer.materials.tobytes())
+            after_layer(number)
+            last = time.monotonic()
+        return digest.digest(), longest
+
+    wanted, _ = slice_on(lambda _: None)
+    found, longest = slice_on(lambda number: number == 10 and replicas[gone].server.kill())
+    began = [call["first_layer"] for i, one in enumerate(replicas) if i != gone for call in one.calls()]
+    row(f"{name}: its server killed amid a job", f"layers from {began} by another one, after {longest:.2f} s",
+        found == wanted and longest <= 2 and len(began) == 1 and began[0] > 0)
 
 
 def try_rolling(ccsliced, program_path, folder, long):
@@ -217,11 +247,12 @@ def try_rolling(ccsliced, program_path, folder, long):
         files = sorted((folder / name).glob("layer_*"))
         return end, hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
-    exits = []
+    exits, calls = [], []
     with contextlib.ExitStack() as stack:
         for replica in replicas:
             stack.enter_context(replica.server)
         wanted = slice_once(replicas[0].address, "direct")[1]
+        job_bytes = sum(call["bytes"] for call in replicas[0].calls())
         address, _ = stack.enter_context(haproxy(replicas, folder))
 
         def client(number):
@@ -234,17 +265,21 @@ def try_rolling(ccsliced, program_path, folder, long):
             thread.start()
         for replica in replicas:
             time.sleep(3)
-            exits.append(replica.server.stop_gracefully())
-            replica.server.start_at(replica.address)
-            wait_for(lambda: listens(replica.figures), 10, "the server")
+            code, ended = replica.restart()
+            exits.append(code)
+            calls += ended
         time.sleep(3)
         over.set()
         for thread in threads:
             thread.join()
+        calls += [call for replica in replicas for call in replica.calls()]
     for words in sorted(set(failures)):
         print(words.strip())
     row(f"rolling restart under {clients} clients", f"{len(failures)} of {len(done) + len(failures)} jobs failed, servers "
         f"exit with {sorted(set(exits))}", not failures and len(done) > clients and set(exits) == {0})
+    sent = sum(call["bytes"] for call in calls)
+    row("rolling restart: bytes of layers sent", f"{sent:,} for {len(done)} jobs of {job_bytes:,}",
+        sent == len(done) * job_bytes)
 
 
 def try_passing(name, proxy, ccsliced, ccslice, folder, long):
@@ -277,10 +312,32 @@ def try_passing(name, proxy, ccsliced, ccslice, folder, long):
         row(f"{name}: throughput against direct", f"{ratio:.2f} of {size / 1e6 / seconds[replica.address]:.0f} MB/s of voxels",
             ratio >= 0.5)
         if long:
-            try_previews(name, ccslice, address, plain)
+            with concurrent.futures.ThreadPoolExecutor() as pool:
+                lasting = [pool.submit(one, name, ccslice, address, replica.address, plain)
+                           for one in (try_previews, try_slow_reader)]
+            for one in lasting:
+                one.result()
 
 
-def try_previews(name, ccslice, address, mesh):
+def try_slow_reader(name, ccslice, address, direct, mesh):
+    """One call of ten minutes, read layer by layer."""
+
+    def digest(where, pause_s):
+        found = hashlib.sha256()
+        with ccslice.Client(where) as client:
+            for layer in client.slice(mesh, pitch=(0.02, 0.02, 1)):
+                found.update(layer.occupancy.tobytes())
+                time.sleep(pause_s)
+        return found.digest()
+
+    wanted = digest(direct, 0)
+    begin = time.monotonic()
+    right = digest(address, 10) == wanted
+    seconds = time.monotonic() - begin
+    row(f"{name}: layers read over {seconds:.0f} s", "as direct" if right else "other ones", right and seconds >= 600)
+
+
+def try_previews(name, ccslice, address, _, mesh):
     """A drag of a minute, then five minutes without a word, on one call."""
     moved = []
 
@@ -346,8 +403,11 @@ def main():
         if "passing" in parts:
             for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
                 try_passing(name, proxy, arguments.ccsliced, ccslice, folder, arguments.long)
-        if "farm" in parts:
-            farm_trial.run(row, program, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
+        for broker in farm_trial.BROKERS:
+            if f"farm-{broker}" in parts:
+                farm_trial.run(row, arguments.ccsliced, arguments.ccslice, folder, broker, arguments.long)
+        if "faults" in parts:
+            farm_faults.run(row, arguments.ccsliced, arguments.ccslice, folder)
     width = max(len(what) for what, _, _ in rows)
     for what, found, verdict in rows:
         print(f"{what:<{width}}  {found:<40}  {verdict}")
