@@ -142,8 +142,8 @@ def slice_share(self, name, number, count):
     share = folder / "shares" / str(number)
     if not share.exists():
         own = folder / "shares" / f".{number}.{self.request.hostname}"
-        run_ccslice(self, ["slice", str(folder / job["mesh"]), *job["options"], "--share", f"{number}/{count}", "--resume",
-                           "-o", str(own)], watched=own)
+        run_ccslice(self, ["slice", str(folder / job["mesh"]), *job["options"], "--share", f"{number}/{count}",
+                           "--resume", "-o", str(own)], watched=own)
         try:
             own.rename(share)
         except OSError:
@@ -173,7 +173,8 @@ def send(name, job):
     path.with_suffix(".part").rename(path)
     # 0 comes first in Redis, and last in RabbitMQ.
     options = {"priority": job["priority"] if OVER_REDIS else LAST_PRIORITY - job["priority"]}
-    header = [slice_share.s(name, i + 1, job["shares"]).set(task_id=task, **options) for i, task in enumerate(job["tasks"])]
+    header = [slice_share.s(name, i + 1, job["shares"]).set(task_id=task, **options)
+              for i, task in enumerate(job["tasks"])]
     try:
         chord(header)(join.s(name, job["shares"]).set(task_id=job["join"], **options))
     except Exception as error:
@@ -289,7 +290,8 @@ def main():
     one = commands.add_parser("submit", help="queue a job; the options of ccslice slice stand behind --")
     one.add_argument("name")
     one.add_argument("mesh")
-    one.add_argument("--priority", type=int, default=5, choices=range(LAST_PRIORITY + 1), metavar="P", help="0 comes first, 9 last; 5 unless given")
+    one.add_argument("--priority", type=int, default=5, choices=range(LAST_PRIORITY + 1), metavar="P",
+                     help="0 comes first, 9 last; 5 unless given")
     one.add_argument("--shares", type=int, help="how many; one for 128 layers unless given, 64 at most")
     one.set_defaults(run=submit)
     for command, run, words in (("status", status, "layers done, rate, time left"), ("cancel", cancel, "stop a job"),

@@ -55,7 +55,8 @@ def _try_submitting(row, trial, mesh):
             "more shares than layers make": ("many", mesh, "--shares", "500", "--", "--pitch", "1"),
             "no such priority": ("eager", mesh, "--priority", "10", "--", "--pitch", "1")}
     said = {what: trial.farm("submit", *words) for what, words in asks.items()}
-    wrong = [what for what, done in said.items() if done.returncode == 0 or not done.stderr or "Traceback" in done.stderr]
+    wrong = [what for what, done in said.items()
+             if done.returncode == 0 or not done.stderr or "Traceback" in done.stderr]
     row("farm: wrong jobs", f"{len(said) - len(wrong)} of {len(said)} refused", not wrong and not trial.jobs.exists())
     trial.submit("twice", mesh, "--pitch", "1", shares=1)
     trial.must_end("twice")
@@ -135,7 +136,8 @@ def _try_killer(row, ccsliced, ccslice, folder, mesh):
                 trial.workers[0].restart()
         trial.must_end("killed")
         marks = len(list(folder.glob("*.killed")))
-        row("farm: killed before a share is named", f"{marks} kills", marks == 2 and trial.is_as_single("killed", mesh, *JOB))
+        row("farm: killed before a share is named", f"{marks} kills",
+            marks == 2 and trial.is_as_single("killed", mesh, *JOB))
 
 
 @contextlib.contextmanager
@@ -164,5 +166,5 @@ def _try_full_disk(row, ccsliced, ccslice, folder, mesh):
         state = trial.state("full")
         (disk / "ballast").unlink()
         trial.must_end("full")
-        row("farm: a full disk", state.split("tried again: ")[-1][:60], "is tried again" in state and "No space left" in state
-            and trial.is_as_single("full", mesh, *SMALL_JOB))
+        row("farm: a full disk", state.split("tried again: ")[-1][:60],
+            "is tried again" in state and "No space left" in state and trial.is_as_single("full", mesh, *SMALL_JOB))

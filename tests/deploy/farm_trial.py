@@ -24,7 +24,8 @@ class Worker:
     """A Celery worker in a process group of its own, as it has processes of its own. `ahead_s`: of its clock."""
 
     def __init__(self, name, environment, log, ahead_s=0):
-        code = f"import time; now = time.time; time.time = lambda: now() + {ahead_s}; import celery.__main__ as run; run.main()"
+        code = (f"import time; now = time.time; time.time = lambda: now() + {ahead_s}; "
+                "import celery.__main__ as run; run.main()")
         self._start = lambda: subprocess.Popen(
             [PYTHON, "-B", "-c", code, "-A", "farm", "worker", "-n", f"{name}@%h", "-c", "1", "-l", LOG_LEVEL],
             cwd=FARM, env=environment, stdout=log, stderr=log, start_new_session=True)
@@ -83,7 +84,8 @@ class Trial:
         return self.workers[-1]
 
     def farm(self, *words):
-        return subprocess.run([PYTHON, "-B", FARM / "farm.py", *words], env=self.environment, capture_output=True, text=True)
+        return subprocess.run([PYTHON, "-B", FARM / "farm.py", *words], env=self.environment, capture_output=True,
+                              text=True)
 
     def submit(self, name, mesh, *options, shares=4, priority=5):
         done = self.farm("submit", name, mesh, "--shares", str(shares), "--priority", str(priority), "--", *options)
@@ -152,7 +154,9 @@ def run(row, ccsliced, ccslice, folder, broker, long):
     meshes = write_samples(ccslice, folder, pitches)
     options = {name: ("--pitch", pitch, "--all-channels", "--encoding", "zstd") for name, pitch in pitches.items()}
     size = {"servers": 3, "workers": 4, "timeout_s": 20} if long else {"servers": 2, "workers": 2, "timeout_s": 8}
-    alone_s = time_undisturbed(ccsliced, ccslice, folder / "undisturbed", broker, meshes, options, **size) if long else 0
+    alone_s = 0
+    if long:
+        alone_s = time_undisturbed(ccsliced, ccslice, folder / "undisturbed", broker, meshes, options, **size)
     with Trial(ccsliced, ccslice, folder / "farm", broker, **size) as trial:
         begin = time.monotonic()
         for name, mesh in meshes.items():
@@ -166,7 +170,8 @@ def run(row, ccsliced, ccslice, folder, broker, long):
             row(f"{label}: against undisturbed", f"{seconds:.0f} s / {alone_s:.0f} s = {seconds / alone_s:.2f}",
                 seconds <= 1.5 * alone_s)
         poisoned = trial.state("poisoned")
-        row(f"{label}: a poisoned job", poisoned.rsplit(": ", 1)[-1][:60], ": failed," in poisoned and "exit code 2" in poisoned)
+        row(f"{label}: a poisoned job", poisoned.rsplit(": ", 1)[-1][:60],
+            ": failed," in poisoned and "exit code 2" in poisoned)
         _try_cancel(row, label, trial, meshes["coyote"])
         _try_priorities(row, label, trial, meshes["ring"])
         for worker in trial.workers:
