@@ -90,6 +90,10 @@ def folder_of(name):
     return FOLDER / name
 
 
+def result_of(name):
+    return folder_of(name) / "layers" / "manifest.json"
+
+
 def read_job(name):
     path = folder_of(name) / "job.json"
     if not path.exists():
@@ -156,10 +160,12 @@ def slice_share(self, name, number, count):
 @app.task(bind=True)
 def join(self, layers, name, count):
     folder = FOLDER / name
-    if not (folder / "layers" / "manifest.json").exists():
+    if not result_of(name).exists():
         shutil.rmtree(folder / "layers", ignore_errors=True)
         run_ccslice(self, ["join", *(str(folder / "shares" / str(i + 1)) for i in range(count)),
                            "-o", str(folder / "layers")])
+    for unfinished in (folder / "shares").glob(".*"):
+        shutil.rmtree(unfinished, ignore_errors=True)  # Of workers that went, or were slower.
     return sum(layers)
 
 
@@ -232,7 +238,7 @@ def submit(arguments):
 def state_of(name):
     """(state, layers done, words)."""
     job = read_job(name)
-    if (folder_of(name) / "layers" / "manifest.json").exists():
+    if result_of(name).exists():
         return "done", job["layers"], ""
     results = [AsyncResult(task, app=app) for task in job["tasks"]]
     layers, words, again, states = 0, "", "", []
@@ -264,22 +270,35 @@ def status(arguments):
     names = [arguments.name] if arguments.name else sorted(p.parent.name for p in FOLDER.glob("*/job.json"))
     for name in names:
         job, (state, layers, words) = read_job(name), state_of(name)
-        seconds = time.time() - job["sent"]
-        rate = layers / seconds if seconds > 0 else 0
-        left = f", {(job['layers'] - layers) / rate:.0f} s left" if state == "running" and rate > 0 else ""
-        print(f"{name}: {state}, {layers} of {job['layers']} layers, {rate:.1f} a second{left}{words and ': ' + words}")
+        end = result_of(name).stat().st_mtime if state == "done" else time.time()
+        seconds = max(end - job["sent"], 0.1)
+        speed = f" in {seconds:.0f} s" if state == "done" else ""
+        if state == "running" and layers:
+            rate = layers / seconds
+            speed = f", {rate:.1f} a second, {(job['layers'] - layers) / rate:.0f} s left"
+        print(f"{name}: {state}, {layers} of {job['layers']} layers{speed}{words and ': ' + words}")
+
+
+def refuse_done(name):
+    if state_of(name)[0] == "done":
+        sys.exit(f"farm: {name} is done: its layers are in {result_of(name).parent}")
 
 
 def cancel(arguments):
     job = read_job(arguments.name)
+    refuse_done(arguments.name)
     app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
     for task in [*job["tasks"], job["join"]]:
         if AsyncResult(task, app=app).state not in ("SUCCESS", "FAILURE"):
             app.backend.mark_as_revoked(task, "cancelled")
+    print(f"{arguments.name}: cancelled")
 
 
 def retry(arguments):
-    send(arguments.name, read_job(arguments.name))
+    job = read_job(arguments.name)
+    refuse_done(arguments.name)
+    send(arguments.name, job)
+    print(f"{arguments.name}: sent again, {job['layers']} layers in {job['shares']} shares")
 
 
 def main():
