@@ -51,6 +51,9 @@ FROM runtime AS server-runtime
 # By convention health alone is on port 50053 (CCSLICE_HEALTH_LISTEN), figures are on 9464 (CCSLICE_METRICS_LISTEN).
 ENV CCSLICE_LISTEN=0.0.0.0:50051
 EXPOSE 50051 50053 9464
+# Where CCSLICE_MESH_STORE=dir:/meshes keeps meshes. A new volume belongs to whom the folder belongs to.
+RUN install --directory --owner 65532 --group 65532 /meshes
+VOLUME /meshes
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=10s --timeout=5s --start-period=5s --retries=3 CMD ["/usr/local/bin/ccsliced", "--health-check"]
 ENTRYPOINT ["/usr/local/bin/ccsliced"]
@@ -64,7 +67,6 @@ RUN /tmp/install.sh server-slim && apt-get clean && rm -rf /tmp/install.sh /var/
 FROM runtime AS client-packages
 RUN /tmp/install.sh client && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/*
 
-# A new volume at /jobs belongs to whom the folder belongs to.
 FROM runtime AS farm-packages
 RUN /tmp/install.sh client farm && apt-get clean && rm -rf /tmp/install.sh /var/lib/apt/lists/* \
   && install --directory --owner 65532 --group 65532 /jobs

@@ -20,7 +20,7 @@ source deploy/bare_debian.sh
 readonly work=$PWD/build/check-image
 readonly base=debian:12-slim # The Dockerfile's own FROM name.
 readonly user=65532
-readonly most_slim_mb=260
+readonly most_slim_mb=130
 readonly most_start_ms=1000
 readonly memory_mb=1024
 readonly starts=5 # The best of them counts: whatever else the machine does only adds.
@@ -220,21 +220,27 @@ ccslice() {
     --volume "$work/data:/data" ccslice/client "$@"
 }
 
-# start_server <image>: sets pid, and serving_ms: from podman's start to health being SERVING.
-start_server() {
-  local begin
-  containers rm --all --force --time 0 >/dev/null
+# run_server <name> <address of its health> <image> <podman's option...>: sets pid, and serving_ms: from podman's start to
+# health being SERVING.
+run_server() {
+  local name=$1 health=$2 image=$3 begin
   begin=$(now_ms)
-  quietly containers run --detach --name server "${confined[@]}" --health-interval disable --network none \
-    --memory "${memory_mb}m" --cpus 2 "ccslice/$1"
-  pid=$(containers inspect --format '{{.State.Pid}}' server)
-  until nsenter --target "$pid" --mount --net /usr/local/bin/ccsliced --health-check >/dev/null 2>&1; do
+  quietly containers run --detach --name "$name" "${confined[@]}" --health-interval disable \
+    --memory "${memory_mb}m" --cpus 2 "${@:4}" "ccslice/$image"
+  pid=$(containers inspect --format '{{.State.Pid}}' "$name")
+  until nsenter --target "$pid" --mount --net /usr/local/bin/ccsliced --health-check "$health" >/dev/null 2>&1; do
     if [[ ! -e /proc/$pid ]] || (($(now_ms) - begin > 30000)); then
-      containers logs server >&2
-      fail "$1 doesn't serve"
+      containers logs "$name" >&2
+      fail "$image doesn't serve"
     fi
   done
   serving_ms=$(($(now_ms) - begin))
+}
+
+# start_server <image>: as run_server, alone.
+start_server() {
+  containers rm --all --force --time 0 >/dev/null
+  run_server server 127.0.0.1:50051 "$1" --network none
 }
 
 check_confinement() {
@@ -311,6 +317,77 @@ check_server() {
   check_drain "$1"
 }
 
+# --- Two servers ------------------------------------------------------------------------------------------------------
+
+# An authority, a certificate for 127.0.0.1, and a token.
+make_identity() {
+  local folder=$1 key=(-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes)
+  mkdir -p "$folder"
+  (
+    cd "$folder"
+    openssl req -x509 "${key[@]}" -keyout ca.key -out ca.pem -subj /CN=authority -days 2
+    openssl req "${key[@]}" -keyout server.key -out server.csr -subj /CN=server
+    openssl x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out server.pem -days 2 \
+      -extfile <(echo "subjectAltName=IP:127.0.0.1")
+    openssl rand -hex 16 >token
+  ) 2>"$work/openssl.log" || fail "openssl failed: $(tail --lines 3 "$work/openssl.log")"
+  containers run --rm --interactive "${confined[@]}" --network none ccslice/server-slim --hash-token farm write \
+    <"$folder/token" >"$folder/tokens"
+  chown -R "$user:$user" "$folder"
+  chmod 600 "$folder"/{token,server.key}
+}
+
+# start_of_two <name> <number> <podman's option...>: its ports are the usual ones and ten times its number.
+start_of_two() {
+  local name=$1 shift=$(($2 * 10))
+  run_server "$name" "127.0.0.1:$((50053 + shift))" server-slim "${@:3}" --volume "$work/data/meshes:/meshes" \
+    --volume "$work/data/identity:/identity:ro" --env "CCSLICE_LISTEN=0.0.0.0:$((50051 + shift))" \
+    --env "CCSLICE_HEALTH_LISTEN=0.0.0.0:$((50053 + shift))" --env "CCSLICE_METRICS_LISTEN=0.0.0.0:$((9464 + shift))" \
+    --env CCSLICE_MESH_STORE=dir:/meshes --env CCSLICE_TLS_CERT=/identity/server.pem \
+    --env CCSLICE_TLS_KEY=/identity/server.key --env CCSLICE_TOKEN_FILE=/identity/tokens
+}
+
+# ccslice_of_two <servers> <argument...>: as ccslice, with the token.
+ccslice_of_two() {
+  containers run --rm "${confined[@]}" --network container:server --env "CCSLICE_SERVER=$1" \
+    --env CCSLICE_CA=/data/identity/ca.pem --env CCSLICE_TOKEN_FILE=/data/identity/token \
+    --volume "$work/data:/data" ccslice/client "${@:2}"
+}
+
+# From the container's network, but not from within it.
+page_of() {
+  nsenter --target "$pid" --net curl --silent --fail --max-time 5 "http://127.0.0.1:$1"
+}
+
+check_two() {
+  step "Containers: two servers, one folder of meshes, TLS and tokens"
+  local one=https://127.0.0.1:50051 other=https://127.0.0.1:50061 id code=0 i
+  local job=(--pitch 0.2 --channel hardness --layers 10..99 --encoding zstd)
+  containers rm --all --force --time 0 >/dev/null
+  make_identity "$work/data/identity"
+  install --directory --owner "$user" --group "$user" "$work/data/meshes"
+  start_of_two server 0 --network none
+  start_of_two server-2 1 --network container:server
+  id=$(ccslice_of_two "$one" upload /data/ring.ccmesh --json | grep -o 'sha256:[0-9a-f]*' | head --lines 1)
+  runs "two: the second slices what the first was given" \
+    ccslice_of_two "$other" slice "$id" "${job[@]}" --output /data/two-other
+  runs "two: both slice one job" ccslice_of_two "$one,$other" slice "$id" "${job[@]}" --split 2 --output /data/two-split
+  row "two: layers" "$(find "$work/data/two-split" -name '*.zst' | wc -l) files" "those of one, byte for byte" \
+    diff --recursive "$work/data/two-other" "$work/data/two-split"
+  containers run --rm "${confined[@]}" --network container:server --volume "$work/data:/data:ro" \
+    --env CCSLICE_CA=/data/identity/ca.pem ccslice/client info --server "$one" >"$work/refusal.log" 2>&1 || code=$?
+  row "two: without a token" "exit code $code" "4, and the remedy" grep -q -- --token-file "$work/refusal.log"
+  for i in 0 1; do
+    runs "two: health port of server $i, from another container" containers run --rm "${confined[@]}" \
+      --network container:server ccslice/server-slim --health-check "127.0.0.1:$((50053 + i * 10))"
+    row "two: server $i is ready" "$(page_of "$((9464 + i * 10))/readyz" | head --bytes 20)" "from outside" \
+      page_of "$((9464 + i * 10))/readyz"
+    page_of "$((9464 + i * 10))/metrics" >"$work/metrics" || true
+    row "two: figures of server $i" "$(grep -c '^ccslice' "$work/metrics") lines" "slicing calls among them" \
+      grep -q '^ccslice.*SliceRange' "$work/metrics"
+  done
+}
+
 check_containers() {
   step "Container: client"
   chown "$user:$user" "$work/data"
@@ -325,6 +402,7 @@ check_containers() {
   check_server server-slim
   row "both servers: the same layers" "$(find "$work/data/server" -name '*.zst' | wc -l) files" "byte for byte" \
     diff --recursive --exclude manifest.json "$work/data/server" "$work/data/server-slim"
+  check_two
 }
 
 summary() {

@@ -107,7 +107,9 @@ readonly packaging=(
 readonly containers=(
   bsdextrautils
   buildah
+  curl
   debootstrap
+  openssl
   podman
   runc
 )
