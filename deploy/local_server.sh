@@ -14,10 +14,11 @@ stop_server() {
   fi
 }
 
-# start_server LOGFILE: sets CCSLICE_SERVER, which the command line reads. Exits if the server doesn't start.
+# start_server LOGFILE [OPTION...]: sets CCSLICE_SERVER, which the command line reads. Exits if the server doesn't start.
 start_server() {
   local log=$1 tries
-  build/release/server/ccsliced --listen 127.0.0.1:0 >"$log" 2>&1 &
+  : >"$log" # An earlier server's may be there.
+  build/release/server/ccsliced --listen 127.0.0.1:0 "${@:2}" >"$log" 2>&1 &
   server_pid=$!
   for ((tries = 0; tries < 200; ++tries)); do
     CCSLICE_SERVER=$(sed -n 's/.* serves on \([^ ]*\): .*/\1/p' "$log")
