@@ -32,7 +32,7 @@ from policies import containers_of, name_of, pod_of  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 FOLDER = HERE.parents[1] / "deploy/kubernetes"
-OVERLAYS = ("dev", "production", "affinity", "farm")
+OVERLAYS = ("dev", "production", "affinity", "farm", "queue")
 SKIPPED = 77
 HEADER = """# SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
@@ -145,6 +145,11 @@ def check_schemas():
     container["ports"][0]["containerPort"] = "grpc"
     if len(schema_findings([broken])) != 2:
         found.append(f"schemas don't notice a broken object: {schema_findings([broken])}")
+    broken = copy.deepcopy(policies.Overlay("queue", rendered("queue")).get("StatefulSet", "ccslice-queue"))
+    claim = broken["spec"]["volumeClaimTemplates"][0]
+    claim["label"], claim["spec"]["accesModes"] = {}, claim["spec"].pop("accessModes")
+    if len(schema_findings([broken])) != 2:
+        found.append(f"schemas don't notice a broken claim: {schema_findings([broken])}")
     return found
 
 
@@ -161,6 +166,7 @@ def at(overlay, kind, name, *path):
 
 POD = ("spec", "template", "spec")
 FIRST = (*POD, "containers", 0)
+QUEUE, WORKER = ("StatefulSet", "ccslice-queue"), ("Deployment", "ccslice-farm-worker")
 GONE = object()
 
 # (overlay, kind, name, path, value, words of a finding). Each breaks one thing.
@@ -240,6 +246,60 @@ BREAKS = (
      "than there is"),
     ("farm", "Job", "ccslice-shares", ("spec", "template", "metadata", "labels", "ccslice-access"), GONE,
      "doesn't reach"),
+    ("queue", *QUEUE, (*FIRST, "resources", "limits", "memory"), "512Mi", "more than its limit"),
+    ("queue", *QUEUE, (*FIRST, "livenessProbe"), GONE, "has no probe for ['liveness']"),
+    ("queue", *QUEUE, (*FIRST, "readinessProbe", "tcpSocket", "port"), 6380, "which isn't there"),
+    ("queue", *QUEUE, (*FIRST, "securityContext", "readOnlyRootFilesystem"), GONE, "isn't confined"),
+    ("queue", *QUEUE, (*FIRST, "volumeMounts", 3, "mountPath"), "/var/data", "is lost with its pod"),
+    ("queue", *QUEUE, (*POD, "automountServiceAccountToken"), GONE, "ccslice-queue: gets a token"),
+    ("queue", *QUEUE, (*POD, "volumes", 1, "secret", "defaultMode"), GONE, "everybody may read"),
+    ("queue", *QUEUE, ("spec", "replicas"), 2, "two of them are two queues"),
+    ("queue", *QUEUE, ("spec", "replicas"), GONE, "nobody, or two"),
+    ("queue", *QUEUE, ("spec", "selector", "matchLabels"), {"app": "x"}, "its selector"),
+    ("queue", *QUEUE, ("spec", "serviceName"), "ccsliced", "isn't a headless one"),
+    ("queue", *QUEUE, ("spec", "volumeClaimTemplates"), GONE, "there is no volume data"),
+    ("queue", *QUEUE, ("spec", "volumeClaimTemplates", 0, "spec", "resources", "requests", "storage"), "1Gi",
+     "don't fit into its claim"),
+    ("queue", *QUEUE, ("spec", "persistentVolumeClaimRetentionPolicy"), {"whenDeleted": "Delete"}, "claim goes"),
+    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from"), GONE,
+     "a stranger reaches ccslice-queue"),
+    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from", 1), GONE, "a submitter doesn't reach"),
+    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from", 0), GONE,
+     "ccslice-farm-worker doesn't reach ccslice-queue"),
+    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 0), GONE, "worker doesn't reach ccsliced"),
+    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 2), GONE, "worker doesn't reach DNS"),
+    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 1, "to"), GONE, "reaches a stranger on 6379"),
+    ("queue", "PersistentVolumeClaim", "ccslice-farm-jobs", ("spec", "accessModes"), ["ReadWriteOnce"],
+     "where all workers see them"),
+    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_SERVER"), "ccsliced:50051", "headless service"),
+    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_FARM_LONGEST"), "60", "farm.py has no"),
+    ("queue", *WORKER, (*FIRST, "args"), ["worker"], "isn't the image's own command"),
+    ("queue", *WORKER, (*FIRST, "image"), "ccslice/client:0.1.0", "isn't the image's own command"),
+    ("queue", *WORKER, (*FIRST, "image"), "ccslice/farm:0.0.9", "isn't of version"),
+    ("queue", *WORKER, (*FIRST, "resources", "requests", "memory"), "512Mi", "memory that is requested"),
+    ("queue", *WORKER, (*FIRST, "securityContext", "capabilities"), GONE, "isn't confined"),
+    ("queue", *WORKER, (*FIRST, "env", 0), GONE, "wants $(QUEUE_PASSWORD)"),
+    ("queue", *WORKER, (*FIRST, "env", 0, "valueFrom", "secretKeyRef", "name"), "x", "nobody is told of the secret x"),
+    ("queue", *WORKER, (*FIRST, "env", 0, "valueFrom", "secretKeyRef", "name"), "ccslice-redis", "queue's password"),
+    ("queue", *WORKER, (*FIRST, "env", 1, "value"), "redis://:$(QUEUE_PASSWORD)@ccslice-redis:6379/1",
+     "isn't the queue"),
+    ("queue", *WORKER, (*FIRST, "envFrom"), GONE, "isn't the headless service"),
+    ("queue", *WORKER, (*FIRST, "envFrom", 0, "configMapRef", "name"), "x", "there is no ConfigMap x"),
+    ("queue", *WORKER, (*FIRST, "volumeMounts", 0, "mountPath"), "/data", "where all workers see them"),
+    ("queue", *WORKER, (*FIRST, "volumeMounts", 1), GONE, "no /tmp"),
+    ("queue", *WORKER, (*FIRST, "startupProbe"), GONE, "has no probe for ['startup']"),
+    ("queue", *WORKER, (*FIRST, "startupProbe", "exec"), GONE, "runs nothing"),
+    ("queue", *WORKER, (*FIRST, "startupProbe", "failureThreshold"), 6, "doesn't wait for the queue"),
+    ("queue", *WORKER, (*FIRST, "livenessProbe", "failureThreshold"), 3, "doesn't wait for the queue"),
+    ("queue", *WORKER, (*FIRST, "livenessProbe", "timeoutSeconds"), GONE, "liveness probe has 1 s"),
+    ("queue", *WORKER, (*FIRST, "livenessProbe", "exec", "command", 2), "celery -A farm status", "liveness probe asks"),
+    ("queue", *WORKER, (*FIRST, "livenessProbe", "terminationGracePeriodSeconds"), GONE, "stays for long"),
+    ("queue", *WORKER, (*FIRST, "lifecycle"), GONE, "doesn't give back"),
+    ("queue", *WORKER, (*POD, "terminationGracePeriodSeconds"), 300, "killed before it gives back"),
+    ("queue", *WORKER, (*POD, "topologySpreadConstraints", 0, "labelSelector", "matchLabels"), {"app": "x"},
+     "spreads others"),
+    ("queue", *WORKER, ("spec", "replicas"), GONE, "nobody, or two"),
+    ("queue", *WORKER, ("spec", "template", "metadata", "labels", "ccslice-access"), GONE, "doesn't reach ccsliced"),
 )
 
 
@@ -261,15 +321,20 @@ def check_breaks():
         if not any(words in one for one in noticed):
             now = "gone" if value is GONE else value
             found.append(f"nobody notices when {path} of {kind} {thing} is {now}: {noticed}")
-    changed = copy.deepcopy(rendered("affinity"))
-    data = policies.Overlay("affinity", changed).get("ConfigMap", "ccslice-proxy")["data"]
-    for old, new in (("timeout server 35m", "timeout server 5m"), ("hash-type consistent", ""),
-                     ("port 9464", "port 9465"), ("maxconn 5000", "maxconn 50000"), ("ccsliced-headless", "ccsliced")):
-        whole = data["haproxy.cfg"]
-        data["haproxy.cfg"] = whole.replace(old, new)
-        if not policies.findings("affinity", changed):
-            found.append(f"nobody notices when HAProxy has '{new}' for '{old}'")
-        data["haproxy.cfg"] = whole
+    for name, config, file, changes in (
+            ("affinity", "ccslice-proxy", "haproxy.cfg",
+             (("timeout server 35m", "timeout server 5m"), ("hash-type consistent", ""), ("port 9464", "port 9465"),
+              ("maxconn 5000", "maxconn 50000"), ("ccsliced-headless", "ccsliced"))),
+            ("queue", "ccslice-queue", "redis.conf",
+             (("appendonly yes", "appendonly no"), ("noeviction", "allkeys-lru"), ("384mb", "768mb"),
+              ("dir /data", "dir /run/redis")))):
+        changed = copy.deepcopy(rendered(name))
+        data = policies.Overlay(name, changed).get("ConfigMap", config)["data"]
+        whole = data[file]
+        for old, new in changes:
+            data[file] = whole.replace(old, new)
+            if not policies.findings(name, changed):
+                found.append(f"nobody notices when {file} has '{new}' for '{old}'")
     return found
 
 
@@ -314,33 +379,62 @@ def check_farm_scripts():
     return found
 
 
-def check_redis_script():
-    """Redis starts with the configuration, and wants the password."""
-    overlay = policies.Overlay("production", rendered("production"))
-    with tempfile.TemporaryDirectory() as temporary:
-        folder, port = pathlib.Path(temporary), free_port()
-        config = overlay.get("ConfigMap", "ccslice-redis")["data"]["redis.conf"]
-        config = config.replace("port 6379", f"port {port}").replace("bind * -::*", "bind 127.0.0.1")
-        (folder / "redis.conf").write_text(config.replace("/run/redis", temporary))
-        (folder / "password").write_text("a secret word\n".replace(" ", "-"))
-        (folder / "run").mkdir()
-        command = script_of(overlay.get("Deployment", "ccslice-redis"), folder, etc_ccslice_redis="", etc_redis="",
-                            run_redis="run")
-        server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        try:
-            said = []
-            for arguments in (("ping",), ("-a", "a-secret-word", "--no-auth-warning", "config", "get", "maxmemory*")):
-                for _ in range(100):
-                    said.append(output(["redis-cli", "-p", str(port), *arguments], check=False).stdout)
-                    if said[-1]:
-                        break
-                    time.sleep(0.05)
-            if "NOAUTH" not in said[-2] or "1610612736" not in said[-1] or "allkeys-lru" not in said[-1]:
-                return [f"ccslice-redis answers {said}"]
-        finally:
-            server.terminate()
-            server.wait()
-    return []
+def redis_pod(overlay, kind, name, folder, password, port=None):
+    """Runs its script with folders of this test's, and gives (process, port)."""
+    port, workload = port or free_port(), overlay.get(kind, name)
+    config = overlay.get("ConfigMap", name)["data"]["redis.conf"]
+    config = config.replace("port 6379", f"port {port}").replace("bind * -::*", "bind 127.0.0.1")
+    (folder / "run").mkdir(exist_ok=True)
+    (folder / "redis.conf").write_text(config.replace("/run/redis", f"{folder}/run").replace("/data", str(folder)))
+    (folder / "password").write_text(password + "\n")
+    places = {name.replace("ccslice-", "etc_ccslice_"): "", "etc_redis": "", "run_redis": "run"}
+    command = script_of(workload, folder, **places)
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True), port
+
+
+def redis_says(port, *arguments):
+    """Once it listens."""
+    for _ in range(100):
+        said = output(["redis-cli", "-p", str(port), *arguments], check=False).stdout
+        if said:
+            break
+        time.sleep(0.05)
+    return said
+
+
+def check_redis_scripts():
+    """Redis starts with its configuration, and wants the password."""
+    found = []
+    for overlay, kind, name, wanted in (("production", "Deployment", "ccslice-redis", ("1610612736", "allkeys-lru")),
+                                        ("queue", *QUEUE, ("402653184", "noeviction"))):
+        with tempfile.TemporaryDirectory() as temporary:
+            overlay = policies.Overlay(overlay, rendered(overlay))
+            server, port = redis_pod(overlay, kind, name, pathlib.Path(temporary), "aSecretWord1")
+            password = ("-a", "aSecretWord1", "--no-auth-warning")
+            try:
+                said = [redis_says(port, "ping"), redis_says(port, *password, "config", "get", "maxmemory*")]
+            finally:
+                server.terminate()
+                server.communicate()
+            if "NOAUTH" not in said[0] or not all(one in said[1] for one in wanted):
+                found.append(f"{name} answers {said}")
+    return found
+
+
+def check_queue_password():
+    """One that can't be part of an address is refused where somebody looks: by the queue, at its start."""
+    found, overlay = [], policies.Overlay("queue", rendered("queue"))
+    for password in ("a/word", "a@word", ""):
+        with tempfile.TemporaryDirectory() as temporary:
+            server, _ = redis_pod(overlay, *QUEUE, pathlib.Path(temporary), password)
+            try:
+                said = server.communicate(timeout=10)[1]
+            except subprocess.TimeoutExpired:
+                server.kill()
+                said = "nothing"
+            if server.returncode != 1 or "take letters and digits" not in said:
+                found.append(f"ccslice-queue takes the password '{password}' and says {said}")
+    return found
 
 
 def check_haproxy():
@@ -362,7 +456,8 @@ def check_haproxy():
     return [f"HAProxy: {line}" for line in complaints]
 
 
-CHECKS = (check_schemas, check_policies, check_breaks, check_farm_scripts, check_redis_script, check_haproxy)
+CHECKS = (check_schemas, check_policies, check_breaks, check_farm_scripts, check_redis_scripts,
+          check_queue_password, check_haproxy)
 
 
 def main():

@@ -4,6 +4,7 @@
 of an Overlay that yields what is wrong, in words."""
 
 import functools
+import json
 import pathlib
 import re
 
@@ -14,12 +15,13 @@ MIB, GIB = 2**20, 2**30
 SPARE_S = 5  # Between the end of a grace and the kill.
 
 # What the README has people make.
-SECRETS = {"ccsliced-tls", "ccsliced-client-ca", "ccsliced-tokens", "ccslice-redis"}
+SECRETS = {"ccsliced-tls", "ccsliced-client-ca", "ccsliced-tokens", "ccslice-redis", "ccslice-queue"}
 
 # Who there is besides the overlay's own pods: name -> (labels of the pod, labels of its namespace or None for ours).
 OUTSIDERS = {
     "client": ({"ccslice-access": "client"}, None),
     "a client's namespace": ({}, {"ccslice-access": "client"}),
+    "a submitter": ({"ccslice-queue-access": "submitter"}, None),
     "Prometheus": ({}, {"kubernetes.io/metadata.name": "monitoring"}),
     "DNS": ({"k8s-app": "kube-dns"}, {"kubernetes.io/metadata.name": "kube-system"}),
     "another of kube-system": ({}, {"kubernetes.io/metadata.name": "kube-system"}),
@@ -43,6 +45,10 @@ FLOWS = {
     | {("ccslice-proxy", "DNS", "53/UDP"), ("ccslice-proxy", "DNS", 53)},
     "farm": HEALTH | TO_CLIENTS
     | {("ccslice-shares", "ccsliced", 50051), ("ccslice-shares", "DNS", "53/UDP"), ("ccslice-shares", "DNS", 53)},
+    "queue": HEALTH | TO_CLIENTS
+    | {("ccslice-farm-worker", "ccsliced", 50051), ("ccslice-farm-worker", "ccslice-queue", 6379)}
+    | {("ccslice-farm-worker", "DNS", "53/UDP"), ("ccslice-farm-worker", "DNS", 53)}
+    | {("a submitter", "ccslice-queue", 6379)},
 }
 
 
@@ -75,7 +81,7 @@ class Overlay:
         return next((one for one in self.of(kind) if name_of(one) == name), None)
 
     def workloads(self):
-        return self.of("Deployment", "Job")
+        return self.of("Deployment", "StatefulSet", "Job")
 
     @property
     def options(self):
@@ -96,6 +102,38 @@ def labels_of(workload):
 
 def containers_of(workload):
     return pod_of(workload)["containers"] + pod_of(workload).get("initContainers", [])
+
+
+def claims_of(workload):
+    """{volume: claim} of those that each pod gets for itself."""
+    return {name_of(one): one["spec"] for one in workload["spec"].get("volumeClaimTemplates", [])}
+
+
+def mounts_of(container):
+    """{path: volume}"""
+    return {one["mountPath"]: one["name"] for one in container.get("volumeMounts", [])}
+
+
+def environment_of(overlay, container):
+    """Variables of a container as they are written: a secret's is None, and none is expanded."""
+    variables = {}
+    for source in container.get("envFrom", []):
+        variables.update(overlay.get("ConfigMap", source["configMapRef"]["name"])["data"])
+    return {**variables, **{one["name"]: one.get("value") for one in container.get("env", [])}}
+
+
+@functools.cache
+def image_of(target):
+    """What the Dockerfile says of a target: (its command, its variables)."""
+    stages = re.split(r"^FROM ", (ROOT / "Dockerfile").read_text().replace("\\\n", " "), flags=re.MULTILINE)
+    stage = next(one for one in stages if re.match(rf"\S+ AS {target}\n", one))
+    said = dict(re.findall(r"^(ENTRYPOINT|CMD|ENV) (.*)$", stage, re.MULTILINE))
+    return json.loads(said["ENTRYPOINT"]) + json.loads(said["CMD"]), dict(re.findall(r"(\w+)=(\S+)", said["ENV"]))
+
+
+def redis_settings(overlay, name):
+    lines = overlay.get("ConfigMap", name)["data"]["redis.conf"].splitlines()
+    return dict(line.split(" ", 1) for line in lines)
 
 
 def selected(selector, labels):
@@ -192,7 +230,7 @@ def source_of(overlay, volume):
 
 @with_name
 def volumes_there(overlay, workload):
-    volumes = {one["name"]: one for one in pod_of(workload).get("volumes", [])}
+    volumes = {**claims_of(workload), **{one["name"]: one for one in pod_of(workload).get("volumes", [])}}
     used = set()
     for container in containers_of(workload):
         for mount in container.get("volumeMounts", []):
@@ -204,12 +242,26 @@ def volumes_there(overlay, workload):
                 yield f"{mount['mountPath']} wouldn't follow renewals"
             if {"secret", "projected", "configMap"} & set(volume) and not mount.get("readOnly"):
                 yield f"{mount['mountPath']} isn't read-only"
+    yield from (f"nobody uses the volume {name}" for name in sorted(set(volumes) - used))
+    for volume in pod_of(workload).get("volumes", []):
+        yield from source_of(overlay, volume)
+
+
+@with_name
+def variables_there(overlay, workload):
+    for container in containers_of(workload):
         for source in container.get("envFrom", []):
             if not overlay.get("ConfigMap", source["configMapRef"]["name"]):
                 yield f"there is no ConfigMap {source['configMapRef']['name']}"
-    yield from (f"nobody uses the volume {name}" for name in sorted(set(volumes) - used))
-    for volume in volumes.values():
-        yield from source_of(overlay, volume)
+        before = set()
+        for variable in container.get("env", []):
+            secret = variable.get("valueFrom", {}).get("secretKeyRef", {}).get("name")
+            if secret and secret not in SECRETS:
+                yield f"nobody is told of the secret {secret}"
+            # Only variables of the same list that stand before it are put in.
+            yield from (f"{variable['name']} wants $({one}), which isn't there yet"
+                        for one in re.findall(r"\$\((\w+)\)", variable.get("value", "")) if one not in before)
+            before.add(variable["name"])
 
 
 # --- Probes and the end -----------------------------------------------------------------------------------------------
@@ -224,15 +276,20 @@ def probed(_, workload):
     if workload["kind"] == "Job":
         return
     for container in pod_of(workload)["containers"]:
-        probes = {kind: container.get(f"{kind}Probe") for kind in ("startup", "readiness", "liveness")}
+        # Nobody calls what has no port, so nobody asks whether it is ready.
+        called = "ports" in container
+        wanted = ("startup", "readiness", "liveness") if called else ("startup", "liveness")
+        probes = {kind: container.get(f"{kind}Probe") for kind in wanted}
         if not all(probes.values()):
             yield f"container {container['name']} has no probe for {[kind for kind, one in probes.items() if not one]}"
             continue
         for kind, probe in probes.items():
-            if probe_port(probe) not in ports_of(workload):
+            if called and probe_port(probe) not in ports_of(workload):
                 yield f"the {kind} probe asks port {probe_port(probe)}, which isn't there"
+            if not called and not probe.get("exec"):
+                yield f"the {kind} probe runs nothing, and there is no port"
         patience = {kind: one["periodSeconds"] * one.get("failureThreshold", 3) for kind, one in probes.items()}
-        if patience["liveness"] < 2 * patience["readiness"] or patience["liveness"] < 30:
+        if patience["liveness"] < 2 * patience.get("readiness", 0) or patience["liveness"] < 30:
             yield "is killed where it should only get no calls"
         if patience["startup"] < 60:
             yield f"has {patience['startup']} s to start"
@@ -341,8 +398,7 @@ def store_there(overlay):
         yield f"there is no service {host} on port {port}"
         return
     redis = overlay.get("Deployment", "ccslice-redis")
-    lines = overlay.get("ConfigMap", "ccslice-redis")["data"]["redis.conf"].splitlines()
-    settings = dict(line.split(" ", 1) for line in lines)
+    settings = redis_settings(overlay, "ccslice-redis")
     limit = size_of(pod_of(redis)["containers"][0]["resources"]["limits"]["memory"])
     if "maxmemory" not in settings or size_of(settings["maxmemory"]) > 0.8 * limit:
         yield "ccslice-redis: takes more than its limit"
@@ -356,7 +412,7 @@ def store_there(overlay):
 
 
 def selectors_match(overlay):
-    for workload in overlay.of("Deployment"):
+    for workload in overlay.of("Deployment", "StatefulSet"):
         if not selected(workload["spec"]["selector"], labels_of(workload)):
             yield f"{name_of(workload)}: its selector isn't that of its pods"
     for workload in overlay.workloads():
@@ -384,12 +440,12 @@ def selectors_match(overlay):
 def replicas_told_once(overlay):
     scalers = {one["spec"]["scaleTargetRef"]["name"]: one["spec"] for one in overlay.of("HorizontalPodAutoscaler")}
     yield from (f"scales {name}, which isn't there" for name in scalers if not overlay.get("Deployment", name))
-    for deployment in overlay.of("Deployment"):
-        name, replicas = name_of(deployment), deployment["spec"].get("replicas")
+    for workload in overlay.of("Deployment", "StatefulSet"):
+        name, replicas = name_of(workload), workload["spec"].get("replicas")
         if (replicas is None) != (name in scalers):
             yield f"{name}: nobody, or two, say how many there are"
     server = scalers.get("ccsliced", {"minReplicas": 1, "maxReplicas": 2})
-    least = {"dev": 1, "production": 3, "affinity": 3, "farm": 2}[overlay.name]
+    least = {"dev": 1, "production": 3, "affinity": 3, "farm": 2, "queue": 2}[overlay.name]
     if server["minReplicas"] != least or server["maxReplicas"] <= least:
         yield f"ccsliced: {server['minReplicas']} to {server['maxReplicas']} servers"
 
@@ -548,9 +604,118 @@ def farm_complete(overlay):
         yield f"ccslice-shares: {server} isn't the headless service"
 
 
-RULES = (confined, bounded, pinned, volumes_there, probed, server_probed, ends_in_time, options_known, files_mounted,
-         identified, memory_fits, store_there, selectors_match, replicas_told_once, disruption_bounded, figures_found,
-         network_as_wanted, proxy_as_tested, farm_complete)
+# --- The queue --------------------------------------------------------------------------------------------------------
+
+
+def queue_lasts(overlay):
+    """What was submitted outlives the pod of Redis, and is never thrown away for want of memory."""
+    queue = overlay.get("StatefulSet", "ccslice-queue")
+    if not queue:
+        return
+    settings, container = redis_settings(overlay, "ccslice-queue"), pod_of(queue)["containers"][0]
+    claim = claims_of(queue).get(mounts_of(container).get(settings["dir"]))
+    if not claim or settings.get("appendonly") != "yes":
+        yield "ccslice-queue: is lost with its pod"
+    elif size_of(claim["resources"]["requests"]["storage"]) < 4 * size_of(settings["maxmemory"]):
+        yield "ccslice-queue: its file, and the one that takes its place, don't fit into its claim"
+    if "Delete" in queue["spec"].get("persistentVolumeClaimRetentionPolicy", {}).values():
+        yield "ccslice-queue: its claim goes with it"
+    if settings.get("maxmemory-policy") != "noeviction":
+        yield "ccslice-queue: forgets jobs"
+    limit = size_of(container["resources"]["limits"]["memory"])
+    if "maxmemory" not in settings or 2 * size_of(settings["maxmemory"]) > limit:
+        yield "ccslice-queue: with a copy of itself it takes more than its limit"
+    if queue["spec"]["replicas"] != 1:
+        yield "ccslice-queue: two of them are two queues"
+    service = overlay.get("Service", queue["spec"]["serviceName"])
+    if not service or service["spec"].get("clusterIP") != "None":
+        yield "ccslice-queue: its service isn't a headless one"
+
+
+def workers_complete(overlay):
+    """The image's own command finds the queue, the servers and the jobs."""
+    worker = overlay.get("Deployment", "ccslice-farm-worker")
+    if not worker:
+        return
+    container = pod_of(worker)["containers"][0]
+    if not container["image"].startswith("ccslice/farm:") or {"command", "args"} & set(container):
+        yield "ccslice-farm-worker: isn't the image's own command"
+    variables = environment_of(overlay, container)
+    known = set(re.findall(r"CCSLICE_FARM_\w+", (ROOT / "deploy/farm/farm.py").read_text()))
+    yield from (f"ccslice-farm-worker: farm.py has no {one}" for one in variables
+                if one.startswith("CCSLICE_FARM_") and one not in known)
+    if variables.get("CCSLICE_SERVER") != "ccsliced-headless:50051":
+        yield f"ccslice-farm-worker: {variables.get('CCSLICE_SERVER')} isn't the headless service"
+    volumes = {one["name"]: one for one in pod_of(worker)["volumes"]}
+    mounts = mounts_of(container)
+    jobs = volumes.get(mounts.get(image_of("farm")[1]["CCSLICE_FARM_FOLDER"]), {})
+    claim = overlay.get("PersistentVolumeClaim", jobs.get("persistentVolumeClaim", {}).get("claimName"))
+    if not claim or claim["spec"]["accessModes"] != ["ReadWriteMany"]:
+        yield "ccslice-farm-worker: jobs aren't where all workers see them"
+    if "emptyDir" not in volumes.get(mounts.get("/tmp"), {}):
+        yield "ccslice-farm-worker: Celery has no /tmp to write to"
+
+
+def queue_found(overlay):
+    """Workers have its address and its password."""
+    worker = overlay.get("Deployment", "ccslice-farm-worker")
+    if not worker:
+        return
+    container = pod_of(worker)["containers"][0]
+    written = environment_of(overlay, container).get("CCSLICE_FARM_BROKER", "")
+    address = re.fullmatch(r"redis://:\$\((\w+)\)@([^:/]+):(\d+)/\d+", written)
+    service = address and overlay.get("Service", address[2])
+    if not service or name_of(service) != "ccslice-queue" or int(address[3]) != service["spec"]["ports"][0]["port"]:
+        yield f"ccslice-farm-worker: {written} isn't the queue"
+        return
+    sources = {one["name"]: one.get("valueFrom", {}) for one in container["env"]}
+    secret = sources[address[1]]["secretKeyRef"]
+    volumes = pod_of(overlay.get("StatefulSet", "ccslice-queue"))["volumes"]
+    secrets = {one["secret"]["secretName"] for one in volumes if "secret" in one}
+    if secret["key"] != "password" or secret["name"] not in secrets:
+        yield f"ccslice-farm-worker: {secret} isn't the queue's password"
+
+
+def workers_asked(overlay):
+    """Probes ask this worker, take the time that Python takes, and bear with a queue that moves to another node."""
+    worker = overlay.get("Deployment", "ccslice-farm-worker")
+    if not worker:
+        return
+    container = pod_of(worker)["containers"][0]
+    for kind in ("startup", "liveness"):
+        probe = container[f"{kind}Probe"]
+        command = probe["exec"]["command"]
+        asks = re.search(r'celery -A farm inspect ping --destination "celery@\$HOSTNAME" --timeout (\d+)$', command[-1])
+        if not asks:
+            yield f"ccslice-farm-worker: the {kind} probe asks {command}"
+        elif probe.get("timeoutSeconds", 1) < int(asks[1]) + 10:
+            yield f"ccslice-farm-worker: the {kind} probe has {probe.get('timeoutSeconds', 1)} s"
+        if probe["periodSeconds"] * probe["failureThreshold"] < {"startup": 300, "liveness": 120}[kind]:
+            yield f"ccslice-farm-worker: the {kind} probe doesn't wait for the queue"
+        # Who doesn't answer ends no share, so the pauses before its end are for nothing.
+        if probe.get("terminationGracePeriodSeconds", 600) > 60:
+            yield f"ccslice-farm-worker: one that the {kind} probe gives up stays for long"
+
+
+def workers_end(overlay):
+    """A worker ends its share, or gives it back, before it is killed."""
+    worker = overlay.get("Deployment", "ccslice-farm-worker")
+    if not worker:
+        return
+    hook = pod_of(worker)["containers"][0].get("lifecycle", {}).get("preStop", {}).get("exec", {}).get("command", [""])
+    steps = re.fullmatch(r"kill -TERM 1; sleep (\d+); kill -QUIT 1; sleep (\d+)", hook[-1])
+    if not steps:
+        yield f"ccslice-farm-worker: doesn't give back its share: {hook}"
+    elif int(steps[1]) + int(steps[2]) + SPARE_S > pod_of(worker).get("terminationGracePeriodSeconds", 30):
+        yield "ccslice-farm-worker: is killed before it gives back its share"
+    elif int(steps[2]) < 20:
+        yield "ccslice-farm-worker: has too little time to give back its share"
+
+
+RULES = (confined, bounded, pinned, volumes_there, variables_there, probed, server_probed, ends_in_time, options_known,
+         files_mounted, identified, memory_fits, store_there, selectors_match, replicas_told_once, disruption_bounded,
+         figures_found, network_as_wanted, proxy_as_tested, farm_complete, queue_lasts, queue_found, workers_complete,
+         workers_asked, workers_end)
 
 
 def findings(name, objects):

@@ -32,7 +32,22 @@ function declaredIn(type, imports, file) {
   return (from.startsWith(".") ? path.join(path.dirname(file), from) : path.join(MODULES, from)) + ".d.ts";
 }
 
-// The fields of the type that a file declares: Map of name to {file, map}, or null where it is no object.
+// The fields of a type's body, whose lines stand at `indent`: Map of name to {file, fields, map}. `fields` are those of
+// a list's objects, where the type is written out.
+function fieldsIn(body, indent, imports, file) {
+  const fields = new Map();
+  const pattern = new RegExp(`^ {${indent}}"([^"]+)"\\??: ([\\s\\S]*?);$(?=\\s*(^ {${indent}}"|$(?![\\s\\S])))`, "gm");
+  for (const [, name, type] of body.matchAll(pattern)) {
+    if (type.startsWith("Array<{")) {
+      fields.set(name, { fields: fieldsIn(block(type, type.indexOf("{")), indent + 4, imports, file) });
+    } else {
+      fields.set(name, { file: declaredIn(type, imports, file), map: type.trim().startsWith("{") });
+    }
+  }
+  return fields;
+}
+
+// The fields of the type that a file declares, or null where it is no object.
 function fieldsOf(file) {
   if (interfaces.has(file)) return interfaces.get(file);
   const text = fs.readFileSync(file, "utf8").replace(/\/\*[\s\S]*?\*\//g, "");
@@ -43,26 +58,22 @@ function fieldsOf(file) {
   const start = text.search(/export (declare )?interface \w+[^{]*\{/);
   let fields = null;
   if (start >= 0) {
-    fields = new Map();
-    const body = block(text, text.indexOf("{", start));
-    for (const [, name, type] of body.matchAll(/^ {4}"([^"]+)"\??: ([\s\S]*?);$(?=\s*(^ {4}"|$(?![\s\S])))/gm)) {
-      fields.set(name, { file: declaredIn(type, imports, file), map: type.trim().startsWith("{") });
-    }
+    fields = fieldsIn(block(text, text.indexOf("{", start)), 4, imports, file);
   }
   interfaces.set(file, fields);
   return fields;
 }
 
-function unknownFields(value, file, where) {
-  if (Array.isArray(value)) return value.flatMap((one, i) => unknownFields(one, file, `${where}[${i}]`));
-  if (!file || value === null || typeof value !== "object") return [];
-  const fields = fieldsOf(file);
-  if (!fields) return [];
+// Of a value whose type has these fields; null where nothing is known of it.
+function unknownFields(value, fields, where) {
+  if (Array.isArray(value)) return value.flatMap((one, i) => unknownFields(one, fields, `${where}[${i}]`));
+  if (!fields || value === null || typeof value !== "object") return [];
   return Object.entries(value).flatMap(([name, inner]) => {
     const field = fields.get(name);
     if (!field) return [`${where}.${name} is no field of it`];
-    if (!field.map) return unknownFields(inner, field.file, `${where}.${name}`);
-    return Object.entries(inner).flatMap(([key, one]) => unknownFields(one, field.file, `${where}.${name}.${key}`));
+    const known = field.fields || (field.file ? fieldsOf(field.file) : null);
+    if (!field.map) return unknownFields(inner, known, `${where}.${name}`);
+    return Object.entries(inner).flatMap(([key, one]) => unknownFields(one, known, `${where}.${name}.${key}`));
   });
 }
 
@@ -71,7 +82,7 @@ function check(object) {
   const folder = `kubernetes-models/${object.apiVersion}`;
   const file = path.join(MODULES, folder, `${object.kind}.d.ts`);
   if (!fs.existsSync(file)) return [`${name}: there is no such kind in ${object.apiVersion}`];
-  const findings = unknownFields(object, file, object.kind).map((words) => `${name}: ${words}`);
+  const findings = unknownFields(object, fieldsOf(file), object.kind).map((words) => `${name}: ${words}`);
   try {
     new (require(folder)[object.kind])(object).validate();
   } catch (error) {
