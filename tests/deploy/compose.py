@@ -19,7 +19,8 @@ import yaml
 
 sys.dont_write_bytecode = True
 
-from policies import known_variables, memory_needed, seconds_of, size_of  # noqa: E402
+from objects import seconds_of, size_of  # noqa: E402
+from policies import known_variables, memory_needed  # noqa: E402
 from rules import broken_rules  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

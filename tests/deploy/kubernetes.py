@@ -27,8 +27,9 @@ sys.dont_write_bytecode = True
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "support")]
 
 import policies  # noqa: E402
+from breaks import BREAKS, GONE, QUEUE  # noqa: E402
 from free_port import free_port  # noqa: E402
-from policies import containers_of, name_of, pod_of  # noqa: E402
+from objects import Overlay, containers_of, name_of, pod_of  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 FOLDER = HERE.parents[1] / "deploy/kubernetes"
@@ -111,9 +112,9 @@ def check_rendering():
             # Other versions of kubectl may indent otherwise.
             if list(yaml.safe_load_all(render(program, name))) != rendered(name):
                 found.append(f"rendered/{name}.yaml isn't what overlays/{name} renders to (kubernetes.py --write)")
-        for workload in policies.Overlay(name, rendered(name)).workloads():
+        for workload in Overlay(name, rendered(name)).workloads():
             found += round_trip(program, workload)
-    broken = copy.deepcopy(policies.Overlay("dev", rendered("dev")).get("Deployment", "ccsliced"))
+    broken = copy.deepcopy(Overlay("dev", rendered("dev")).get("Deployment", "ccsliced"))
     pod_of(broken)["containers"][0]["livenesProbe"] = {"grpc": {"port": 1}}
     if len(round_trip(program, broken)) != 1:
         found.append("the round trip doesn't notice a field that nobody knows")
@@ -139,13 +140,13 @@ def schema_findings(objects):
 def check_schemas():
     install_schemas()
     found = [words for name in OVERLAYS for words in schema_findings(rendered(name))]
-    broken = copy.deepcopy(policies.Overlay("dev", rendered("dev")).get("Deployment", "ccsliced"))
+    broken = copy.deepcopy(Overlay("dev", rendered("dev")).get("Deployment", "ccsliced"))
     container = pod_of(broken)["containers"][0]
     container["readinesProbe"] = container.pop("readinessProbe")
     container["ports"][0]["containerPort"] = "grpc"
     if len(schema_findings([broken])) != 2:
         found.append(f"schemas don't notice a broken object: {schema_findings([broken])}")
-    broken = copy.deepcopy(policies.Overlay("queue", rendered("queue")).get("StatefulSet", "ccslice-queue"))
+    broken = copy.deepcopy(Overlay("queue", rendered("queue")).get(*QUEUE))
     claim = broken["spec"]["volumeClaimTemplates"][0]
     claim["label"], claim["spec"]["accesModes"] = {}, claim["spec"].pop("accessModes")
     if len(schema_findings([broken])) != 2:
@@ -164,145 +165,6 @@ def at(overlay, kind, name, *path):
     return place, path[-1]
 
 
-POD = ("spec", "template", "spec")
-FIRST = (*POD, "containers", 0)
-QUEUE, WORKER = ("StatefulSet", "ccslice-queue"), ("Deployment", "ccslice-farm-worker")
-GONE = object()
-
-# (overlay, kind, name, path, value, words of a finding). Each breaks one thing.
-BREAKS = (
-    ("dev", "Deployment", "ccsliced", (*FIRST, "livenessProbe"), GONE, "has no probe for ['liveness']"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "readinessProbe", "grpc", "port"), 50051, "doesn't ask for health"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "startupProbe", "failureThreshold"), 3, "6 s to start"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "livenessProbe", "failureThreshold"), 1, "only get no calls"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "resources", "limits", "memory"), "4Gi", "memory that is requested"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "resources", "limits"), GONE, "memory that is requested"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_CACHE_BYTES"), "2GiB", "budgets take more"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_MEMORY"), "4GiB", "budgets take more"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_SHUTDOWN_GRACE"), "75s", "delay and grace take"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_DRAIN_DELAY"), "1s", "too few"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_DRAIN_DELAYS"), "10s", "no option"),
-    ("dev", "ConfigMap", "ccsliced", ("data", "CCSLICE_LISTEN"), "0.0.0.0:50054", "no port of the container"),
-    ("dev", "Deployment", "ccsliced", (*POD, "terminationGracePeriodSeconds"), GONE, "delay and grace take"),
-    ("dev", "Deployment", "ccsliced", (*POD, "automountServiceAccountToken"), GONE, "token of the cluster"),
-    ("dev", "Deployment", "ccsliced", (*POD, "enableServiceLinks"), GONE, "variables of services"),
-    ("dev", "Deployment", "ccsliced", (*POD, "hostNetwork"), True, "hostNetwork"),
-    ("dev", "Deployment", "ccsliced", (*POD, "securityContext", "runAsUser"), 0, "as root"),
-    ("dev", "Deployment", "ccsliced", (*POD, "securityContext", "seccompProfile"), GONE, "seccomp"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "securityContext", "readOnlyRootFilesystem"), False, "isn't confined"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "securityContext", "privileged"), True, "isn't confined"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "image"), "ccslice/server-slim", "no version"),
-    ("dev", "Deployment", "ccsliced", (*FIRST, "image"), "ccslice/server-slim:0.0.9", "isn't of version"),
-    ("dev", "Deployment", "ccsliced", ("spec", "selector", "matchLabels"), {"app": "x"}, "its selector"),
-    ("dev", "Deployment", "ccsliced", ("spec", "template", "metadata",
-     "labels"), {"app.kubernetes.io/name": "ccsliced"},
-     "policies don't see it"),
-    ("dev", "Deployment", "ccsliced", (*POD, "topologySpreadConstraints", 0, "labelSelector",
-     "matchLabels"), {"app": "x"},
-     "spreads others"),
-    ("dev", "Deployment", "ccsliced", ("spec", "replicas"), GONE, "nobody, or two"),
-    ("dev", "Service", "ccsliced", ("spec", "selector"), {"app": "x"}, "service ccsliced: selects []"),
-    ("dev", "Service", "ccsliced", ("spec", "ports", 0, "targetPort"), "http", "no port http"),
-    ("dev", "Service", "ccsliced-headless", ("spec", "clusterIP"), GONE, "isn't the addresses"),
-    ("dev", "PodDisruptionBudget", "ccsliced", ("spec", "selector", "matchLabels"), {"app": "x"}, "nothing bounds"),
-    ("dev", "NetworkPolicy", "ccslice-deny", ("spec", "policyTypes"), ["Ingress"], "ccsliced reaches"),
-    ("dev", "NetworkPolicy", "ccslice-deny", ("spec", "ingress"), [{}], "a stranger reaches ccsliced"),
-    ("dev", "NetworkPolicy", "ccsliced-clients", ("spec", "ingress", 0, "from"), GONE, "a stranger reaches ccsliced"),
-    ("dev", "NetworkPolicy", "ccsliced-clients", ("spec", "ingress", 0, "from", 1), GONE, "namespace doesn't reach"),
-    ("dev", "NetworkPolicy", "ccsliced-clients", ("spec", "ingress", 0, "ports"), GONE,
-     "client reaches ccsliced on 9464"),
-    ("dev", "NetworkPolicy", "ccsliced-health", ("spec", "ingress", 0, "ports", 0, "port"), 50052,
-     "node doesn't reach"),
-    ("dev", "NetworkPolicy", "ccsliced-clients", ("spec", "podSelector", "matchLabels"), {"app": "x"},
-     "client doesn't reach"),
-    ("production", "HorizontalPodAutoscaler", "ccsliced", ("spec", "minReplicas"), 1, "1 to 12 servers"),
-    ("production", "HorizontalPodAutoscaler", "ccsliced", ("spec", "scaleTargetRef", "name"), "x", "which isn't there"),
-    ("production", "ConfigMap", "ccsliced", ("data", "CCSLICE_TLS_KEY"), GONE, "go together"),
-    ("production", "ConfigMap", "ccsliced", ("data", "CCSLICE_TLS_CLIENT_CA"), GONE, "doesn't know its clients"),
-    ("production", "ConfigMap", "ccsliced", ("data", "CCSLICE_TOKEN_FILE"), "/etc/tokens", "isn't mounted"),
-    ("production", "ConfigMap", "ccsliced", ("data", "CCSLICE_MESH_STORE"), "redis://redis:6379/0", "no service redis"),
-    ("production", "Deployment", "ccsliced", (*FIRST, "volumeMounts", 0, "readOnly"), GONE, "isn't read-only"),
-    ("production", "Deployment", "ccsliced", (*FIRST, "volumeMounts", 0), GONE, "nobody uses the volume"),
-    ("production", "Deployment", "ccsliced", (*POD, "volumes", 0, "secret", "defaultMode"), GONE, "everybody may read"),
-    ("production", "Deployment", "ccsliced", (*POD, "volumes", 0, "secret", "secretName"), "x", "nobody is told"),
-    ("production", "Deployment", "ccslice-redis", (*FIRST, "resources", "limits", "memory"), "1Gi",
-     "more than its limit"),
-    ("production", "Deployment", "ccslice-redis", (*FIRST, "livenessProbe"), GONE, "has no probe"),
-    ("production", "NetworkPolicy", "ccslice-redis", ("spec", "ingress", 0, "from"), GONE,
-     "a stranger reaches ccslice-redis"),
-    ("production", "NetworkPolicy", "ccsliced-redis", ("spec", "egress", 1), GONE, "ccsliced doesn't reach DNS"),
-    ("production", "NetworkPolicy", "ccsliced-redis", ("spec", "egress", 0, "to"), GONE,
-     "ccsliced reaches a stranger on"),
-    ("affinity", "ConfigMap", "ccsliced", ("data", "CCSLICE_MAX_CONNECTIONS_PER_ADDRESS"), GONE, "connections away"),
-    ("affinity", "Deployment", "ccslice-proxy", (*FIRST, "lifecycle"), GONE, "its pause and its end"),
-    ("affinity", "Deployment", "ccslice-proxy", (*FIRST, "resources", "limits", "cpu"), "1", "more threads"),
-    ("affinity", "HorizontalPodAutoscaler", "ccsliced", ("spec", "maxReplicas"), 40, "room for fewer"),
-    ("affinity", "Service", "ccsliced-headless", ("spec", "ports", 0, "port"), 50052, "isn't the headless service"),
-    ("farm", "ConfigMap", "ccslice-farm", ("data", "SHARES"), "5", "4 pods for 5 shares"),
-    ("farm", "Job", "ccslice-shares", ("spec", "completionMode"), GONE, "4 pods for 4 shares"),
-    ("farm", "Job", "ccslice-join", ("spec", "podFailurePolicy"), GONE, "tries again"),
-    ("farm", "PersistentVolumeClaim", "ccslice-farm", ("spec", "accessModes"), ["ReadWriteOnce"], "one node's alone"),
-    ("farm", "PersistentVolumeClaim", "ccslice-meshes", ("spec", "resources", "requests", "storage"), "10Gi",
-     "than there is"),
-    ("farm", "Job", "ccslice-shares", ("spec", "template", "metadata", "labels", "ccslice-access"), GONE,
-     "doesn't reach"),
-    ("queue", *QUEUE, (*FIRST, "resources", "limits", "memory"), "512Mi", "more than its limit"),
-    ("queue", *QUEUE, (*FIRST, "livenessProbe"), GONE, "has no probe for ['liveness']"),
-    ("queue", *QUEUE, (*FIRST, "readinessProbe", "tcpSocket", "port"), 6380, "which isn't there"),
-    ("queue", *QUEUE, (*FIRST, "securityContext", "readOnlyRootFilesystem"), GONE, "isn't confined"),
-    ("queue", *QUEUE, (*FIRST, "volumeMounts", 3, "mountPath"), "/var/data", "is lost with its pod"),
-    ("queue", *QUEUE, (*POD, "automountServiceAccountToken"), GONE, "ccslice-queue: gets a token"),
-    ("queue", *QUEUE, (*POD, "volumes", 1, "secret", "defaultMode"), GONE, "everybody may read"),
-    ("queue", *QUEUE, ("spec", "replicas"), 2, "two of them are two queues"),
-    ("queue", *QUEUE, ("spec", "replicas"), GONE, "nobody, or two"),
-    ("queue", *QUEUE, ("spec", "selector", "matchLabels"), {"app": "x"}, "its selector"),
-    ("queue", *QUEUE, ("spec", "serviceName"), "ccsliced", "isn't a headless one"),
-    ("queue", *QUEUE, ("spec", "volumeClaimTemplates"), GONE, "there is no volume data"),
-    ("queue", *QUEUE, ("spec", "volumeClaimTemplates", 0, "spec", "resources", "requests", "storage"), "1Gi",
-     "don't fit into its claim"),
-    ("queue", *QUEUE, ("spec", "persistentVolumeClaimRetentionPolicy"), {"whenDeleted": "Delete"}, "claim goes"),
-    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from"), GONE,
-     "a stranger reaches ccslice-queue"),
-    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from", 1), GONE, "a submitter doesn't reach"),
-    ("queue", "NetworkPolicy", "ccslice-queue", ("spec", "ingress", 0, "from", 0), GONE,
-     "ccslice-farm-worker doesn't reach ccslice-queue"),
-    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 0), GONE, "worker doesn't reach ccsliced"),
-    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 2), GONE, "worker doesn't reach DNS"),
-    ("queue", "NetworkPolicy", "ccslice-farm-worker", ("spec", "egress", 1, "to"), GONE, "reaches a stranger on 6379"),
-    ("queue", "PersistentVolumeClaim", "ccslice-farm-jobs", ("spec", "accessModes"), ["ReadWriteOnce"],
-     "where all workers see them"),
-    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_SERVER"), "ccsliced:50051", "headless service"),
-    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_FARM_LONGEST"), "60", "farm.py has no"),
-    ("queue", *WORKER, (*FIRST, "args"), ["worker"], "isn't the image's own command"),
-    ("queue", *WORKER, (*FIRST, "image"), "ccslice/client:0.1.0", "isn't the image's own command"),
-    ("queue", *WORKER, (*FIRST, "image"), "ccslice/farm:0.0.9", "isn't of version"),
-    ("queue", *WORKER, (*FIRST, "resources", "requests", "memory"), "512Mi", "memory that is requested"),
-    ("queue", *WORKER, (*FIRST, "securityContext", "capabilities"), GONE, "isn't confined"),
-    ("queue", *WORKER, (*FIRST, "env", 0), GONE, "wants $(QUEUE_PASSWORD)"),
-    ("queue", *WORKER, (*FIRST, "env", 0, "valueFrom", "secretKeyRef", "name"), "x", "nobody is told of the secret x"),
-    ("queue", *WORKER, (*FIRST, "env", 0, "valueFrom", "secretKeyRef", "name"), "ccslice-redis", "queue's password"),
-    ("queue", *WORKER, (*FIRST, "env", 1, "value"), "redis://:$(QUEUE_PASSWORD)@ccslice-redis:6379/1",
-     "isn't the queue"),
-    ("queue", *WORKER, (*FIRST, "envFrom"), GONE, "isn't the headless service"),
-    ("queue", *WORKER, (*FIRST, "envFrom", 0, "configMapRef", "name"), "x", "there is no ConfigMap x"),
-    ("queue", *WORKER, (*FIRST, "volumeMounts", 0, "mountPath"), "/data", "where all workers see them"),
-    ("queue", *WORKER, (*FIRST, "volumeMounts", 1), GONE, "no /tmp"),
-    ("queue", *WORKER, (*FIRST, "startupProbe"), GONE, "has no probe for ['startup']"),
-    ("queue", *WORKER, (*FIRST, "startupProbe", "exec"), GONE, "runs nothing"),
-    ("queue", *WORKER, (*FIRST, "startupProbe", "failureThreshold"), 6, "doesn't wait for the queue"),
-    ("queue", *WORKER, (*FIRST, "livenessProbe", "failureThreshold"), 3, "doesn't wait for the queue"),
-    ("queue", *WORKER, (*FIRST, "livenessProbe", "timeoutSeconds"), GONE, "liveness probe has 1 s"),
-    ("queue", *WORKER, (*FIRST, "livenessProbe", "exec", "command", 2), "celery -A farm status", "liveness probe asks"),
-    ("queue", *WORKER, (*FIRST, "livenessProbe", "terminationGracePeriodSeconds"), GONE, "stays for long"),
-    ("queue", *WORKER, (*FIRST, "lifecycle"), GONE, "doesn't give back"),
-    ("queue", *WORKER, (*POD, "terminationGracePeriodSeconds"), 300, "killed before it gives back"),
-    ("queue", *WORKER, (*POD, "topologySpreadConstraints", 0, "labelSelector", "matchLabels"), {"app": "x"},
-     "spreads others"),
-    ("queue", *WORKER, ("spec", "replicas"), GONE, "nobody, or two"),
-    ("queue", *WORKER, ("spec", "template", "metadata", "labels", "ccslice-access"), GONE, "doesn't reach ccsliced"),
-)
-
-
 def check_policies():
     return [f"{name}: {words}" for name in OVERLAYS for words in policies.findings(name, rendered(name))]
 
@@ -312,7 +174,7 @@ def check_breaks():
     found = []
     for name, kind, thing, path, value, words in BREAKS:
         objects = copy.deepcopy(rendered(name))
-        place, key = at(policies.Overlay(name, objects), kind, thing, *path)
+        place, key = at(Overlay(name, objects), kind, thing, *path)
         if value is GONE:
             del place[key]
         else:
@@ -329,7 +191,7 @@ def check_breaks():
              (("appendonly yes", "appendonly no"), ("noeviction", "allkeys-lru"), ("384mb", "768mb"),
               ("dir /data", "dir /run/redis")))):
         changed = copy.deepcopy(rendered(name))
-        data = policies.Overlay(name, changed).get("ConfigMap", config)["data"]
+        data = Overlay(name, changed).get("ConfigMap", config)["data"]
         whole = data[file]
         for old, new in changes:
             data[file] = whole.replace(old, new)
@@ -352,7 +214,7 @@ def script_of(job, folder, **places):
 
 def check_farm_scripts():
     """Each pod slices its own share, and joining waits for all and takes all."""
-    found, overlay = [], policies.Overlay("farm", rendered("farm"))
+    found, overlay = [], Overlay("farm", rendered("farm"))
     shares, joins = overlay.get("Job", "ccslice-shares"), overlay.get("Job", "ccslice-join")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
@@ -408,7 +270,7 @@ def check_redis_scripts():
     for overlay, kind, name, wanted in (("production", "Deployment", "ccslice-redis", ("1610612736", "allkeys-lru")),
                                         ("queue", *QUEUE, ("402653184", "noeviction"))):
         with tempfile.TemporaryDirectory() as temporary:
-            overlay = policies.Overlay(overlay, rendered(overlay))
+            overlay = Overlay(overlay, rendered(overlay))
             server, port = redis_pod(overlay, kind, name, pathlib.Path(temporary), "aSecretWord1")
             password = ("-a", "aSecretWord1", "--no-auth-warning")
             try:
@@ -423,7 +285,7 @@ def check_redis_scripts():
 
 def check_queue_password():
     """One that can't be part of an address is refused where somebody looks: by the queue, at its start."""
-    found, overlay = [], policies.Overlay("queue", rendered("queue"))
+    found, overlay = [], Overlay("queue", rendered("queue"))
     for password in ("a/word", "a@word", ""):
         with tempfile.TemporaryDirectory() as temporary:
             server, _ = redis_pod(overlay, *QUEUE, pathlib.Path(temporary), password)
@@ -443,7 +305,7 @@ def check_haproxy():
     if not program:
         print("not looked at: haproxy.cfg, as there is no haproxy here")
         return []
-    config = policies.Overlay("affinity", rendered("affinity")).get("ConfigMap", "ccslice-proxy")["data"]["haproxy.cfg"]
+    config = Overlay("affinity", rendered("affinity")).get("ConfigMap", "ccslice-proxy")["data"]["haproxy.cfg"]
     version = re.search(r"version (\d+)\.(\d+)", output([program, "-v"]).stdout)
     if (int(version[1]), int(version[2])) < (3, 0):
         config = config.replace("hash-key addr-port ", "")
