@@ -128,7 +128,7 @@ BREAKS = (
     ("queue", *WORKER, (*FIRST, "startupProbe"), GONE, "has no probe for ['startup']"),
     ("queue", *WORKER, (*FIRST, "startupProbe", "exec"), GONE, "runs nothing"),
     ("queue", *WORKER, (*FIRST, "startupProbe", "failureThreshold"), 6, "doesn't wait for the queue"),
-    ("queue", *WORKER, (*FIRST, "livenessProbe", "failureThreshold"), 3, "doesn't wait for the queue"),
+    ("queue", *WORKER, (*FIRST, "livenessProbe", "failureThreshold"), 5, "doesn't wait for the queue"),
     ("queue", *WORKER, (*FIRST, "livenessProbe", "timeoutSeconds"), GONE, "liveness probe has 1 s"),
     ("queue", *WORKER, (*FIRST, "livenessProbe", "exec", "command", 2), "celery -A farm status", "liveness probe asks"),
     ("queue", *WORKER, (*FIRST, "livenessProbe", "terminationGracePeriodSeconds"), GONE, "stays for long"),

@@ -91,7 +91,7 @@ def workers_asked(overlay):
             yield f"ccslice-farm-worker: the {kind} probe asks {command}"
         elif probe.get("timeoutSeconds", 1) < int(asks[1]) + 10:
             yield f"ccslice-farm-worker: the {kind} probe has {probe.get('timeoutSeconds', 1)} s"
-        if probe["periodSeconds"] * probe["failureThreshold"] < {"startup": 300, "liveness": 120}[kind]:
+        if probe["periodSeconds"] * probe["failureThreshold"] < {"startup": 300, "liveness": 600}[kind]:
             yield f"ccslice-farm-worker: the {kind} probe doesn't wait for the queue"
         # Who doesn't answer ends no share, so the pauses before its end are for nothing.
         if probe.get("terminationGracePeriodSeconds", 600) > 60:
