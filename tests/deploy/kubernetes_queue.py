@@ -148,7 +148,7 @@ def try_readme(farm, queue, workers):
     expect("part: waiting" in done.stdout, f"queue: a job waits for workers {done.stderr}".strip())
     queue.come_again()
     workers += [Worker(farm, f"pod-{number}") for number in (1, 2)]
-    expect(all(wait_for(one.answers, 30) for one in workers), "queue: workers answer their probes")
+    expect(all(wait_for(one.answers, 60) for one in workers), "queue: workers answer their probes")
     expect(not answers(farm.container, {**farm.variables, "HOSTNAME": "pod-3"}), "queue: and nobody else's")
     expect(farm.is_done("part"), "queue: the job outlives the queue's pod")
     get, _, delete = fetch.strip().rpartition("\n")
@@ -167,7 +167,7 @@ def try_ends(farm, queue, workers):
     subprocess.run([farm.ccslice, "models", "coyote", "-o", mesh, "--quiet"], check=True, capture_output=True)
     before = [one.shares() for one in workers]
     farm.execute("python3 -m farm submit long", str(mesh), "--shares 1 --", *options)
-    working = wait_for(lambda: any((farm.folder / "jobs/long/shares").rglob("layer_*")), 30)
+    working = wait_for(lambda: any((farm.folder / "jobs/long/shares").rglob("layer_*")), 60)
     expect(working, "queue: a worker slices the share")
     first = next(one for one, old in zip(workers, before) if one.shares() > old)
     begin = time.monotonic()
