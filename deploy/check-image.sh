@@ -3,10 +3,11 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Builds the Dockerfile's four images and tries them, on Debian 12 and without a Docker engine: debootstrap makes the
-# base from this machine's own apt sources, buildah builds, podman runs. Needs root. Images and containers have a
-# storage of their own in build/check-image.
+# base from this machine's own apt sources, buildah builds, podman runs, and docker-compose starts the farm of
+# compose.yaml through podman's own API. Redis, HAProxy and Prometheus there are Debian's, under the names of the images
+# that the file has. Needs root. Images and containers have a storage of their own in build/check-image.
 #
-#   deploy/check-image.sh           everything, some ten minutes, most of them compiling; leaves nothing behind
+#   deploy/check-image.sh           everything, some fifteen minutes, most of them compiling; leaves nothing behind
 #   deploy/check-image.sh --keep    keeps the storage: the next run with --keep builds only what has changed
 #   deploy/check-image.sh --clean   only removes what --keep or an interrupted run left
 #
@@ -29,6 +30,7 @@ readonly long_job=(--pitch "0.2,0.2,0.03" --channel hardness --layers 240..335 -
 keep=no
 failures=0
 rows=()
+background=() # What is to end with the script.
 
 step() {
   printf '== %s\n' "$*"
@@ -79,7 +81,7 @@ refuses() {
 
 # Descriptor 9 is this run's lock; a container's monitor would hold on to it.
 containers() {
-  podman --tmpdir "$work/podman" --runtime runc --cgroup-manager cgroupfs --events-backend file "$@" 9>&-
+  podman --tmpdir "$work/podman" "$@" 9>&-
 }
 
 open_storage() {
@@ -90,7 +92,20 @@ driver = "overlay"
 graphroot = "$work/storage"
 runroot = "$work/run"
 CONF
-  export CONTAINERS_STORAGE_CONF=$work/storage.conf
+  # Descriptors and processes as root has them here; hosts may have less than an engine asks for.
+  cat >"$work/containers.conf" <<CONF
+[containers]
+default_ulimits = ["nofile=16384:16384", "nproc=4096:4096"]
+[engine]
+cgroup_manager = "cgroupfs"
+compat_api_enforce_docker_hub = false
+events_logger = "file"
+helper_binaries_dir = ["/usr/lib/podman"]
+runtime = "runc"
+[network]
+network_backend = "netavark"
+CONF
+  export CONTAINERS_STORAGE_CONF=$work/storage.conf CONTAINERS_CONF=$work/containers.conf
 }
 
 # Ends containers and mounts, also those of an interrupted run.
@@ -102,10 +117,18 @@ release() {
   while read -r mount; do
     umount "$mount" || fail "$mount is in use; end what uses it, then: deploy/check-image.sh --clean"
   done < <(awk -v work="$work/" 'index($2, work) == 1 { print $2 }' /proc/mounts | sort --reverse)
-  rm -rf --one-file-system "$work"/{base,data,changed,podman,run}
+  rm -rf --one-file-system "$work"/{base,data,changed,others,podman,podman.sock,run}
+}
+
+end_background() {
+  ((${#background[@]} > 0)) || return 0
+  kill "${background[@]}" 2>/dev/null || true
+  wait "${background[@]}" 2>/dev/null || true
+  background=()
 }
 
 clean() {
+  end_background
   release
   [[ $keep == yes ]] || rm -rf --one-file-system "$work"
 }
@@ -388,6 +411,98 @@ check_two() {
   done
 }
 
+# --- The farm ---------------------------------------------------------------------------------------------------------
+
+# of_debian <user:group> <folder or ""> <package...>: a Dockerfile.
+of_debian() {
+  printf 'FROM %s\nRUN apt-get update && apt-get install --yes --no-install-recommends %s' "$base" "${*:3}"
+  [[ -z $2 ]] || printf ' && install --directory --owner %s --group %s %s' "${1%:*}" "${1#*:}" "$2"
+  printf '\n'
+}
+
+# What compose.yaml takes from elsewhere: users and folders as there.
+make_others() {
+  local name user_of_it folder packages image
+  mkdir -p "$work/others"
+  while read -r name user_of_it folder packages; do
+    image=$(sed --quiet 's/^ *image: //p' deploy/compose.yaml | grep --max-count 1 --extended-regexp "(^|/)$name:")
+    [[ $image == */* ]] || image=library/$image # As the hub has it.
+    # shellcheck disable=SC2086 # Packages are words.
+    of_debian "$user_of_it" "${folder#-}" $packages >"$work/others/Dockerfile"
+    quietly buildah build --quiet --isolation chroot --pull-never --layers --format docker --tag "docker.io/$image" \
+      "$work/others" </dev/null
+  done <<'OTHERS'
+redis 999:1000 /data redis-server
+haproxy 0:0 - haproxy netcat-openbsd
+prometheus 65534:65534 /prometheus prometheus wget
+OTHERS
+}
+
+compose() {
+  # Limits of processes that this machine allows; where one limit is set, podman sets all.
+  printf 'services:\n' >"$work/override.yaml"
+  printf '  %s: {ulimits: {nproc: 4096}}\n' ccsliced-1 ccsliced-2 haproxy >>"$work/override.yaml"
+  DOCKER_HOST=unix://$work/podman.sock docker-compose --project-name check-image --file deploy/compose.yaml \
+    --file "$work/override.yaml" --profile farm "$@" 9>&-
+}
+
+of_worker() {
+  compose exec -T worker-1 "$@"
+}
+
+status_of_job() {
+  of_worker python3 -m farm status ring
+}
+
+# Podman asks for health by timers of systemd's. Here somebody else does.
+ask_for_health() {
+  local name
+  while sleep 2; do
+    for name in $(containers ps --quiet); do
+      timeout 30 podman --tmpdir "$work/podman" healthcheck run "$name" >/dev/null 2>&1 9>&- || true
+    done
+  done
+}
+
+check_farm() {
+  step "Compose: the profile farm"
+  local tries job=(--pitch 0.2 --channel hardness)
+  containers rm --all --force --time 0 >/dev/null
+  make_others
+  containers system service --time 0 "unix://$work/podman.sock" >"$work/api.log" 2>&1 &
+  background+=($!)
+  until [[ -S $work/podman.sock ]]; do sleep 0.1; done
+  ask_for_health &
+  background+=($!)
+  runs "farm: docker-compose starts it" compose up --detach --no-build
+  for ((tries = 0; tries < 60; ++tries)); do
+    [[ $(containers ps --format '{{.Status}}' | grep -c '(healthy)') != 8 ]] || break
+    sleep 2
+  done
+  row "farm: healthy containers" "$(containers ps --format '{{.Status}}' | grep -c '(healthy)')" "8" test "$tries" -lt 60
+  of_worker sh -c 'cat >/tmp/ring.ccmesh' <"$work/data/ring.ccmesh"
+  runs "farm: a job goes in" of_worker python3 -m farm submit ring /tmp/ring.ccmesh -- "${job[@]}"
+  for ((tries = 0; tries < 60; ++tries)); do
+    if status_of_job | grep -q ': done,'; then break; fi
+    sleep 1
+  done
+  row "farm: its status" "$(status_of_job)" "done" test "$tries" -lt 60
+  mkdir -p "$work/data/farm"
+  of_worker tar -C /jobs/ring -cf - layers | tar -C "$work/data/farm" -xf -
+  containers run --rm "${confined[@]}" --network check-image_default --env CCSLICE_SERVER=haproxy:50052 \
+    --volume "$work/data:/data" ccslice/client slice /data/ring.ccmesh "${job[@]}" --output /data/farm-single --quiet \
+    >/dev/null
+  row "farm: its layers" "$(find "$work/data/farm/layers" -name 'layer_*' | wc -l) files" "those of a single run" \
+    diff --recursive "$work/data/farm/layers" "$work/data/farm-single"
+  runs "farm: docker-compose ends it" compose stop --timeout 40
+  row "farm: servers end with" "$(containers ps --all --filter name=ccsliced --format '{{.Status}}' | cut -c 1-10 |
+    sort --unique | tr '\n' ' ')" "Exited (0)" refuses grep -qv 'Exited (0)' <(
+    containers ps --all --filter name=ccsliced --format '{{.Status}}'
+  )
+  compose down --volumes >/dev/null 2>&1
+  end_background
+}
+
 check_containers() {
   step "Container: client"
   chown "$user:$user" "$work/data"
@@ -403,6 +518,7 @@ check_containers() {
   row "both servers: the same layers" "$(find "$work/data/server" -name '*.zst' | wc -l) files" "byte for byte" \
     diff --recursive --exclude manifest.json "$work/data/server" "$work/data/server-slim"
   check_two
+  check_farm
 }
 
 summary() {

@@ -105,10 +105,13 @@ readonly packaging=(
 )
 
 readonly containers=(
+  aardvark-dns
   bsdextrautils
   buildah
   curl
   debootstrap
+  docker-compose
+  netavark
   openssl
   podman
   runc

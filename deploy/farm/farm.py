@@ -232,7 +232,7 @@ def submit(arguments):
     shares = arguments.shares or min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES)
     send(arguments.name, {"mesh": mesh.name, "options": arguments.options, "shares": shares, "layers": layers,
                           "priority": arguments.priority})
-    print(f"{arguments.name}: {layers} layers in {shares} shares")
+    print(f"{arguments.name}: {layers} layers in {shares} share{'s' * (shares > 1)}")
 
 
 def state_of(name):
@@ -298,7 +298,7 @@ def retry(arguments):
     job = read_job(arguments.name)
     refuse_done(arguments.name)
     send(arguments.name, job)
-    print(f"{arguments.name}: sent again, {job['layers']} layers in {job['shares']} shares")
+    print(f"{arguments.name}: sent again")
 
 
 def main():
