@@ -46,7 +46,6 @@ done
 [[ $seconds_per_layer =~ ^[0-9]+(\.[0-9]+)?$ && $seconds_per_layer =~ [1-9] ]] ||
   fail "--seconds-per-layer $seconds_per_layer: a number above 0"
 
-
 deploy/install.sh build
 cmake --preset release -DCCSLICE_BUILD_TESTS=OFF >/dev/null
 cmake --build build/release --parallel "$(nproc)" --target ccsliced ccslice >/dev/null

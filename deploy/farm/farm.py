@@ -7,13 +7,16 @@
     farm.py status [NAME]
     farm.py cancel NAME
     farm.py retry NAME
+    farm.py remove NAME
     python3 -m celery -A farm worker      # in this folder: a worker
 
 A job is a chord: share I of N is a task that any worker does, and one more task joins the shares. All programs see one
-folder, CCSLICE_FARM_FOLDER, with a folder for each job: job.json, the mesh, shares/I, and layers, which is the result.
+folder, CCSLICE_FARM_FOLDER, with a folder for each job: job.json, mesh, shares/I, and layers, which is the result; or a
+file that says that it is cancelled, or why it failed. Tasks that job.json doesn't name do nothing.
 CCSLICE_FARM_BROKER and CCSLICE_FARM_RESULTS say where Celery keeps its queue and its results."""
 
 import argparse
+import contextlib
 import ctypes
 import functools
 import json
@@ -27,18 +30,24 @@ import sys
 import time
 import uuid
 
+from billiard import current_process
 from celery import Celery, chord
 from celery.backends.redis import RedisBackend
-from celery.result import AsyncResult
+from celery.exceptions import Retry
 from celery.worker.consumer import Gossip, Mingle
+from kombu.exceptions import OperationalError
 from kombu.transport import redis as kombu_redis
 from kombu.utils.url import maybe_sanitize_url
+from redis.exceptions import RedisError
 
 FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolute()
 BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
 OVER_REDIS = BROKER.startswith("redis")
 RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if OVER_REDIS else "redis://localhost:6379/1")
-LONGEST_SHARE_S = int(os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600"))
+LONGEST_SHARE_S = os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600")
+if not re.fullmatch("[1-9][0-9]*", LONGEST_SHARE_S):
+    sys.exit(f"farm: CCSLICE_FARM_LONGEST_SHARE={LONGEST_SHARE_S}: seconds, for instance 3600")
+LONGEST_SHARE_S = int(LONGEST_SHARE_S)
 CCSLICE = shutil.which(os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice"))
 LAYERS_OF_SHARE, MOST_SHARES, SLAB = 128, 64, 16
 PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
@@ -49,6 +58,11 @@ LAST_PRIORITY = 9
 class PatientResults(RedisBackend):
     """Waits where results are away. Celery's own (5.2) takes the task for failed, and the job with it."""
 
+    patient = True
+
+    def ensure(self, fun, args, **policy):
+        return super().ensure(fun, args, **(policy if self.patient else {"max_retries": 0}))
+
     def get(self, key):
         return self.ensure(super().get, (key,))
 
@@ -56,15 +70,16 @@ class PatientResults(RedisBackend):
         return self.ensure(functools.partial(super().on_chord_part_return, **options), arguments)
 
 
-PATIENCE = {"max_retries": LONGEST_SHARE_S, "interval_start": 1, "interval_step": 0, "interval_max": 1}
+PATIENCE = {"max_retries": 3600, "interval_start": 1, "interval_step": 0, "interval_max": 1}
 app = Celery("farm", broker=BROKER, backend=RESULTS)
 app.loader.override_backends = {scheme: f"{__name__}:PatientResults" for scheme in ("redis", "rediss")}
 app.conf.update(
     # A task is done when it is done: that of a worker that dies goes to another one.
-    task_acks_late=True, task_reject_on_worker_lost=True, worker_prefetch_multiplier=1,
+    task_acks_late=True, task_reject_on_worker_lost=True, worker_prefetch_multiplier=1, worker_concurrency=1,
     # Redis notices a lost worker by this time; it has to be longer than the longest share. RabbitMQ notices at once; it
     # says of each message that it has it, and knows priorities of queues that were made for them.
-    broker_transport_options={"visibility_timeout": LONGEST_SHARE_S, "queue_order_strategy": "priority"} if OVER_REDIS
+    broker_transport_options={"visibility_timeout": LONGEST_SHARE_S, "queue_order_strategy": "priority",
+                              "priority_steps": list(range(LAST_PRIORITY + 1))} if OVER_REDIS
     else {"confirm_publish": True},
     task_queue_max_priority=None if OVER_REDIS else LAST_PRIORITY,
     result_backend_transport_options={"visibility_timeout": LONGEST_SHARE_S, "retry_policy": PATIENCE},
@@ -84,6 +99,10 @@ class JobFailed(Exception):
     """With ccslice's own words."""
 
 
+def places():
+    return " or ".join(dict.fromkeys(maybe_sanitize_url(url) for url in (BROKER, RESULTS)))
+
+
 def folder_of(name):
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
         sys.exit(f"farm: {name!r} can't be a job's name: take letters, digits, dots, hyphens and underscores")
@@ -96,9 +115,16 @@ def result_of(name):
 
 def read_job(name):
     path = folder_of(name) / "job.json"
-    if not path.exists():
+    try:
+        return json.loads(path.read_text())
+    except FileNotFoundError:
         sys.exit(f"farm: there is no job {name} in {FOLDER} (CCSLICE_FARM_FOLDER); farm.py status lists them")
-    return json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        sys.exit(f"farm: {path} can't be read ({error}): farm.py remove {name}, and submit it again")
+
+
+def share_folder(name, number):
+    return folder_of(name) / "shares" / str(number)
 
 
 def die_with_worker():
@@ -110,12 +136,28 @@ def layers_in(share):
     return json.loads((share / "manifest.json").read_text())["share"]["layers"]
 
 
-def run_ccslice(task, arguments, watched=None):
+def layers_sliced(folder):
+    """Of a share that isn't whole yet: its journal has a line for each, below a first one."""
+    try:
+        return max((folder / "journal.jsonl").read_text().count("\n") - 1, 0)
+    except OSError:
+        return 0  # It hasn't begun, or it is done by now.
+
+
+def tell_progress(task, layers):
+    """Slicing waits for nobody who wants to know."""
+    task.backend.patient = False
+    with contextlib.suppress(RedisError):
+        task.update_state(state="PROGRESS", meta={"layers": layers})
+    task.backend.patient = True
+
+
+def run_ccslice(task, arguments, cwd, watched=None):
     """Runs ccslice and tells how many layers are there. Ends with the worker, or when the task is revoked."""
     if not CCSLICE:
         raise JobFailed("this worker has no ccslice: put it into PATH, or name it in CCSLICE_FARM_PROGRAM")
     process = subprocess.Popen([CCSLICE, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                               preexec_fn=die_with_worker)
+                               cwd=cwd, preexec_fn=die_with_worker)
     try:
         while True:
             try:
@@ -123,9 +165,7 @@ def run_ccslice(task, arguments, watched=None):
                 break
             except subprocess.TimeoutExpired:
                 if watched:
-                    journal = watched / "journal.jsonl"
-                    layers = journal.read_text().count("\n") - 1 if journal.exists() else 0
-                    task.update_state(state="PROGRESS", meta={"layers": max(layers, 0)})
+                    tell_progress(task, layers_sliced(watched))
     finally:
         if process.poll() is None:
             process.terminate()
@@ -138,45 +178,80 @@ def run_ccslice(task, arguments, watched=None):
     raise JobFailed(f"exit code {process.returncode}: {words}")
 
 
+def stands(folder, task_id):
+    """Whether the job wants that task: it isn't of an earlier job of that name, nor of one that has ended."""
+    try:
+        job = json.loads((folder / "job.json").read_text())
+    except (OSError, ValueError):
+        return None  # Somebody has removed it.
+    ended = (folder / "cancelled").exists() or (folder / "failed").exists()
+    return job if task_id in (*job["tasks"], job["join"]) and not ended else None
+
+
+@contextlib.contextmanager
+def telling_failure(folder, what):
+    """The first one ends the job: other tasks do nothing then."""
+    try:
+        yield
+    except Retry:
+        raise
+    except Exception as error:
+        with contextlib.suppress(OSError):
+            (folder / "failed").write_text(f"{what}: {error}")
+        raise
+
+
 @app.task(bind=True)
 def slice_share(self, name, number, count):
-    """Into a folder of this worker's, which becomes the share's once it is whole: two workers do no harm."""
-    folder = FOLDER / name
-    job = json.loads((folder / "job.json").read_text())
-    share = folder / "shares" / str(number)
-    if not share.exists():
-        own = folder / "shares" / f".{number}.{self.request.hostname}"
-        run_ccslice(self, ["slice", str(folder / job["mesh"]), *job["options"], "--share", f"{number}/{count}",
-                           "--resume", "-o", str(own)], watched=own)
-        try:
-            own.rename(share)
-        except OSError:
-            if not share.exists():
-                raise
-            shutil.rmtree(own, ignore_errors=True)  # Another worker was faster.
-    return layers_in(share)
+    """Into a folder of this process's, which becomes the share's once it is whole: two workers do no harm."""
+    folder, share = FOLDER / name, FOLDER / name / "shares" / str(number)
+    job = stands(folder, self.request.id)
+    if not job:
+        return 0
+    with telling_failure(folder, f"share {number}"):
+        if not share.exists():
+            own = folder / "shares" / f".{number}.{self.request.hostname}.{getattr(current_process(), 'index', 0)}"
+            run_ccslice(self, ["slice", f"./{job['mesh']}", *job["options"], "--share", f"{number}/{count}", "--resume",
+                               "-o", str(own)], cwd=folder / "mesh", watched=own)
+            put_in_place(own, share)
+        return layers_in(share)
 
 
 @app.task(bind=True)
 def join(self, layers, name, count):
     folder = FOLDER / name
-    if not result_of(name).exists():
-        shutil.rmtree(folder / "layers", ignore_errors=True)
-        run_ccslice(self, ["join", *(str(folder / "shares" / str(i + 1)) for i in range(count)),
-                           "-o", str(folder / "layers")])
-    for unfinished in (folder / "shares").glob(".*"):
-        shutil.rmtree(unfinished, ignore_errors=True)  # Of workers that went, or were slower.
-    return sum(layers)
+    if not stands(folder, self.request.id):
+        return 0
+    with telling_failure(folder, "joining"):
+        if not (folder / "layers").exists():
+            own = folder / f".layers.{self.request.hostname}.{getattr(current_process(), 'index', 0)}"
+            shutil.rmtree(own, ignore_errors=True)
+            run_ccslice(self, ["join", *(f"shares/{i + 1}" for i in range(count)), "-o", str(own)], cwd=folder)
+            put_in_place(own, folder / "layers")
+        for unfinished in (folder / "shares").glob(".*"):
+            shutil.rmtree(unfinished, ignore_errors=True)  # Of workers that went, or were slower.
+        return sum(layers)
 
 
-def send(name, job):
+def put_in_place(own, place):
+    try:
+        own.rename(place)
+    except OSError:
+        if not place.exists():
+            raise
+        shutil.rmtree(own, ignore_errors=True)  # Another worker was faster.
+
+
+def send(name):
     """Puts the job into the queue; the ids of its tasks are known before, so that none is lost on the way."""
+    job, folder = read_job(name), folder_of(name)
     job["tasks"] = [str(uuid.uuid4()) for _ in range(job["shares"])]
     job["join"] = str(uuid.uuid4())
-    job["sent"] = time.time()
-    path = folder_of(name) / "job.json"
-    path.with_suffix(".part").write_text(json.dumps(job, indent=1))
-    path.with_suffix(".part").rename(path)
+    job["sent"], job["had"] = time.time(), sum(layers_of_shares(name, job["shares"]).values())
+    (folder / "job.part").write_text(json.dumps(job, indent=1))
+    (folder / "job.part").rename(folder / "job.json")
+    for ended in ("cancelled", "failed"):
+        (folder / ended).unlink(missing_ok=True)
     # 0 comes first in Redis, and last in RabbitMQ.
     options = {"priority": job["priority"] if OVER_REDIS else LAST_PRIORITY - job["priority"]}
     header = [slice_share.s(name, i + 1, job["shares"]).set(task_id=task, **options)
@@ -184,128 +259,176 @@ def send(name, job):
     try:
         chord(header)(join.s(name, job["shares"]).set(task_id=job["join"], **options))
     except Exception as error:
-        places = " or ".join(dict.fromkeys(maybe_sanitize_url(url) for url in (BROKER, RESULTS)))
-        sys.exit(f"farm: the job {name} stands in {folder_of(name)}, but {places} can't be reached ({error}): "
+        sys.exit(f"farm: the job {name} stands in {folder}, but {places()} can't be reached ({error}): "
                  f"farm.py retry {name} sends it again")
+
+
+def layers_of_shares(name, count):
+    """{number: layers} of those that are whole."""
+    return {number: layers_in(share_folder(name, number)) for number in range(1, count + 1)
+            if share_folder(name, number).exists()}
 
 
 def layers_of(mesh, options):
     """How many a job has. ccslice plan has no options for what is written, and knows nothing of --layers."""
     flags = {"--no-contact-sheet": 0, "--contours-by-region": 0, "--contours": 1, "--split": 1, "--layers": 1}
-    asked, layers, rest = [], None, list(options)
+    asked, wanted, rest = [], None, list(options)
     while rest:
         name, equals, value = rest.pop(0).partition("=")
-        if name in ("-o", "--output", "--share", "--resume", "--force", "--json"):
-            sys.exit(f"farm: {name} is what the farm gives itself: leave it out")
+        if name in ("-o", "--output", "--share", "--resume", "--force", "--json", "-h", "--help"):
+            sys.exit(f"farm: {name} is what the farm gives itself, or nothing for it: leave it out")
         if name not in flags:
             asked.append(name + equals + value)
             continue
         if flags[name] and not equals:
             value = rest.pop(0) if rest else sys.exit(f"farm: {name} needs a value")
-        if name == "--layers" and re.fullmatch(r"\d+(\.\.\d+)?", value):
-            first, _, last = value.partition("..")
-            layers = int(last or first) - int(first) + 1
+        if name == "--layers":
+            wanted = value
     if not CCSLICE:
         sys.exit("farm: there is no ccslice: put it into PATH, or name it in CCSLICE_FARM_PROGRAM")
-    plan = subprocess.run([CCSLICE, "plan", str(mesh), *asked, "--json"], capture_output=True, text=True)
+    plan = subprocess.run([CCSLICE, "plan", f"./{mesh.name}", *asked, "--json"], capture_output=True, text=True,
+                          cwd=mesh.parent)
     if plan.returncode:
         print(plan.stderr.strip(), file=sys.stderr)
         sys.exit(plan.returncode)
-    return layers or json.loads(plan.stdout)["layer_count"]
+    layers = json.loads(plan.stdout)["layer_count"]
+    if wanted is None:
+        return layers
+    parts = re.fullmatch(r"(\d+)(?:\.\.(\d+))?", wanted)
+    first, last = (int(parts[1]), int(parts[2] or parts[1])) if parts else (1, 0)
+    if not first <= last < layers:
+        sys.exit(f"farm: --layers {wanted}: FIRST..LAST or one of the layers 0 to {layers - 1}")
+    return last - first + 1
 
 
 def submit(arguments):
-    folder = folder_of(arguments.name)
-    mesh = pathlib.Path(arguments.mesh)
-    if not mesh.is_file():
-        sys.exit(f"farm: {mesh} is no mesh file")
+    folder, source = folder_of(arguments.name), pathlib.Path(arguments.mesh)
+    if not source.is_file():
+        sys.exit(f"farm: {source} is no mesh file")
+    if (folder / "job.json").exists():
+        sys.exit(f"farm: there is a job {arguments.name} already: take another name, farm.py retry {arguments.name}, "
+                 f"or farm.py remove {arguments.name}")
     if folder.exists():
-        sys.exit(f"farm: there is a job {arguments.name} already: take another name, or farm.py retry {arguments.name}")
-    layers = layers_of(mesh, arguments.options)
-    most = -(-layers // SLAB)
-    if arguments.shares and not 1 <= arguments.shares <= most:
-        sys.exit(f"farm: --shares {arguments.shares}: {layers} layers make 1 to {most} shares, as they are cut at "
-                 f"multiples of {SLAB}")
-    folder.mkdir(parents=True)
-    (folder / "shares").mkdir()
-    shutil.copy(mesh, folder / mesh.name)
-    shares = arguments.shares or min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES)
-    send(arguments.name, {"mesh": mesh.name, "options": arguments.options, "shares": shares, "layers": layers,
-                          "priority": arguments.priority})
+        sys.exit(f"farm: {folder} is there, and no job: take another name, or farm.py remove {arguments.name}")
+    making = FOLDER / f".{arguments.name}.{os.getpid()}"
+    try:
+        for part in ("mesh", "shares"):
+            (making / part).mkdir(parents=True)
+        mesh = shutil.copy(source, making / "mesh" / source.name)
+        layers = layers_of(pathlib.Path(mesh), arguments.options)
+        most = -(-layers // SLAB)
+        if arguments.shares is not None and not 1 <= arguments.shares <= most:
+            sys.exit(f"farm: --shares {arguments.shares}: {layers} layers make 1 to {most} shares, as they are cut at "
+                     f"multiples of {SLAB}")
+        shares = arguments.shares or min(-(-layers // LAYERS_OF_SHARE), MOST_SHARES)
+        job = {"mesh": source.name, "options": arguments.options, "shares": shares, "layers": layers,
+               "priority": arguments.priority, "tasks": [], "join": "", "sent": time.time(), "had": 0}
+        (making / "job.json").write_text(json.dumps(job, indent=1))
+        making.rename(folder)
+    except OSError as error:
+        sys.exit(f"farm: the job can't be put into {folder}: {error}")
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
+    send(arguments.name)
     print(f"{arguments.name}: {layers} layers in {shares} share{'s' * (shares > 1)}")
 
 
-def state_of(name):
+def state_of(name, job):
     """(state, layers done, words)."""
-    job = read_job(name)
+    folder = folder_of(name)
     if result_of(name).exists():
         return "done", job["layers"], ""
-    results = [AsyncResult(task, app=app) for task in job["tasks"]]
-    layers, words, again, states = 0, "", "", []
-    for number, result in enumerate(results):
-        state, info = result.state, result.info
-        states.append(state)
-        if (folder_of(name) / "shares" / str(number + 1)).exists():
-            states[-1] = "SUCCESS"
-            layers += layers_in(folder_of(name) / "shares" / str(number + 1))
-        elif state == "PROGRESS":
-            layers += info["layers"]
-        elif state == "FAILURE":
-            words = f"share {number + 1}: {info}"
-        elif state == "RETRY":
-            again = f"share {number + 1} is tried again: {info}"
-    joined = AsyncResult(job["join"], app=app)
-    if "REVOKED" in states:
+    done = layers_of_shares(name, job["shares"])
+    layers = sum(done.values())
+    if (folder / "cancelled").exists():
         return "cancelled", layers, ""
-    if words:
-        return "failed", layers, words
-    if joined.state == "FAILURE":
-        return "failed", layers, str(joined.info)
-    if all(state == "SUCCESS" for state in states):
-        return "joining", layers, "" if joined.state != "PENDING" else "if this lasts, farm.py retry joins it"
-    return ("running" if layers or "STARTED" in states else "waiting"), layers, again
+    if (folder / "failed").exists():
+        return "failed", layers, (folder / "failed").read_text()
+    if len(done) == job["shares"]:
+        return "joining", layers, f"if this lasts, farm.py retry {name} joins it"
+    again, states = "", set()
+    for number, task in enumerate(job["tasks"], 1):
+        if number in done:
+            continue
+        told = app.backend.get_task_meta(task)
+        states.add(told["status"])
+        if told["status"] == "PROGRESS" and isinstance(told["result"], dict):
+            layers += told["result"].get("layers", 0)
+        elif told["status"] == "RETRY":
+            again = f"share {number} is tried again: {told['result']}"
+    at_work = states & {"STARTED", "PROGRESS", "RETRY"}
+    lost = "" if at_work else f"nobody is at it; if this lasts, farm.py retry {name} sends it again"
+    return ("running" if layers or states & {"STARTED", "PROGRESS"} else "waiting"), layers, again or lost
+
+
+def status_of(name):
+    job = read_job(name)
+    state, layers, words = state_of(name, job)
+    end = result_of(name).stat().st_mtime if state == "done" else time.time()
+    seconds = max(end - job["sent"], 0.1)
+    speed = f" in {seconds:.0f} s" if state == "done" else ""
+    if state == "running" and layers > job["had"]:
+        rate = (layers - job["had"]) / seconds
+        speed = f", {rate:.1f} a second, {(job['layers'] - layers) / rate:.0f} s left"
+    return f"{name}: {state}, {layers} of {job['layers']} layers{speed}{words and ': ' + words}"
 
 
 def status(arguments):
-    names = [arguments.name] if arguments.name else sorted(p.parent.name for p in FOLDER.glob("*/job.json"))
-    for name in names:
-        job, (state, layers, words) = read_job(name), state_of(name)
-        end = result_of(name).stat().st_mtime if state == "done" else time.time()
-        seconds = max(end - job["sent"], 0.1)
-        speed = f" in {seconds:.0f} s" if state == "done" else ""
-        if state == "running" and layers:
-            rate = layers / seconds
-            speed = f", {rate:.1f} a second, {(job['layers'] - layers) / rate:.0f} s left"
-        print(f"{name}: {state}, {layers} of {job['layers']} layers{speed}{words and ': ' + words}")
+    names = sorted(p.parent.name for p in FOLDER.glob("*/job.json") if not p.parent.name.startswith("."))
+    failed = False
+    for name in [arguments.name] if arguments.name else names:
+        try:
+            print(status_of(name))
+        except SystemExit as error:  # One that can't be read hides no other.
+            print(error, file=sys.stderr)
+            failed = True
+    return failed
 
 
 def refuse_done(name):
-    if state_of(name)[0] == "done":
+    if result_of(name).exists():
         sys.exit(f"farm: {name} is done: its layers are in {result_of(name).parent}")
 
 
 def cancel(arguments):
     job = read_job(arguments.name)
     refuse_done(arguments.name)
+    (folder_of(arguments.name) / "cancelled").touch()  # For tasks that begin later.
     app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
-    for task in [*job["tasks"], job["join"]]:
-        if AsyncResult(task, app=app).state not in ("SUCCESS", "FAILURE"):
-            app.backend.mark_as_revoked(task, "cancelled")
     print(f"{arguments.name}: cancelled")
 
 
 def retry(arguments):
-    job = read_job(arguments.name)
+    read_job(arguments.name)
     refuse_done(arguments.name)
-    send(arguments.name, job)
+    send(arguments.name)
     print(f"{arguments.name}: sent again")
+
+
+def remove(arguments):
+    folder = folder_of(arguments.name)
+    if not folder.is_dir():
+        read_job(arguments.name)  # Says so.
+    with contextlib.suppress(SystemExit, OSError):
+        job = read_job(arguments.name)
+        if not result_of(arguments.name).exists():
+            (folder / "cancelled").touch()
+            app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
+    (folder / "job.json").unlink(missing_ok=True)  # Tasks that run on find no job.
+    for _ in range(20):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not folder.exists():
+            print(f"{arguments.name}: removed")
+            return
+        time.sleep(0.25)  # Somebody writes there still.
+    sys.exit(f"farm: {folder} can't be removed: is a worker still at it? Try again")
 
 
 def main():
     # Who waits at a terminal is told soon.
     app.conf.task_publish_retry_policy = app.conf.result_backend_transport_options["retry_policy"] = {"max_retries": 2}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = parser.add_subparsers(required=True, metavar="submit|status|cancel|retry")
+    commands = parser.add_subparsers(required=True, metavar="submit|status|cancel|retry|remove")
     one = commands.add_parser("submit", help="queue a job; the options of ccslice slice stand behind --")
     one.add_argument("name")
     one.add_argument("mesh")
@@ -314,7 +437,8 @@ def main():
     one.add_argument("--shares", type=int, help="how many; one for 128 layers unless given, 64 at most")
     one.set_defaults(run=submit)
     for command, run, words in (("status", status, "layers done, rate, time left"), ("cancel", cancel, "stop a job"),
-                                ("retry", retry, "send a job again; shares that are there stay")):
+                                ("retry", retry, "send a job again; shares that are there stay"),
+                                ("remove", remove, "stop a job and delete its folder, layers too")):
         one = commands.add_parser(command, help=words)
         one.add_argument("name", nargs="?" if command == "status" else None)
         one.set_defaults(run=run)
@@ -322,7 +446,11 @@ def main():
     end = words.index("--") if "--" in words else len(words)
     arguments = parser.parse_args(words[:end])
     arguments.options = words[end + 1:]
-    arguments.run(arguments)
+    try:
+        sys.exit(arguments.run(arguments))
+    except (OperationalError, RedisError, ConnectionError) as error:
+        sys.exit(f"farm: {places()} can't be reached ({error}): start it, or name it in CCSLICE_FARM_BROKER and "
+                 "CCSLICE_FARM_RESULTS")
 
 
 if __name__ == "__main__":

@@ -10,6 +10,8 @@ import socket
 import subprocess
 import time
 
+import redis
+
 from free_port import free_port
 
 _START_S = 60
@@ -72,8 +74,10 @@ class Redis(_Broker):
         return done.stdout.strip()
 
     def left(self):
-        """Messages that wait or that nobody has acknowledged."""
-        return int(self.command("HLEN", "unacked")) + int(self.command("LLEN", "celery"))
+        """Messages that wait, of any priority, or that nobody has acknowledged."""
+        client = redis.Redis(port=self.port, db=1)
+        waiting = sum(client.llen(key) for key in client.scan_iter("celery*") if client.type(key) == b"list")
+        return client.hlen("unacked") + waiting
 
 
 class RabbitMq(_Broker):

@@ -35,14 +35,16 @@ def run(row, ccsliced, ccslice, folder):
     mesh = write_samples(ccslice, folder, ["ring"])["ring"]
     with Trial(ccsliced, ccslice, folder / "farm", workers=1, timeout_s=4) as trial:
         _try_submitting(row, trial, mesh)
-        for what, disturb in (("the broker goes amid shares, and is back after 3 s", _lose_broker),
+        for what, disturb in (("the broker goes amid a share, which ends meanwhile", _lose_broker),
                               ("the results forget how many shares are done", _lose_counter),
                               ("the mesh file is gone", _lose_mesh),
                               ("a worker is killed once its share is named", _kill_after_move),
                               ("a worker's clock is a day ahead", _join_from_tomorrow)):
             name = disturb.__name__.strip("_")
             words = disturb(trial, name, mesh)
-            row(f"farm: {what}", words or "like a single run", words or trial.is_as_single(name, mesh, *JOB))
+            row(f"farm: {what}", words or "like a single run", not words and trial.is_as_single(name, mesh, *JOB))
+        _try_ends(row, trial, mesh)
+    _try_joins(row, ccsliced, ccslice, folder, mesh)
     _try_killer(row, ccsliced, ccslice, folder, mesh)
     _try_full_disk(row, ccsliced, ccslice, folder, mesh)
 
@@ -53,31 +55,114 @@ def _try_submitting(row, trial, mesh):
             "an unknown option": ("unknown", mesh, "--", "--pich", "1"),
             "an option of the farm's": ("own", mesh, "--", "--share", "1/2"),
             "more shares than layers make": ("many", mesh, "--shares", "500", "--", "--pitch", "1"),
+            "no shares": ("none", mesh, "--shares", "0", "--", "--pitch", "1"),
+            "layers beyond the last": ("beyond", mesh, "--", "--pitch", "1", "--layers", "5000..6000"),
+            "layers that go down": ("down", mesh, "--", "--pitch", "1", "--layers", "9..1"),
+            "a file that a worker wouldn't find": ("file", mesh, "--", "--pitch", "1", "--grade", "a=file:v.txt"),
+            "help": ("help", mesh, "--", "--help"),
             "no such priority": ("eager", mesh, "--priority", "10", "--", "--pitch", "1")}
     said = {what: trial.farm("submit", *words) for what, words in asks.items()}
     wrong = [what for what, done in said.items()
              if done.returncode == 0 or not done.stderr or "Traceback" in done.stderr]
-    row("farm: wrong jobs", f"{len(said) - len(wrong)} of {len(said)} refused", not wrong and not trial.jobs.exists())
+    left = list(trial.jobs.iterdir()) if trial.jobs.exists() else []
+    row("farm: wrong jobs", f"{len(said) - len(wrong)} of {len(said)} refused", not wrong and not left)
+    odd = trial.folder / "job.json"
+    shutil.copy(mesh, odd)
+    trial.submit("odd", odd, "--pitch", "1", shares=1)
+    trial.must_end("odd")
+    row("farm: a mesh of the farm's own names", "sliced", trial.is_as_single("odd", mesh, "--pitch", "1"))
     trial.submit("twice", mesh, "--pitch", "1", shares=1)
     trial.must_end("twice")
     again = trial.farm("submit", "twice", mesh, "--", "--pitch", "1")
     row("farm: two jobs of one name", again.stderr.strip()[:60], again.returncode != 0 and "already" in again.stderr)
     trial.broker.kill()
     away = trial.farm("submit", "later", mesh, "--", "--pitch", "1")
+    unknown = trial.farm("status", "later")
     trial.broker.start()
     sent = trial.farm("retry", "later")
     trial.must_end("later")
     row("farm: the broker is away", away.stderr.strip()[-60:],
-        away.returncode != 0 and "retry later" in away.stderr and sent.returncode == 0)
+        away.returncode != 0 and "retry later" in away.stderr and sent.returncode == 0
+        and unknown.returncode != 0 and "can't be reached" in unknown.stderr and "Traceback" not in unknown.stderr)
+
+
+def wait_until(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.005)
+    return condition()
+
+
+def whole_shares(trial, name):
+    return sum(trial.share(name, number).exists() for number in range(1, 5))
+
+
+def _try_ends(row, trial, mesh):
+    """What is cancelled, sent again or removed, while nobody works; then somebody does."""
+    trial.workers[0].stop()
+    for name in ("cancelled", "twice-cancelled", "sent-twice", "removed"):
+        trial.submit(name, mesh, *SMALL_JOB, shares=2)
+    trial.farm("cancel", "cancelled")
+    trial.farm("retry", "twice-cancelled")
+    trial.farm("cancel", "twice-cancelled")
+    trial.farm("retry", "sent-twice")
+    trial.farm("remove", "removed")
+    trial.submit("removed", mesh, *SMALL_JOB, shares=1)  # Another job of that name.
+    (trial.jobs / "damaged").mkdir()
+    (trial.jobs / "damaged" / "job.json").write_text("{")
+    trial.workers[0].restart()
+    for name in ("sent-twice", "removed"):
+        trial.must_end(name)
+    wait_until(lambda: trial.broker.left() == 0, 20)
+    states = {name: trial.state(name).split(",")[0].split(": ")[1] for name in ("cancelled", "twice-cancelled")}
+    row("farm: cancelled before anybody began", str(set(states.values())), set(states.values()) == {"cancelled"}
+        and not any(list((trial.jobs / name / "shares").iterdir()) for name in states))
+    row("farm: sent twice; removed and submitted anew", "like a single run",
+        all(trial.is_as_single(name, mesh, *SMALL_JOB) for name in ("sent-twice", "removed")))
+    all_states = trial.farm("status")
+    row("farm: a damaged job hides no other", all_states.stderr.strip()[:60],
+        all_states.returncode == 1 and "remove damaged" in all_states.stderr and "removed: done" in all_states.stdout)
+    again = trial.farm("retry", "removed")
+    row("farm: what is done", again.stderr.strip()[:60], again.returncode == 1 and "is done" in again.stderr)
+    gone = trial.farm("remove", "damaged")
+    row("farm: remove", gone.stdout.strip(), gone.returncode == 0 and not (trial.jobs / "damaged").exists())
+
+
+# Joins slowly, so that another may come into its way.
+SLOW_JOIN = """#!/bin/sh
+if [ "$1" = join ]; then sleep 3; fi
+exec "{program}" "$@"
+"""
+
+
+def _try_joins(row, ccsliced, ccslice, folder, mesh):
+    slow = folder / "slow"
+    slow.write_text(SLOW_JOIN.format(program=ccslice))
+    slow.chmod(0o755)
+    with Trial(ccsliced, ccslice, folder / "joins", workers=2, CCSLICE_FARM_PROGRAM=str(slow)) as trial:
+        trial.submit("joins", mesh, *SMALL_JOB, shares=1)
+        trial.wait_for(["joins"], "joining", 30)
+        trial.farm("retry", "joins")
+        trial.must_end("joins")
+        row("farm: two joins at once", "like a single run", trial.is_as_single("joins", mesh, *SMALL_JOB))
+        trial.submit("given-up", mesh, *SMALL_JOB, shares=1)
+        trial.wait_for(["given-up"], "joining", 30)
+        trial.farm("cancel", "given-up")
+        time.sleep(5)
+        state = trial.state("given-up").split(",")[0]
+        row("farm: cancelled while it is joined", state, state == "given-up: cancelled")
 
 
 def _lose_broker(trial, name, mesh):
     trial.submit(name, mesh, *JOB)
-    trial.wait_for([name], "running", 20)
+    wait_until(lambda: trial.runs(f"{name}/shares/"), 20)
+    before = whole_shares(trial, name)
     trial.broker.kill()
-    time.sleep(3)  # Shares end meanwhile, and can't be acknowledged.
+    ended = wait_until(lambda: whole_shares(trial, name) > before, 20)  # It can't be acknowledged.
+    time.sleep(3)
     trial.broker.start()
     trial.must_end(name)
+    return None if ended else "no share ended while the broker was away"
 
 
 def _lose_counter(trial, name, mesh):
@@ -88,7 +173,7 @@ def _lose_counter(trial, name, mesh):
         for key in trial.results.command("KEYS", "celery-taskset-meta-*").split():
             trial.results.command("DEL", key)
         time.sleep(0.02)
-    if not trial.wait_for([name], "joining", 10) or "retry joins it" not in trial.state(name):
+    if not trial.wait_for([name], "joining", 10) or "joins it" not in trial.state(name):
         return f"should be joining: {trial.state(name)}"
     trial.farm("retry", name)
     trial.must_end(name)
@@ -97,11 +182,11 @@ def _lose_counter(trial, name, mesh):
 def _lose_mesh(trial, name, mesh):
     trial.workers[0].stop()
     trial.submit(name, mesh, *JOB)
-    (trial.jobs / name / mesh.name).rename(trial.folder / "mesh")
+    (trial.jobs / name / "mesh" / mesh.name).rename(trial.folder / "mesh")
     trial.workers[0].restart()
     if not trial.wait_for([name], "failed", 30) or mesh.name not in trial.state(name):
         return f"should have failed: {trial.state(name)}"
-    shutil.copy(trial.folder / "mesh", trial.jobs / name / mesh.name)
+    shutil.copy(trial.folder / "mesh", trial.jobs / name / "mesh" / mesh.name)
     trial.farm("retry", name)
     trial.must_end(name)
 

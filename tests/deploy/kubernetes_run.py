@@ -28,25 +28,13 @@ sys.dont_write_bytecode = True
 from kubernetes import redis_pod, rendered, script_of  # noqa: E402
 from kubernetes_queue import run_queue  # noqa: E402
 from objects import Overlay  # noqa: E402
+from certificates import make_certificates  # noqa: E402
 from pods import a_pod, expect, found, pods, status, wait_for  # noqa: E402
 
 A_RECORD = 1
 
 
 # --- production -------------------------------------------------------------------------------------------------------
-
-
-def make_certificates(folder, address):
-    def openssl(*arguments):
-        subprocess.run(["openssl", *arguments], check=True, capture_output=True, cwd=folder)
-
-    key = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes")
-    openssl("req", "-x509", *key, "-keyout", "ca.key", "-out", "ca.crt", "-subj", "/CN=authority", "-days", "2")
-    for name, subject in (("tls", "server"), ("client", "cadbox")):
-        openssl("req", *key, "-keyout", f"{name}.key", "-out", f"{name}.csr", "-subj", f"/CN={subject}")
-        (folder / "names").write_text(f"subjectAltName=IP:{address}\n")
-        openssl("x509", "-req", "-in", f"{name}.csr", "-CA", "ca.crt", "-CAkey", "ca.key", "-CAcreateserial", "-out",
-                f"{name}.crt", "-days", "2", "-extfile", "names")
 
 
 @contextlib.contextmanager

@@ -34,6 +34,7 @@ sys.path[:0] = [str(ROOT / "tests/support")]
 import farm_faults  # noqa: E402
 import farm_trial  # noqa: E402
 from brokers import listens, program  # noqa: E402
+from certificates import make_certificates  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
 from free_port import free_port  # noqa: E402
 
@@ -89,14 +90,17 @@ class Replica:
 
 
 @contextlib.contextmanager
-def nginx(replicas, folder):
-    """Gives the proxy's address, and what takes another list of servers."""
+def nginx(replicas, folder, tls=False):
+    """Gives the proxy's address, and what takes another list of servers. `tls`: by the folder's tls.crt and tls.key."""
     port, config = free_port(), folder / "nginx.conf"
 
     def write(servers):
         lines = "\n".join(f"        server {one.address} max_fails=1 fail_timeout=2s;" for one in servers)
         text = (ROOT / "deploy/proxies/nginx.conf").read_text()
         text = re.sub(r" +server 127\.0\.0\.1:50051.*", lines, text).replace("listen 50052", f"listen 127.0.0.1:{port}")
+        if tls:
+            files = f"ssl_certificate {folder}/tls.crt; ssl_certificate_key {folder}/tls.key;"
+            text = text.replace(f":{port} http2;", f":{port} ssl http2; {files}")
         config.write_text(text)
 
     write(replicas)
@@ -118,7 +122,7 @@ def nginx(replicas, folder):
 
 
 @contextlib.contextmanager
-def haproxy(replicas, folder):
+def haproxy(replicas, folder, tls=False):
     """As nginx()."""
     port, config = free_port(), folder / "haproxy.cfg"
 
@@ -126,7 +130,11 @@ def haproxy(replicas, folder):
         lines = "\n".join(f"    server {one.log.parent.name} {one.address} port {one.figures}" for one in servers)
         text = (ROOT / "deploy/proxies/haproxy.cfg").read_text()
         text = re.sub(r" +server one .*", lines, text)
-        config.write_text(re.sub(r"bind \S+", f"bind 127.0.0.1:{port}", text))
+        bind = f"bind 127.0.0.1:{port}"
+        if tls:
+            (folder / "both.pem").write_text((folder / "tls.crt").read_text() + (folder / "tls.key").read_text())
+            text = text.replace(" proto h2\n    # Who", f" ssl crt {folder}/both.pem alpn h2\n    # Who")
+        config.write_text(re.sub(r"bind \S+", bind, text))
 
     write(replicas)
     with open(folder / "haproxy.log", "wb") as log:
@@ -298,9 +306,12 @@ def try_passing(name, proxy, ccsliced, ccslice, folder, long):
     with replica.server, proxy([replica], folder) as (address, _):
         with ccslice.Client(address) as client:
             begin = time.monotonic()
-            client.upload(mesh)
-            row(f"{name}: a large upload", f"{time.monotonic() - begin:.1f} s", True)
+            arrived = client.upload(mesh).mesh_id == mesh.id
+            seconds = time.monotonic() - begin
+            row(f"{name}: a large upload", f"{seconds:.1f} s", arrived and seconds < 120)
         plain = ccslice.Mesh(points[:, :], np.stack(corners, axis=1))
+        wanted, found = try_tls(ccslice, proxy, replica, folder, plain)
+        row(f"{name}: TLS in front", "as direct" if found == wanted else "other layers", found == wanted)
         seconds = {}
         for where in (replica.address, address, replica.address, address):
             with ccslice.Client(where) as client:
@@ -317,6 +328,23 @@ def try_passing(name, proxy, ccsliced, ccslice, folder, long):
                            for one in (try_previews, try_slow_reader)]
             for one in lasting:
                 one.result()
+
+
+def try_tls(ccslice, proxy, replica, folder, mesh):
+    """Digests: direct, and through a proxy that ends TLS."""
+    folder = folder / "tls"
+    folder.mkdir()
+    make_certificates(folder, "127.0.0.1")
+
+    def digest(client):
+        client.upload(mesh)
+        layers = client.slice(mesh, pitch=1)
+        return hashlib.sha256(b"".join(layer.occupancy.tobytes() for layer in layers)).digest()
+
+    with proxy([replica], folder, tls=True) as (address, _):
+        with ccslice.Client(replica.address) as direct, \
+                ccslice.Client(f"https://{address}", ca=str(folder / "ca.crt")) as client:
+            return digest(direct), digest(client)
 
 
 def try_slow_reader(name, ccslice, address, direct, mesh):
