@@ -3,6 +3,7 @@
 
 #include "server/rpc/convert_preview.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -22,6 +23,7 @@ namespace {
 
 constexpr std::string_view kColourMapPrefix = "COLOUR_MAP_NAME_";
 constexpr int kLegendColours = 32;
+constexpr std::size_t kMostPartBytes = 1 << 20;
 
 ColourMapName to_colour_map(v1::ColourMapName name) {
   if (name == v1::COLOUR_MAP_NAME_UNSPECIFIED) return PreviewColours().colours;
@@ -158,6 +160,32 @@ v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours&
   }
   for (const std::uint64_t pixels : picture.material_pixels) header.add_material_pixels(pixels);
   return header;
+}
+
+std::vector<v1::PreviewResponse> to_parts(v1::PreviewHeader header, std::span<const std::uint8_t> picture) {
+  std::vector<v1::PreviewResponse> parts(1);
+  header.set_picture_bytes(picture.size());
+  *parts.front().mutable_header() = std::move(header);
+  for (std::size_t at = 0; at < picture.size(); at += kMostPartBytes) {
+    v1::PreviewResponse& part = at == 0 ? parts.front() : parts.emplace_back();
+    const auto chunk = picture.subspan(at, std::min(kMostPartBytes, picture.size() - at));
+    part.set_picture(chunk.data(), chunk.size());
+  }
+  return parts;
+}
+
+void add_outlines(std::span<const std::vector<Vec2>> outlines, std::vector<v1::PreviewResponse>& parts) {
+  std::size_t bytes = kMostPartBytes;  // Of a part of their own.
+  for (const std::vector<Vec2>& outline : outlines) {
+    const std::size_t size = sizeof(Vec2) * outline.size();
+    if (bytes + size > kMostPartBytes) {
+      parts.emplace_back();
+      bytes = 0;
+    }
+    bytes += size;
+    auto& points = *parts.back().add_outlines()->mutable_points_mm();
+    for (const Vec2& point : outline) points.Add(point.begin(), point.end());
+  }
 }
 
 }  // namespace ccslice::server

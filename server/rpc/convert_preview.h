@@ -7,7 +7,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <variant>
+#include <vector>
 
 #include "ccslice/v1/preview.pb.h"
 #include "core/base/cancellation.h"
@@ -39,7 +41,14 @@ using PreviewWork = std::variant<PreviewJob, LayerPreview>;
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
                        const SliceLimits& limits, const CancellationToken& cancel);
 
-/// All but the times and the picture's bytes.
+/// All but the times and the bytes of the encoded picture.
 v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours& show);
+
+/// The header, whose picture_bytes are set here, and the encoded picture: what PreviewResponse says of its parts, but
+/// for numbers and stages, and which is the last.
+std::vector<v1::PreviewResponse> to_parts(v1::PreviewHeader header, std::span<const std::uint8_t> picture);
+
+/// Adds parts with the outlines.
+void add_outlines(std::span<const std::vector<Vec2>> outlines, std::vector<v1::PreviewResponse>& parts);
 
 }  // namespace ccslice::server

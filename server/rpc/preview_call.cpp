@@ -18,7 +18,6 @@
 #include <cmath>
 #include <deque>
 #include <exception>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -29,13 +28,12 @@
 #include <vector>
 
 #include "core/output/png.h"
-#include "core/preview/layer_painter.h"
-#include "core/preview/plane_painter.h"
-#include "core/slicer/slicer_memory.h"
 #include "server/rpc/call.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/preview_painter.h"
+#include "server/rpc/side_watch.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
@@ -44,85 +42,11 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr std::size_t kMostPartBytes = 1 << 20;
 constexpr auto kKeepMemory = 10s;  // Of an idle call.
 
 double ms_between(SteadyClock::time_point from, SteadyClock::time_point to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
 }
-
-/// A wait of its own beside the call's.
-class Watch final : public IdleCall {
- public:
-  Watch(std::function<void()> on_idle, std::function<void()> on_lag)
-      : on_idle_(std::move(on_idle)), on_lag_(std::move(on_lag)) {}
-
-  /// From the end of `start` on.
-  template <typename Start>
-  void start(const Start& start) {
-    const WaitBegin wait = begin_wait();
-    start();
-    arm_wait(wait);
-  }
-  /// False if the wait has ended already.
-  [[nodiscard]] bool end() { return end_wait(); }
-
- private:
-  void idle() override { on_idle_(); }
-  void lag() override { on_lag_(); }
-
-  std::function<void()> on_idle_, on_lag_;
-};
-
-/// Makes the pictures of a call's mesh. One thread at a time.
-class Painter {
- public:
-  Painter(MeshPtr mesh, MemoryBudget& scratch) : mesh_(std::move(mesh)), planes_(mesh_->solid()), share_(scratch) {}
-
-  PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
-    SliceJob layer;
-    layer.placement = under_plane(job.plane, job.placement);
-    layer.grid = grid_of(job.plane);
-    reserve(layer, cancel);
-    return planes_.paint(job, stage, cancel);
-  }
-
-  /// `key`: equal for requests whose layers are of one job.
-  PreviewPicture paint(const LayerPreview& preview, const std::string& key, const CancellationToken& cancel) {
-    if (!layers_ || key != layers_key_) {
-      layers_.reset();
-      reserve(preview.job, cancel);
-      layers_.emplace(mesh_->solid(), preview.job, preview.show, cancel);
-      layers_key_ = key;
-    }
-    return layers_->paint(preview.layer, cancel);
-  }
-
- private:
-  /// Of the solid a picture takes about the same wherever its plane lies, so that is estimated once, and of each
-  /// picture its pixels.
-  void reserve(const SliceJob& layer, const CancellationToken& cancel) {
-    constexpr std::uint64_t kBytesAPixel = 24;
-    if (solid_bytes_ == 0) {
-      const SlicerMemory memory = slicer_memory(mesh_->solid(), layer, cancel);
-      solid_bytes_ = memory.shared_bytes + memory.slicer_bytes;
-    }
-    const std::uint64_t pixels = std::uint64_t{layer.grid.extent.columns} * layer.grid.extent.rows;
-    const std::uint64_t wanted = solid_bytes_ + kBytesAPixel * pixels;
-    if (wanted > reserved_bytes_ && !share_.resize(wanted)) {
-      throw ServiceError(ServiceErrorCode::kServerBusy,
-                         "other calls hold all memory for slicing: try again later, or ask for a smaller picture");
-    }
-    reserved_bytes_ = std::max(reserved_bytes_, wanted);
-  }
-
-  MeshPtr mesh_;
-  PlanePainter planes_;
-  std::optional<LayerPainter> layers_;
-  std::string layers_key_;
-  std::uint64_t solid_bytes_ = 0, reserved_bytes_ = 0;
-  MemoryBudget::Share share_;
-};
 
 class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
  public:
@@ -139,8 +63,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
         if (const auto open = weak.lock()) ((*open).*act)();
       };
     };
-    memory_watch_ = std::make_shared<Watch>([] {}, when_open(&PreviewCall::give_memory_back));
-    write_watch_ = std::make_shared<Watch>(when_open(&PreviewCall::stall), [] {});
+    memory_watch_ = std::make_shared<SideWatch>([] {}, when_open(&PreviewCall::give_memory_back));
+    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), [] {});
     state_.idle_watch.add(memory_watch_);
     state_.idle_watch.add(write_watch_);
     const std::lock_guard lock(mutex_);
@@ -166,7 +90,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   /// Long before the call is ended.
   void give_memory_back() {
-    std::shared_ptr<Painter> painter;  // Goes without the lock.
+    std::shared_ptr<PreviewPainter> painter;  // Goes without the lock.
     const std::lock_guard lock(mutex_);
     if (doing_ == Doing::kIdle && SteadyClock::now() - idle_since_ > kKeepMemory) painter = std::move(painter_);
   }
@@ -311,7 +235,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     cancel_.throw_if_cancelled();
     take_settings(request.message);
     const PreviewWork work = to_preview(request.message, setting_, *mesh_->solid(), state_.slice_limits, cancel_);
-    const std::shared_ptr<Painter> painter = painter_of_mesh();
+    const std::shared_ptr<PreviewPainter> painter = painter_of_mesh();
     const auto deliver = [&](v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
                              SteadyClock::time_point from) {
       send(request, stage, show, picture, {begun, from});
@@ -331,9 +255,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   /// A call that is ended in the middle of a picture leaves its painter to whoever paints.
-  std::shared_ptr<Painter> painter_of_mesh() {
+  std::shared_ptr<PreviewPainter> painter_of_mesh() {
     const std::lock_guard lock(mutex_);
-    if (!painter_) painter_ = std::make_shared<Painter>(mesh_, state_.scratch);
+    if (!painter_) painter_ = std::make_shared<PreviewPainter>(mesh_, state_.scratch);
     return painter_;
   }
 
@@ -377,25 +301,16 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       encoded = png_.colours(picture.columns, picture.rows, picture.rgba, cancel_);
       bytes = encoded;
     }
-    std::deque<v1::PreviewResponse> parts;
-    const auto add = [&]() -> v1::PreviewResponse& {
-      v1::PreviewResponse& part = parts.emplace_back();
-      part.set_number(request.message.number());
-      part.set_stage(stage);
-      return part;
-    };
-    v1::PreviewHeader& header = *add().mutable_header();
-    header = to_header(picture, show);
-    header.set_picture_bytes(bytes.size());
+    v1::PreviewHeader header = to_header(picture, show);
     header.set_queued_ms(ms_between(request.arrived, times.begun));
     header.set_worked_ms(ms_between(times.painting, SteadyClock::now()));
-    for (std::size_t at = 0; at < bytes.size(); at += kMostPartBytes) {
-      v1::PreviewResponse& part = at == 0 ? parts.back() : add();
-      const auto chunk = bytes.subspan(at, std::min(kMostPartBytes, bytes.size() - at));
-      part.set_picture(chunk.data(), chunk.size());
-    }
-    add_outlines(picture.outlines, add);
+    std::vector<v1::PreviewResponse> parts = to_parts(std::move(header), bytes);
+    if (request.message.contours()) add_outlines(picture.outlines, parts);
     parts.back().set_last(true);
+    for (v1::PreviewResponse& part : parts) {
+      part.set_number(request.message.number());
+      part.set_stage(stage);
+    }
     const std::lock_guard lock(mutex_);
     for (v1::PreviewResponse& part : parts) to_write_.push_back(std::move(part));
     ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
@@ -404,22 +319,6 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     has_picture_ = true;
     if (waiting_) full_cancel_.cancel();
     write_next();
-  }
-
-  template <typename Add>
-  static void add_outlines(const std::vector<std::vector<Vec2>>& outlines, const Add& add) {
-    std::size_t bytes = kMostPartBytes;
-    v1::PreviewResponse* part = nullptr;
-    for (const std::vector<Vec2>& outline : outlines) {
-      const std::size_t size = sizeof(Vec2) * outline.size();
-      if (part == nullptr || bytes + size > kMostPartBytes) {
-        part = &add();
-        bytes = 0;
-      }
-      bytes += size;
-      auto& points = *part->add_outlines()->mutable_points_mm();
-      for (const Vec2& point : outline) points.Add(point.begin(), point.end());
-    }
   }
 
   /// Writes the next part, unless one is being written.
@@ -465,7 +364,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void finish(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
     doing_ = Doing::kOver;
-    const std::shared_ptr<Painter> painter = std::move(painter_);
+    const std::shared_ptr<PreviewPainter> painter = std::move(painter_);
     give_back_place();
     log_.note(std::to_string(coarse_pictures_) + " coarse and " + std::to_string(full_pictures_) +
               " full pictures, requests dropped " + std::to_string(dropped_) + " and stopped " +
@@ -493,7 +392,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   Executor::Lane lane_;
   const CancellationToken cancel_ = Executor::make_token();
-  std::shared_ptr<Watch> memory_watch_, write_watch_;  // Of an idle call; of a write.
+  std::shared_ptr<SideWatch> memory_watch_, write_watch_;  // Of an idle call; of a write.
 
   std::mutex mutex_;  // Guards what follows, but for what is marked.
   Doing doing_ = Doing::kIdle;
@@ -509,7 +408,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   std::deque<v1::PreviewResponse> to_write_;
   v1::PreviewResponse written_;  // The write's.
   SteadyClock::time_point idle_since_;
-  std::shared_ptr<Painter> painter_;
+  std::shared_ptr<PreviewPainter> painter_;
   // Of the log:
   std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
   double oldest_ms_ = 0;

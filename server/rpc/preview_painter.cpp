@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/preview_painter.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/slicer/slicer_memory.h"
+#include "server/service/service_error.h"
+
+namespace ccslice::server {
+
+PreviewPainter::PreviewPainter(MeshPtr mesh, MemoryBudget& scratch)
+    : mesh_(std::move(mesh)), planes_(mesh_->solid()), share_(scratch) {}
+
+PreviewPicture PreviewPainter::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
+  SliceJob layer;
+  layer.placement = under_plane(job.plane, job.placement);
+  layer.grid = grid_of(job.plane);
+  reserve(layer, cancel);
+  return planes_.paint(job, stage, cancel);
+}
+
+PreviewPicture PreviewPainter::paint(const LayerPreview& preview, const std::string& key,
+                                     const CancellationToken& cancel) {
+  if (!layers_ || key != layers_key_) {
+    layers_.reset();
+    reserve(preview.job, cancel);
+    layers_.emplace(mesh_->solid(), preview.job, preview.show, cancel);
+    layers_key_ = key;
+  }
+  return layers_->paint(preview.layer, cancel);
+}
+
+/// Of the solid a picture takes about the same wherever its plane lies, so that is estimated once, and of each picture
+/// its pixels.
+void PreviewPainter::reserve(const SliceJob& layer, const CancellationToken& cancel) {
+  constexpr std::uint64_t kBytesAPixel = 24;
+  if (solid_bytes_ == 0) {
+    const SlicerMemory memory = slicer_memory(mesh_->solid(), layer, cancel);
+    solid_bytes_ = memory.shared_bytes + memory.slicer_bytes;
+  }
+  const std::uint64_t pixels = std::uint64_t{layer.grid.extent.columns} * layer.grid.extent.rows;
+  const std::uint64_t wanted = solid_bytes_ + kBytesAPixel * pixels;
+  if (wanted > reserved_bytes_ && !share_.resize(wanted)) {
+    throw ServiceError(ServiceErrorCode::kServerBusy,
+                       "other calls hold all memory for slicing: try again later, or ask for a smaller picture");
+  }
+  reserved_bytes_ = std::max(reserved_bytes_, wanted);
+}
+
+}  // namespace ccslice::server

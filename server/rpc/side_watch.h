@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Waits of a call beside the one that Call has: of a write, say, while a read is waited for as well.
+
+#pragma once
+
+#include <functional>
+#include <utility>
+
+#include "server/service/idle_watch.h"
+
+namespace ccslice::server {
+
+/// To be added to an IdleWatch.
+class SideWatch final : public IdleCall {
+ public:
+  /// Called on the watch's thread, as idle() and lag() of a call are.
+  SideWatch(std::function<void()> on_idle, std::function<void()> on_lag)
+      : on_idle_(std::move(on_idle)), on_lag_(std::move(on_lag)) {}
+
+  /// Waits from the end of `start` on.
+  template <typename Start>
+  void start(const Start& start) {
+    const WaitBegin wait = begin_wait();
+    start();
+    arm_wait(wait);
+  }
+  /// False if the wait has ended already.
+  [[nodiscard]] bool end() { return end_wait(); }
+
+ private:
+  void idle() override { on_idle_(); }
+  void lag() override { on_lag_(); }
+
+  std::function<void()> on_idle_, on_lag_;
+};
+
+}  // namespace ccslice::server
