@@ -41,6 +41,7 @@ struct PreviewOptions {
   std::string plane, show, channel, colours = "viridis", range, output;
   std::optional<std::uint32_t> layer;
   std::uint32_t pixels = 512, sweep = 0, frame_ms = 80;
+  std::optional<double> lines;
   bool animate = false, force = false;
 };
 
@@ -74,6 +75,7 @@ void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
                      " shows materials: name them, --material NAME=#RRGGBB, and how they mix, --map");
   }
   v1::PreviewContent& content = *request.mutable_content();
+  if (options.lines) content.mutable_lines()->set_width_pixels(*options.lines);
   if (show == "occupancy") content.mutable_occupancy();
   if (show == "mix") content.mutable_mix();
   if (show == "halftone") {
@@ -113,13 +115,13 @@ void set_plane(const FramedCut& framed, v1::PreviewRequest& request) {
 
 /// Draws a picture of 4 bytes a pixel over what is there.
 void draw(const client::PreviewPicture& preview, int left, int top, Picture& picture) {
-  constexpr double kMost = 255;
   const auto* rgba = reinterpret_cast<const std::uint8_t*>(preview.bytes.data());
   for (std::uint32_t y = 0; y < preview.header.height(); ++y) {
     for (std::uint32_t x = 0; x < preview.header.width(); ++x, rgba += 4) {
       if (rgba[3] == 0) continue;
-      set_colour(left + static_cast<int>(x), top + static_cast<int>(y), Colour(rgba[0], rgba[1], rgba[2]) / kMost,
-                 picture);
+      const double opaque = rgba[3] / 255.0;  // Lines are so in part, beside the part; the sheet is white.
+      set_colour(left + static_cast<int>(x), top + static_cast<int>(y),
+                 opaque * to_colour({rgba[0], rgba[1], rgba[2]}) + Colour::Constant(1 - opaque), picture);
     }
   }
 }
@@ -295,6 +297,8 @@ Command add_preview(CLI::App& parent, CommonOptions& common) {
   app->add_option("--range", options->range,
                   "MIN,MAX: values of the first and the last colour (default: those in the picture; of a sweep, those "
                   "of the mesh)");
+  app->add_option("--lines", options->lines, "Draw the outlines of the cut on top, this many pixels wide")
+      ->check(CLI::Range(0.25, 16.0));
   app->add_option("--pixels", options->pixels, "Pixels along the longer side")
       ->check(CLI::Range(8u, kMostPixels))
       ->capture_default_str();

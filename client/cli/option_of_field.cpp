@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 40> kOptions = {{
+constexpr std::array<FieldOption, 41> kOptions = {{
     {"printer", "--profile"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -53,6 +53,7 @@ constexpr std::array<FieldOption, 40> kOptions = {{
     {"plane.layer", "--pitch"},
     {"content.channel.range", "--range"},
     {"content.channel", "--channel"},
+    {"content.lines", "--lines"},
     {"content", "--show"},
     {"width", "--pixels"},
     {"height", "--pixels"},

@@ -4,7 +4,6 @@
 #include "client/cli/picture.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -21,15 +20,12 @@ void set_colour(int column, int row, const Colour& colour, Picture& picture) {
   for (const double component : colour) picture.rgb[at++] = to_byte(component);
 }
 
-Colour material_colour(double t) {
-  static const std::array<Colour, 6> kColours = {Colour(0.267, 0.005, 0.329), Colour(0.254, 0.265, 0.530),
-                                                 Colour(0.164, 0.471, 0.558), Colour(0.134, 0.659, 0.518),
-                                                 Colour(0.478, 0.821, 0.318), Colour(0.993, 0.906, 0.144)};
-  const double at = std::clamp(t, 0.0, 1.0) * (kColours.size() - 1);
-  const std::size_t i = std::min(static_cast<std::size_t>(at), kColours.size() - 2);
-  const double f = at - static_cast<double>(i);
-  return (1 - f) * kColours[i] + f * kColours[i + 1];
+Colour to_colour(const Srgb& bytes) {
+  constexpr double kMost = 255;
+  return Colour(bytes[0], bytes[1], bytes[2]) / kMost;
 }
+
+Colour material_colour(double t) { return to_colour(map_colour(ColourMapName::kViridis, t)); }
 
 std::uint8_t to_byte(double component) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(component, 0.0, 1.0)));

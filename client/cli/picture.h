@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/colour_map.h"
 #include "core/base/types.h"
 
 namespace ccslice::cli {
@@ -25,12 +26,13 @@ Picture blank_picture(int width, int height);
 /// REQUIRES: the place is in the picture.
 void set_colour(int column, int row, const Colour& colour, Picture& picture);
 
-/// The colour of a material channel from low (0) to high (1): dark blue, blue green, green, yellow; even in lightness,
-/// so that it reads in grey too.
+Colour to_colour(const Srgb& bytes);
+
+/// The colour of a material channel from low (0) to high (1), clamped.
 Colour material_colour(double t);
 
 /// Material that has no channel to be coloured by.
-inline const Colour kPlainMaterial(0.93, 0.62, 0.25);
+inline const Colour kPlainMaterial = to_colour(kPlainMaterialColour);
 
 /// A component from 0 to 1 (clamped) as a byte.
 std::uint8_t to_byte(double component);

@@ -28,6 +28,9 @@ inline constexpr std::array kColourMaps = {
 
 using Srgb = std::array<std::uint8_t, 3>;  // Red, green, blue.
 
+/// What material is drawn in that has no channel to be coloured by.
+inline constexpr Srgb kPlainMaterialColour = {237, 158, 64};
+
 /// The colour of a share of the range, clamped to [0, 1]; no number counts as 0.
 Srgb map_colour(ColourMapName map, double share) noexcept;
 

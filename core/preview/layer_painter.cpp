@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/preview/outline_lines.h"
 #include "core/preview/pixel_colours.h"
 #include "core/preview/plane_painter.h"
 #include "core/printing/colour_table.h"
@@ -42,7 +43,7 @@ std::vector<VoxelRun> runs_of(std::span<const std::uint8_t> bits, std::uint32_t 
 
 SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contours) {
   job.order = {};
-  job.contours = contours;
+  job.contours = contours || show.lines;
   job.contours_by_region = false;
   job.planes.clear();
   if (show.printing) job.printing = *show.printing;
@@ -89,6 +90,7 @@ PreviewPicture LayerPainter::paint(std::uint32_t index, const CancellationToken&
   const Vec2 corner(lattice.x0_mm + window.first_column * lattice.dx_mm,
                     lattice.y0_mm + window.first_row * lattice.dy_mm);
   picture.outlines = outlines_of(layer.contours.loops, corner);
+  if (show_.lines) draw_lines(show_, 1, picture, cancel);
   return picture;
 }
 

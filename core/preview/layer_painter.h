@@ -18,7 +18,7 @@
 
 namespace ccslice {
 
-/// The job with the planes that its pictures are made of, and the contours if they are asked for.
+/// The job with the planes that its pictures are made of, and the contours if they are asked for or drawn.
 SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contours);
 
 /// One thread. Layers of one slab share its work, whatever their order.

@@ -88,17 +88,19 @@ void colour_channel(const PreviewColours& show, const Values& values, std::span<
     return;
   }
   picture.range = show.range ? *show.range : range_of(values, spans);
+  picture.value_pixels.assign(kValueBins, 0);
   std::array<Rgba, kShades> shades;
   for (std::size_t i = 0; i < kShades; ++i) {
     shades[i] = opaque(map_colour(show.colours, static_cast<double>(i) / (kShades - 1)));
   }
   const double length = picture.range->max - picture.range->min;
-  const double scale = length > 0 ? (kShades - 1) / length : 0;
+  const double scale = length > 0 ? 1 / length : 0;
   for (const VoxelRun& span : spans) {
     for (std::uint32_t x = span.begin; x < span.end; ++x) {
-      const double at = (values.at(x, span.row) - picture.range->min) * scale + 0.5;
-      const auto shade = static_cast<std::size_t>(std::clamp(at, 0.0, kShades - 0.5));
+      const double at = (values.at(x, span.row) - picture.range->min) * scale;
+      const auto shade = static_cast<std::size_t>(std::clamp(at * (kShades - 1) + 0.5, 0.0, kShades - 0.5));
       canvas.set(x, span.row, shades[shade]);
+      ++picture.value_pixels[static_cast<std::size_t>(std::clamp(at * kValueBins, 0.0, kValueBins - 0.5))];
     }
   }
 }

@@ -15,9 +15,6 @@
 
 namespace ccslice {
 
-/// What material is drawn in that has no channel to be coloured by.
-inline constexpr Srgb kPlainMaterialColour = {237, 158, 64};
-
 /// Sets the pixels, counts and range of a picture whose size is set. `values`: kFloat32, row 0 lowest, one image a
 /// channel: of kChannel that one, of kMix those that `mixture` reads, in its order. `spans`: what is inside. Throws
 /// Error{kCancelled}.

@@ -14,6 +14,7 @@
 #include "core/contour/contour_tracer.h"
 #include "core/field/material_field.h"
 #include "core/interpolation/slab_materials.h"
+#include "core/preview/outline_lines.h"
 #include "core/preview/pixel_colours.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/channel_tolerances.h"
@@ -190,7 +191,8 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   } else {
     colour_pixels(job.show, plan == nullptr ? nullptr : &plan->mixtures().front(), values, spans, picture, cancel);
   }
-  if (job.contours) picture.outlines = outlines_of(contours.loops, layer.grid.origin_mm.head<2>());
+  if (job.contours || job.show.lines) picture.outlines = outlines_of(contours.loops, layer.grid.origin_mm.head<2>());
+  if (job.show.lines) draw_lines(job.show, stage == PreviewStage::kFull ? 1 : kCoarseTimes, picture, cancel);
   return picture;
 }
 

@@ -28,6 +28,14 @@ void validate_channel(const SolidSummary& summary, const PreviewColours& show) {
               "content.channel.range");
 }
 
+void validate_lines(const PreviewLines& lines) {
+  if (lines.width_pixels >= kMinLineWidthPixels && lines.width_pixels <= kMaxLineWidthPixels) return;  // False for NaN.
+  throw Error(ErrorCode::kContentInvalid,
+              "content.lines.width_pixels: a line of " + number_text(lines.width_pixels) + " pixels; give " +
+                  number_text(kMinLineWidthPixels) + " to " + number_text(kMaxLineWidthPixels),
+              "content.lines.width_pixels");
+}
+
 bool shows_printing(const PreviewColours& show) {
   return show.content == PreviewContent::kMix || show.content == PreviewContent::kHalftone;
 }
@@ -36,6 +44,7 @@ bool shows_printing(const PreviewColours& show) {
 
 void validate_colours(const SolidSummary& summary, const PreviewColours& show) {
   if (show.content == PreviewContent::kChannel) validate_channel(summary, show);
+  if (show.lines) validate_lines(*show.lines);
   if (!shows_printing(show)) return;
   if (!show.printing) {
     throw Error(ErrorCode::kMaterialsMissing, "printing: the picture shows materials; say what is printed", "printing");

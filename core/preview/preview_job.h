@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,6 +29,14 @@ enum class PreviewContent : std::uint8_t {
                // layers: the voxels' own.
 };
 
+/// The outlines of the cut, drawn on top.
+struct PreviewLines {
+  double width_pixels = 1.5;  // Of the full picture.
+  Srgb colour = {0, 0, 0};
+};
+
+inline constexpr double kMinLineWidthPixels = 0.25, kMaxLineWidthPixels = 16;
+
 /// What the pixels show.
 struct PreviewColours {
   PreviewContent content = PreviewContent::kOccupancy;
@@ -36,6 +45,7 @@ struct PreviewColours {
   std::optional<ValueRange> range;  // kChannel. DEFAULT: from the lowest to the highest value of the picture.
   // REQUIRED by kMix and kHalftone. What is made of it is kept as long as it is the same object.
   std::shared_ptr<const Printing> printing;
+  std::optional<PreviewLines> lines;
 };
 
 struct PreviewJob {
@@ -43,8 +53,11 @@ struct PreviewJob {
   PreviewPlane plane;
   PreviewColours show;
   std::optional<Grid> voxels;  // REQUIRED by kHalftone: the grid of the job that prints.
-  bool contours = false;       // Give the outlines too.
+  bool contours = false;       // Give the outlines too, drawn or not.
 };
+
+/// What lies beyond a fixed range counts in the first and in the last.
+inline constexpr std::size_t kValueBins = 64;
 
 enum class PreviewStage : std::uint8_t {
   kCoarse,  // An eighth as fine each way: contours to half a pixel, materials to 1/32 of the range shown.
@@ -57,12 +70,13 @@ struct PreviewPicture {
   std::vector<std::uint8_t> rgba;   // Rows from the top, 4 bytes a pixel, not premultiplied; all 0 outside.
   std::uint64_t pixels_inside = 0;
   std::optional<ValueRange> range;             // kChannel: of the colours; nothing if no pixel is inside.
+  std::vector<std::uint64_t> value_pixels;     // kChannel: by value, in kValueBins even steps of the range.
   std::vector<std::uint64_t> material_pixels;  // kHalftone: of material 1, 2, ...
   std::vector<std::vector<Vec2>> outlines;     // If asked for: closed, in mm from the picture's lower left corner.
 };
 
-/// Throws Error{kChannelUnknown, kValueRangeInvalid}, and for printed contents Error{kMaterialsMissing} and what
-/// validate_printing() throws.
+/// Throws Error{kChannelUnknown, kValueRangeInvalid, kContentInvalid}, and for printed contents
+/// Error{kMaterialsMissing} and what validate_printing() throws.
 void validate_colours(const SolidSummary& summary, const PreviewColours& show);
 
 /// Throws what validate_plane(), validate_placement() and validate_colours() throw, and Error{kContentInvalid}: error

@@ -34,6 +34,14 @@ ColourMapName to_colour_map(v1::ColourMapName name) {
               "content.channel.colours");
 }
 
+PreviewLines to_lines(const v1::PreviewLines& message) {
+  PreviewLines lines;
+  if (message.width_pixels() != 0) lines.width_pixels = message.width_pixels();
+  lines.colour = {static_cast<std::uint8_t>(message.rgba() >> 24), static_cast<std::uint8_t>(message.rgba() >> 16),
+                  static_cast<std::uint8_t>(message.rgba() >> 8)};
+  return lines;
+}
+
 PreviewColours to_colours(const v1::PreviewContent& message, const PreviewSetting& setting, const SolidSummary& solid) {
   PreviewColours show;
   show.printing = setting.printing;
@@ -53,6 +61,7 @@ PreviewColours to_colours(const v1::PreviewContent& message, const PreviewSettin
       throw Error(ErrorCode::kContentInvalid,
                   "content: nothing that this server knows; ask for occupancy, channel, mix or halftone", "content");
   }
+  if (message.has_lines()) show.lines = to_lines(message.lines());
   return show;
 }
 
@@ -158,6 +167,7 @@ v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours&
                          std::uint32_t{colour[2]} << 8 | 0xff);
     }
   }
+  for (const std::uint64_t pixels : picture.value_pixels) header.add_value_pixels(pixels);
   for (const std::uint64_t pixels : picture.material_pixels) header.add_material_pixels(pixels);
   return header;
 }

@@ -182,6 +182,11 @@ TEST_F(CommandLine, PreviewsPlanesAndLayers) {
   EXPECT_THAT(read_whole(path("plane.png")), testing::StartsWith("\x89PNG"));
   EXPECT_EQ(run(plane).exit_code, cli::kExitOutput) << "the file is there";
   EXPECT_THAT(run({"preview", box_, "--plane", "z=400", "-o", path("off.png")}).out, HasSubstr("misses the part"));
+  std::vector<std::string> lined = plane;
+  lined.insert(lined.end(), {"--lines", "3", "--force"});
+  const std::string before = read_whole(path("plane.png"));
+  EXPECT_EQ(run(lined).exit_code, cli::kExitOk);
+  EXPECT_NE(read_whole(path("plane.png")), before);
   const std::vector<std::string> materials = {"--material",   "soft=#ff0000", "--material",
                                               "hard=#0000ff", "--map",        "blend:gradient:0=soft,1=hard"};
   const auto with_materials = [&](std::vector<std::string> arguments) {
@@ -215,6 +220,7 @@ TEST_F(CommandLine, PreviewsNameTheOptionThatIsWrong) {
   EXPECT_THAT(error_of({"--plane", "up"}), HasSubstr("--plane takes"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--layer", "2"}), HasSubstr("one of the two"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--animate"}), HasSubstr("--sweep"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--lines", "17"}), HasSubstr("--lines"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--show", "mix"}), HasSubstr("--material"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--show", "channel"}), HasSubstr("--channel NAME"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--channel", "nothing"}, cli::kExitRefused), HasSubstr("--channel"));

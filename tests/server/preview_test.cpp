@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
@@ -152,16 +153,17 @@ TEST_F(Preview, LaterRequestsTakeWhatEarlierOnesSet) {
 
 TEST_F(Preview, TheLatestOfManyRequestsWins) {
   std::vector<v1::PreviewRequest> requests;
-  for (std::uint64_t number = 1; number <= 2000; ++number) {
+  constexpr std::uint64_t kMany = 10'000;
+  for (std::uint64_t number = 1; number <= kMany; ++number) {
     requests.push_back(request(number));
     requests.back().set_coarse(true);
     if (number > 1) requests.back().clear_mesh_id();
   }
   const std::vector<Shown> pictures = shown(requests);
   ASSERT_FALSE(pictures.empty());
-  EXPECT_EQ(pictures.back().number, 2000u);
+  EXPECT_EQ(pictures.back().number, kMany);
   EXPECT_EQ(pictures.back().stage, v1::PREVIEW_STAGE_FULL);
-  EXPECT_LT(pictures.size(), 4000u);
+  EXPECT_LT(pictures.size(), 2 * kMany);
   std::uint64_t last = 0;
   for (const Shown& picture : pictures) {
     EXPECT_GE(picture.number, last);
@@ -183,6 +185,42 @@ TEST_F(Preview, ChannelsHaveALegend) {
   EXPECT_GT(header.range().max(), header.range().min());
   ASSERT_GE(header.colours_size(), 2);
   EXPECT_EQ(header.colours(0), 0x00224effu);
+}
+
+TEST_F(Preview, CountsPixelsByValue) {
+  v1::PreviewRequest asked = request(1);
+  v1::ChannelColours& channel = *asked.mutable_content()->mutable_channel();
+  channel.set_channel("x");
+  channel.mutable_range()->set_min(-1);
+  channel.mutable_range()->set_max(0.5);
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 1u);
+  const auto& counts = pictures[0].header.value_pixels();
+  ASSERT_EQ(counts.size(), 64);
+  EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), 50u * 50);
+  EXPECT_EQ(std::accumulate(counts.begin(), counts.begin() + 42, std::uint64_t{0}), 0u) << "nothing is below 0";
+  EXPECT_GE(counts[63], 25u * 50) << "what is beyond the range";
+  EXPECT_TRUE(shown({request(1)})[0].header.value_pixels().empty()) << "of channels only";
+}
+
+TEST_F(Preview, DrawsOutlinesOnTop) {
+  v1::PreviewRequest asked = request(1);
+  const std::string plain = shown({asked})[0].bytes;
+  v1::PreviewLines& lines = *asked.mutable_content()->mutable_lines();
+  lines.set_width_pixels(4);
+  lines.set_rgba(0x11223300);
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 1u);
+  EXPECT_TRUE(pictures[0].outlines.empty()) << "drawn, not sent";
+  EXPECT_EQ(pictures[0].header.pixels_inside(), 50u * 50);
+  const auto pixel = [](const std::string& rgba, std::size_t column, std::size_t row) {
+    return rgba.substr(4 * (64 * row + column), 4);
+  };
+  // The cube is at pixels 7 to 56.
+  EXPECT_EQ(pixel(pictures[0].bytes, 30, 6), "\x11\x22\x33\xff");
+  EXPECT_EQ(pixel(pictures[0].bytes, 30, 8), "\x11\x22\x33\xff");
+  EXPECT_EQ(pixel(pictures[0].bytes, 30, 3), std::string(4, '\0'));
+  EXPECT_EQ(pixel(pictures[0].bytes, 30, 30), pixel(plain, 30, 30));
 }
 
 TEST_F(Preview, LayersAreThoseOfSliceRange) {
@@ -229,6 +267,8 @@ TEST_F(Preview, RefusesWithTheFieldAndTheRemedy) {
     r.mutable_content()->mutable_channel()->mutable_range()->set_min(1);
     r.mutable_content()->mutable_channel()->mutable_range()->set_max(1);
   });
+  expect("CONTENT_INVALID", "content.lines.width_pixels",
+         [](auto& r) { r.mutable_content()->mutable_lines()->set_width_pixels(17); });
   expect("MATERIALS_MISSING", "printing", [](auto& r) { r.mutable_content()->mutable_mix(); });
   expect("MESH_ID_INVALID", "mesh_id", [](auto& r) { r.set_mesh_id("ring"); });
   expect("LAYER_RANGE_OUT_OF_BOUNDS", "plane.layer.layer", [](auto& r) {
@@ -250,6 +290,8 @@ TEST_F(Preview, NumbersGoUpAndTheMeshStays) {
   EXPECT_EQ(failure_of(status).reason, "REQUEST_MALFORMED");
   EXPECT_THAT(failure_of(status).message, HasSubstr("1 comes after 1"));
   EXPECT_LE(pictures.size(), 1u);
+  shown({request(7), request(3)}, &status);
+  EXPECT_THAT(failure_of(status).message, HasSubstr("3 comes after 7"));
 
   const std::string other = server_.upload_good(make_box(1, 10));
   grpc::ClientContext context;
@@ -262,6 +304,61 @@ TEST_F(Preview, NumbersGoUpAndTheMeshStays) {
   stream->Write(changed);
   EXPECT_FALSE(stream->Read(&message));
   EXPECT_EQ(failure_of(stream->Finish()).field, "mesh_id");
+}
+
+TEST_F(Preview, RefusesFieldsOfNewerClients) {
+  v1::PreviewRequest newer = request(1);
+  newer.GetReflection()->MutableUnknownFields(&newer)->AddVarint(900, 1);
+  EXPECT_EQ(failure(newer).reason, "REQUEST_UNKNOWN_FIELD");
+  newer = request(1);
+  v1::PreviewContent& content = *newer.mutable_content();
+  content.GetReflection()->MutableUnknownFields(&content)->AddVarint(900, 1);
+  EXPECT_EQ(failure(newer).reason, "REQUEST_UNKNOWN_FIELD");
+}
+
+TEST_F(Preview, ShowsAPartOfOneVoxelInOnePixel) {
+  v1::PreviewRequest voxel = request(1);
+  v1::PreviewLayer& layer = *voxel.mutable_plane()->mutable_layer();
+  layer.mutable_grid()->mutable_pitch()->set_x_mm(10);
+  layer.mutable_grid()->mutable_pitch()->set_y_mm(10);
+  layer.mutable_grid()->mutable_pitch()->set_z_mm(10);
+  voxel.clear_width();
+  voxel.clear_height();
+  v1::PreviewRequest pixel = request(1);
+  pixel.set_width(1);
+  pixel.set_height(1);
+  pixel.mutable_plane()->mutable_free()->set_across_mm_per_pixel(10);
+  pixel.set_coarse(true);
+  for (const v1::PreviewRequest& asked : {voxel, pixel}) {
+    const std::vector<Shown> pictures = shown({asked});
+    ASSERT_FALSE(pictures.empty());
+    EXPECT_EQ(pictures.back().header.width(), 1u);
+    EXPECT_EQ(pictures.back().header.pixels_inside(), 1u);
+    EXPECT_EQ(pictures.back().bytes.size(), 4u);
+  }
+}
+
+/// Channel c is c everywhere.
+v1::ControlMesh box_of_channels(int channels) {
+  v1::ControlMesh mesh = make_box(1, 10);
+  mesh.clear_channel_names();
+  mesh.clear_channel_values();
+  for (int c = 0; c < channels; ++c) mesh.add_channel_names("channel " + std::to_string(c));
+  for (int v = 0; v < 8; ++v) {
+    for (int c = 0; c < channels; ++c) mesh.add_channel_values(static_cast<float>(c));
+  }
+  return mesh;
+}
+
+TEST_F(Preview, ShowsTheLastOfTheMostChannels) {
+  v1::PreviewRequest asked = request(1);
+  asked.set_mesh_id(server_.upload_good(box_of_channels(64)));
+  asked.mutable_content()->mutable_channel()->set_channel("channel 63");
+  const std::vector<Shown> pictures = shown({asked});
+  ASSERT_EQ(pictures.size(), 1u);
+  EXPECT_FLOAT_EQ(static_cast<float>(pictures[0].header.range().min()), 63);
+  EXPECT_EQ(pictures[0].header.value_pixels(0), 50u * 50) << "all of one value";
+  EXPECT_EQ(failure_of(server_.upload(box_of_channels(100))).reason, "MESH_TOO_LARGE");
 }
 
 TEST_F(Preview, AMeshInUseStaysWhenItIsDeleted) {

@@ -53,9 +53,10 @@ class Plane:
 class Preview:
     """A picture of a cut.
 
-    rgba: uint8 (height, width, 4), rows from the top; alpha is 0 outside the part.
+    rgba: uint8 (height, width, 4), rows from the top; alpha is 0 outside the part, lines aside.
     number: which of the planes, from 1. coarse: whether a picture in full may follow.
     value_range: values of the first and the last colour, of channels. material_pixels: of halftones, by material.
+    value_pixels: of channels, by value, in even steps of value_range.
     outlines: float64 (n, 2) each, closed, in mm from the picture's lower left corner.
     """
     number: int
@@ -64,6 +65,7 @@ class Preview:
     mm_per_pixel: Tuple[float, float]
     value_range: Optional[Tuple[float, float]] = None
     material_pixels: List[int] = field(default_factory=list)
+    value_pixels: List[int] = field(default_factory=list)
     outlines: List[np.ndarray] = field(default_factory=list)
 
 
@@ -79,8 +81,10 @@ def plane_message(plane: Plane, mm_per_pixel: float) -> preview_pb2.PreviewPlane
 
 
 def content_message(channel: Optional[str], colours: str, value_range: Optional[Tuple[float, float]],
-                    mixes: bool) -> preview_pb2.PreviewContent:
+                    mixes: bool, lines: Optional[float] = None) -> preview_pb2.PreviewContent:
     content = preview_pb2.PreviewContent()
+    if lines is not None:
+        content.lines.width_pixels = lines
     if channel is not None:
         if colours not in _COLOURS:
             raise ValueError(f"colours is one of {', '.join(_COLOURS)}, not {colours!r}")
@@ -121,4 +125,4 @@ class PreviewAssembler:
         return Preview(message.number, message.stage == preview_pb2.PREVIEW_STAGE_COARSE, rgba,
                        (header.across_mm_per_pixel, header.up_mm_per_pixel),
                        (header.range.min, header.range.max) if header.HasField("range") else None,
-                       list(header.material_pixels), self._outlines)
+                       list(header.material_pixels), list(header.value_pixels), self._outlines)

@@ -613,6 +613,18 @@ class Previews(unittest.TestCase):
         self.assertAlmostEqual(row[0], 255 * 0.0125, delta=2)
         self.assertEqual(picture.value_range, (0, 10))
 
+    def test_lines_are_drawn_on_top_and_values_counted(self):
+        planes, options = [ccslice.Plane((5, 5, 5))], {"size": (64, 48), "channel": "x", "value_range": (0, 10)}
+        (plain,) = self.client.preview(self.mesh, planes, 0.25, **options)
+        (lined,) = self.client.preview(self.mesh, planes, 0.25, lines=4, **options)
+        self.assertEqual(sum(lined.value_pixels), 1600)
+        self.assertEqual(lined.value_pixels, plain.value_pixels)
+        differs = (plain.rgba != lined.rgba).any(axis=2)
+        self.assertTrue(differs[2:6, 14:50].all() and (lined.rgba[2:6, 14:50] == (0, 0, 0, 255)).all())
+        self.assertFalse(differs[8:40, 16:48].any() or differs[:1].any())
+        with self.assertRaisesRegex(ccslice.CallError, "lines"):
+            list(self.client.preview(self.mesh, planes, 0.25, lines=99))
+
     def test_coarse_pictures_come_first_and_the_latest_plane_wins(self):
         planes = [ccslice.Plane((5, 5, 5), (1, 2, 0.01 * step)) for step in range(200)]
         pictures = list(self.client.preview(self.mesh, planes, 0.25, coarse=True))
