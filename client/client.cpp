@@ -3,7 +3,6 @@
 
 #include "client/client.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "client/attempts.h"
@@ -14,18 +13,6 @@ namespace ccslice::client {
 namespace {
 
 constexpr std::size_t kUploadChunkBytes = 512 << 10;
-/// With 64 channels an answer of so many points stays below the usual message limit of 4 MiB.
-constexpr std::size_t kProbeBatchPoints = 4096;
-
-void check_answer(const v1::ProbePointsResponse& answer, int points) {
-  const bool fits = answer.locations_size() == points && answer.limit_cells_size() == points &&
-                    answer.control_cells_size() == points && answer.residuals_mm_size() == points &&
-                    answer.uvw_size() == 3 * points && answer.materials_size() % points == 0;
-  if (!fits) {
-    throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
-                      "the server's answer is wrong: it doesn't fit the points asked for");
-  }
-}
 
 }  // namespace
 
@@ -179,33 +166,6 @@ v1::UploadMeshResponse Client::upload_once(const Endpoint& endpoint, const MeshB
   }
   one.check(status);
   return response;
-}
-
-std::vector<v1::ProbePointsResponse> Client::probe(const std::string& mesh_id, const v1::Placement& placement,
-                                                   const std::vector<double>& points_mm, const CallOptions& call) {
-  return with_retries(call, mesh_id, [&](const Endpoint& at) {
-    Call one(call, at, mesh_id);
-    std::vector<v1::ProbePointsResponse> answers;
-    const auto stream = at.stub->ProbePoints(&one.context());
-    v1::ProbePointsRequest batch;
-    batch.set_mesh_id(mesh_id);
-    *batch.mutable_placement() = placement;
-    bool open = true;
-    for (std::size_t at = 0; open && at < points_mm.size(); at += 3 * kProbeBatchPoints) {
-      const std::size_t end = std::min(points_mm.size(), at + 3 * kProbeBatchPoints);
-      batch.mutable_points_mm()->Assign(points_mm.begin() + static_cast<std::ptrdiff_t>(at),
-                                        points_mm.begin() + static_cast<std::ptrdiff_t>(end));
-      open = stream->Write(batch) && stream->Read(&answers.emplace_back());
-      if (open) check_answer(answers.back(), batch.points_mm_size() / 3);
-      batch.clear_placement();
-    }
-    if (open) stream->WritesDone();
-    one.check(stream->Finish());
-    if (!open) {
-      throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt, "the server left points unanswered");
-    }
-    return answers;
-  });
 }
 
 }  // namespace ccslice::client

@@ -33,6 +33,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,10 @@ using LayerCallback = std::function<void(const v1::SliceHeader& header, Layer la
 
 /// Bytes sent, bytes in all.
 using UploadProgress = std::function<void(std::uint64_t, std::uint64_t)>;
+
+/// Gives x, y, z of the next points, `most_points` of them at most, mm; nothing after the last one.
+using PointSource = std::function<std::vector<double>(std::size_t most_points)>;
+using PointAnswers = std::function<void(std::span<const double> points_mm, const v1::ProbePointsResponse& answer)>;
 
 /// What a whole slice() came to, over all its streams.
 struct SliceOutcome {
@@ -140,7 +145,12 @@ class Client {
   /// `pin` may be null. With CallOptions::split layers that come too early are kept, in up to 256 MiB.
   SliceOutcome slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call = {},
                      SlicePin* pin = nullptr);
-  /// Points in any number, x, y, z of each; answers per batch, in order.
+  /// What is at points, in batches: `take` gets their answers in order, each once, while another thread calls `next`. A
+  /// stream that breaks goes on with those that have no answer yet, which are some batches at most, so memory is
+  /// bounded. What `next` throws is thrown when all that it gave before is answered; what `take` throws, at once.
+  void probe(const std::string& mesh_id, const v1::Placement& placement, const PointSource& next,
+             const PointAnswers& take, const CallOptions& call = {});
+  /// The same of points in memory: answers per batch, in order.
   std::vector<v1::ProbePointsResponse> probe(const std::string& mesh_id, const v1::Placement& placement,
                                              const std::vector<double>& points_mm, const CallOptions& call = {});
 

@@ -1,7 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,10 +15,9 @@
 #include "client/cli/json.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/placement.h"
+#include "client/cli/point_file.h"
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
-#include "core/mesh/mesh_file.h"
-#include "core/mesh/text_scanner.h"
 
 namespace ccslice::cli {
 namespace {
@@ -25,25 +29,39 @@ struct ProbeOptions {
   std::string points_file;
 };
 
-constexpr std::uint64_t kMaxPointsFileBytes = 1ull << 30;
+/// The points of --at, then those of the file.
+class Points {
+ public:
+  explicit Points(const ProbeOptions& options) {
+    for (const std::string& text : options.at) {
+      const std::vector<double> point = parse_numbers("--at", text, 3, 3);
+      named_.insert(named_.end(), point.begin(), point.end());
+    }
+    if (!options.points_file.empty()) {
+      file_.emplace(options.points_file);
+      // So that a wrong file is refused before anything is uploaded.
+      const std::vector<double> begin = file_->next(kFirstPoints);
+      named_.insert(named_.end(), begin.begin(), begin.end());
+    }
+    if (named_.empty()) {
+      throw UsageError("name points: --at X,Y,Z, or --points FILE with x, y, z of a point on each line");
+    }
+  }
 
-std::vector<double> points_of(const ProbeOptions& options) {
-  std::vector<double> points;
-  for (const std::string& text : options.at) {
-    const std::vector<double> point = parse_numbers("--at", text, 3, 3);
-    points.insert(points.end(), point.begin(), point.end());
+  std::vector<double> next(std::size_t most_points) {
+    if (named_.empty()) return file_ ? file_->next(most_points) : std::vector<double>();
+    const auto end = named_.begin() + static_cast<std::ptrdiff_t>(std::min(named_.size(), 3 * most_points));
+    std::vector<double> points(named_.begin(), end);
+    named_.erase(named_.begin(), end);
+    return points;
   }
-  if (!options.points_file.empty()) {
-    std::string text = read_file_bytes(options.points_file, kMaxPointsFileBytes);
-    for (char& c : text) c = c == ',' ? ' ' : c;
-    TextScanner scanner(text);
-    while (!scanner.at_end()) points.push_back(scanner.real("a coordinate"));
-    if (points.size() % 3 != 0) throw UsageError(options.points_file + " must hold three coordinates a point");
-  }
-  if (points.empty())
-    throw UsageError("name points: --at X,Y,Z, or --points FILE with x, y, z of a point on each line");
-  return points;
-}
+
+ private:
+  static constexpr std::size_t kFirstPoints = 1000;
+
+  std::vector<double> named_;  // And those that begin the file.
+  std::optional<PointFile> file_;
+};
 
 const char* name_of(v1::PointLocation location) {
   switch (location) {
@@ -90,25 +108,56 @@ std::string as_text(const double* point, const PointAnswer& answer, const v1::Me
   return text;
 }
 
+/// Prints answers as they come. JSON is one array.
+class AnswerPrinter {
+ public:
+  AnswerPrinter(const v1::MeshSummary& mesh, bool json) : mesh_(mesh), json_(json) {}
+
+  void print(std::span<const double> points, const v1::ProbePointsResponse& batch) {
+    for (int i = 0; i < batch.locations_size(); ++i) {
+      const double* point = &points[3 * static_cast<std::size_t>(i)];
+      const PointAnswer answer{batch, i, mesh_.channels_size()};
+      if (!json_) {
+        print_line(as_text(point, answer, mesh_));
+        continue;
+      }
+      JsonWriter json;
+      add_json(point, answer, mesh_, json);
+      print_part((printed_++ == 0 ? "[" : ",") + json.text());
+    }
+  }
+
+  void end() {
+    if (json_) print_line(printed_ == 0 ? "[]" : "]");
+  }
+
+  /// So that what is said of a failure has a line of its own.
+  void break_off() {
+    if (json_ && printed_ > 0) print_line("");
+  }
+
+ private:
+  const v1::MeshSummary& mesh_;
+  const bool json_;
+  std::uint64_t printed_ = 0;
+};
+
 void run_probe(Session& session, const ProbeOptions& options) {
-  const std::vector<double> points = points_of(options);
+  Points points(options);
   const v1::Placement placement = parse_placement(options.placement);
   const std::string id = ensure_on_server(session, options.mesh);
   const v1::MeshSummary mesh = session.client().mesh_summary(id, session.call());
-  JsonWriter json;
-  json.begin_array();
-  std::size_t at = 0;
-  for (const v1::ProbePointsResponse& batch : session.client().probe(id, placement, points, session.call())) {
-    for (int i = 0; i < batch.locations_size(); ++i, at += 3) {
-      const PointAnswer answer{batch, i, mesh.channels_size()};
-      if (session.options().json) {
-        add_json(&points[at], answer, mesh, json);
-      } else {
-        print_line(as_text(&points[at], answer, mesh));
-      }
-    }
+  AnswerPrinter printer(mesh, session.options().json);
+  try {
+    session.client().probe(
+        id, placement, [&](std::size_t most_points) { return points.next(most_points); },
+        [&](std::span<const double> asked, const v1::ProbePointsResponse& batch) { printer.print(asked, batch); },
+        session.call());
+  } catch (...) {
+    printer.break_off();
+    throw;
   }
-  if (session.options().json) print_line(json.end_array().text());
+  printer.end();
 }
 
 }  // namespace
@@ -118,7 +167,8 @@ Command add_probe(CLI::App& parent, CommonOptions& common) {
   CLI::App* app = parent.add_subcommand("probe", "Say whether points are inside, in which cell, and of what material");
   add_mesh_options(*app, options->mesh);
   app->add_option("--at", options->at, "A point, X,Y,Z in mm; may be repeated")->allow_extra_args(false);
-  app->add_option("--points", options->points_file, "A file of points, x y z or x,y,z on each line");
+  app->add_option("--points", options->points_file,
+                  "A file of points, x y z or x,y,z on each line, in any number: answers are printed as they come");
   add_placement_options(*app, options->placement);
   add_server_options(*app, common);
   app->footer(

@@ -28,6 +28,7 @@ std::string formatted(const char* format, double number) {
 }  // namespace
 
 void print_line(const std::string& text) { std::fprintf(stdout, "%s\n", harmless(text).c_str()); }
+void print_part(const std::string& text) { std::fputs(harmless(text).c_str(), stdout); }
 void print_note(const std::string& text) { std::fprintf(stderr, "%s\n", harmless(text).c_str()); }
 
 std::string show_bytes(std::uint64_t bytes) {

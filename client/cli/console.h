@@ -21,6 +21,7 @@ inline constexpr std::size_t kMaxMessageBytes = 2000;
 /// Print one line, on standard output or on standard error. Texts of meshes, servers and files come here through
 /// echoed(); whatever comes otherwise can't make a terminal do anything either, see harmless().
 void print_line(const std::string& text);
+void print_part(const std::string& text);  // Of a line.
 void print_note(const std::string& text);
 
 /// "12.3 MB", "0 B": decimal units.

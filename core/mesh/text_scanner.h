@@ -44,6 +44,8 @@ class TextScanner {
   void end_line();
   /// Takes the next `size` bytes as they are.
   std::string_view bytes(std::uint64_t size, std::string_view expected);
+  /// The text begins with this line of its file, which failures name.
+  void start_at_line(std::size_t line) noexcept { line_ = token_line_ = line; }
   /// From now on failures name byte offsets; that of the text's beginning is `first`.
   void name_byte_offsets(std::uint64_t first = 0) noexcept {
     names_bytes_ = true;

@@ -6,9 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -371,6 +373,94 @@ TEST_F(ClientTest, ProbesAnyNumberOfPoints) {
     for (const double value : answer.materials()) EXPECT_EQ(value, static_cast<double>(next++));
   }
   EXPECT_EQ(next, 10'000u);
+}
+
+/// Points with x = 0, 1, 2, ... and what comes of them.
+struct CountedPoints {
+  std::size_t count = 0, given = 0, most_waiting = 0;
+  std::vector<double> answered;
+  std::atomic<std::size_t> taken{0};
+
+  PointSource next = [this](std::size_t most) {
+    most_waiting = std::max(most_waiting, given - taken);
+    std::vector<double> points;
+    for (; given < count && points.size() < 3 * most; ++given) {
+      points.insert(points.end(), {static_cast<double>(given), 0, 0});
+    }
+    return points;
+  };
+  PointAnswers take = [this](std::span<const double> points, const v1::ProbePointsResponse& answer) {
+    ASSERT_EQ(points.size(), 3 * static_cast<std::size_t>(answer.materials_size()));
+    for (int i = 0; i < answer.materials_size(); ++i) {
+      EXPECT_EQ(points[3 * static_cast<std::size_t>(i)], answer.materials(i));
+      answered.push_back(answer.materials(i));
+    }
+    taken += points.size() / 3;
+  };
+  void expect_all_answered() const {
+    ASSERT_EQ(answered.size(), count);
+    for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(answered[i], static_cast<double>(i));
+  }
+};
+
+TEST_F(ClientTest, ProbesMorePointsThanItHolds) {
+  client_.ensure_uploaded(mesh_);
+  CountedPoints points;
+  points.count = 200'000;
+  client_.probe(mesh_->id(), {}, points.next, points.take);
+  points.expect_all_answered();
+  EXPECT_LE(points.most_waiting, 8u * 4096) << "some batches are asked for ahead";
+  EXPECT_GT(points.most_waiting, 4096u);
+}
+
+TEST_F(ClientTest, GoesOnProbingWhereAStreamBroke) {
+  client_.ensure_uploaded(mesh_);
+  int batches = 0;
+  server_.before_probe = [&](const v1::ProbePointsRequest&) {
+    const bool breaks = ++batches % 5 == 0;
+    return breaks ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the connection broke") : grpc::Status::OK;
+  };
+  CountedPoints points;
+  points.count = 60'000;
+  client_.probe(mesh_->id(), {}, points.next, points.take, {.retry = RetryPolicy{.first_pause = milliseconds(1)}});
+  points.expect_all_answered();
+  EXPECT_LT(std::accumulate(server_.probed_points.begin(), server_.probed_points.end(), 0), 2 * 60'000)
+      << "not from the start each time";
+}
+
+TEST_F(ClientTest, AnswersWhatCameBeforeTheSourceFailed) {
+  client_.ensure_uploaded(mesh_);
+  CountedPoints points;
+  points.count = 10'000;
+  const PointSource fails = [&](std::size_t most) {
+    if (points.given == points.count) throw std::runtime_error("line 10001: not a number");
+    return points.next(most);
+  };
+  EXPECT_THROW(client_.probe(mesh_->id(), {}, fails, points.take), std::runtime_error);
+  points.expect_all_answered();
+}
+
+TEST_F(ClientTest, StopsProbingWhenNobodyTakesTheAnswers) {
+  client_.ensure_uploaded(mesh_);
+  CountedPoints points;
+  points.count = 1'000'000;
+  const PointAnswers fails = [](std::span<const double>, const v1::ProbePointsResponse&) {
+    throw std::runtime_error("the disk is full");
+  };
+  EXPECT_THROW(client_.probe(mesh_->id(), {}, points.next, fails), std::runtime_error);
+  EXPECT_LE(points.given, 10u * 4096);
+}
+
+TEST_F(ClientTest, EndsProbingWithAFailureThatWontPass) {
+  client_.ensure_uploaded(mesh_);
+  server_.before_probe = [&](const v1::ProbePointsRequest& batch) {
+    return batch.points_mm(0) > 0 ? grpc::Status(grpc::StatusCode::OUT_OF_RANGE, "") : grpc::Status::OK;
+  };
+  CountedPoints points;
+  points.count = 5'000;
+  EXPECT_EQ(error_of([&] { client_.probe(mesh_->id(), {}, points.next, points.take); }).code(),
+            grpc::StatusCode::OUT_OF_RANGE);
+  EXPECT_EQ(points.answered.size(), 4096u);
 }
 
 TEST(Unreachable, IsUnavailable) {

@@ -252,6 +252,11 @@ grpc::Status FakeSlicer::ProbePoints(
   v1::ProbePointsRequest batch;
   while (stream->Read(&batch)) {
     if (!meshes.contains(batch.mesh_id())) return mesh_missing(batch.mesh_id());
+    if (before_probe) {
+      const grpc::Status status = before_probe(batch);
+      if (!status.ok()) return status;
+    }
+    probed_points.push_back(batch.points_mm_size() / 3);
     v1::ProbePointsResponse response;
     for (int i = 0; i < batch.points_mm_size(); i += 3) {
       response.add_locations(v1::POINT_LOCATION_INSIDE);

@@ -34,8 +34,9 @@ class FakeSlicer final : public v1::SlicerService::Service {
 
   // What to do wrong. Set between calls only.
   BeforeLayer before_layer;
-  std::function<void(v1::SliceRangeResponse&)> tamper;            // Sees every message before it is sent.
-  std::function<void(google::protobuf::Message&)> tamper_answer;  // The same for all other calls.
+  std::function<grpc::Status(const v1::ProbePointsRequest&)> before_probe;  // A batch.
+  std::function<void(v1::SliceRangeResponse&)> tamper;                      // Sees every message before it is sent.
+  std::function<void(google::protobuf::Message&)> tamper_answer;            // The same for all other calls.
   std::string engine_version = "engine-1";
   double pitch_drift_mm = 0;
   std::vector<grpc::Status> upload_failures;  // Used up from the back, one an upload.
@@ -46,6 +47,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
   int uploads = 0;
   int info_calls = 0;
   int failing_info_calls = 0;
+  std::vector<int> probed_points;  // Of each batch.
   /// Of each call, what came as metadata: "Method name=value"; those names alone that the client adds.
   std::vector<std::string> metadata() const;
 

@@ -44,6 +44,14 @@ TEST(TextScanner, ReadsTokensWithTheirLines) {
   EXPECT_THAT(message, HasSubstr("line 4: expected a word, found the end of the file"));
 }
 
+TEST(TextScanner, NamesLinesOfTheFileThatItsTextIsAPartOf) {
+  TextScanner scanner("1\nx");
+  scanner.start_at_line(70);
+  scanner.real("a number");
+  EXPECT_EQ(scanner.line(), 70u);
+  EXPECT_THAT(thrown([&] { scanner.real("a number"); }).second, HasSubstr("line 71"));
+}
+
 TEST(TextScanner, ReadsHashesWhereNoCommentsAre) {
   TextScanner scanner("#1 # 2", TextScanner::Comments::kNone);
   EXPECT_EQ(scanner.next(""), "#1");
