@@ -3,6 +3,7 @@
 
 #include "client/cli/view_previews.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace ccslice::cli {
@@ -49,7 +50,7 @@ void ViewPreviews::read(const std::shared_ptr<Stream>& stream) {
   changed_.notify_all();
 }
 
-std::shared_ptr<const client::PreviewPicture> ViewPreviews::show(const v1::PreviewRequest& request) {
+std::shared_ptr<const client::PreviewPicture> ViewPreviews::show(v1::PreviewRequest request) {
   std::unique_lock lock(mutex_);
   if (!stream_ || stream_->over || stream_->mesh_id != request.mesh_id()) {
     const std::shared_ptr<Stream> before = open(request.mesh_id());
@@ -58,7 +59,14 @@ std::shared_ptr<const client::PreviewPicture> ViewPreviews::show(const v1::Previ
     lock.lock();
   }
   const std::shared_ptr<Stream> stream = stream_;
-  const std::uint64_t number = stream->call->ask(request);
+  // The server keeps what it has made of a printing until another one comes.
+  std::string printing = request.printing().SerializeAsString();
+  if (request.has_printing() && printing == stream->printing_bytes) {
+    request.clear_printing();
+  } else if (request.has_printing()) {
+    stream->printing_bytes = std::move(printing);
+  }
+  const std::uint64_t number = stream->call->ask(std::move(request));
   stream->asked = number;
   changed_.notify_all();
   const auto has_come = [&] { return stream->latest && stream->latest->number >= number; };
@@ -67,6 +75,22 @@ std::shared_ptr<const client::PreviewPicture> ViewPreviews::show(const v1::Previ
   if (stream->asked > number || stream != stream_) return nullptr;
   if (stream->error) std::rethrow_exception(stream->error);
   return nullptr;
+}
+
+std::shared_ptr<ViewPreviews> ViewPages::of(const std::string& page) {
+  std::shared_ptr<ViewPreviews> oldest;  // Ends its call without the lock.
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find(pages_, page, [](const auto& entry) { return entry.first; });
+  if (found != pages_.end()) {
+    pages_.splice(pages_.begin(), pages_, found);
+  } else {
+    pages_.emplace_front(page, std::make_shared<ViewPreviews>(client_));
+    if (pages_.size() > kMostPages) {
+      oldest = std::move(pages_.back().second);
+      pages_.pop_back();
+    }
+  }
+  return pages_.front().second;
 }
 
 }  // namespace ccslice::cli

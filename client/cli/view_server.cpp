@@ -3,12 +3,16 @@
 
 #include "client/cli/view_server.h"
 
+#include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 #include <httplib.h>
 #undef _res  // A macro of <resolv.h>, and a parameter's name in Eigen.
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <exception>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -18,6 +22,7 @@
 #include "client/cli/view_previews.h"
 #include "client/cli/web_files.h"
 #include "client/client_error.h"
+#include "core/base/echo.h"
 #include "core/base/error.h"
 
 namespace ccslice::cli {
@@ -67,10 +72,40 @@ bool parse(const httplib::Request& request, google::protobuf::Message& message, 
   return false;
 }
 
+/// Of {"token": "..."}; empty if it isn't that.
+std::string token_of(const httplib::Request& request) {
+  google::protobuf::Struct session;
+  if (!google::protobuf::util::JsonStringToMessage(request.body, &session).ok()) return {};
+  const auto found = session.fields().find("token");
+  return found == session.fields().end() ? std::string() : found->second.string_value();
+}
+
 ViewRequest headers_of(const httplib::Request& request, std::array<std::string, 4>& texts) {
   texts = {request.get_header_value("Host"), request.get_header_value("Origin"), request.get_header_value("Cookie"),
            request.get_header_value("Authorization")};
   return {texts[0], texts[1], texts[2], texts[3]};
+}
+
+template <typename Number>
+void append(const std::vector<Number>& numbers, std::string& bytes) {
+  static_assert(std::endian::native == std::endian::little);
+  bytes.append(reinterpret_cast<const char*>(numbers.data()), sizeof(Number) * numbers.size());
+}
+
+/// 4-byte numbers, little-endian: x, y, z of every vertex, the channel of every vertex, three vertices a triangle.
+std::string surface_bytes(const client::Surface& surface, std::optional<std::size_t> channel) {
+  std::vector<float> numbers;
+  for (const std::array<double, 3>& point : surface.points_mm) {
+    for (const double x : point) numbers.push_back(static_cast<float>(x));
+  }
+  const auto channels = static_cast<std::size_t>(surface.header.channels_size());
+  for (std::size_t v = 0; channel && v < surface.points_mm.size(); ++v) {
+    numbers.push_back(surface.materials[channels * v + *channel]);
+  }
+  std::string bytes;
+  append(numbers, bytes);
+  append(surface.triangles, bytes);
+  return bytes;
 }
 
 const char* type_of(std::string_view path) {
@@ -82,11 +117,11 @@ const char* type_of(std::string_view path) {
 
 struct ViewServer::State {
   State(Session& the_session, ViewedMesh the_mesh)
-      : session(the_session), mesh(std::move(the_mesh)), previews(the_session.client()) {}
+      : session(the_session), mesh(std::move(the_mesh)), pages(the_session.client()) {}
 
   Session& session;
   ViewedMesh mesh;
-  ViewPreviews previews;
+  ViewPages pages;
   httplib::Server server;
   std::unique_ptr<ViewGuard> guard;
   int port = 0;
@@ -96,9 +131,11 @@ struct ViewServer::State {
   /// A handler of what needs the token, whose errors become answers.
   template <typename Handle>
   httplib::Server::Handler guarded(Handle handle);
-  std::shared_ptr<const client::PreviewPicture> shown(const v1::PreviewRequest& asked);
+  std::shared_ptr<const client::PreviewPicture> shown(const v1::PreviewRequest& asked, const std::string& page);
   void show(const httplib::Request& request, httplib::Response& response);
   void probe(const httplib::Request& request, httplib::Response& response);
+  void plan(const httplib::Request& request, httplib::Response& response);
+  void tessellate(const httplib::Request& request, httplib::Response& response);
   void list(httplib::Response& response);
 };
 
@@ -135,21 +172,23 @@ void ViewServer::State::show(const httplib::Request& request, httplib::Response&
   if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
   asked.set_encoding(v1::PREVIEW_ENCODING_PNG);
   asked.set_coarse(request.get_param_value("stage") == "coarse");
-  const auto picture = shown(asked);
+  const auto picture = shown(asked, request.get_param_value("page"));
   if (!picture) return answer_error(kConflict, "STALE", "a newer picture has been asked for", response);
   response.set_header("Ccslice-Preview", json_of(picture->header));
   response.set_content(picture->bytes, "image/png");
 }
 
 /// A server that has lost the mesh gets it again.
-std::shared_ptr<const client::PreviewPicture> ViewServer::State::shown(const v1::PreviewRequest& asked) {
+std::shared_ptr<const client::PreviewPicture> ViewServer::State::shown(const v1::PreviewRequest& asked,
+                                                                       const std::string& page) {
+  const std::shared_ptr<ViewPreviews> previews = pages.of(page);
   try {
-    return previews.show(asked);
+    return previews->show(asked);
   } catch (const client::ClientError& error) {
     if (error.missing_mesh_id().empty()) throw;
   }
   (void)session.client().mesh_summary(asked.mesh_id(), session.call());
-  return previews.show(asked);
+  return previews->show(asked);
 }
 
 void ViewServer::State::probe(const httplib::Request& request, httplib::Response& response) {
@@ -167,6 +206,34 @@ void ViewServer::State::probe(const httplib::Request& request, httplib::Response
   response.set_content(json_of(all), "application/json");
 }
 
+void ViewServer::State::plan(const httplib::Request& request, httplib::Response& response) {
+  v1::PlanSlicesRequest asked;
+  if (!parse(request, asked, response)) return;
+  if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  response.set_content(json_of(session.client().plan(asked, session.call())), "application/json");
+}
+
+void ViewServer::State::tessellate(const httplib::Request& request, httplib::Response& response) {
+  v1::TessellateBoundaryRequest asked;
+  if (!parse(request, asked, response)) return;
+  if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  client::Surface surface = session.client().tessellate(asked, session.call());
+  std::optional<std::size_t> channel;
+  if (request.has_param("channel")) {
+    const std::string name = request.get_param_value("channel");
+    const auto& channels = surface.header.channels();
+    const auto found = std::ranges::find(channels, name, [](const v1::Channel& each) { return each.name(); });
+    if (found == channels.end()) {
+      return answer_error(kBadRequest, "CHANNEL_UNKNOWN", "channel: there is no channel " + echoed(name), response);
+    }
+    channel = static_cast<std::size_t>(found - channels.begin());
+  }
+  const std::string bytes = surface_bytes(surface, channel);
+  surface.header.clear_channels();  // Of the mesh's summary, and perhaps too many for a header.
+  response.set_header("Ccslice-Surface", json_of(surface.header));
+  response.set_content(bytes, "application/octet-stream");
+}
+
 void ViewServer::State::list(httplib::Response& response) {
   JsonWriter json;
   json.begin_object().member("first", mesh.id).member("name", mesh.name).key("meshes").begin_array();
@@ -176,13 +243,7 @@ void ViewServer::State::list(httplib::Response& response) {
 
 void ViewServer::State::add_calls() {
   server.Post("/api/session", [this](const httplib::Request& request, httplib::Response& response) {
-    constexpr std::string_view kKey = "\"token\"";
-    // {"token": "..."}: digits only, so nothing in it is escaped.
-    const std::size_t key = request.body.find(kKey);
-    const std::size_t begin = key == std::string::npos ? key : request.body.find('"', key + kKey.size());
-    const std::size_t end = begin == std::string::npos ? begin : request.body.find('"', begin + 1);
-    if (end == std::string::npos ||
-        !guard->is_token(std::string_view(request.body).substr(begin + 1, end - begin - 1))) {
+    if (!guard->is_token(token_of(request))) {
       const auto refusal = guard->refuse_without_token({});
       return answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
     }
@@ -192,6 +253,8 @@ void ViewServer::State::add_calls() {
   });
   server.Get("/api/meshes", guarded([this](const httplib::Request&, httplib::Response& r) { list(r); }));
   server.Post("/api/preview", guarded([this](const httplib::Request& q, httplib::Response& r) { show(q, r); }));
+  server.Post("/api/plan", guarded([this](const httplib::Request& q, httplib::Response& r) { plan(q, r); }));
+  server.Post("/api/boundary", guarded([this](const httplib::Request& q, httplib::Response& r) { tessellate(q, r); }));
   server.Post("/api/probe", guarded([this](const httplib::Request& q, httplib::Response& r) { probe(q, r); }));
 }
 
@@ -211,6 +274,9 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
   }
   state.guard = std::make_unique<ViewGuard>(static_cast<std::uint16_t>(state.port), random_token());
   state.server.set_payload_max_length(kMostBodyBytes);
+  // Browsers keep half a dozen connections open, and each has a thread for some seconds.
+  constexpr std::size_t kThreads = 48;
+  state.server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   state.server.set_default_headers({
       {"Content-Security-Policy",
        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "

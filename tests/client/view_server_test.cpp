@@ -9,6 +9,8 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdint>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <thread>
@@ -18,6 +20,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "client/client.h"
+#include "core/base/types.h"
 #include "tests/client/command_line.h"
 
 namespace ccslice::client {
@@ -82,7 +85,9 @@ TEST_F(View, GivesItsPageToAnybodyAndItsCallsToTheToken) {
 
 TEST_F(View, ChangesTheTokenForACookie) {
   EXPECT_EQ(http_->Post("/api/session", R"({"token":"0"})", "application/json")->status, 401);
-  EXPECT_EQ(http_->Post("/api/session", "token", "application/json")->status, 401);
+  for (const char* body : {"token", "", "[]", "{}", R"({"token":7})", R"({"token":{"token":""}})", R"({"token":""})"}) {
+    EXPECT_EQ(http_->Post("/api/session", body, "application/json")->status, 401) << body;
+  }
   const auto session = http_->Post("/api/session", R"({"token": ")" + token_ + R"("})", "application/json");
   ASSERT_EQ(session->status, 204);
   const std::string cookie = session->get_header_value("Set-Cookie");
@@ -118,6 +123,82 @@ TEST_F(View, OfManyRequestsTheLatestIsAnswered) {
   EXPECT_THAT(statuses, testing::Contains(200));
 }
 
+TEST_F(View, PagesDontTakePicturesFromEachOther) {
+  std::vector<std::thread> threads;
+  std::vector<int> refused(4);
+  for (std::size_t page = 0; page < refused.size(); ++page) {
+    threads.emplace_back([&, page] {
+      httplib::Client own("http://" + host_);
+      for (int i = 0; i < 12; ++i) {
+        const auto answer =
+            own.Post("/api/preview?page=" + std::to_string(page), bearer(), cut(0.5 + 0.5 * i), "application/json");
+        refused[page] += answer->status == 200 ? 0 : 1;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_THAT(refused, testing::Each(0));
+  for (int page = 0; page < 20; ++page) {
+    EXPECT_EQ(post("/api/preview?page=more" + std::to_string(page), cut(4))->status, 200) << "any number of pages";
+  }
+}
+
+TEST_F(View, GivesTheBoundaryAsTriangles) {
+  const auto answer = post("/api/boundary?channel=gradient", R"({"chord_tolerance_mm":1})");
+  ASSERT_EQ(answer->status, 200) << answer->body;
+  const std::string header = answer->get_header_value("Ccslice-Surface");
+  const auto count = [&](const char* name) {
+    return static_cast<std::size_t>(std::stoul(json_at(header, name).string_value()));
+  };
+  const std::size_t vertices = count("vertex_count"), triangles = count("triangle_count");
+  ASSERT_GT(triangles, 10u);
+  ASSERT_EQ(answer->body.size(), 4 * (3 * vertices + vertices + 3 * triangles));
+  const auto number = [&](std::size_t i) {
+    float value = 0;
+    std::memcpy(&value, answer->body.data() + 4 * i, 4);
+    return value;
+  };
+  double volume = 0;
+  for (std::size_t t = 0; t < triangles; ++t) {
+    Vec3 corners[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t vertex = 0;
+      std::memcpy(&vertex, answer->body.data() + 4 * (4 * vertices + 3 * t + k), 4);
+      ASSERT_LT(vertex, vertices);
+      for (std::size_t i = 0; i < 3; ++i) corners[k][static_cast<Eigen::Index>(i)] = number(3 * vertex + i);
+    }
+    volume += corners[0].dot(corners[1].cross(corners[2])) / 6;
+  }
+  EXPECT_NEAR(volume, 24 * 16 * 8, 1e-3);
+  for (std::size_t v = 0; v < vertices; ++v) EXPECT_NEAR(number(3 * vertices + v), number(3 * v) / 24, 1e-5) << v;
+  const auto plain = post("/api/boundary", "{}");
+  EXPECT_EQ(plain->body.size() % 4, 0u);
+  EXPECT_EQ(json_at(plain->get_header_value("Ccslice-Surface"), "channels").list_value().values_size(), 0);
+}
+
+TEST_F(View, PlansGrids) {
+  const auto answer = post("/api/plan", R"({"grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.25}}})");
+  ASSERT_EQ(answer->status, 200) << answer->body;
+  EXPECT_EQ(json_at(answer->body, "grid.extent.columns").number_value(), 48);
+  EXPECT_EQ(json_at(answer->body, "grid.extent.layers").number_value(), 32);
+}
+
+TEST_F(View, KeepsAPrintingThatIsAskedForAgain) {
+  const auto halftone = [&](const std::string& colour) {
+    const std::string body = R"({"plane":{"layer":{"grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.5}},"layer":3}},)"
+                             R"("content":{"halftone":{}},"printing":{"materials":[{"name":"a","rgba":)" +
+                             colour + R"(},{"name":"b","rgba":65535}],"map":{"blend":{"channel":"gradient",)" +
+                             R"("stops":[{"value":0,"material":"a"},{"value":1,"material":"b"}]}}}})";
+    const auto answer = post("/api/preview", body);
+    EXPECT_EQ(answer->status, 200) << answer->body;
+    return answer->body;
+  };
+  const std::string red = halftone("4278190335");
+  EXPECT_EQ(halftone("4278190335"), red);
+  EXPECT_NE(halftone("16711935"), red);
+  EXPECT_EQ(halftone("4278190335"), red);
+}
+
 TEST_F(View, ProbesPointsAndListsMeshes) {
   const auto answer = post("/api/probe", R"({"points_mm":[12,8,4,-1,0,0]})");
   ASSERT_EQ(answer->status, 200) << answer->body;
@@ -143,7 +224,16 @@ TEST_F(View, NamesWhatIsWrong) {
   expect(post("/api/preview", "{}"), 400, "REQUEST_MALFORMED");
   expect(post("/api/probe", R"({"points_mm":[1,2]})"), 400, "REQUEST_MALFORMED");
   expect(post("/api/preview", R"({"mesh_id":"ring"})"), 400, "MESH_ID_INVALID");
-  EXPECT_EQ(post("/api/preview", std::string(5 << 20, ' '))->status, 413);
+  expect(post("/api/boundary", R"({"chord_tolerance_mm":-1})"), 400, "TOLERANCE_INVALID");
+  expect(post("/api/boundary?channel=nothing", "{}"), 400, "CHANNEL_UNKNOWN");
+  expect(post("/api/boundary", "[]"), 400, "REQUEST_MALFORMED");
+  expect(post("/api/plan", R"({"grid":{"pitch":{"x_mm":0}}})"), 400, "PITCH_INVALID");
+  for (const std::size_t megabytes : {5, 100}) {
+    // The answer may come, and the connection be closed, before all has been sent.
+    const auto refused = post("/api/preview", std::string(megabytes << 20, ' '));
+    EXPECT_TRUE(!refused || refused->status == 413) << megabytes;
+  }
+  EXPECT_EQ(post("/api/preview", std::string(4'200'000, ' '))->status, 413);
   EXPECT_EQ(post("/api/preview", cut(4))->status, 200) << "an error ends nothing";
 }
 
