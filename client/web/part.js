@@ -180,9 +180,9 @@ export class PartView {
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const axes = this.axes(), view = this.matrix(axes);
     this.draw_surface(view, axes.away, 0);
-    this.draw_cut(view);
     gl.depthMask(false);
     this.draw_surface(view, axes.away, 1);
+    this.draw_cut(view);  // Over the shadow, so that its colours are true.
     this.draw_frame(view);
     gl.depthMask(true);
     canvas.dataset.drawn = String(this.count / 3);

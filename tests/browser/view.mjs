@@ -22,10 +22,11 @@ page.on("console", (line) => line.type() === "error" && /Content Security|WebGL/
 
 /** Polls from outside: the page's policy lets nobody make code from texts in it, which waitForFunction() would do. */
 async function until(condition, what, on = page) {
-  for (let end = Date.now() + 20000; Date.now() < end; await on.waitForTimeout(20)) {
+  const seconds = 60;  // Of a busy machine.
+  for (let end = Date.now() + 1000 * seconds; Date.now() < end; await on.waitForTimeout(20)) {
     if (await on.evaluate(condition)) return;
   }
-  throw new Error(`no ${what} within 20 s; the page says: ${await on.locator("main").textContent()}; ${errors}`);
+  throw new Error(`no ${what} within ${seconds} s; the page says: ${await on.locator("main").textContent()}; ${errors}`);
 }
 
 /** Waits until the full picture of what is asked for is there. Its pixels' sum, colours and size. */
