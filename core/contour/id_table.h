@@ -28,6 +28,12 @@ class IdTable {
     std::fill(slots_.begin(), slots_.end(), 0);
   }
 
+  /// Makes room for so many keys.
+  void reserve(std::size_t count) {
+    keys_.reserve(count);
+    while (slots_.size() < 2 * count) grow();
+  }
+
   std::size_t size() const { return keys_.size(); }
   const Key& key(std::uint32_t id) const { return keys_[id]; }
 

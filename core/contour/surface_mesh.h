@@ -60,6 +60,7 @@ class SurfaceVertices {
   explicit SurfaceVertices(const BoundarySurface& surface) : surface_(surface) {}
 
   void clear() { table_.clear(); }
+  void reserve(std::size_t count) { table_.reserve(count); }
   std::size_t size() const { return table_.size(); }
 
   std::pair<std::uint32_t, bool> insert(BoundaryFaceId face, std::uint32_t s, std::uint32_t t) {

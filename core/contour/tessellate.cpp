@@ -3,6 +3,7 @@
 
 #include "core/contour/tessellate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -34,36 +35,91 @@ Vec3 corner_of(const BezierNet& net, int k) {
   return {net.x[kNetCorner[k]], net.y[kNetCorner[k]], net.z[kNetCorner[k]]};
 }
 
+/// Halves the faces down to leaves, and tells of each box that is halved and of each leaf.
+class FaceHalver {
+ public:
+  FaceHalver(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options)
+      : surface_(solid), to_world_{placement.linear(), placement.translation()}, options_(options) {}
+
+  const BoundarySurface& surface() const { return surface_; }
+
+  /// Calls visit.halved(box) and visit.leaf(box, corners, middle), in a canonical order.
+  template <class Visit>
+  void halve_all(Visit& visit);
+
+ private:
+  template <class Visit>
+  void halve_irregular(BoundaryFaceId face, Visit& visit);
+  template <class Visit>
+  void halve_box(const BezierNet& net, const SurfaceBox& box, Visit& visit);
+
+  BoundarySurface surface_;
+  AffineMap to_world_;
+  const TessellationOptions& options_;
+  IrregularCorner corner_;
+};
+
+void check_count(std::uint64_t triangles, const TessellationOptions& options) {
+  if (triangles <= options.max_triangles) return;
+  throw Error(ErrorCode::kTooManyTriangles,
+              "chord_tolerance_mm is so small that the boundary takes more than " +
+                  std::to_string(options.max_triangles) + " triangles; choose a larger one",
+              "chord_tolerance_mm");
+}
+
+struct LeafCount {
+  const TessellationOptions& options;
+  std::uint64_t leaves = 0;
+
+  void halved(const SurfaceBox&) {}
+  void leaf(const SurfaceBox&, const std::array<Vec3, 4>&, const Vec3&) {
+    if (leaves % kPiecesPerPoll == 0) options.cancel.throw_if_cancelled();
+    check_count(2 * ++leaves, options);
+  }
+};
+
+/// Halving a leaf makes three leaves more, and at most five vertices. Every triangle has an edge of its leaf's rim. At
+/// most two sides of a leaf have a coarser neighbour, as the other two have its siblings: so there are at most six
+/// edges of rims for each leaf.
+TessellationBound bound_of(std::uint64_t leaves, std::uint64_t faces, std::uint64_t max_triangles) {
+  constexpr std::uint64_t kLeafBytes = sizeof(Leaf);
+  constexpr std::uint64_t kVertexBytes = sizeof(SurfacePlace) + sizeof(SurfaceKey) + 5 * sizeof(std::uint32_t);
+  constexpr std::uint64_t kFaceBytes = 2 * sizeof(Box3), kOtherBytes = 4u << 20;
+  const std::uint64_t corners = 2 * faces + 5 * (leaves - std::min(leaves, faces)) / 3;
+  const std::uint64_t triangles = std::min(6 * leaves, max_triangles);
+  return {.leaves = leaves,
+          .most = {.vertices = corners + leaves, .triangles = triangles},
+          .scratch_bytes = leaves * kLeafBytes + corners * kVertexBytes + faces * kFaceBytes + kOtherBytes};
+}
+
 /// First all leaves with their vertices, then the triangles leaf by leaf.
 class Tessellator {
  public:
   Tessellator(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options)
-      : surface_(solid),
+      : halver_(solid, placement, options),
         evaluator_(solid),
         vertices_(surface_),
-        to_world_{placement.linear(), placement.translation()},
         mirrored_(placement.linear().determinant() < 0),
         options_(options),
         channels_(solid.channel_count()) {}
 
-  void collect();
+  void collect(const TessellationBound& bound);
   TessellationSummary emit(const std::function<void(const TessellationChunk&)>& deliver);
+  // For the halver.
+  void halved(const SurfaceBox& box) { vertices_.enter_middles(box); }
+  void leaf(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle);
 
  private:
-  void collect_irregular(BoundaryFaceId face);
-  void collect_box(const BezierNet& net, const SurfaceBox& box);
-  void add(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle);
-  void check_count(std::uint64_t triangles) const;
   void emit_leaf(const Leaf& leaf);
   void emit_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
   std::uint32_t number_of(std::uint32_t vertex);
   std::uint32_t emit_vertex(const SurfacePlace& place);
   void read_rim(const Leaf& leaf);
 
-  BoundarySurface surface_;
+  FaceHalver halver_;
+  const BoundarySurface& surface_ = halver_.surface();
   LimitEvaluator evaluator_;
   SurfaceVertices vertices_;
-  AffineMap to_world_;
   bool mirrored_;
   const TessellationOptions& options_;
   std::vector<Leaf> leaves_;
@@ -72,31 +128,43 @@ class Tessellator {
   std::vector<std::uint32_t> rim_;      // Vertices round the leaf at hand.
   std::vector<double> channels_;        // Channels at the vertex at hand.
   TessellationChunk chunk_;
-  IrregularCorner corner_;
 };
 
-void Tessellator::collect() {
+template <class Visit>
+void FaceHalver::halve_all(Visit& visit) {
   for (const BoundaryFaceId face : surface_.face_ids()) {
     if (face % 32 == 0) options_.cancel.throw_if_cancelled();
     if (surface_.faces()[face].regular) {
-      collect_box(transformed(surface_.regular_patch(face), to_world_), SurfaceBox{.face = face});
+      halve_box(transformed(surface_.regular_patch(face), to_world_), SurfaceBox{.face = face}, visit);
     } else {
-      collect_irregular(face);
+      halve_irregular(face, visit);
     }
   }
-  std::uint64_t triangles = 0;
+}
+
+void Tessellator::collect(const TessellationBound& bound) {
+  leaves_.reserve(bound.leaves);
+  const std::uint64_t most_corners = bound.most.vertices - bound.leaves;
+  vertices_.reserve(most_corners);
+  places_.reserve(most_corners);
+  numbers_.reserve(most_corners);
+  halver_.halve_all(*this);
+  TessellationSummary& whole = chunk_.whole;
+  whole.vertices = vertices_.size();
   PeriodicPoll poll(options_.cancel);
   for (const Leaf& leaf : leaves_) {
     poll();
     read_rim(leaf);
-    triangles += rim_.size() == 4 ? 2 : rim_.size();
+    whole.triangles += rim_.size() == 4 ? 2 : rim_.size();
+    if (rim_.size() != 4) ++whole.vertices;
   }
-  check_count(triangles);
+  check_count(whole.triangles, options_);
 }
 
 /// The surface that remains at the irregular vertex lies in the hull of its ring. Once that is smaller than the
 /// tolerance, any triangles in it are near enough.
-void Tessellator::collect_irregular(BoundaryFaceId face) {
+template <class Visit>
+void FaceHalver::halve_irregular(BoundaryFaceId face, Visit& visit) {
   surface_.irregular_corner(face, corner_);
   SurfaceBox box{.face = face};
   std::array<Vec3, 4> corners;
@@ -111,45 +179,40 @@ void Tessellator::collect_irregular(BoundaryFaceId face) {
     const BezierNet north = transformed(patches[1], to_world_);
     const BezierNet north_east = transformed(patches[2], to_world_);
     const Vec3 middle = corner_of(north_east, 0);
-    if (small) return add(box, {origin, corner_of(east, 1), corner_of(north_east, 2), corner_of(north, 3)}, middle);
-    vertices_.enter_middles(box);
-    collect_box(east, box.quarter(1, 0));
-    collect_box(north, box.quarter(0, 1));
-    collect_box(north_east, box.quarter(1, 1));
+    if (small) {
+      return visit.leaf(box, {origin, corner_of(east, 1), corner_of(north_east, 2), corner_of(north, 3)}, middle);
+    }
+    visit.halved(box);
+    halve_box(east, box.quarter(1, 0), visit);
+    halve_box(north, box.quarter(0, 1), visit);
+    halve_box(north_east, box.quarter(1, 1), visit);
     box = box.quarter(0, 0);
   }
 }
 
-void Tessellator::collect_box(const BezierNet& net, const SurfaceBox& box) {
+template <class Visit>
+void FaceHalver::halve_box(const BezierNet& net, const SurfaceBox& box, Visit& visit) {
   if (box.size <= kSmallestBox || chord_bound(net).whole() <= options_.tolerance_mm) {
     const Vec3 middle(evaluate_middle(net.x), evaluate_middle(net.y), evaluate_middle(net.z));
-    return add(box, {corner_of(net, 0), corner_of(net, 1), corner_of(net, 2), corner_of(net, 3)}, middle);
+    return visit.leaf(box, {corner_of(net, 0), corner_of(net, 1), corner_of(net, 2), corner_of(net, 3)}, middle);
   }
-  vertices_.enter_middles(box);
+  visit.halved(box);
   const std::array<BezierNet, 4> children = quarters_of(net);
   for (int quarter = 0; quarter < 4; ++quarter) {
-    collect_box(children[static_cast<std::size_t>(quarter)], box.quarter(quarter % 2, quarter / 2));
+    halve_box(children[static_cast<std::size_t>(quarter)], box.quarter(quarter % 2, quarter / 2), visit);
   }
 }
 
-void Tessellator::add(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle) {
+void Tessellator::leaf(const SurfaceBox& box, const std::array<Vec3, 4>& corners, const Vec3& middle) {
   if (leaves_.size() % kPiecesPerPoll == 0) options_.cancel.throw_if_cancelled();
   leaves_.push_back({box, middle});
-  check_count(2 * leaves_.size());
+  check_count(2 * leaves_.size(), options_);
   for (int k = 0; k < 4; ++k) {
     const auto [s, t] = box.corner(k);
     const std::uint32_t vertex = vertices_.insert(box.face, s, t).first;
     places_.resize(vertices_.size(), SurfacePlace{.face = BoundaryFaceId{kNoNumber}});
     if (places_[vertex].face == kNoNumber) places_[vertex] = {box.face, s, t, corners[k]};
   }
-}
-
-void Tessellator::check_count(std::uint64_t triangles) const {
-  if (triangles <= options_.max_triangles) return;
-  throw Error(ErrorCode::kTooManyTriangles,
-              "chord_tolerance_mm is so small that the boundary takes more than " +
-                  std::to_string(options_.max_triangles) + " triangles; choose a larger one",
-              "chord_tolerance_mm");
 }
 
 TessellationSummary Tessellator::emit(const std::function<void(const TessellationChunk&)>& deliver) {
@@ -160,7 +223,8 @@ TessellationSummary Tessellator::emit(const std::function<void(const Tessellatio
     summary.vertices += delivered;
     summary.triangles += chunk_.triangles.size();
     deliver(chunk_);
-    chunk_ = {.first_vertex = chunk_.first_vertex + delivered,
+    chunk_ = {.whole = chunk_.whole,
+              .first_vertex = chunk_.first_vertex + delivered,
               .positions = {},
               .at = {},
               .channel_values = {},
@@ -217,13 +281,27 @@ std::uint32_t Tessellator::emit_vertex(const SurfacePlace& place) {
 
 }  // namespace
 
-TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
-                               const std::function<void(const TessellationChunk&)>& deliver) {
+TessellationBound bound_tessellation(const LimitSolid& solid, const Placement& placement,
+                                     const TessellationOptions& options) {
   if (!(options.tolerance_mm > 0) || !std::isfinite(options.tolerance_mm)) {
     throw Error(ErrorCode::kToleranceInvalid, "chord_tolerance_mm must be positive and finite", "chord_tolerance_mm");
   }
+  FaceHalver halver(solid, placement, options);
+  LeafCount count{options};
+  halver.halve_all(count);
+  return bound_of(count.leaves, halver.surface().faces().size(), options.max_triangles);
+}
+
+TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                               const std::function<void(const TessellationChunk&)>& deliver) {
+  return tessellate(solid, placement, options, bound_tessellation(solid, placement, options), deliver);
+}
+
+TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                               const TessellationBound& bound,
+                               const std::function<void(const TessellationChunk&)>& deliver) {
   Tessellator tessellator(solid, placement, options);
-  tessellator.collect();
+  tessellator.collect(bound);
   return tessellator.emit(deliver);
 }
 

@@ -22,9 +22,15 @@
 
 namespace ccslice {
 
+struct TessellationSummary {
+  std::uint64_t vertices = 0;
+  std::uint64_t triangles = 0;
+};
+
 /// A piece of the triangulation. Vertices are numbered in the order of their delivery, through all chunks; a triangle
 /// may name vertices of this chunk and of earlier ones.
 struct TessellationChunk {
+  TessellationSummary whole;                            // What all chunks together hold.
   std::uint32_t first_vertex = 0;                       // Number of positions[0].
   std::vector<Vec3> positions;                          // On placement * limit surface, world mm.
   std::vector<CellParam> at;                            // Where each vertex lies in the limit volume.
@@ -39,15 +45,26 @@ struct TessellationOptions {
   CancellationToken cancel = {};
 };
 
-struct TessellationSummary {
-  std::uint64_t vertices = 0;
-  std::uint64_t triangles = 0;
+/// What there will be, told before it is made.
+struct TessellationBound {
+  std::uint64_t leaves = 0;         // Exactly.
+  TessellationSummary most;         // Vertices and triangles, at most.
+  std::uint64_t scratch_bytes = 0;  // That tessellate() holds, besides what it delivers.
 };
+
+/// Halves the faces without keeping anything, in a part of the time of tessellate(). Throws as that does.
+TessellationBound bound_tessellation(const LimitSolid& solid, const Placement& placement,
+                                     const TessellationOptions& options);
 
 /// Delivers the chunks in a canonical order, on the calling thread; what `deliver` throws passes through.
 /// REQUIRES: placement passes validate_placement(). Throws Error{kToleranceInvalid} if the tolerance isn't positive and
 /// finite, Error{kTooManyTriangles} if there would be more than options.max_triangles; Error{kCancelled}.
 TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                               const std::function<void(const TessellationChunk&)>& deliver);
+
+/// Likewise, for whoever has bounded it before.
+TessellationSummary tessellate(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                               const TessellationBound& bound,
                                const std::function<void(const TessellationChunk&)>& deliver);
 
 }  // namespace ccslice

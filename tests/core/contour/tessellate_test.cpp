@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 #include "core/mesh/models.h"
 #include "tests/core/contour/contour_checks.h"
+#include "tests/support/allocation_count.h"
 #include "tests/support/bfr_surface.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -82,6 +84,38 @@ TEST(Tessellate, ChunksHoldWhatWasAskedFor) {
   EXPECT_EQ(pieces.all.triangles, whole.all.triangles);
   EXPECT_EQ(pieces.all.positions, whole.all.positions);
   EXPECT_EQ(pieces.all.channel_values, whole.all.channel_values);
+}
+
+/// Bounded before, counted while it is made, and compared with what is delivered and held.
+void expect_bounds(const std::string& what, const LimitSolid& solid, double tolerance_mm) {
+  const TessellationOptions options{.tolerance_mm = tolerance_mm};
+  const TessellationBound bound = bound_tessellation(solid, Placement::Identity(), options);
+  const oracle::HeldMemory held;
+  TessellationSummary whole;
+  std::size_t delivered = 0;
+  const TessellationSummary all =
+      tessellate(solid, Placement::Identity(), options, bound, [&](const TessellationChunk& chunk) {
+        whole = chunk.whole;
+        delivered += chunk.triangles.size();
+      });
+  EXPECT_LE(held.most_bytes(), bound.scratch_bytes) << what;
+  EXPECT_EQ(whole.vertices, all.vertices) << what;
+  EXPECT_EQ(whole.triangles, all.triangles) << what;
+  EXPECT_EQ(delivered, all.triangles) << what;
+  EXPECT_LE(all.vertices, bound.most.vertices) << what;
+  EXPECT_LE(all.triangles, bound.most.triangles) << what;
+  EXPECT_GE(all.triangles, 2 * bound.leaves) << what;
+}
+
+TEST(Tessellate, IsBoundedBeforeItIsMade) {
+  for (const SampleModel& model : sample_models()) {
+    const auto solid = LimitSolid::prepare(model.make());
+    for (const double tolerance_mm : {1.0, 0.1}) expect_bounds(std::string(model.name), *solid, tolerance_mm);
+  }
+  for (const char* name : {"single_hex", "concave_corner", "sharp_cross", "vertex_link_icosahedron"}) {
+    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    for (const double tolerance_mm : {100.0, 0.1, 1e-3}) expect_bounds(name, *solid, tolerance_mm);
+  }
 }
 
 TEST(Tessellate, RefusesTolerancesThatMakeNoSense) {
