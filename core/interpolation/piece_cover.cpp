@@ -25,8 +25,22 @@ double before_begin(const ScannedRun& run, std::uint32_t column) {
 
 }  // namespace
 
+/// A counting sort, which leaves runs of a row in the order of their pieces. Counts stand two places on, so that once
+/// they are summed [row + 1] is where the row begins. Putting its runs in place moves that on to where it ends, which
+/// is where the next one begins.
+void RunsByRow::sort(std::span<const ScannedRun> runs, std::uint32_t rows) {
+  row_begins_.assign(rows + std::size_t{2}, 0);
+  for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
+  for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
+  runs_.resize(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r + kRowsOfRunsAhead < runs.size()) prefetch(&runs_[row_begins_[runs[r + kRowsOfRunsAhead].row + 1]]);
+    runs_[row_begins_[runs[r].row + 1]++] = runs[r];
+  }
+}
+
 void PieceCover::resolve(const SlabPieces& pieces, std::uint32_t layer, std::uint32_t rows,
-                         std::span<const VoxelRun> spans) {
+                         std::span<const VoxelRun> spans, RunsByRow& sorted) {
   pieces_ = &pieces;
   layer_ = layer;
   row_ = kNoRow;
@@ -34,9 +48,9 @@ void PieceCover::resolve(const SlabPieces& pieces, std::uint32_t layer, std::uin
   to_invert_.clear();
   unpainted_.clear();
   beside_unpainted_.clear();
-  sort_by_row(pieces.runs(layer), rows);
+  sorted.sort(pieces.runs(layer), rows);
   for (const VoxelRun& span : spans) {
-    if (span.row != row_) enter_row(span.row);
+    if (span.row != row_) enter_row(span.row, sorted);
     resolve_span(span);
   }
   sort_out_unpainted();
@@ -94,24 +108,9 @@ bool PieceCover::is_in_large_hole(std::size_t run) const {
   return pieces_->is_in_large_hole(Vec3(unpainted_[run].begin, unpainted_[run].row, layer_));
 }
 
-/// A counting sort, which leaves runs of a row in the order of their pieces. Counts stand two places on, so that once
-/// they are summed [row + 1] is where the row begins. Putting its runs in place moves that on to where it ends, which
-/// is where the next one begins.
-void PieceCover::sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows) {
-  row_begins_.assign(rows + std::size_t{2}, 0);
-  for (const ScannedRun& run : runs) ++row_begins_[run.row + 2];
-  for (std::size_t r = 2; r < row_begins_.size(); ++r) row_begins_[r] += row_begins_[r - 1];
-  by_row_.resize(runs.size());
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    if (r + kRowsOfRunsAhead < runs.size()) prefetch(&by_row_[row_begins_[runs[r + kRowsOfRunsAhead].row + 1]]);
-    by_row_[row_begins_[runs[r].row + 1]++] = runs[r];
-  }
-}
-
-void PieceCover::enter_row(std::uint32_t row) {
+void PieceCover::enter_row(std::uint32_t row, const RunsByRow& sorted) {
   row_ = row;
-  const std::span<const ScannedRun> runs =
-      std::span(by_row_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
+  const std::span<const ScannedRun> runs = sorted.of_row(row);
   // Numbers are sorted several times as fast as runs.
   by_column_.clear();
   for (std::size_t r = 0; r < runs.size(); ++r) by_column_.push_back(std::uint64_t{runs[r].begin} << 32 | r);

@@ -28,11 +28,27 @@
 
 namespace ccslice {
 
+/// Runs of a layer by row, and then by piece. Memory is kept.
+class RunsByRow {
+ public:
+  /// `runs`: by piece. `rows`: of the grid.
+  void sort(std::span<const ScannedRun> runs, std::uint32_t rows);
+  std::span<const ScannedRun> of_row(std::uint32_t row) const {
+    return std::span(runs_).subspan(row_begins_[row], row_begins_[row + 1] - row_begins_[row]);
+  }
+
+ private:
+  std::vector<ScannedRun> runs_;
+  std::vector<std::size_t> row_begins_;  // And the end.
+};
+
 /// The cover of one layer. Memory is kept.
 class PieceCover {
  public:
-  /// `spans`: the voxels inside, as rasterize() yields them. `rows`: of the grid.
-  void resolve(const SlabPieces& pieces, std::uint32_t layer, std::uint32_t rows, std::span<const VoxelRun> spans);
+  /// `spans`: the voxels inside, as rasterize() yields them. `rows`: of the grid. `sorted`: scratch memory, which the
+  /// layers of a slab share.
+  void resolve(const SlabPieces& pieces, std::uint32_t layer, std::uint32_t rows, std::span<const VoxelRun> spans,
+               RunsByRow& sorted);
 
   /// Has all voxels of the rows inverted. `spans`: as resolve() had them.
   void invert(const RowRange& rows, std::span<const VoxelRun> spans);
@@ -46,8 +62,7 @@ class PieceCover {
   std::span<const VoxelRun> for_tiles() const { return unpainted_; }
 
  private:
-  void sort_by_row(std::span<const ScannedRun> runs, std::uint32_t rows);
-  void enter_row(std::uint32_t row);
+  void enter_row(std::uint32_t row, const RunsByRow& sorted);
   void resolve_span(const VoxelRun& span);
   std::uint32_t paint_next(const ScannedRun& next, std::uint32_t at, const VoxelRun& span);
   void compare_overlap(const ScannedRun& next, std::uint32_t begin, std::uint32_t end);
@@ -74,8 +89,6 @@ class PieceCover {
   std::vector<VoxelRun> unpainted_;
   std::vector<std::uint32_t> beside_unpainted_;  // By unpainted run: the piece beside it, or none.
   std::vector<std::optional<CellParam>> hints_;
-  std::vector<ScannedRun> by_row_;        // By row, then by piece.
-  std::vector<std::size_t> row_begins_;   // Where rows begin in by_row_, and its end.
   std::vector<std::uint64_t> by_column_;  // Runs of the row at hand: column << 32 | place in the row.
   std::vector<ScannedRun> found_;         // Runs of the row at hand, by column.
   std::size_t first_found_ = 0;           // Those before aren't needed any more.

@@ -65,6 +65,7 @@ class SlabMaterials::State {
   TilePainter tile_painter_;
   std::uint32_t first_layer_ = 0;
   std::vector<Layer> layers_;
+  RunsByRow sorted_runs_;  // Of the layer that is being covered.
   bool tiles_built_ = false;
   LayerCubics cubics_;  // Cubics of the pieces.
 };
@@ -97,7 +98,7 @@ const PieceCover& SlabMaterials::State::cover_of(std::uint32_t layer, const Span
   Layer& found = layers_[layer - first_layer_];
   if (found.is_covered) return found.cover;
   piece_finder_.find(layer, pieces_, cancel);
-  found.cover.resolve(pieces_, layer, grid_.extent.rows, spans_of(layer));
+  found.cover.resolve(pieces_, layer, grid_.extent.rows, spans_of(layer), sorted_runs_);
   found.is_covered = true;
   return found.cover;
 }

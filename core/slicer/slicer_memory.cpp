@@ -48,7 +48,7 @@ constexpr double kNodeBytes = sizeof(SurfaceNode) + sizeof(BezierNet) + 160;  //
 // How finely cells are cut is found out for some of them: others may be cut more finely.
 constexpr std::size_t kDescents = 24;
 constexpr double kFiner = 1.25, kVoxelsOfTile = 128;
-constexpr double kRunBytes = 2 * sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);
+constexpr double kRunBytes = sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);  // Scanned, painted, unpainted.
 constexpr double kParticles = 4 * kMiB;
 
 /// What there is in a layer, or in a slab: the largest sum over intervals that overlap.
@@ -139,7 +139,9 @@ double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerS
   const double crossings =
       std::min(boundary.rows, std::max<double>(1 << 20, 4 * boundary.points)) * sizeof(std::uint64_t);
   const double row_begins = 8.0 * job.grid.extent.rows;
-  const double spans = (boundary.rows / 2 + scope.rows.end - scope.rows.begin) * sizeof(VoxelRun);
+  const double rows = scope.rows.end - scope.rows.begin;
+  const double spans =
+      std::min(boundary.rows / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
   const bool has_regions = shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
   const double kept = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
   return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * kept) + crossings + row_begins;
@@ -254,7 +256,7 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     slicer += kPatchesOfFitters + std::min(kStencilsAndLines, irregular * kStencilsOfCell);
     slicer += cells.pieces * slab_piece_bytes(channels);
     if (all_piece_bytes > kPiecesOfJob) slicer += cells.pieces * piece_bytes(channels);  // Forgotten by others.
-    slicer += kGrowthOfPieces * kSlabLayers * cells.runs * kRunBytes;
+    slicer += kGrowthOfPieces * cells.runs * (kSlabLayers * kRunBytes + sizeof(ScannedRun));
     if (cells.tile_voxels > 0) slicer += kParticles;
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }

@@ -28,7 +28,7 @@ class PieceCoverTest : public testing::Test {
     pieces_.find(5, {});
   }
 
-  void resolve(std::vector<VoxelRun> spans) { rows_.resolve(pieces_, 5, job_.grid.extent.rows, spans); }
+  void resolve(std::vector<VoxelRun> spans) { rows_.resolve(pieces_, 5, job_.grid.extent.rows, spans, sorted_); }
 
   /// Its columns from 40 on are the box's.
   Grid grid_from_before_the_box() const {
@@ -49,6 +49,7 @@ class PieceCoverTest : public testing::Test {
   SliceJob job_;
   FoundPieces pieces_;
   PieceCover rows_;
+  RunsByRow sorted_;
 };
 
 TEST_F(PieceCoverTest, PaintAllThatIsInside) {
@@ -101,7 +102,7 @@ TEST_F(PieceCoverTest, LeaveWhatIsFarFromPieces) {
   FoundPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_cell_node_store());
   pieces.start(0, 16);
   pieces.find(5, {});
-  rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}});
+  rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 39, 60}, {4, 10, 60}, {5, 0, 12}}, sorted_);
   ASSERT_EQ(rows_.painted().size(), 2u);
   EXPECT_EQ(rows_.painted()[0].begin, 39u);  // A voxel before the first piece, which has 26 along the row.
   EXPECT_EQ(rows_.painted()[1].begin, 40u);
@@ -129,7 +130,7 @@ TEST_F(PieceCoverTest, FollowPiecesAsFarAsTheirFacesAllow) {
     FoundPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_cell_node_store());
     pieces.start(0, 16);
     pieces.find(5, {});
-    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 37, 60}});
+    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 37, 60}}, sorted_);
     EXPECT_EQ(rows_.painted()[0].begin, is_painted ? 37u : 40u) << before_mm;
     EXPECT_EQ(rows_.to_invert().empty(), is_painted) << before_mm;
   }
@@ -142,7 +143,7 @@ TEST_F(PieceCoverTest, LeaveWhatLiesOffTheSolidWhereMaterialsAreSteep) {
     FoundPieces pieces(solid_, {job_.placement, grid, {{0, tolerance}}, kOutsideMm}, make_cell_node_store());
     pieces.start(0, 16);
     pieces.find(5, {});
-    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 39, 60}});
+    rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 39, 60}}, sorted_);
     ASSERT_EQ(rows_.painted().size(), 1u);
     EXPECT_EQ(rows_.painted()[0].begin, first_painted);
     EXPECT_EQ(rows_.painted()[0].end, 60u);

@@ -49,7 +49,8 @@ std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
   return jobs;
 }
 
-/// Slices two slabs in the middle, and compares what is held with what was told.
+/// Slices two slabs in the middle, and compares what is held with what was told: that is enough, and not too much where
+/// it counts. What isn't in the middle may take more.
 void expect_enough(const std::string& what, const Solid& solid, const SliceJob& job) {
   validate_job(*solid, job);
   const SlicerMemory told = slicer_memory(solid, job);
@@ -59,6 +60,8 @@ void expect_enough(const std::string& what, const Solid& solid, const SliceJob& 
   const std::uint32_t middle = job.grid.extent.layers / 2, end = std::min(middle + 20, job.grid.extent.layers);
   for (std::uint32_t layer = middle - std::min(middle, 20u); layer < end; ++layer) (void)slicer.slice(layer, {});
   EXPECT_LE(held.most_bytes(), told.shared_bytes + told.slicer_bytes) << what;
+  constexpr std::uint64_t kLittle = 96u << 20;
+  EXPECT_LE(told.shared_bytes + told.slicer_bytes, 4 * held.most_bytes() + kLittle) << what;
 }
 
 TEST(SlicerMemory, IsToldBeforeItIsTaken) {
