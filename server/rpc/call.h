@@ -80,15 +80,16 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// `begin` runs once there is a place for the call, on this thread or another one. Where there is none, or the call
   /// is stopped before there is one, refuse() ends the call. Once.
   template <class Begin>
-  void when_admitted(Begin begin) {
-    state_.admission.request(place_, [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
+  void when_admitted(Begin begin, bool is_long = false) {
+    const auto decided = [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
       if (!refusal) {
         self->log_.note_place();
         return begin();
       }
       self->add_pushback(refusal);
       self->refuse(to_status(refusal));
-    });
+    };
+    state_.admission.request(place_, decided, is_long);
   }
   /// Memory for a call that runs, or for one that shed its own: admission.h. `decided` keeps the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {

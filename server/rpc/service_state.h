@@ -50,6 +50,7 @@ struct ServiceState {
         access(make_access(options)),
         client_calls(options.max_calls_per_client),
         admission({.running = options.max_concurrent_calls,
+                   .short_more = options.max_concurrent_calls / kShortShareOfCalls,
                    .waiting = options.max_waiting_calls,
                    .longest_wait = options.admission_wait}),
         idle_watch(options.idle_timeout),

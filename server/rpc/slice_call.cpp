@@ -18,6 +18,7 @@
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/layer_messages.h"
 #include "server/rpc/requests.h"
+#include "server/rpc/shedding_call.h"
 #include "server/rpc/slice_job.h"
 #include "server/service/layer_stream.h"
 #include "server/service/slicer_source.h"
@@ -28,9 +29,6 @@ namespace {
 /// Ranges of so many bytes of samples are interactive.
 constexpr std::uint64_t kInteractiveBytes = 4u << 20;
 
-/// Rounded up.
-std::string show_mib(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
-
 /// Contours take time too, though no samples: they count like occupancy.
 Pieces pieces_of(const SliceJob& job, std::uint32_t layers) {
   const GridExtent extent = region_of(job).extent;
@@ -39,10 +37,10 @@ Pieces pieces_of(const SliceJob& job, std::uint32_t layers) {
   return samples * layers <= kInteractiveBytes ? Pieces::kInteractive : Pieces::kBatch;
 }
 
-class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
+class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
  public:
   SliceCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
-      : StreamCall(state, context, "SliceRange"), raw_(request) {}
+      : SheddingCall(state, context, "SliceRange"), raw_(request) {}
 
  private:
   enum class Stage { kHeader, kLayers, kSummary, kOver };
@@ -67,8 +65,8 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     write_header(job);
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
     pieces_ = pieces_of(job, range_.count);
-    require_memory();
-    ask_for_memory(wanted_memory(), decided());
+    require_scratch("slicing a layer", scratch_bytes(), "ask for a region, fewer planes or a coarser pitch");
+    ask_for_work();
   }
 
   static std::optional<VoxelShape> mask_of(const SliceJob& job) {
@@ -76,37 +74,17 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return job.printing ? mask_shape(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm) : std::nullopt;
   }
 
-  /// Batch work leaves some of the memory for scratch to interactive work, unless it couldn't begin then.
-  std::uint64_t left_bytes() const {
-    if (pieces_ == Pieces::kInteractive) return 0;
-    const std::uint64_t all = state_.scratch.capacity_bytes();
-    const std::uint64_t left = std::max(all / kInteractiveShareOfScratch, std::min(all / 2, kInteractiveScratchBytes));
-    return std::min(left, all - SlicerSource::least_bytes(memory_));
-  }
-
-  /// Refuses what could never begin.
-  void require_memory() const {
-    const std::uint64_t needed = SlicerSource::least_bytes(memory_);
-    if (needed <= state_.scratch.capacity_bytes()) return;
-    throw ServiceError(ServiceErrorCode::kJobExceedsMemory,
-                       "slicing takes about " + show_mib(needed) + " while it works on a layer, and the server has " +
-                           show_mib(state_.scratch.capacity_bytes()) +
-                           " for that: ask for a region, fewer planes or a coarser pitch, or raise "
-                           "--scratch-budget-bytes");
-  }
-
-  Admission::Memory wanted_memory() {
-    return {.reserve = [this] { return reserve(); }, .overtakes = pieces_ == Pieces::kInteractive};
-  }
+  bool is_short() const override { return pieces_ == Pieces::kInteractive; }
+  std::uint64_t scratch_bytes() const { return SlicerSource::least_bytes(memory_); }
 
   /// What the slicers need, one of them at least, and the window's share of the memory of all streams: what the layers
   /// need, one of them at least. How much contours need isn't known before.
-  bool reserve() {
+  bool reserve() override {
     const std::uint64_t one = std::max(layer_bytes(*job_), kMinStreamWindowBytes);
     const std::uint64_t all = one * range_.count;
     const std::uint64_t most = state_.options.stream_window_bytes;
     MemoryBudget::Share scratch(state_.scratch);
-    if (!scratch.resize(SlicerSource::least_bytes(memory_), left_bytes())) return false;
+    if (!scratch.resize(scratch_bytes(), bytes_left(scratch_bytes()))) return false;
     std::optional<MemoryBudget::Share> share =
         state_.streams.take_between(one, job_->contours ? most : std::min(most, all));
     if (!share) {
@@ -118,39 +96,18 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return true;
   }
 
-  Admission::Decision decided() {
-    return [this, self = shared_from_this()](const std::exception_ptr& refusal) {
-      {
-        const std::lock_guard lock(stream_mutex_);
-        start_error_ = refusal;
-        has_memory_ = true;
-      }
-      if (!refusal) start_later();
-      wake();
-    };
-  }
-
-  /// As a piece of work of its own: a long one where it makes a mask, which takes about a second.
-  void start_later() {
+  /// A long piece of work where it makes a mask, which takes about a second.
+  void start_work_later() override {
     const std::optional<VoxelShape> mask = mask_of(*job_);
-    const Pieces pieces = mask && !has_shared_mask(*mask) ? Pieces::kLong : pieces_;
-    make_lane(pieces).post([this, self = shared_from_this()] {
-      try {
-        start_stream();
-      } catch (...) {
-        const std::lock_guard lock(stream_mutex_);
-        start_error_ = std::current_exception();
-      }
-      wake();
-    });
+    start_work_in(mask && !has_shared_mask(*mask) ? Pieces::kLong : pieces_);
   }
 
   /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
-  void start_stream() {
+  void start_work() override {
     LayerSlicer prototype(mesh_->solid(), *job_, cancel_);
     const auto source = std::make_shared<SlicerSource>(
         std::move(prototype), memory_, std::move(scratch_),
-        SlicerSource::Limits{.left_bytes = left_bytes(),
+        SlicerSource::Limits{.left_bytes = bytes_left(scratch_bytes()),
                              .is_crowded = [&admission = state_.admission] { return admission.wants_memory(); }});
     StreamWindow window = choose_window(layer_bytes(*job_), share_.bytes(), state_.executor.threads());
     const std::uint32_t all_slabs = window.window_slabs;
@@ -162,7 +119,7 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
         },
         source->limit());
     {
-      const std::lock_guard lock(stream_mutex_);
+      const std::lock_guard lock(work_mutex_);
       stream_ = stream;
       all_slabs_ = all_slabs;
       layers_of_stream_ = 0;
@@ -175,31 +132,24 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     std::shared_ptr<LayerStream> dropped;
     MemoryBudget::Share given_back;
     {
-      const std::lock_guard lock(stream_mutex_);
+      const std::lock_guard lock(work_mutex_);
       if (!stream_) return;
       dropped = std::exchange(stream_, nullptr);
-      ++state_.metrics.shed;
       given_back = share_.split_off_beyond(std::min(share_.bytes(), sent_bytes_));
     }
     dropped->cancel();
     dropped = nullptr;
     given_back.give_back();
-    give_place_back();
-    {
-      const std::lock_guard lock(stream_mutex_);
-      has_shed_ = true;
-    }
-    wake();
+    note_shed();
   }
 
   void stop() override {
-    cancel_.cancel();
-    leave_memory_queue();
+    SheddingCall::stop();
     if (const auto stream = this->stream()) stream->cancel();
   }
 
   std::shared_ptr<LayerStream> stream() {
-    std::lock_guard lock(stream_mutex_);
+    std::lock_guard lock(work_mutex_);
     return stream_;
   }
 
@@ -220,13 +170,6 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return Next::kEnd;
   }
 
-  /// A call without memory may still be refused, which clients take better before the first message. Throws why it is.
-  bool may_begin() {
-    const std::lock_guard lock(stream_mutex_);
-    if (start_error_) std::rethrow_exception(start_error_);
-    return has_memory_;
-  }
-
   Next next_of_layers(v1::SliceRangeResponse& message) {
     if (messages_.next(message)) return Next::kMessage;
     Layer layer;
@@ -243,13 +186,13 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
 
   /// A layer of the stream. Where that was shed, asks for another one. Throws why there is none.
   LayerStream::Pull pull(Layer& layer) {
-    std::unique_lock lock(stream_mutex_);
-    if (start_error_) std::rethrow_exception(start_error_);
+    std::unique_lock lock(work_mutex_);
+    throw_error_locked();
     if (!stream_) {
       if (range_.count == 0) return LayerStream::Pull::kEnd;
-      const bool asks = std::exchange(has_shed_, false);
+      const bool asks = take_shed_locked();
       lock.unlock();
-      if (asks) ask_again();
+      if (asks) compute_on();
       return LayerStream::Pull::kPending;
     }
     const LayerStream::Pull pulled = stream_->pull(layer);
@@ -262,12 +205,10 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
     return pulled;
   }
 
-  /// The call may have been stopped when nobody could take it out of the queue yet.
-  void ask_again() {
+  void compute_on() {
     messages_ = {};
     share_.give_back();
-    resume(wanted_memory(), decided());
-    if (cancel_.cancelled()) leave_memory_queue();
+    ask_again();
   }
 
   void write_header(const SliceJob& job) {
@@ -318,16 +259,12 @@ class SliceCall final : public StreamCall<v1::SliceRangeResponse> {
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
   LayerMessages messages_;
-  CancellationToken cancel_ = Executor::make_token();  // Cancels the work before the stream.
-  std::mutex stream_mutex_;                            // Guards what follows.
-  LayerRange range_;                                   // What is still to be pulled.
-  std::shared_ptr<LayerStream> stream_;                // Null until it has been started, and when it was shed.
-  bool has_memory_ = false;                            // Or had it.
-  bool has_shed_ = false;                              // Everything was given back; nothing has been asked for since.
-  std::uint64_t sent_bytes_ = 0;                       // Memory of the layer that is being sent.
-  std::uint32_t all_slabs_ = 0;                        // In flight, once the stream runs.
-  std::uint32_t layers_of_stream_ = 0;                 // Pulled.
-  std::exception_ptr start_error_;
+  // Guarded by work_mutex_:
+  LayerRange range_;                     // What is still to be pulled.
+  std::shared_ptr<LayerStream> stream_;  // Null until it has been started, and when it was shed.
+  std::uint64_t sent_bytes_ = 0;         // Memory of the layer that is being sent.
+  std::uint32_t all_slabs_ = 0;          // In flight, once the stream runs.
+  std::uint32_t layers_of_stream_ = 0;   // Pulled.
 };
 
 }  // namespace

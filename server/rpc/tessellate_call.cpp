@@ -4,8 +4,10 @@
 #include "server/rpc/tessellate_call.h"
 
 #include <algorithm>
-#include <cmath>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/engine_version.h"
@@ -13,16 +15,43 @@
 #include "core/contour/tessellate.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/requests.h"
+#include "server/rpc/shedding_call.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
 namespace {
 
+/// Largest payload of a message once the client has lagged: it may be slow, and each time that it lags costs all
+/// triangles. A message so small has come over 500 kbit/s before a call lags.
+constexpr std::size_t kLaggingChunkBytes = 64u << 10;
+
+/// All vertices and triangles.
+struct Surface {
+  std::vector<double> positions_mm;
+  std::vector<float> materials;
+  std::vector<std::uint32_t> triangles;
+
+  static std::uint64_t bytes_of(const TessellationSummary& size, std::size_t channels) {
+    return size.vertices * (3 * sizeof(double) + channels * sizeof(float)) + size.triangles * 3 * sizeof(std::uint32_t);
+  }
+  void reserve(const TessellationSummary& size, std::size_t channels) {
+    positions_mm.reserve(3 * size.vertices);
+    materials.reserve(channels * size.vertices);
+    triangles.reserve(3 * size.triangles);
+  }
+  void add(const TessellationChunk& chunk) {
+    for (const Vec3& position : chunk.positions)
+      positions_mm.insert(positions_mm.end(), position.begin(), position.end());
+    materials.insert(materials.end(), chunk.channel_values.begin(), chunk.channel_values.end());
+    for (const auto& triangle : chunk.triangles) triangles.insert(triangles.end(), triangle.begin(), triangle.end());
+  }
+};
+
 /// Tessellates on a worker, whole, then streams: the header says how much will come.
-class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
+class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse> {
  public:
   TessellateCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request)
-      : StreamCall(state, context, "TessellateBoundary", Pieces::kLong), raw_(request), share_(state.streams) {}
+      : SheddingCall(state, context, "TessellateBoundary", Pieces::kLong), raw_(request) {}
 
  private:
   const grpc::ByteBuffer& raw_request() const override { return raw_; }
@@ -35,17 +64,18 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
   }
 
   void prepare(const MeshPtr& mesh) override {
+    mesh_ = mesh;
     log_.note_mesh(request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    const Placement placement =
-        to_placement(request_.placement(), mesh->solid()->summary().bounding_box, state_.slice_limits);
-    channels_ = mesh->solid()->channel_count();
-    TessellationOptions options;
-    options.tolerance_mm = tolerance_mm();
-    options.max_triangles = state_.max_triangles;
-    options.cancel = cancel_;
-    tessellate(*mesh->solid(), placement, options, [this](const TessellationChunk& chunk) { collect(chunk); });
-    write_header(mesh->solid()->summary());
+    const LimitSolid& solid = *mesh->solid();
+    placement_ = to_placement(request_.placement(), solid.summary().bounding_box, state_.slice_limits);
+    channels_ = solid.channel_count();
+    options_.tolerance_mm = tolerance_mm();
+    options_.max_triangles = state_.max_triangles;
+    options_.cancel = cancel_;
+    bound_ = bound_tessellation(solid, placement_, options_);
+    require_scratch("finding the triangles", bound_.scratch_bytes, "choose a larger chord_tolerance_mm");
+    ask_for_work();
   }
 
   double tolerance_mm() const {
@@ -58,81 +88,141 @@ class TessellateCall final : public StreamCall<v1::TessellateBoundaryResponse> {
                 "chord_tolerance_mm");
   }
 
-  void collect(const TessellationChunk& chunk) {
-    for (const Vec3& position : chunk.positions)
-      positions_mm_.insert(positions_mm_.end(), position.begin(), position.end());
-    materials_.insert(materials_.end(), chunk.channel_values.begin(), chunk.channel_values.end());
-    for (const auto& triangle : chunk.triangles) triangles_.insert(triangles_.end(), triangle.begin(), triangle.end());
-    if (!share_.resize(held_bytes())) throw stream_memory_used_up();
+  bool is_short() const override { return false; }
+
+  /// What the triangles take at most, or as much as one call may hold, and what it takes to find them.
+  bool reserve() override {
+    const std::uint64_t most = std::min(Surface::bytes_of(bound_.most, channels_), state_.options.stream_window_bytes);
+    MemoryBudget::Share scratch(state_.scratch), share(state_.streams);
+    if (!scratch.resize(bound_.scratch_bytes, bytes_left(bound_.scratch_bytes))) return false;
+    if (!share.resize(most)) {
+      (void)scratch.resize(0);  // Without telling those who wait, of whom this is one.
+      return false;
+    }
+    scratch_ = std::move(scratch);
+    share_ = std::move(share);
+    return true;
   }
 
-  std::uint64_t held_bytes() const {
-    return positions_mm_.capacity() * sizeof(double) + materials_.capacity() * sizeof(float) +
-           triangles_.capacity() * sizeof(std::uint32_t);
+  void start_work_later() override { start_work_in(Pieces::kLong); }
+
+  void start_work() override {
+    MemoryBudget::Share scratch = std::move(scratch_);  // Given back when that which it counts has gone.
+    const auto surface = std::make_shared<Surface>();
+    const auto add = [&](const TessellationChunk& chunk) {
+      if (chunk.first_vertex == 0) make_room(*surface, chunk.whole);
+      surface->add(chunk);
+    };
+    tessellate(*mesh_->solid(), placement_, options_, bound_, add);
+    if (!has_header_) write_header(*surface);
+    has_header_ = true;
+    const std::lock_guard lock(work_mutex_);
+    surface_ = surface;
   }
 
-  void write_header(const SolidSummary& solid) {
+  void make_room(Surface& surface, const TessellationSummary& whole) {
+    const std::uint64_t bytes = Surface::bytes_of(whole, channels_);
+    if (bytes > share_.bytes() && !share_.resize(bytes)) throw stream_memory_used_up();
+    share_.split_off_beyond(bytes).give_back();
+    surface.reserve(whole, channels_);
+  }
+
+  void write_header(const Surface& surface) {
     header_.set_engine_version(std::string(kEngineVersion));
     header_.set_mesh_id(request_.mesh_id());
-    header_.set_vertex_count(positions_mm_.size() / 3);
-    header_.set_triangle_count(triangles_.size() / 3);
-    for (const ChannelRange& channel : solid.channels) *header_.add_channels() = to_message(channel);
+    header_.set_vertex_count(surface.positions_mm.size() / 3);
+    header_.set_triangle_count(surface.triangles.size() / 3);
+    for (const ChannelRange& channel : mesh_->solid()->summary().channels) {
+      *header_.add_channels() = to_message(channel);
+    }
   }
 
-  void stop() override { cancel_.cancel(); }
+  /// Keeps what the message that is being sent takes.
+  void shed() override {
+    std::shared_ptr<const Surface> dropped;
+    MemoryBudget::Share given_back;
+    {
+      const std::lock_guard lock(work_mutex_);
+      if (!surface_) return;
+      dropped = std::exchange(surface_, nullptr);
+      given_back = share_.split_off_beyond(std::min<std::uint64_t>(share_.bytes(), max_chunk_bytes_));
+      has_lagged_ = true;
+    }
+    dropped = nullptr;
+    given_back.give_back();
+    note_shed();
+  }
 
   Next next(v1::TessellateBoundaryResponse& message) override {
+    if (header_sent_ && all_sent()) return Next::kEnd;
+    const std::shared_ptr<const Surface> surface = this->surface();
+    if (!surface) return Next::kPending;
     if (!header_sent_) {
       *message.mutable_header() = header_;
       header_sent_ = true;
-      return Next::kMessage;
+    } else if (next_vertex_ < header_.vertex_count()) {
+      write_vertices(*surface, *message.mutable_vertex_chunk());
+    } else {
+      write_triangles(*surface, *message.mutable_triangle_chunk());
     }
-    if (next_vertex_ < positions_mm_.size() / 3) {
-      write_vertices(*message.mutable_vertex_chunk());
-      return Next::kMessage;
-    }
-    if (next_triangle_ < triangles_.size() / 3) {
-      write_triangles(*message.mutable_triangle_chunk());
-      return Next::kMessage;
-    }
-    return Next::kEnd;
+    return Next::kMessage;
   }
 
-  void write_vertices(v1::VertexChunk& chunk) {
+  bool all_sent() const { return next_vertex_ == header_.vertex_count() && next_triangle_ == header_.triangle_count(); }
+
+  /// Null while it is being made. Where it was shed, asks for it again. Throws why there is none.
+  std::shared_ptr<const Surface> surface() {
+    std::unique_lock lock(work_mutex_);
+    throw_error_locked();
+    if (has_lagged_) max_chunk_bytes_ = std::min(max_chunk_bytes_, kLaggingChunkBytes);
+    if (!take_shed_locked()) return surface_;
+    lock.unlock();
+    share_.give_back();
+    ask_again();
+    return nullptr;
+  }
+
+  void write_vertices(const Surface& surface, v1::VertexChunk& chunk) {
     const std::size_t vertex_bytes = 3 * sizeof(double) + channels_ * sizeof(float);
-    const std::size_t count = std::min(max_chunk_bytes_ / vertex_bytes, positions_mm_.size() / 3 - next_vertex_);
+    const std::size_t count = std::min(max_chunk_bytes_ / vertex_bytes, surface.positions_mm.size() / 3 - next_vertex_);
     chunk.Clear();
     chunk.set_first_vertex(next_vertex_);
-    const auto position = positions_mm_.begin() + static_cast<std::ptrdiff_t>(3 * next_vertex_);
+    const auto position = surface.positions_mm.begin() + static_cast<std::ptrdiff_t>(3 * next_vertex_);
     chunk.mutable_positions_mm()->Add(position, position + static_cast<std::ptrdiff_t>(3 * count));
-    const auto material = materials_.begin() + static_cast<std::ptrdiff_t>(channels_ * next_vertex_);
+    const auto material = surface.materials.begin() + static_cast<std::ptrdiff_t>(channels_ * next_vertex_);
     chunk.mutable_materials()->Add(material, material + static_cast<std::ptrdiff_t>(channels_ * count));
     next_vertex_ += count;
   }
 
-  void write_triangles(v1::TriangleChunk& chunk) {
+  void write_triangles(const Surface& surface, v1::TriangleChunk& chunk) {
     constexpr std::size_t kTriangleBytes = 3 * 5;  // Varints, at most.
-    const std::size_t count = std::min(max_chunk_bytes_ / kTriangleBytes, triangles_.size() / 3 - next_triangle_);
+    const std::size_t count =
+        std::min(max_chunk_bytes_ / kTriangleBytes, surface.triangles.size() / 3 - next_triangle_);
     chunk.Clear();
     chunk.set_first_triangle(next_triangle_);
-    const auto vertex = triangles_.begin() + static_cast<std::ptrdiff_t>(3 * next_triangle_);
+    const auto vertex = surface.triangles.begin() + static_cast<std::ptrdiff_t>(3 * next_triangle_);
     chunk.mutable_vertices()->Add(vertex, vertex + static_cast<std::ptrdiff_t>(3 * count));
     next_triangle_ += count;
   }
 
   const grpc::ByteBuffer& raw_;
   v1::TessellateBoundaryRequest request_;
-  const CancellationToken cancel_ = Executor::make_token();
+  MeshPtr mesh_;  // In use until the call is done.
+  Placement placement_ = Placement::Identity();
+  TessellationOptions options_;
+  TessellationBound bound_;
   std::size_t max_chunk_bytes_ = 0;
   std::size_t channels_ = 0;
-  MemoryBudget::Share share_;  // What the arrays take of the memory of all streams.
-  std::vector<double> positions_mm_;
-  std::vector<float> materials_;
-  std::vector<std::uint32_t> triangles_;
+  MemoryBudget::Share share_;    // What the surface takes of the memory of all streams.
+  MemoryBudget::Share scratch_;  // For finding it, from now on.
   v1::TessellationHeader header_;
+  bool has_header_ = false;
   bool header_sent_ = false;
   std::size_t next_vertex_ = 0;
   std::size_t next_triangle_ = 0;
+  // Guarded by work_mutex_:
+  std::shared_ptr<const Surface> surface_;  // Null until it has been made, and when it was shed.
+  bool has_lagged_ = false;
 };
 
 }  // namespace

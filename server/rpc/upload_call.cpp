@@ -107,7 +107,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   void finish_reading() {
     upload_->finish();
     const auto self = shared_from_this();
-    when_admitted([this] { prepare(); });
+    when_admitted([this] { prepare(); }, /*is_long=*/true);
     if (stopped_) end_if_waiting();  // Stopped before it began to wait, when nobody could take it out of the queue.
   }
 

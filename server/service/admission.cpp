@@ -48,7 +48,10 @@ Admission::~Admission() {
   clock_.join();
 }
 
-void Admission::request(Place& place, Decision decision) { enter(place, Place::Turn::kIsNew, {}, std::move(decision)); }
+void Admission::request(Place& place, Decision decision, bool is_long) {
+  place.is_long_ = is_long;
+  enter(place, Place::Turn::kIsNew, {}, std::move(decision));
+}
 
 void Admission::request_memory(Place& place, Memory memory, Decision decision) {
   enter(place, Place::Turn::kHasBegun, std::move(memory), std::move(decision));
@@ -65,36 +68,58 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
   {
     const std::lock_guard lock(mutex_);
     const bool had_place = place.state_ == Place::State::kRunning;
+    if (had_place) stop_running(place);
+    if (memory.reserve) place.is_long_ = !memory.is_short;
     const bool is_refused = draining_ && turn != Place::Turn::kResumes;
-    if (!(is_refused && !had_place) && may_run(place, turn, memory)) {
-      if (!had_place) ++running_;
-      place.state_ = Place::State::kRunning;
-    } else if (is_refused) {
-      refusal = draining();
-    } else if (turn == Place::Turn::kResumes || expiring_ < limits_.waiting) {
+    const bool has_place = (had_place || !is_refused) && has_place_for(place);
+    if (has_place && has_memory_for(turn, memory)) {
+      run(place);
+    } else if (!is_refused && (turn == Place::Turn::kResumes || expiring_ < limits_.waiting)) {
       waits = true;
-      if (had_place) --running_;
-      insert(place, turn, std::move(memory), std::move(decision));
-      admit(admitted);  // To the place that it had.
+      insert(place, turn, std::move(memory), std::move(decision), /*lacks_memory=*/has_place);
+      if (had_place) admit(admitted);  // To the place that it had.
     } else {
-      refusal = busy(memory.reserve != nullptr);
+      refusal = is_refused ? draining() : busy(/*for_memory=*/has_place);
+      if (had_place) {
+        place.is_long_ = false;
+        run(place);
+      }
     }
   }
   if (!waits) decision(refusal);
   for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
 }
 
-/// Takes its memory if so. REQUIRES: the lock.
-bool Admission::may_run(const Place& place, Place::Turn turn, const Memory& memory) const {
-  if (place.state_ != Place::State::kRunning && running_ >= limits_.running) return false;
+/// REQUIRES: the lock.
+bool Admission::has_place_for(const Place& place) const {
+  return running_ < limits_.running + limits_.short_more && (!place.is_long_ || long_running_ < limits_.running);
+}
+
+/// Takes it if so. REQUIRES: the lock.
+bool Admission::has_memory_for(Place::Turn turn, const Memory& memory) const {
   if (!memory.reserve) return true;
-  const bool others_come_first =
-      std::ranges::any_of(queue_, [&](const Place* other) { return other->turn_ <= turn && other->memory_.reserve; });
-  return (!others_come_first || memory.overtakes) && memory.reserve();
+  const bool others_come_first = std::ranges::any_of(queue_, [&](const Place* other) {
+    return other->turn_ <= turn && other->lacks_memory_ && (other->memory_.is_short || !memory.is_short);
+  });
+  return !others_come_first && memory.reserve();
 }
 
 /// REQUIRES: the lock.
-void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision decision) {
+void Admission::run(Place& place) {
+  place.state_ = Place::State::kRunning;
+  ++running_;
+  if (place.is_long_) ++long_running_;
+}
+
+/// REQUIRES: the lock.
+void Admission::stop_running(Place& place) {
+  place.state_ = Place::State::kNone;
+  --running_;
+  if (place.is_long_) --long_running_;
+}
+
+/// REQUIRES: the lock.
+void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision decision, bool lacks_memory) {
   place.state_ = Place::State::kWaiting;
   place.turn_ = turn;
   place.memory_ = std::move(memory);
@@ -105,9 +130,20 @@ void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision d
     behind = std::ranges::find_if(queue_, [&](const Place* other) { return other->turn_ > turn; });
   }
   place.position_ = queue_.insert(behind, &place);
-  if (place.memory_.reserve) ++memory_waiters_;
+  note_lack_of_memory(place, lacks_memory);
   if (queue_.size() == 1) last_end_ = place.since_;  // What ended while nobody waited says nothing of the pace.
   if (turn != Place::Turn::kResumes && ++expiring_ == 1) changed_.notify_all();
+}
+
+/// REQUIRES: the lock.
+void Admission::note_lack_of_memory(Place& place, bool lacks) {
+  if (place.lacks_memory_ == lacks) return;
+  place.lacks_memory_ = lacks;
+  if (lacks) {
+    ++memory_waiters_;
+  } else {
+    --memory_waiters_;
+  }
 }
 
 bool Admission::leave_queue(Place& place) { return leave(place, /*is_new=*/true); }
@@ -119,23 +155,26 @@ bool Admission::leave(Place& place, bool is_new) {
   const std::lock_guard lock(mutex_);
   if (place.state_ != Place::State::kWaiting || (place.turn_ == Place::Turn::kIsNew) != is_new) return false;
   dropped = std::move(place.decision_);
-  take_out(place, Place::State::kNone);
+  take_out(place);
   return true;
 }
 
 /// Begins what may begin. REQUIRES: the lock.
 void Admission::admit(std::vector<Decision>& admitted) {
-  bool memory_is_awaited = false;
-  for (auto at = queue_.begin(); at != queue_.end() && running_ < limits_.running;) {
+  bool is_awaited = false, is_awaited_by_short = false;  // Memory, by those before.
+  for (auto at = queue_.begin(); at != queue_.end() && running_ < limits_.running + limits_.short_more;) {
     Place& place = **at++;
+    if (!has_place_for(place)) continue;
     const Memory& memory = place.memory_;
-    if (memory.reserve && ((memory_is_awaited && !memory.overtakes) || !memory.reserve())) {
-      memory_is_awaited = true;
+    if (memory.reserve && ((memory.is_short ? is_awaited_by_short : is_awaited) || !memory.reserve())) {
+      note_lack_of_memory(place, true);
+      is_awaited = true;
+      is_awaited_by_short = is_awaited_by_short || memory.is_short;
       continue;
     }
-    ++running_;
     admitted.push_back(std::move(place.decision_));
-    take_out(place, Place::State::kRunning);
+    take_out(place);
+    run(place);
   }
 }
 
@@ -156,11 +195,10 @@ void Admission::give_back(Place& place) {
     const std::lock_guard lock(mutex_);
     if (place.state_ == Place::State::kWaiting) {
       dropped = std::move(place.decision_);
-      take_out(place, Place::State::kNone);
+      take_out(place);
     }
     if (place.state_ != Place::State::kRunning) return;
-    place.state_ = Place::State::kNone;
-    --running_;
+    stop_running(place);
     const Clock::time_point now = Clock::now();
     if (!queue_.empty()) {
       constexpr double kWeight = 0.1;
@@ -181,7 +219,7 @@ void Admission::drain() {
       Place& place = **at++;
       if (place.turn_ == Place::Turn::kResumes) continue;
       refused.push_back(std::move(place.decision_));
-      take_out(place, Place::State::kNone);
+      take_out(place);
     }
   }
   for (const Decision& decision : refused) decision(draining());
@@ -211,8 +249,8 @@ void Admission::expire_waits() {
       continue;
     }
     Decision decision = std::move(first->decision_);
-    const std::exception_ptr refusal = busy(first->memory_.reserve != nullptr);
-    take_out(*first, Place::State::kNone);
+    const std::exception_ptr refusal = busy(first->lacks_memory_);
+    take_out(*first);
     lock.unlock();
     decision(refusal);
     decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
@@ -232,10 +270,10 @@ Admission::Place* Admission::next_to_expire() const {
 }
 
 /// REQUIRES: the lock, and a place that waits.
-void Admission::take_out(Place& place, Place::State state) {
+void Admission::take_out(Place& place) {
   queue_.erase(place.position_);
-  place.state_ = state;
-  if (place.memory_.reserve) --memory_waiters_;
+  place.state_ = Place::State::kNone;
+  note_lack_of_memory(place, false);
   place.memory_ = {};
   if (place.turn_ != Place::Turn::kResumes) --expiring_;
 }

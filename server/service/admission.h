@@ -5,6 +5,9 @@
 // most so long; further ones are refused and told when to come again. A call that waits holds no thread and nothing of
 // the server's but its request.
 //
+// Long calls may go on for hours, as many as run. So there are some places beyond those, which long calls don't take:
+// short ones needn't wait for a long one's end. A call is taken to be short until it says otherwise.
+//
 // A call that finds out what memory it needs, and doesn't find that, gives up its place and waits for both, before
 // those that come new. Who waits for memory holds up nobody who needs none. Calls that gave back all that they had in
 // their middle RESUME: before all others, and they wait for as long as it takes, since their clients have begun to
@@ -27,6 +30,7 @@ namespace ccslice::server {
 
 struct AdmissionLimits {
   std::size_t running = 32;
+  std::size_t short_more = 0;  // So many more run, as long as no more than `running` are long.
   std::size_t waiting = 0;
   std::chrono::milliseconds longest_wait{10'000};
 };
@@ -42,7 +46,7 @@ class Admission {
   struct Memory {
     /// Takes it all, or nothing. Runs under a lock: calls nothing here. Doesn't keep the call alive; the decision does.
     std::function<bool()> reserve;
-    bool overtakes = false;  // It may be served before others that wait for memory.
+    bool is_short = false;  // Then it is served before long ones that wait for memory; else it is long.
   };
 
   /// A call's place. Gives it back when it goes.
@@ -63,6 +67,8 @@ class Admission {
     Turn turn_ = Turn::kIsNew;
     Memory memory_;      // While it waits.
     Decision decision_;  // Likewise.
+    bool is_long_ = false;
+    bool lacks_memory_ = false;  // While it waits: there was a place.
     std::chrono::steady_clock::time_point since_;
     std::list<Place*>::iterator position_;  // In the queue, while it waits.
   };
@@ -73,9 +79,10 @@ class Admission {
   Admission& operator=(const Admission&) = delete;
 
   /// REQUIRES: the first time for this place.
-  void request(Place& place, Decision decision);
-  /// Memory for a call that runs. It goes on running if that is there; otherwise it gives its place to others, and
-  /// waits for both. Refused as in request(): then it still runs.
+  void request(Place& place, Decision decision, bool is_long = false);
+  /// Memory for a call that runs, and for a long one that began as a short one a place among the long ones. It goes on
+  /// running if that is there; otherwise it gives its place to others, and waits for both. Refused as in request():
+  /// then it still runs.
   void request_memory(Place& place, Memory memory, Decision decision);
   /// A place and memory for a call that ran before and gave its place back. Never refused.
   void resume(Place& place, Memory memory, Decision decision);
@@ -100,15 +107,19 @@ class Admission {
   using Clock = std::chrono::steady_clock;
 
   void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
-  bool may_run(const Place& place, Place::Turn turn, const Memory& memory) const;
-  void insert(Place& place, Place::Turn turn, Memory memory, Decision decision);
+  bool has_place_for(const Place& place) const;
+  bool has_memory_for(Place::Turn turn, const Memory& memory) const;
+  void run(Place& place);
+  void stop_running(Place& place);
+  void insert(Place& place, Place::Turn turn, Memory memory, Decision decision, bool lacks_memory);
   bool leave(Place& place, bool is_new);
   void admit(std::vector<Decision>& admitted);
   void expire_waits();
   Place* next_to_expire() const;
+  void note_lack_of_memory(Place& place, bool lacks);
   std::exception_ptr busy(bool for_memory) const;
   std::chrono::seconds retry_delay() const;
-  void take_out(Place& place, Place::State state);
+  void take_out(Place& place);
 
   const AdmissionLimits limits_;
   mutable std::mutex mutex_;
@@ -116,7 +127,7 @@ class Admission {
   std::list<Place*> queue_;   // By turn, then in the order in which they came.
   std::size_t expiring_ = 0;  // Of those, all but the ones that resume.
   std::atomic<std::size_t> memory_waiters_{0};
-  std::size_t running_ = 0;
+  std::size_t running_ = 0, long_running_ = 0;
   bool draining_ = false, over_ = false;
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.
   double pace_s_ = 1;                          // Between the ends of runs while calls wait, smoothed.

@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 
 /// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
 constexpr std::size_t kReservedDescriptors = 64;
-constexpr auto kBetweenSweeps = 1s;
+constexpr auto kBetweenSweeps = 50ms;
 /// Who serves connections ends idle ones by himself, politely. What he doesn't is what he takes for a call: a request
 /// that never comes in whole.
 constexpr auto kGrace = 5s;
@@ -63,7 +63,8 @@ ConnectionLimits connection_limits(const ServerOptions& options, std::size_t des
   ConnectionLimits limits{.connections = options.max_connections,
                           .per_address = std::min(options.max_connections_per_address, options.max_connections),
                           .idle = options.connection_idle,
-                          .arriving = options.idle_timeout};
+                          .arriving = options.idle_timeout,
+                          .arriving_bytes = options.connection_budget_bytes / 4};  // gRPC refuses calls at its end.
   if (limits.idle.count() > 0) limits.idle += kGrace;
   if (descriptors >= limits.connections) return limits;
   limits.per_address = std::max<std::size_t>(limits.per_address * descriptors / limits.connections, 1);
@@ -167,14 +168,21 @@ void ConnectionListener::sweep() {
   if (dropped.arriving > 0) {
     spdlog::warn("dropped {} connections whose requests didn't arrive in whole (--idle-timeout)", dropped.arriving);
   }
+  dropped_greedy_ += dropped.greedy;
 }
 
 /// Once for many: whoever floods the server must not flood its log.
 void ConnectionListener::report_refusals() {
   const std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now();
   if (now - reported_ < kBetweenReports) return;
-  if (refused_ + refused_of_address_ + refused_without_descriptor_ == 0) return;
+  if (refused_ + refused_of_address_ + refused_without_descriptor_ + dropped_greedy_ == 0) return;
   reported_ = now;
+  if (dropped_greedy_ > 0) {
+    spdlog::warn(
+        "dropped {} connections over which too much came of requests that weren't whole "
+        "(--connection-budget-bytes)",
+        std::exchange(dropped_greedy_, 0));
+  }
   if (refused_ > 0) {
     spdlog::warn("refused {} connections: {} are open (--max-connections)", std::exchange(refused_, 0), table_.size());
   }

@@ -68,7 +68,7 @@ class ConnectionListener {
   Descriptor stop_event_;  // Readable from stop() on.
   bool resting_ = false;   // Not even the spare one is left: looks again soon.
   std::chrono::steady_clock::time_point swept_, reported_;
-  std::size_t refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0;
+  std::size_t refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0, dropped_greedy_ = 0;
   std::thread thread_;
 };
 

@@ -13,6 +13,9 @@
 #include <charconv>
 #include <cstddef>
 #include <cstring>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "server/service/listen_socket.h"
 
@@ -58,6 +61,14 @@ std::uint64_t received_bytes(int descriptor) {
   if (getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return 0;
   return size < offsetof(tcp_info, tcpi_bytes_received) + sizeof info.tcpi_bytes_received ? 0
                                                                                           : info.tcpi_bytes_received;
+}
+
+/// Stays that socket whatever happens to the number meanwhile. Nothing if the number stands for another file.
+Descriptor duplicate_of(int descriptor, dev_t device, ino_t inode) {
+  Descriptor socket(fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+  struct stat file {};
+  if (!socket || fstat(socket.get(), &file) != 0 || file.st_dev != device || file.st_ino != inode) return {};
+  return socket;
 }
 
 }  // namespace
@@ -146,6 +157,7 @@ ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
   forget_left(now);
   Dropped dropped;
   for (auto& [descriptor, connection] : connections_) drop_if_due(descriptor, connection, now, dropped);
+  if (limits_.arriving_bytes > 0) drop_greedy(dropped);
   return dropped;
 }
 
@@ -178,7 +190,34 @@ ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iter
   return connections_.erase(connection);
 }
 
-/// Through a duplicate, which stays that socket's whatever happens to the number meanwhile.
+/// REQUIRES: the lock.
+void ConnectionTable::drop_greedy(Dropped& dropped) {
+  struct Arriving {
+    std::uint64_t bytes;
+    Connection* connection;
+    Descriptor socket;
+  };
+  std::vector<Arriving> all;
+  std::uint64_t sum = 0;
+  for (auto& [descriptor, connection] : connections_) {
+    if (!connection.peer || connection.dropped || connection.calls > 0) continue;
+    Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
+    if (!socket) continue;
+    const std::uint64_t bytes = received_bytes(socket.get());
+    if (bytes < connection.received_bytes + kArrivingBytes) continue;
+    all.push_back({bytes - connection.received_bytes, &connection, std::move(socket)});
+    sum += all.back().bytes;
+  }
+  std::ranges::sort(all, std::greater<>(), &Arriving::bytes);
+  for (const Arriving& most : all) {
+    if (sum <= limits_.arriving_bytes) return;
+    sum -= most.bytes;
+    shutdown(most.socket.get(), SHUT_RDWR);
+    most.connection->dropped = true;
+    ++dropped.greedy;
+  }
+}
+
 void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now,
                                   Dropped& dropped) const {
   const auto is_due = [&](Clock::time_point since, std::chrono::milliseconds after) {
@@ -188,10 +227,8 @@ void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock:
   const bool idle = is_due(connection.idle_since, limits_.idle);
   bool arriving = is_due(connection.served, limits_.arriving);
   if (!idle && !arriving) return;
-  const Descriptor socket(fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
-  struct stat file {};
-  if (!socket || fstat(socket.get(), &file) != 0) return;
-  if (file.st_dev != connection.device || file.st_ino != connection.inode) return;
+  const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
+  if (!socket) return;
   arriving = arriving && received_bytes(socket.get()) >= connection.received_bytes + kArrivingBytes;
   if (!idle && !arriving) return;
   shutdown(socket.get(), SHUT_RDWR);

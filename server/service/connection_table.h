@@ -44,6 +44,7 @@ struct ConnectionLimits {
   std::size_t per_address = 0;            // Unix sockets have no addresses.
   std::chrono::milliseconds idle{0};      // Without a call for so long: dropped. 0: never.
   std::chrono::milliseconds arriving{0};  // Without a served one if much has come meanwhile: dropped. 0: never.
+  std::uint64_t arriving_bytes = 0;       // Come over all of those together: beyond it some are dropped. 0: any.
 };
 
 enum class ConnectionVerdict { kTaken, kTooMany, kTooManyOfAddress };
@@ -66,9 +67,10 @@ class ConnectionTable {
   void end_call(ConnectionId id, Clock::time_point now, bool served);
 
   struct Dropped {
-    std::size_t idle = 0, arriving = 0;
+    std::size_t idle = 0, arriving = 0, greedy = 0;
   };
   /// Forgets connections that have left, and shuts down those whose time is up: whoever serves them closes them then.
+  /// Likewise those over which most has come of requests that aren't whole, until the others are within the bound.
   /// Unix sockets are left alone, as calls don't tell which of them they came by.
   Dropped sweep(Clock::time_point now);
 
@@ -91,6 +93,7 @@ class ConnectionTable {
   void forget_left(Clock::time_point now);
   Connections::iterator forget(Connections::iterator connection);
   void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, Dropped& dropped) const;
+  void drop_greedy(Dropped& dropped);
 
   const ConnectionLimits limits_;
   mutable std::mutex mutex_;

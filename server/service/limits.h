@@ -56,6 +56,9 @@ inline constexpr double kDefaultChordToleranceMm = 0.05;
 inline constexpr std::uint64_t kInteractiveShareOfScratch = 8;
 inline constexpr std::uint64_t kInteractiveScratchBytes = 128u << 20;
 
+/// How many calls run beyond --max-concurrent-calls, as long as these aren't long: a quarter.
+inline constexpr std::size_t kShortShareOfCalls = 4;
+
 /// What a slicing call takes at least of the memory for streams.
 inline constexpr std::uint64_t kMinStreamWindowBytes = 1u << 20;
 

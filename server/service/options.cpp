@@ -234,7 +234,7 @@ const std::vector<OptionSpec>& option_specs() {
        [](ServerOptions& o, const std::string& v) { o.warm_meshes = parse_count(v, 0, kMostCalls); },
        [](const ServerOptions& o) { return std::to_string(o.warm_meshes); }},
       count_option("--max-concurrent-calls", &ServerOptions::max_concurrent_calls, kMostCalls,
-                   "Calls that compute at the same time. Further ones wait."),
+                   "Calls that compute at the same time, and a quarter as many more short ones. Further ones wait."),
       {"--max-calls-per-client", "N",
        "Calls that one client, by its token or its certificate, may have open; further ones get CLIENT_LIMIT. calls=N "
        "of --token-file goes before. Previews don't count. By default half of --max-concurrent-calls.",
@@ -257,11 +257,11 @@ const std::vector<OptionSpec>& option_specs() {
                   "bounds the size of a single layer."),
       size_option("--stream-budget-bytes", &ServerOptions::stream_budget_bytes, {kMiB},
                   "Memory that all those calls may hold together; at least --stream-window-bytes. The less is left, "
-                  "the smaller the windows of new calls. Slicing calls for which nothing is left wait for it "
-                  "(--admission-wait), others are refused and asked to retry (SERVER_BUSY)."),
+                  "the smaller the windows of new calls. Calls for which nothing is left wait for it "
+                  "(--admission-wait)."),
       size_option(
           "--scratch-budget-bytes", &ServerOptions::scratch_budget_bytes, {16 * kMiB},
-          "Memory that slicing may take together, by estimate, besides the layers that come of it. A call works "
+          "Memory that slicing and tessellating may take together, by estimate, besides what comes of it. A call works "
           "with as many slicers as fit, and waits where not even one does (--admission-wait). One that could "
           "never begin is refused (JOB_EXCEEDS_MEMORY). Some is kept for short ranges. By default what the other "
           "budgets leave of --memory, less 256MiB for the process, but at least 256MiB or a quarter of --memory."),

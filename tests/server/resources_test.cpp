@@ -246,6 +246,115 @@ TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
   EXPECT_EQ(failure_of(reader->status).reason, "SERVER_SHUTTING_DOWN");
 }
 
+/// Of a stream of triangles: all of it put together, however it was cut into messages.
+class SurfaceReader {
+ public:
+  SurfaceReader(std::unique_ptr<v1::SlicerService::Stub> stub, const std::string& mesh_id) : stub_(std::move(stub)) {
+    v1::TessellateBoundaryRequest request;
+    request.set_mesh_id(mesh_id);
+    request.set_chord_tolerance_mm(0.002);
+    stream_ = stub_->TessellateBoundary(&context, request);
+  }
+
+  bool read() {
+    v1::TessellateBoundaryResponse message;
+    if (!stream_->Read(&message)) return false;
+    largest_message = message.ByteSizeLong();
+    if (message.has_header()) header = message.header();
+    const v1::VertexChunk& more = message.vertex_chunk();
+    positions_mm.insert(positions_mm.end(), more.positions_mm().begin(), more.positions_mm().end());
+    materials.insert(materials.end(), more.materials().begin(), more.materials().end());
+    const auto& vertices = message.triangle_chunk().vertices();
+    triangles.insert(triangles.end(), vertices.begin(), vertices.end());
+    return true;
+  }
+  void read_all() {
+    while (read()) {
+    }
+    status = stream_->Finish();
+  }
+
+  grpc::ClientContext context;
+  v1::TessellationHeader header;
+  std::vector<double> positions_mm;
+  std::vector<float> materials;
+  std::vector<std::uint32_t> triangles;
+  std::size_t largest_message = 0;  // Of late.
+  grpc::Status status;
+
+ private:
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReader<v1::TessellateBoundaryResponse>> stream_;
+};
+
+TEST_F(LaggingClients, OfTrianglesKeepAMessageAndNothingElse) {
+  SurfaceReader reader(server_.new_narrow_stub(), id_);
+  ASSERT_TRUE(reader.read());
+  EXPECT_GT(reader.header.triangle_count(), 30'000u) << "over a megabyte";
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+  EXPECT_LE(state().streams.used_bytes(), kDefaultChunkBytes);
+  EXPECT_EQ(state().calls.open(), 1u);
+  EXPECT_EQ(state().metrics.shed.load(), 1u);
+}
+
+TEST_F(LaggingClients, OfTrianglesGetTheSameOnesWhenTheyReadOn) {
+  SurfaceReader whole(server_.new_stub(), id_);
+  whole.read_all();
+  ASSERT_TRUE(whole.status.ok()) << whole.status.error_message();
+  ASSERT_EQ(whole.header.triangle_count(), whole.triangles.size() / 3);
+  EXPECT_EQ(whole.header.vertex_count(), whole.positions_mm.size() / 3);
+  SurfaceReader reader(server_.new_narrow_stub(), id_);
+  ASSERT_TRUE(reader.read());
+  for (const std::uint64_t times : {1, 2}) {  // Among the vertices, which come first.
+    EXPECT_TRUE(comes_true([&] { return state().metrics.shed.load() == times; })) << times;
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(reader.read());
+  }
+  EXPECT_LE(reader.largest_message, (64u << 10) + 100) << "it may be slow";
+  reader.read_all();
+  EXPECT_TRUE(reader.status.ok()) << reader.status.error_message();
+  EXPECT_TRUE(reader.positions_mm == whole.positions_mm);
+  EXPECT_TRUE(reader.materials == whole.materials);
+  EXPECT_TRUE(reader.triangles == whole.triangles);
+  EXPECT_TRUE(eventually([this] { return state().streams.used_bytes() == 0; }, 2s));
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, OfTrianglesWaitForMemoryAndCanBeStoppedThen) {
+  for (const bool is_stopped : {false, true}) {
+    MemoryBudget::Share all(state().streams);
+    EXPECT_TRUE(all.resize(state().streams.capacity_bytes()));
+    SurfaceReader reader(server_.new_stub(), id_);
+    std::thread reads([&] { reader.read_all(); });
+    EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+    EXPECT_EQ(state().admission.running(), 0u) << "others have its place";
+    EXPECT_EQ(state().scratch.used_bytes(), 0u);
+    if (is_stopped) reader.context.TryCancel();
+    if (!is_stopped) all.give_back();
+    reads.join();
+    EXPECT_EQ(reader.status.error_code(), is_stopped ? grpc::StatusCode::CANCELLED : grpc::StatusCode::OK);
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 2s));
+  }
+}
+
+TEST(Resources, TrianglesThatNeverFitAreRefusedWithWhatTheyTake) {
+  ServerOptions options = test_options();
+  options.scratch_budget_bytes = 16 << 20;
+  TestServer server(options);
+  v1::TessellateBoundaryRequest request;
+  request.set_mesh_id(server.upload_good(make_block(2, 10)));
+  request.set_chord_tolerance_mm(0.0003);
+  grpc::ClientContext context;
+  const auto reader = server.stub().TessellateBoundary(&context, request);
+  v1::TessellateBoundaryResponse message;
+  EXPECT_FALSE(reader->Read(&message));
+  const Failure failure = failure_of(reader->Finish());
+  EXPECT_EQ(failure.reason, "JOB_EXCEEDS_MEMORY") << failure.message;
+  EXPECT_NE(failure.message.find("has 16 MiB"), std::string::npos) << failure.message;
+  EXPECT_NE(failure.message.find("chord_tolerance_mm"), std::string::npos) << failure.message;
+  EXPECT_EQ(server.server().state().streams.used_bytes(), 0u);
+}
+
 TEST(Resources, AnUploadOfEmptyNamesIsRefusedBeforeItTakesMemory) {
   ServerOptions options = test_options();
   options.preparation_budget_bytes = 1 << 30;

@@ -19,8 +19,10 @@ namespace ccslice::server {
 namespace {
 
 /// Each with a connection of its own: channels to the same address share one otherwise.
-std::shared_ptr<grpc::Channel> connect(const std::string& address) {
+/// `grows`: how much it takes in unread follows from how fast it is.
+std::shared_ptr<grpc::Channel> connect(const std::string& address, bool grows = true) {
   grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, grows ? 1 : 0);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
@@ -94,6 +96,10 @@ TestServer::TestServer(const ServerOptions& options)
 
 std::unique_ptr<v1::SlicerService::Stub> TestServer::new_stub() const {
   return v1::SlicerService::NewStub(connect(address_));
+}
+
+std::unique_ptr<v1::SlicerService::Stub> TestServer::new_narrow_stub() const {
+  return v1::SlicerService::NewStub(connect(address_, /*grows=*/false));
 }
 
 grpc::Status TestServer::upload(const std::string& id, std::uint64_t size_bytes, const std::string& bytes,

@@ -60,6 +60,8 @@ class TestServer {
   const std::shared_ptr<grpc::Channel>& channel() { return channel_; }
   /// A stub over a connection of its own.
   std::unique_ptr<v1::SlicerService::Stub> new_stub() const;
+  /// One whose connection takes in no more than 64 KiB of what isn't read.
+  std::unique_ptr<v1::SlicerService::Stub> new_narrow_stub() const;
 
   /// Uploads these bytes under this id, saying that there are `size_bytes`, in chunks of `chunk_bytes`.
   grpc::Status upload(const std::string& id, std::uint64_t size_bytes, const std::string& bytes,

@@ -203,10 +203,10 @@ class AdmissionToMemory : public ::testing::Test {
   /// A call that has a place and asks for memory, or one that gave its place back before.
   class Wanting {
    public:
-    Wanting(AdmissionToMemory& test, int units, bool overtakes = false, bool resumes = false)
+    Wanting(AdmissionToMemory& test, int units, bool is_short = false, bool resumes = false)
         : test_(test), place_(test.admission_) {
       if (!resumes) test.admission_.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
-      const Admission::Memory memory{.reserve = [&test, units] { return test.take(units); }, .overtakes = overtakes};
+      const Admission::Memory memory{.reserve = [&test, units] { return test.take(units); }, .is_short = is_short};
       const auto decided = [this](const std::exception_ptr& refusal) { (refusal ? refused_ : runs_) = true; };
       resumes ? test.admission_.resume(place_, memory, decided)
               : test.admission_.request_memory(place_, memory, decided);
@@ -233,7 +233,10 @@ class AdmissionToMemory : public ::testing::Test {
     admission_.retry();
   }
 
-  Admission admission_{{.running = 4, .waiting = 2, .longest_wait = 1h}};
+  explicit AdmissionToMemory(const AdmissionLimits& limits = {.running = 4, .waiting = 2, .longest_wait = 1h})
+      : admission_(limits) {}
+
+  Admission admission_;
   int free_ = 10;
 };
 
@@ -246,12 +249,23 @@ TEST_F(AdmissionToMemory, IsInOrderAndHoldsUpNobodyElse) {
   EXPECT_TRUE(admission_.wants_memory());
   Caller needs_none(admission_);
   EXPECT_TRUE(needs_none.runs());
-  Wanting hasty(*this, 2, /*overtakes=*/true);
+  Wanting hasty(*this, 2, /*is_short=*/true);
   EXPECT_TRUE(hasty.runs());
   needs_none.end();
   free(8);
   EXPECT_TRUE(second.runs() && third.runs());
   EXPECT_FALSE(admission_.wants_memory());
+}
+
+TEST_F(AdmissionToMemory, LetsShortOnesOvertakeLongOnesAndNotEachOther) {
+  Wanting first(*this, 8), is_long(*this, 6), is_short(*this, 4, /*is_short=*/true), later(*this, 1, /*is_short=*/true);
+  EXPECT_TRUE(first.runs());
+  EXPECT_FALSE(is_long.runs() || is_short.runs());
+  EXPECT_TRUE(later.refused()) << "although there is enough for this one: two wait";
+  later.end();
+  free(2);
+  EXPECT_TRUE(is_short.runs());
+  EXPECT_FALSE(is_long.runs());
 }
 
 TEST_F(AdmissionToMemory, WaitsForAPlaceTooBeforeThoseWhoAreNew) {
@@ -289,6 +303,65 @@ TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
   third.end();
   free(10);
   EXPECT_FALSE(second.runs() || third.runs());
+  EXPECT_FALSE(admission_.wants_memory());
+}
+
+/// Two places for long calls, and one more for short ones.
+class AdmissionOfLongCalls : public AdmissionToMemory {
+ protected:
+  AdmissionOfLongCalls() : AdmissionToMemory({.running = 2, .short_more = 1, .waiting = 4, .longest_wait = 1h}) {}
+};
+
+TEST_F(AdmissionOfLongCalls, KeepsAPlaceForShortOnes) {
+  Wanting first(*this, 1), second(*this, 1), third(*this, 1);
+  EXPECT_TRUE(first.runs() && second.runs());
+  EXPECT_FALSE(third.runs() || third.refused());
+  EXPECT_EQ(admission_.running(), 2u);
+  EXPECT_FALSE(admission_.wants_memory()) << "of that there is plenty";
+  Wanting hasty(*this, 1, /*is_short=*/true);
+  EXPECT_TRUE(hasty.runs());
+  Caller is_new(admission_);
+  EXPECT_FALSE(is_new.decided()) << "now all places are taken";
+  hasty.end();
+  EXPECT_TRUE(is_new.runs());
+  EXPECT_FALSE(third.runs());
+  second.end();
+  EXPECT_TRUE(third.runs());
+  EXPECT_EQ(free_, 6);
+}
+
+TEST_F(AdmissionOfLongCalls, LetsShortOnesHaveAllPlaces) {
+  Wanting first(*this, 1, /*is_short=*/true), second(*this, 1, /*is_short=*/true);
+  Caller third(admission_);
+  EXPECT_TRUE(first.runs() && second.runs() && third.runs());
+  Wanting resumes(*this, 1, /*is_short=*/false, /*resumes=*/true);
+  EXPECT_FALSE(resumes.runs());
+  third.end();
+  EXPECT_TRUE(resumes.runs());
+}
+
+TEST_F(AdmissionOfLongCalls, KnowsOfSomeFromTheBeginning) {
+  Admission::Place places[3]{Admission::Place(admission_), Admission::Place(admission_), Admission::Place(admission_)};
+  int running = 0;
+  for (Admission::Place& place : places) {
+    admission_.request(
+        place, [&](const std::exception_ptr&) { ++running; }, /*is_long=*/true);
+  }
+  EXPECT_EQ(running, 2);
+  Caller is_short(admission_);
+  EXPECT_TRUE(is_short.runs());
+  admission_.give_back(places[0]);
+  EXPECT_EQ(running, 3);
+}
+
+TEST_F(AdmissionOfLongCalls, WaitForMemoryOnceTheyHaveAPlace) {
+  Wanting first(*this, 8), second(*this, 1), third(*this, 5);
+  EXPECT_FALSE(admission_.wants_memory());
+  second.end();
+  EXPECT_FALSE(third.runs());
+  EXPECT_TRUE(admission_.wants_memory());
+  free(8);
+  EXPECT_TRUE(third.runs());
   EXPECT_FALSE(admission_.wants_memory());
 }
 

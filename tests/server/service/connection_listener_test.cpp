@@ -177,6 +177,21 @@ TEST(ConnectionListener, DropsSoonerWhatSendsMuchThatMakesNoCall) {
   EXPECT_FALSE(is_closed_soon(silent, 1500));
 }
 
+TEST(ConnectionListener, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTheBound) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving_bytes = 128 << 10;
+  Keeper keeper(some);
+  std::vector<Descriptor> callers;
+  for (const std::size_t kib : {96, 32, 48}) {
+    callers.push_back(call_from("127.0.0.1", keeper.address()));
+    const std::string much(kib << 10, 'x');
+    ASSERT_EQ(write(callers.back().get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+  }
+  EXPECT_TRUE(is_closed_soon(callers[0]));
+  EXPECT_FALSE(is_closed_soon(callers[1], 500));
+  EXPECT_FALSE(is_closed_soon(callers[2], 500));
+}
+
 TEST(ConnectionListener, CountsNoCancelledCallAsServed) {
   ConnectionLimits some = limits(10, 10);
   some.arriving = 500ms;

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A stream whose work is done ahead of its reader, in memory that is reserved before.
+//
+//     prepared -> asks for memory, may wait for it -> works, is read -> ... -> over
+//                          ^                              |
+//                          | is read again                | isn't read for a while
+//                          +--------- has shed <----------+
+//
+// One that SHEDS gives back its place and all that can be had again. It keeps what is being sent; what comes behind
+// that is computed anew, to the same bytes.
+
+#pragma once
+
+#include <algorithm>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "server/rpc/stream_call.h"
+
+namespace ccslice::server {
+
+template <class Response>
+class SheddingCall : public StreamCall<Response> {
+ protected:
+  using StreamCall<Response>::StreamCall;
+  using StreamCall<Response>::state_;
+
+  /// Takes what the work needs, or nothing: Admission::Memory::reserve.
+  virtual bool reserve() = 0;
+  virtual bool is_short() const = 0;
+  /// Has start_work() called on a worker: there is memory.
+  virtual void start_work_later() = 0;
+  /// On a worker. May throw.
+  virtual void start_work() = 0;
+
+  void stop() override {
+    cancel_.cancel();
+    this->leave_memory_queue();
+  }
+
+  /// Refuses what could never begin. `what`: the work takes so much `scratch_bytes`. Throws ServiceError.
+  void require_scratch(const std::string& what, std::uint64_t scratch_bytes, const std::string& remedy) const {
+    if (scratch_bytes <= state_.scratch.capacity_bytes()) return;
+    throw ServiceError(ServiceErrorCode::kJobExceedsMemory,
+                       what + " takes about " + show_mib(scratch_bytes) + ", and the server has " +
+                           show_mib(state_.scratch.capacity_bytes()) + " for that: " + remedy +
+                           ", or raise --scratch-budget-bytes");
+  }
+
+  /// Of the memory for scratch, what long work that needs `scratch_bytes` leaves to short work, unless it couldn't
+  /// begin then.
+  std::uint64_t bytes_left(std::uint64_t scratch_bytes) const {
+    if (is_short()) return 0;
+    const std::uint64_t all = state_.scratch.capacity_bytes();
+    const std::uint64_t left = std::max(all / kInteractiveShareOfScratch, std::min(all / 2, kInteractiveScratchBytes));
+    return std::min(left, all - scratch_bytes);
+  }
+
+  /// For the first time. Once.
+  void ask_for_work() {
+    this->ask_for_memory(wanted_memory(), decided());
+    leave_if_stopped();
+  }
+  /// After it has shed.
+  void ask_again() {
+    this->resume(wanted_memory(), decided());
+    leave_if_stopped();
+  }
+
+  /// Has start_work() run, as a piece of work of its own.
+  void start_work_in(Pieces pieces) {
+    this->make_lane(pieces).post([this, self = this->shared_from_this()] {
+      try {
+        start_work();
+      } catch (...) {
+        const std::lock_guard lock(work_mutex_);
+        error_ = std::current_exception();
+      }
+      this->wake();
+    });
+  }
+
+  /// To be called when the work has been given back.
+  void note_shed() {
+    ++state_.metrics.shed;
+    this->give_place_back();
+    {
+      const std::lock_guard lock(work_mutex_);
+      has_shed_ = true;
+    }
+    this->wake();
+  }
+
+  /// A call without memory may still be refused, which clients take better before the first message. Throws why it is.
+  bool may_begin() {
+    const std::lock_guard lock(work_mutex_);
+    throw_error_locked();
+    return has_memory_;
+  }
+
+  void throw_error_locked() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+  /// Whether the call has shed since this was asked last. Then it has to ask_again().
+  bool take_shed_locked() { return std::exchange(has_shed_, false); }
+
+  const CancellationToken cancel_ = Executor::make_token();
+  std::mutex work_mutex_;  // Guards what derived classes say it does, too.
+
+ private:
+  /// Rounded up.
+  static std::string show_mib(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
+
+  /// It may have been stopped when nobody could take it out of the queue yet.
+  void leave_if_stopped() {
+    if (cancel_.cancelled()) this->leave_memory_queue();
+  }
+
+  Admission::Memory wanted_memory() {
+    return {.reserve = [this] { return reserve(); }, .is_short = is_short()};
+  }
+
+  Admission::Decision decided() {
+    return [this, self = this->shared_from_this()](const std::exception_ptr& refusal) {
+      {
+        const std::lock_guard lock(work_mutex_);
+        error_ = refusal;
+        has_memory_ = true;
+      }
+      if (!refusal) start_work_later();
+      this->wake();
+    };
+  }
+
+  bool has_memory_ = false;   // Or had it.
+  bool has_shed_ = false;     // Nothing has been asked for since.
+  std::exception_ptr error_;  // Why there is no work.
+};
+
+}  // namespace ccslice::server
