@@ -23,12 +23,19 @@ std::string reason_in_message(const std::string& message) {
   return message.starts_with(kStalled + ":") ? kStalled : "";
 }
 
+/// gRPC's servers reset new streams so while what arrives takes too much memory (RFC 9113, 7: ENHANCE_YOUR_CALM).
+bool is_refused_by_transport(const grpc::Status& status) {
+  return status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+         status.error_message() == "Received RST_STREAM with error code 11";
+}
+
 }  // namespace
 
 ClientError::ClientError(const grpc::Status& status)
     : std::runtime_error(status.error_message()), code_(status.error_code()) {
   google::rpc::Status details;
   reason_ = reason_in_message(status.error_message());
+  refused_by_transport_ = is_refused_by_transport(status);
   if (!details.ParseFromString(status.error_details())) return;
   for (const google::protobuf::Any& detail : details.details()) {
     google::rpc::ErrorInfo info;
@@ -50,7 +57,8 @@ ClientError::ClientError(const grpc::Status& status)
 bool ClientError::is_passing() const noexcept {
   switch (code_) {
     case grpc::StatusCode::UNAVAILABLE: return true;
-    case grpc::StatusCode::RESOURCE_EXHAUSTED: return retry_delay_.has_value() || reason_ == "OUT_OF_MEMORY";
+    case grpc::StatusCode::RESOURCE_EXHAUSTED:
+      return retry_delay_.has_value() || reason_ == "OUT_OF_MEMORY" || refused_by_transport_;
     // Proxies and transports report a connection that broke in the middle of a call so; servers always give a reason.
     case grpc::StatusCode::CANCELLED:
     case grpc::StatusCode::INTERNAL:

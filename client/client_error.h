@@ -43,7 +43,8 @@ class ClientError : public std::runtime_error {
         reason_(failure.reason_),
         metadata_(failure.metadata_),
         retry_delay_(failure.retry_delay_),
-        missing_mesh_id_(failure.missing_mesh_id_) {}
+        missing_mesh_id_(failure.missing_mesh_id_),
+        refused_by_transport_(failure.refused_by_transport_) {}
 
   grpc::StatusCode code() const noexcept { return code_; }
   /// ErrorInfo.reason, or one of local_reason; empty if the call failed before a ccslice server saw it.
@@ -65,6 +66,7 @@ class ClientError : public std::runtime_error {
   std::map<std::string, std::string> metadata_;
   std::optional<std::chrono::milliseconds> retry_delay_;
   std::string missing_mesh_id_;
+  bool refused_by_transport_ = false;  // The server had no memory for what arrives.
 };
 
 /// Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}.

@@ -252,5 +252,14 @@ TEST_F(Fleet, AProxyThatKnowsNoMeshesIsNamedWithTheRemedy) {
   EXPECT_EQ(proxy.uploads, 4);
 }
 
+TEST(ClientError, PassesWhereTheServersTransportHasNoMemory) {
+  const ClientError refused(
+      grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "Received RST_STREAM with error code 11"));
+  EXPECT_TRUE(refused.is_passing());
+  EXPECT_TRUE(ClientError(refused, "in other words").is_passing());
+  const grpc::Status too_large(grpc::StatusCode::RESOURCE_EXHAUSTED, "Received message larger than max (5 vs. 4)");
+  EXPECT_FALSE(ClientError(too_large).is_passing());
+}
+
 }  // namespace
 }  // namespace ccslice::client
