@@ -40,16 +40,25 @@ readonly first="${1:-1}" last="${2:-10000}"
 readonly part=500 # Seeds a process: a crash ends one of them.
 readonly reports=build/nightly corpora=build/nightly-corpora
 readonly mesh_target=slice_mesh mesh_seconds=600 other_seconds=120 load_seconds=120
+readonly most_seconds=14400 # Of a step.
 failed=0
 rows=()
 
-# run <name> <command...>: a line of the table, and a report. Fails if the command does.
+# run <name> <command...>: a line of the table, and a report. Fails if the command does, or if it takes too long: then
+# it is ended, with all that it started.
 run() {
-  local name=$1 outcome=ok begin=$SECONDS report
+  local name=$1 outcome=ok begin=$SECONDS report step watch
   report="$reports/${name//[^A-Za-z0-9.]/_}.txt"
   shift
   echo "== $name"
-  "$@" >"$report" 2>&1 || outcome=FAILED
+  set -m # Each gets a process group of its own.
+  "$@" >"$report" 2>&1 &
+  step=$!
+  (sleep "$most_seconds" && echo "ended after $most_seconds s" >>"$report" && kill -- "-$step") &
+  watch=$!
+  set +m
+  wait "$step" || outcome=FAILED
+  kill -- "-$watch" 2>/dev/null || true
   tail -n 2 "$report"
   if [[ $outcome == FAILED ]]; then failed=1; fi
   rows+=("$name|$((SECONDS - begin))|$outcome")
