@@ -16,12 +16,13 @@ def address_in(log):
 
 
 class Server:
-    """ccsliced on a free port of this machine, with its log in a file of `folder`. `open_files`: its limit of them."""
+    """ccsliced on a free port of this machine, with its log in a file of `folder`. `open_files`: its limit of them.
+    `within`: words of a command that runs another one in its place."""
 
-    def __init__(self, program, folder, *options, open_files=None):
+    def __init__(self, program, folder, *options, open_files=None, within=()):
         self._log = folder / "server.log"
         limit = ["prlimit", f"--nofile={open_files}:{open_files}"] if open_files else []
-        self._command = [*limit, program, *options]
+        self._command = [*within, *limit, program, *options]
         self._start("127.0.0.1:0")
 
     def _start(self, listen):
@@ -56,6 +57,9 @@ class Server:
         self.kill()
         time.sleep(seconds)
         self.start_at(address)
+
+    def runs(self):
+        return self._process.poll() is None
 
     def pid(self):
         return self._process.pid

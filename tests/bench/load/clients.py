@@ -5,7 +5,9 @@ whole jobs of different sizes. What they get, and what the server keeps of memor
 
 A voxel of a single layer costs many times as much as one of a whole job. So throughput is counted in seconds: how long
 the server takes for the same ranges and voxels where it serves one client with nothing but single layers, as many at a
-time as there are threads, or with nothing but a whole job."""
+time as there are threads, or with nothing but a whole job. Each of these two takes a minute at most, as rates are
+compared.
+"""
 
 import random
 import statistics
@@ -22,6 +24,7 @@ _THREADS = 2
 _CLIENTS = 64
 _ADDRESSES = 8
 _COLUMNS = (700, 1000, 1400, 2000)  # Of whole jobs.
+_LONGEST_ALONE_S = 60
 _LONGEST_REST_S = 60
 
 
@@ -31,55 +34,72 @@ class _Clients:
     def __init__(self, address, jobs, seconds):
         self.small_range_s, self.failures, self.voxels = [], [], 0
         self._address, self._jobs = address, jobs
-        self._seconds = seconds
+        self.seconds = seconds
         self._lock = threading.Lock()
+        self._open = set()  # Streams.
+        self._over = threading.Event()
 
     def run(self, kinds, rest=True):
         """One client for each of `kinds`; `rest`: they pause between small ranges."""
         self._rest = rest
-        self._end = time.monotonic() + self._seconds
         stubs = [Stub(self._address, 40 + k) for k in range(min(_ADDRESSES, len(kinds)))]
         threads = [threading.Thread(target=self._call, args=(stubs[k % len(stubs)], kind, random.Random(k)))
                    for k, kind in enumerate(kinds)]
         for thread in threads:
             thread.start()
+        time.sleep(self.seconds)
+        self._stop()
         for thread in threads:
             thread.join()
         for stub in stubs:
             stub.close()
 
+    def _stop(self):
+        """Ends what is open, whatever it waits for."""
+        with self._lock:
+            self._over.set()
+            for stream in self._open:
+                stream.cancel()
+
     def _call(self, stub, kind, chance):
-        while time.monotonic() < self._end:
+        while not self._over.is_set():
             try:
                 getattr(self, "_" + kind)(stub.calls, chance)
             except grpc.RpcError as error:
-                if error.code() != grpc.StatusCode.CANCELLED:
+                if error.code() != grpc.StatusCode.CANCELLED or not self._over.is_set():
                     self.failures.append(f"{error.code()}: {error.details()}")
 
-    def _read(self, stream, columns):
-        for message in stream:
-            if message.HasField("layer_end") and time.monotonic() < self._end:
-                if columns in _COLUMNS:
-                    with self._lock:
-                        self.voxels += columns * columns
-            elif time.monotonic() >= self._end:
-                stream.cancel()
+    def _layers(self, stream):
+        """As they come, until all is over."""
+        with self._lock:
+            if self._over.is_set():
+                return stream.cancel()
+            self._open.add(stream)
+        try:
+            for message in stream:
+                if message.HasField("layer_end") and not self._over.is_set():
+                    yield message
+        finally:
+            with self._lock:
+                self._open.discard(stream)
 
     def _small_range(self, calls, chance):
         begin = time.perf_counter()
-        self._read(calls.SliceRange(self._jobs.request(512, chance.randrange(self._jobs.layers), 1)), 512)
-        self.small_range_s.append(time.perf_counter() - begin)
+        if list(self._layers(calls.SliceRange(self._jobs.request(512, chance.randrange(self._jobs.layers), 1)))):
+            self.small_range_s.append(time.perf_counter() - begin)
         if self._rest:
-            time.sleep(chance.uniform(0.5, 1.5))
+            self._over.wait(chance.uniform(0.5, 1.5))
 
     def alone_s(self, small_ranges, whole_job):
         """Seconds that the work done takes where each kind of it is done alone."""
-        return self._seconds * (len(self.small_range_s) / len(small_ranges.small_range_s) +
-                                self.voxels / whole_job.voxels)
+        return (small_ranges.seconds * len(self.small_range_s) / len(small_ranges.small_range_s) +
+                whole_job.seconds * self.voxels / whole_job.voxels)
 
     def _whole_job(self, calls, chance):
         columns = chance.choice(_COLUMNS)
-        self._read(calls.SliceRange(self._jobs.request(columns)), columns)
+        for _ in self._layers(calls.SliceRange(self._jobs.request(columns))):
+            with self._lock:
+                self.voxels += columns * columns
 
 
 class _Memory(threading.Thread):
@@ -112,7 +132,7 @@ def measure(job):
         with ccslice.Client(address) as client:
             summary = client.upload(sample(job.build, job.folder, "ring"))
         jobs = Jobs(summary)
-        small_ranges, whole_job = (_Clients(address, jobs, job.seconds) for _ in range(2))
+        small_ranges, whole_job = (_Clients(address, jobs, min(_LONGEST_ALONE_S, job.seconds)) for _ in range(2))
         small_ranges.run(["small_range"] * _THREADS, rest=False)
         whole_job.run(["whole_job"])
         start_mb = resident_mb(server.pid())
@@ -131,7 +151,8 @@ def measure(job):
             Figure("small ranges, median", median_s, "s"),
             Figure("small ranges, 99th percentile", p99_s / median_s, "medians", at_most=6),
             Figure("small ranges done", len(many.small_range_s), ""),
-            Figure("voxels of whole jobs, of those of one client", many.voxels / whole_job.voxels, "times"),
+            Figure("voxels of whole jobs a second, of those of one client",
+                   many.voxels / many.seconds / (whole_job.voxels / whole_job.seconds), "times"),
             Figure("throughput, of that of one client", many.alone_s(small_ranges, whole_job) / job.seconds, "times",
                    at_least=0.85),
             Figure("memory at the start", start_mb, "MB"),

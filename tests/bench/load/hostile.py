@@ -1,8 +1,13 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 """Clients that mean harm: requests that never arrive in whole, small ones that grow when parsed, streams that are reset
-at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.cfg) where it is installed."""
+at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.cfg) where it is installed. And several
+at the same time, to a server in 2 GiB: uploads of a byte now and then, requests that never arrive in whole, those that
+grow, and layers of hundreds of boxes that overlap, in tens of thousands of rows."""
 
+import collections
+import multiprocessing
+import os
 import pathlib
 import re
 import shutil
@@ -15,10 +20,14 @@ import grpc
 from ccsliced_process import Server
 from free_port import free_port
 from load.http2 import Connection, headers_frame, request_headers, reset_frame
-from load.part import Figure, Peak, resident_mb, seconds_until
+from load.fair import MOST_SLOWDOWN, overlapping_boxes, small_range_s
+from load.part import Figure, MemoryLimit, Peak, resident_mb, seconds_until
+from served_clients import Jobs, Stub, python_client, sample
 
 _MB4 = 4 << 20
+_LIMIT_BYTES = 2 << 30
 _IDLE_S = 5
+_WARM_UP_S = 4
 _ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
@@ -63,18 +72,21 @@ def _half_sent(job):
             Figure("half-sent requests: others are served", int(served), "", at_least=1)]
 
 
+# 4 MB of SliceRangeRequest.planes.
+_GROWING = b"\x32\x00" * ((_MB4 - 4096) // 2)
+
+
 def _amplified(job):
     """32 requests of 4 MB of empty sub-messages, at the same time."""
     with Server(job.ccsliced(), job.folder) as server:
         before_mb = resident_mb(server.pid())
-        request = b"\x32\x00" * ((_MB4 - 4096) // 2)  # SliceRangeRequest.planes
         channels = [grpc.insecure_channel(server.address(), options=[("grpc.use_local_subchannel_pool", 1)])
                     for _ in range(4)]
         refused = []
 
         def call(channel):
             try:
-                list(channel.unary_stream("/ccslice.v1.SlicerService/SliceRange")(request))
+                list(channel.unary_stream("/ccslice.v1.SlicerService/SliceRange")(_GROWING))
             except grpc.RpcError as error:
                 refused.append(error.code())
 
@@ -165,8 +177,120 @@ def _resets_through_haproxy(job):
             proxy.wait()
 
 
+class _Attacks:
+    """All of them, again and again, until `over` is set."""
+
+    def __init__(self, address, mesh_id, over):
+        self._address, self._mesh_id, self._over = address, mesh_id, over
+        self.ends = collections.Counter()
+
+    def run(self):
+        attacks = [(self._upload_slowly, 40), (self._send_half, 8), (self._send_growing, 8), (self._cross_rows, 8)]
+        stubs = [Stub(self._address, 50 + k) for k in range(len(attacks))]
+        threads = [threading.Thread(target=self._repeat, args=[attack, stub.calls])
+                   for (attack, count), stub in zip(attacks, stubs) for _ in range(count)]
+        for thread in threads:
+            thread.start()
+        self._over.wait()
+        for stub in stubs:
+            stub.close()
+        for thread in threads:
+            thread.join()
+
+    def _repeat(self, attack, calls):
+        while not self._over.is_set():
+            try:
+                attack(calls)
+            except (grpc.RpcError, ValueError) as error:  # ValueError: the channel is closed.
+                if not self._over.is_set():
+                    words = error.details() if isinstance(error, grpc.RpcError) else str(error)
+                    self.ends[f"{attack.__name__[1:]}: {re.sub('[0-9]+', 'N', words)}"] += 1
+                    self._over.wait(0.1)
+
+    def _upload_slowly(self, calls):
+        from ccslice.v1 import mesh_pb2
+
+        def messages():
+            message = mesh_pb2.UploadMeshRequest()
+            message.start.mesh_id = "sha256:" + 64 * "a"
+            message.start.size_bytes = 1 << 20
+            yield message
+            while not self._over.wait(3):
+                yield mesh_pb2.UploadMeshRequest(chunk=b"x")
+
+        calls.UploadMesh(messages())
+
+    def _send_half(self, _):
+        try:
+            connection = Connection(self._address, "127.0.0.3")
+        except OSError:
+            self._over.wait(0.1)
+            return
+        body = _message(_MB4 - 64) + bytes(_MB4 - 65)
+        for _ in range(10):
+            connection.send_data(connection.open_stream("GetMesh"), body, 0.1)
+        end = time.monotonic() + _IDLE_S
+        while not connection.closed and not self._over.is_set() and time.monotonic() < end:
+            connection.receive(0.1)
+        connection.close()
+
+    def _send_growing(self, _):
+        with grpc.insecure_channel(self._address, options=[("grpc.use_local_subchannel_pool", 1)]) as channel:
+            list(channel.unary_stream("/ccslice.v1.SlicerService/SliceRange")(_GROWING))
+
+    def _cross_rows(self, calls):
+        from ccslice.v1 import slice_pb2
+        request = slice_pb2.SliceRangeRequest(mesh_id=self._mesh_id, first_layer=0, layer_count=8,
+                                              contour_tolerance_mm=0.2)
+        pitch = request.grid.pitch
+        pitch.x_mm, pitch.y_mm, pitch.z_mm = 13 / 8, 13 / 65536, 13 / 10
+        request.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW_ZSTD).occupancy.SetInParent()
+        for _ in calls.SliceRange(request):
+            self.ends["cross_rows: messages"] += 1
+
+
+def _attack(folder, address, mesh_id, over, ends):
+    """In a process of its own, which leaves the processors to the others."""
+    os.nice(19)
+    python_client(folder)
+    attacks = _Attacks(address, mesh_id, over)
+    attacks.run()
+    ends.put(attacks.ends)
+
+
+def _all_in_2gib(job):
+    ccslice = python_client(job.folder)
+    with MemoryLimit(_LIMIT_BYTES) as limit, Server(job.ccsliced(), job.folder, "--threads", "2",
+                                                    within=limit.within) as server:
+        address = server.address()
+        with ccslice.Client(address) as client:
+            jobs = Jobs(client.upload(sample(job.build, job.folder, "ring")))
+            boxes_id = client.upload(overlapping_boxes(ccslice, 400)).mesh_id
+        idle_s = small_range_s(address, jobs, job.seconds)
+        processes = multiprocessing.get_context("spawn")
+        over, ends, refused = processes.Event(), processes.Queue(), []
+        attacker = processes.Process(target=_attack, args=(job.folder, address, boxes_id, over, ends))
+        with Peak(lambda: resident_mb(server.pid())) as peak:
+            attacker.start()
+            time.sleep(_WARM_UP_S)
+            beside_s = small_range_s(address, jobs, job.seconds, refused)
+            over.set()
+            counts = ends.get()
+            attacker.join()
+        alive = server.runs()
+    for what, count in sorted(counts.items()):
+        print(f"  {count} times {what}")
+    for words in sorted(set(refused)):
+        print("  others: " + words)
+    return [Figure("all in 2 GiB: small ranges meanwhile, of the idle server's", beside_s / idle_s, "times",
+                   at_most=MOST_SLOWDOWN),
+            Figure("all in 2 GiB: calls of others that failed meanwhile", len(refused), "", at_most=0),
+            Figure("all in 2 GiB: memory, at its peak", peak.value, "MB", at_most=_LIMIT_BYTES / 1e6),
+            Figure("all in 2 GiB: the server lives", int(alive), "", at_least=1)]
+
+
 def measure(job):
-    figures = _half_sent(job) + _amplified(job)
+    figures = _all_in_2gib(job) + _half_sent(job) + _amplified(job)
     with Server(job.ccsliced(), job.folder) as server:
         figures += _resets(job, server.address(), server.pid(), "resets")
     return figures + _resets_through_haproxy(job)

@@ -5,7 +5,9 @@
 A part is a module beside this one with a function `measure(job)`, which gives its figures. `job` is a Job.
 """
 
+import contextlib
 import dataclasses
+import os
 import pathlib
 import threading
 import time
@@ -37,6 +39,35 @@ class Figure:
 def resident_mb(pid):
     pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
     return pages * 4096 / 1e6
+
+
+class MemoryLimit(contextlib.AbstractContextManager):
+    """A control group in which whatever takes more is killed. Where none can be made, a limit of address space."""
+
+    _FOLDERS = [("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")]
+
+    def __init__(self, size_bytes):
+        self._group = None
+        self.within = ["prlimit", f"--as={size_bytes}:{size_bytes}"]
+        for parent, name in self._FOLDERS:
+            group = pathlib.Path(parent) / f"ccslice-load-{os.getpid()}"
+            try:
+                group.mkdir()
+                self._group = group
+                (group / name).write_text(str(size_bytes))
+            except OSError:
+                self.close()
+                continue
+            self.within = ["sh", "-c", f'echo $$ >{group}/cgroup.procs && exec "$@"', "sh"]
+            return
+
+    def close(self):
+        if self._group:
+            self._group.rmdir()
+            self._group = None
+
+    def __exit__(self, *_):
+        self.close()
 
 
 class Peak:
