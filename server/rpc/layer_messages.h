@@ -22,6 +22,8 @@ class LayerMessages {
 
   /// Without the bytes of planes that were sent.
   const Layer& layer() const { return layer_; }
+  /// Whether the last message was written, or there was no layer.
+  bool over() const { return stage_ == Stage::kOver; }
   /// Writes the next message; false after the last one.
   [[nodiscard]] bool next(v1::SliceRangeResponse& message);
 

@@ -8,8 +8,9 @@
 //                          | is read again                | isn't read for a while
 //                          +--------- has shed <----------+
 //
-// One that SHEDS gives back its place and all that can be had again. It keeps what is being sent; what comes behind
-// that is computed anew, to the same bytes.
+// One that SHEDS gives back its place and all that can be had again. It keeps the message that is being sent, which
+// counts nowhere: hundreds of such calls must not keep others from memory. What comes behind is computed anew, to the
+// same bytes.
 
 #pragma once
 

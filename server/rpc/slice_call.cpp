@@ -127,7 +127,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     if (cancel_.cancelled()) stream->cancel();
   }
 
-  /// Keeps the layer that is being sent; what comes behind it will be computed anew.
+  /// Keeps the message that is being sent. A layer of which more is to come will be computed anew, too.
   void shed() override {
     std::shared_ptr<LayerStream> dropped;
     MemoryBudget::Share given_back;
@@ -135,7 +135,13 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
       const std::lock_guard lock(work_mutex_);
       if (!stream_) return;
       dropped = std::exchange(stream_, nullptr);
-      given_back = share_.split_off_beyond(std::min(share_.bytes(), sent_bytes_));
+      given_back = share_.split_off_beyond(0);
+      if (!messages_.over()) {
+        --range_.first;
+        ++range_.count;
+        skipped_messages_ = sent_messages_;
+      }
+      messages_ = {};
     }
     dropped->cancel();
     dropped = nullptr;
@@ -171,7 +177,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   }
 
   Next next_of_layers(v1::SliceRangeResponse& message) {
-    if (messages_.next(message)) return Next::kMessage;
+    if (take_message(message)) return Next::kMessage;
     Layer layer;
     switch (pull(layer)) {
       case LayerStream::Pull::kPending: return Next::kPending;
@@ -179,9 +185,26 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
       case LayerStream::Pull::kEnd: stage_ = Stage::kSummary; return next(message);
       case LayerStream::Pull::kLayer: break;
     }
-    count(layer);
-    messages_ = LayerMessages(std::move(layer), max_chunk_bytes_);
+    begin_messages(std::move(layer));
     return next_of_layers(message);
+  }
+
+  bool take_message(v1::SliceRangeResponse& message) {
+    const std::lock_guard lock(work_mutex_);
+    if (!messages_.next(message)) return false;
+    ++sent_messages_;
+    return true;
+  }
+
+  /// Without those that were sent before the call shed.
+  void begin_messages(Layer layer) {
+    if (pulled_layer_ >= uncounted_layer_) count(layer);
+    uncounted_layer_ = pulled_layer_ + 1;
+    const std::lock_guard lock(work_mutex_);
+    messages_ = LayerMessages(std::move(layer), max_chunk_bytes_);
+    sent_messages_ = std::exchange(skipped_messages_, 0);
+    v1::SliceRangeResponse sent;
+    for (std::uint64_t k = 0; k < sent_messages_; ++k) (void)messages_.next(sent);
   }
 
   /// A layer of the stream. Where that was shed, asks for another one. Throws why there is none.
@@ -192,23 +215,16 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
       if (range_.count == 0) return LayerStream::Pull::kEnd;
       const bool asks = take_shed_locked();
       lock.unlock();
-      if (asks) compute_on();
+      if (asks) ask_again();
       return LayerStream::Pull::kPending;
     }
     const LayerStream::Pull pulled = stream_->pull(layer);
     if (pulled == LayerStream::Pull::kFailed) std::rethrow_exception(stream_->error());
     if (pulled != LayerStream::Pull::kLayer) return pulled;
-    sent_bytes_ = memory_bytes(layer);
-    ++range_.first;
+    pulled_layer_ = range_.first++;
     --range_.count;
     if (++layers_of_stream_ == kSlabLayers) stream_->set_window_slabs(all_slabs_);
     return pulled;
-  }
-
-  void compute_on() {
-    messages_ = {};
-    share_.give_back();
-    ask_again();
   }
 
   void write_header(const SliceJob& job) {
@@ -258,11 +274,13 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   Stage stage_ = Stage::kHeader;
   v1::SliceHeader header_;
   v1::SliceSummary summary_;
-  LayerMessages messages_;
+  std::uint32_t pulled_layer_ = 0, uncounted_layer_ = 0;
   // Guarded by work_mutex_:
   LayerRange range_;                     // What is still to be pulled.
   std::shared_ptr<LayerStream> stream_;  // Null until it has been started, and when it was shed.
-  std::uint64_t sent_bytes_ = 0;         // Memory of the layer that is being sent.
+  LayerMessages messages_;               // Of the layer that is being sent.
+  std::uint64_t sent_messages_ = 0;      // Of it.
+  std::uint64_t skipped_messages_ = 0;   // Of the layer to come, which was being sent when the call shed.
   std::uint32_t all_slabs_ = 0;          // In flight, once the stream runs.
   std::uint32_t layers_of_stream_ = 0;   // Pulled.
 };

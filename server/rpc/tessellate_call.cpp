@@ -137,7 +137,7 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
     }
   }
 
-  /// Keeps what the message that is being sent takes.
+  /// Keeps the message that is being sent.
   void shed() override {
     std::shared_ptr<const Surface> dropped;
     MemoryBudget::Share given_back;
@@ -145,7 +145,7 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
       const std::lock_guard lock(work_mutex_);
       if (!surface_) return;
       dropped = std::exchange(surface_, nullptr);
-      given_back = share_.split_off_beyond(std::min<std::uint64_t>(share_.bytes(), max_chunk_bytes_));
+      given_back = share_.split_off_beyond(0);
       has_lagged_ = true;
     }
     dropped = nullptr;
@@ -177,7 +177,6 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
     if (has_lagged_) max_chunk_bytes_ = std::min(max_chunk_bytes_, kLaggingChunkBytes);
     if (!take_shed_locked()) return surface_;
     lock.unlock();
-    share_.give_back();
     ask_again();
     return nullptr;
   }
