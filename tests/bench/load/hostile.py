@@ -265,7 +265,7 @@ def _all_in_2gib(job):
         address = server.address()
         with ccslice.Client(address) as client:
             jobs = Jobs(client.upload(sample(job.build, job.folder, "ring")))
-            boxes_id = client.upload(overlapping_boxes(ccslice, 400)).mesh_id
+            boxes_id = client.upload(overlapping_boxes(ccslice, 200)).mesh_id
         idle_s = small_range_s(address, jobs, job.seconds)
         processes = multiprocessing.get_context("spawn")
         over, ends, refused = processes.Event(), processes.Queue(), []
