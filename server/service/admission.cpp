@@ -127,7 +127,11 @@ void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision d
   place.since_ = Clock::now();
   auto behind = queue_.end();
   if (turn != Place::Turn::kIsNew) {
-    behind = std::ranges::find_if(queue_, [&](const Place* other) { return other->turn_ > turn; });
+    // Short ones before long ones: else these would take turns with the memory that one of those needs.
+    const bool goes_first = turn == Place::Turn::kHasBegun && place.memory_.is_short;
+    behind = std::ranges::find_if(queue_, [&](const Place* other) {
+      return other->turn_ > turn || (goes_first && other->turn_ == turn && !other->memory_.is_short);
+    });
   }
   place.position_ = queue_.insert(behind, &place);
   note_lack_of_memory(place, lacks_memory);

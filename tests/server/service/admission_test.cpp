@@ -263,9 +263,11 @@ TEST_F(AdmissionToMemory, LetsShortOnesOvertakeLongOnesAndNotEachOther) {
   EXPECT_FALSE(is_long.runs() || is_short.runs());
   EXPECT_TRUE(later.refused()) << "although there is enough for this one: two wait";
   later.end();
-  free(2);
-  EXPECT_TRUE(is_short.runs());
+  free(5);
+  EXPECT_TRUE(is_short.runs()) << "though there is enough for the long one, too, which came first";
   EXPECT_FALSE(is_long.runs());
+  free(3);
+  EXPECT_TRUE(is_long.runs());
 }
 
 TEST_F(AdmissionToMemory, WaitsForAPlaceTooBeforeThoseWhoAreNew) {
