@@ -51,9 +51,7 @@ class InvertedField final : public MaterialField {
   double diagonal_mm() const { return solid_->summary().bounding_box.diagonal().norm(); }
 
   InversionOptions options(double outside_mm) const {
-    InversionOptions result;
-    result.accept_mm = kAcceptMm / scales_[0];
-    result.outside_mm = outside_mm / scales_[2];
+    InversionOptions result = inversion_options_of(scales_, outside_mm);
     result.patch_cache_bytes = kPatchCacheBytes;
     return result;
   }
@@ -94,6 +92,13 @@ void MaterialField::solve_row(const Vec3& first, const Vec3& step, std::uint32_t
     row.last = near = found->at;
     mat(found->at, std::span(row.values).subspan(k * channel_count(), channel_count()));
   }
+}
+
+InversionOptions inversion_options_of(const Vec3& scales, double outside_mm) {
+  InversionOptions result;
+  result.accept_mm = kAcceptMm / scales[0];
+  result.outside_mm = outside_mm / scales[2];
+  return result;
 }
 
 std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,

@@ -40,6 +40,10 @@ class MaterialField {
                          std::span<const RowEntry> beside, const CancellationToken& cancel, SolvedRow& row);
 };
 
+/// How make_material_field() inverts points: of the mesh's frame, under a placement whose singular values are `scales`,
+/// largest first.
+[[nodiscard]] InversionOptions inversion_options_of(const Vec3& scales, double outside_mm);
+
 /// The real one. A point inside is accepted within 1e-6 mm, less in small cells (acceptance.h), and a point that the
 /// contours' tolerance puts inside although it is `outside_mm` off the limit volume still gets a parameter; both are
 /// world lengths. Residuals are |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales,

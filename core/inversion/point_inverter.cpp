@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/inversion/newton.h"
+#include "core/limit/cell_distance.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
@@ -24,9 +26,11 @@ constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond whi
 constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
 constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm,
 constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin cell.
+constexpr double kDoubtful = 0.6;           // From this distance on a candidate is ruled out first, if it can be.
 constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a candidate's middle its points may seem.
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;    // For one point: some milliseconds, however many cells overlap there.
+constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
 Vec3 start_parameter(std::size_t index, int per_axis) {
@@ -63,6 +67,14 @@ bool is_on_boundary(const LimitSolid& solid, const CellParam& at) {
   return sides != 0 && (sides & ~unsigned{solid.boundary_sides(at.cell)}) == 0;
 }
 
+/// A point of a batch.
+struct Located {
+  std::uint32_t point;
+  LimitCellId cell;            // That it is solved with.
+  std::uint32_t first, count;  // Its candidates, of State::kept.
+  bool is_kept;                // Or they are to be collected.
+};
+
 /// Which candidates come first.
 enum class Order { kNearest, kLowestCell, kLowestPart };
 
@@ -74,11 +86,15 @@ struct PointInverter::State {
   InversionOptions options;
   Acceptance acceptance;
   LimitEvaluator evaluator;
+  std::optional<CellDistance> distance;  // If options.proves_outside.
   std::vector<Candidate> candidates;
+  std::vector<Located> located;  // The batch at hand,
+  std::vector<Candidate> kept;   // and its points' candidates.
   int runs_left = 0;
 
   State(const LimitSolid& s, const InversionOptions& o)
       : solid(s), index(s.index()), options(o), acceptance(s, o.accept_mm), evaluator(s, o.patch_cache_bytes) {
+    if (options.proves_outside) distance.emplace(s);
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
@@ -207,9 +223,23 @@ struct PointInverter::State {
   }
 
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
-    best.full = true;
     collect(point, Order::kNearest, [](std::uint32_t) { return true; });
+    return search_candidates(point, best);
+  }
+
+  bool is_ruled_out(const Candidate& c, const Vec3& point) noexcept {
+    return distance && distance->exceeds(c.cell, point, options.outside_mm + acceptance.least_mm());
+  }
+
+  /// Searches the candidates, nearest first. One that is ruled out would yield nothing: leaving it out changes nothing
+  /// but the time.
+  InversionResult search_candidates(const Vec3& point, InversionResult best) noexcept {
+    best.full = true;
     for (Candidate& c : candidates) {
+      if (c.distance > kDoubtful && is_ruled_out(c, point)) {
+        c.distance = std::numeric_limits<double>::infinity();
+        continue;
+      }
       InversionResult own;
       own.residual_mm = std::numeric_limits<double>::infinity();
       const bool found = run(c.cell, c.start, point, own, Patience::kQuick);
@@ -220,6 +250,7 @@ struct PointInverter::State {
       best.full = true;
       if (found) return best;
     }
+    std::erase_if(candidates, [&](const Candidate& c) { return !std::isfinite(c.distance) || is_ruled_out(c, point); });
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
     // again. That near to any other face the cell behind it holds the point, and is looked at again: beside a singular
     // line it may have been given up too quickly.
@@ -284,6 +315,49 @@ struct PointInverter::State {
     }
     return found;
   }
+
+  std::optional<InversionResult> invert(const Vec3& point, const std::optional<CellParam>& hint) noexcept {
+    InversionResult best;
+    best.residual_mm = std::numeric_limits<double>::infinity();
+    runs_left = kMaxNewtonRuns;
+    if (index.fold_boxes.any_at(point, options.outside_mm)) {
+      best = search_lowest_cell(point, hint, best);
+    } else if (!hint || distance_from_cell(index.cell_maps[hint->cell](point)) > kFarFromCell ||
+               !run(hint->cell, hint->uvw, point, best, Patience::kQuick)) {
+      if (!end_just_outside(point, best)) best = search(point, best);
+    }
+    return accept(point, best);
+  }
+
+  std::optional<InversionResult> accept(const Vec3& point, const InversionResult& best) noexcept {
+    if (!(best.residual_mm <= options.outside_mm)) return std::nullopt;
+    return index.overlap_boxes.any_at(point, options.outside_mm) ? prefer_lower_part(point, best) : best;
+  }
+
+  /// Sorts the points of a batch by the cells that they probably are in. Those that are in none are left out.
+  void locate(std::span<const Vec3> points, const CancellationToken& cancel) {
+    located.clear();
+    kept.clear();
+    for (std::uint32_t p = 0; p < points.size(); ++p) {
+      cancel.throw_if_cancelled();
+      collect(points[p], Order::kNearest, [](std::uint32_t) { return true; });
+      if (candidates.empty()) continue;
+      const bool keeps = kept.size() + candidates.size() <= kMostKept;
+      located.push_back({p, candidates.front().cell, static_cast<std::uint32_t>(kept.size()),
+                         static_cast<std::uint32_t>(candidates.size()), keeps});
+      if (keeps) kept.insert(kept.end(), candidates.begin(), candidates.end());
+    }
+    std::ranges::sort(located, {}, [](const Located& l) { return std::pair(l.cell, l.point); });
+  }
+
+  std::optional<InversionResult> invert_located(const Vec3& point, const Located& place) noexcept {
+    if (!place.is_kept || index.fold_boxes.any_at(point, options.outside_mm)) return invert(point, {});
+    InversionResult best;
+    best.residual_mm = std::numeric_limits<double>::infinity();
+    runs_left = kMaxNewtonRuns;
+    candidates.assign(kept.begin() + place.first, kept.begin() + place.first + place.count);
+    return accept(point, search_candidates(point, best));
+  }
 };
 
 PointInverter::PointInverter(const LimitSolid& solid, const InversionOptions& options)
@@ -295,20 +369,15 @@ PointInverter& PointInverter::operator=(PointInverter&&) noexcept = default;
 LimitEvaluator& PointInverter::evaluator() noexcept { return state_->evaluator; }
 
 std::optional<InversionResult> PointInverter::invert(const Vec3& point, const std::optional<CellParam>& hint) noexcept {
-  State& state = *state_;
-  const double outside_mm = state.options.outside_mm;
-  InversionResult best;
-  best.residual_mm = std::numeric_limits<double>::infinity();
-  state.runs_left = kMaxNewtonRuns;
-  if (state.index.fold_boxes.any_at(point, outside_mm)) {
-    best = state.search_lowest_cell(point, hint, best);
-  } else if (!hint || distance_from_cell(state.index.cell_maps[hint->cell](point)) > kFarFromCell ||
-             !state.run(hint->cell, hint->uvw, point, best, Patience::kQuick)) {
-    if (!state.end_just_outside(point, best)) best = state.search(point, best);
+  return state_->invert(point, hint);
+}
+
+void PointInverter::invert(std::span<const Vec3> points, const OnFound& on_found, const CancellationToken& cancel) {
+  state_->locate(points, cancel);
+  for (const Located& place : state_->located) {
+    cancel.throw_if_cancelled();
+    if (const auto found = state_->invert_located(points[place.point], place)) on_found(place.point, *found);
   }
-  if (!(best.residual_mm <= outside_mm)) return std::nullopt;
-  if (state.index.overlap_boxes.any_at(point, outside_mm)) best = state.prefer_lower_part(point, best);
-  return best;
 }
 
 }  // namespace ccslice

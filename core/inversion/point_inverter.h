@@ -9,14 +9,21 @@
 // interior points (i + 1/2)/2, and at last at the nearest few of (i + 1/2)/4. A result is accepted after clamping
 // (acceptance.h). The work for one point is bounded, and so is the memory: of the candidates only as many are kept as
 // Newton may run.
+//
+// Of points all over a solid's box many lie in the boxes of cells and in none of them, and nothing is searched for
+// longer than what isn't there. So before the search gets thorough, cells that are proved not to hold the point may be
+// left out (limit/cell_distance.h), which changes no answer. And points that are known together are solved cell by
+// cell, since the patches of irregular cells take longer to make than to use.
 
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 
+#include "core/base/cancellation.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
 
@@ -26,6 +33,8 @@ struct InversionOptions {
   double accept_mm = 1e-6;   // A point inside: |geo - point| at most this, and less in small cells (acceptance.h).
   double outside_mm = 2e-3;  // Points this far outside the limit volume still get the nearest parameter found.
   std::size_t patch_cache_bytes = kSmallPatchCacheBytes;
+  bool proves_outside = false;  // Cells are left out by proof. The answers are the same; where most points are inside,
+                                // it takes longer.
 };
 
 struct InversionResult {
@@ -48,6 +57,11 @@ class PointInverter {
   /// wins, and where separate parts of the solid overlap the part whose first cell is the lowest: whatever the hint.
   [[nodiscard]] std::optional<InversionResult> invert(const Vec3& point,
                                                       const std::optional<CellParam>& hint = {}) noexcept;
+
+  using OnFound = std::function<void(std::size_t point, const InversionResult& result)>;
+  /// Calls on_found() for each point that invert() finds without a hint, with the same result to the last bit. The
+  /// order is that of cells. Throws Error{kCancelled} and what on_found() throws. REQUIRES: fewer than 2^32 points.
+  void invert(std::span<const Vec3> points, const OnFound& on_found, const CancellationToken& cancel);
 
   LimitEvaluator& evaluator() noexcept;
 

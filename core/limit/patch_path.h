@@ -98,6 +98,12 @@ class PatchBuilder {
   template <typename OnPatch, typename OnRest>
   void visit_patches(const LimitCell& cell, int levels, int line_levels, OnPatch on_patch, OnRest on_rest);
 
+  /// Looks for a part of the cell: true once on_patch(grid) is (`grid` may be overwritten), or once `levels` levels are
+  /// left behind. Leaves out what depends on points for which may_hold(points, layers) is false: kPositionDimension
+  /// doubles each; of a line (sub-)cell 4 layers, or else 1. REQUIRES: dimension == kPositionDimension.
+  template <typename MayHold, typename OnPatch>
+  bool any_patch(const LimitCell& cell, int levels, MayHold may_hold, OnPatch on_patch);
+
  private:
   /// The points that the cell's limit depends on; zeros in phantom layers.
   void gather(const LimitCell& cell, double* out) const noexcept;
@@ -113,6 +119,12 @@ class PatchBuilder {
   /// The line cell or sub-cell whose layers are in `a_`.
   template <typename OnPatch, typename OnRest>
   void visit_line(PatchPath path, std::uint32_t op, int line_levels, OnPatch on_patch, OnRest on_rest);
+  template <typename MayHold, typename OnPatch>
+  bool any_patch_of_line(std::uint32_t op, int levels, MayHold may_hold, OnPatch on_patch);
+  /// The points in `a_` of the layers of a line cell or sub-cell.
+  std::span<const double> layers_of(std::uint32_t op) const noexcept {
+    return std::span(a_).first(4 * data_.operators.lines()[op].points * dimension_);
+  }
 
   const LimitSolid::Data& data_;
   std::size_t dimension_;
@@ -146,7 +158,7 @@ void PatchBuilder::visit_line(PatchPath path, std::uint32_t op, int line_levels,
   }
   path.line_level = static_cast<std::uint8_t>(line_levels);
   path.line_child = 0;
-  on_rest(PatchRest{path, op, nullptr, std::span(a_).first(4 * data_.operators.lines()[op].points * dimension_)});
+  on_rest(PatchRest{path, op, nullptr, layers_of(op)});
 }
 
 template <typename OnPatch, typename OnRest>
@@ -175,6 +187,42 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
     }
   }
   on_rest(PatchRest{{static_cast<std::uint8_t>(levels), 0, 0, 0}, kNone, &visited_, visited_.points()});
+}
+
+template <typename MayHold, typename OnPatch>
+bool PatchBuilder::any_patch_of_line(std::uint32_t op, int levels, MayHold may_hold, OnPatch on_patch) {
+  for (int level = 0; may_hold(layers_of(op), 4); ++level, op = descend_line(op, 1)) {
+    if (level == levels) return true;
+    for (std::uint8_t child = 1; child < 4; ++child) {
+      finish_line(op, child, grid_.data());
+      if (on_patch(grid_.data())) return true;
+    }
+  }
+  return false;
+}
+
+template <typename MayHold, typename OnPatch>
+bool PatchBuilder::any_patch(const LimitCell& cell, int levels, MayHold may_hold, OnPatch on_patch) {
+  if (cell.cell_class == CellClass::kRegular) {
+    build(cell, {}, grid_.data());
+    return on_patch(grid_.data());
+  }
+  if (cell.cell_class == CellClass::kLine) return any_patch_of_line(copy_line(cell, {}), levels, may_hold, on_patch);
+  gather(cell, visited_.start(cell.op).data());
+  for (int level = 0; may_hold(visited_.points(), 1); ++level, visited_.descend()) {
+    if (level == levels) return true;
+    for (std::size_t number = 1; number < 8; ++number) {
+      const CornerOperator::Child& child = visited_.make_child(number, a_.data());
+      if (child.cell_class == CellClass::kLine) {
+        fill_layers(child.layer_points, child.phantoms);
+        if (any_patch_of_line(child.op, levels, may_hold, on_patch)) return true;
+      } else {
+        fill_phantoms(a_.data(), 3, dimension_, child.phantoms);
+        if (on_patch(a_.data())) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace ccslice

@@ -162,8 +162,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
 
   /// Stops the computing. Any thread, any number of times.
   virtual void stop() {}
-  /// The client hasn't read for a while: what the call holds is given back as far as it can be had again. On the
-  /// watch's thread; the client may read on at the same time.
+  /// The client hasn't read for a while, or sent anything: what the call holds is given back as far as it can be had
+  /// again. On the watch's thread; the client may go on at the same time.
   virtual void shed() {}
 
   /// Bounds the waits that follow. REQUIRES: admitted.
@@ -230,9 +230,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     end(status);
   }
 
-  void lag() override {
-    if (for_reader_) shed();
-  }
+  void lag() override { shed(); }
 
   std::shared_ptr<Call> self_;
   CallRegistry::Ticket ticket_;

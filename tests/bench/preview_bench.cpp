@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// preview_bench: pictures of planes through the samples, from a server process and through the client library. How long
-// they take one by one, how old what is shown is in a drag, and both beside whole jobs. A table of figures, each beside
-// its bar. Exit code 1 if one is missed.
+// preview_bench: pictures of planes through the samples, and points in them, from a server process and through the
+// client library. How long pictures take one by one, how old what is shown is in a drag, and both beside whole jobs; how
+// many points a second are probed. A table of figures, each beside its bar. Exit code 1 if one is missed.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -39,12 +40,17 @@ using client::PreviewStream;
 
 constexpr std::uint32_t kPixels = 512;
 constexpr int kPlanes = 50;
+constexpr std::size_t kPoints = 1'000'000, kPointsAlone = 500;
+constexpr int kProbeRuns = 3;
+constexpr double kRingPoints = 400'000;  // XX
 
 struct Options {
-  std::vector<std::string> parts = {"pictures", "drag", "busy"};
+  std::vector<std::string> parts = {"pictures", "drag", "busy", "probes"};
   std::vector<std::string> models = {"ring", "coyote", "engine", "bracket", "grid"};
   double seconds = 20;
   std::string json;
+
+  bool wants(const char* part) const { return std::find(parts.begin(), parts.end(), part) != parts.end(); }
 };
 
 double ms_since(Clock::time_point then) {
@@ -234,19 +240,88 @@ void measure_busy(client::Client& client, const Subject& subject, const std::str
             percentile(busy.full, 0.95) / percentile(idle.full, 0.95), "times", Bound::kAtMost, 5);
 }
 
-int run(const Options& options) {
-  BarTable table;
-  const auto wants = [&](const char* part) {
-    return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
-  };
+/// All over the part's box: x, y, z of each.
+std::vector<double> random_points(const Subject& subject) {
+  std::mt19937_64 random(20261125);
+  std::uniform_real_distribution<double> share(0, 1);
+  std::vector<double> points;
+  for (std::size_t p = 0; p < kPoints; ++p) {
+    for (int axis = 0; axis < 3; ++axis) {
+      points.push_back(subject.box.min()[axis] + share(random) * subject.box.sizes()[axis]);
+    }
+  }
+  return points;
+}
+
+/// Each of some points alone, in a call of its own: how many answers aren't the same to the last bit.
+int differing_alone(client::Client& client, const Subject& subject, const std::vector<double>& points,
+                    const std::vector<v1::ProbePointsResponse>& answers) {
+  int differing = 0;
+  const int per_answer = answers.front().locations_size();
+  for (std::size_t i = 0; i < kPointsAlone; ++i) {
+    const std::size_t p = i * (kPoints / kPointsAlone);
+    const auto first = points.begin() + static_cast<std::ptrdiff_t>(3 * p);
+    const v1::ProbePointsResponse alone = client.probe(subject.id, {}, {first, first + 3}).front();
+    const v1::ProbePointsResponse& together = answers[p / static_cast<std::size_t>(per_answer)];
+    const int at = static_cast<int>(p) % per_answer, channels = alone.materials_size();
+    const auto same = [](const auto& one, const auto& all, int begin) {
+      return std::equal(one.begin(), one.end(), all.begin() + begin);
+    };
+    const bool equal =
+        same(alone.locations(), together.locations(), at) && same(alone.limit_cells(), together.limit_cells(), at) &&
+        same(alone.control_cells(), together.control_cells(), at) && same(alone.uvw(), together.uvw(), 3 * at) &&
+        same(alone.materials(), together.materials(), channels * at) &&
+        same(alone.residuals_mm(), together.residuals_mm(), at);
+    differing += equal ? 0 : 1;
+  }
+  return differing;
+}
+
+/// Points of one call; the median of some runs.
+void measure_probes(client::Client& client, const Subject& subject, BarTable& table) {
+  const std::map<std::string, double> bars = {
+      {"ring", kRingPoints}, {"coyote", 500'000}, {"engine", 200'000}, {"bracket", 200'000}, {"grid", 40'000}};
+  const std::vector<double> points = random_points(subject);
+  std::vector<double> rates;
+  std::vector<v1::ProbePointsResponse> answers;
+  for (int run = 0; run < kProbeRuns; ++run) {
+    answers.clear();
+    const auto asked = Clock::now();
+    answers = client.probe(subject.id, {}, points);
+    rates.push_back(static_cast<double>(kPoints) / (1e-3 * ms_since(asked)));
+  }
+  const std::string figure = "points probed, two threads: " + subject.name;
+  const auto bar = bars.find(subject.name);
+  if (bar != bars.end()) {
+    table.add(figure, percentile(rates, 0.5), "a second", Bound::kAtLeast, bar->second);
+  } else {
+    table.note(figure, percentile(rates, 0.5), "a second");
+  }
+  table.add("of 500 points probed alone, answers that differ: " + subject.name,
+            differing_alone(client, subject, points, answers), "points", Bound::kAtMost, 0);
+}
+
+void run_probes(const Options& options, BarTable& table) {
+  ccslice::server::RunningServer server({"--threads=2"});
+  client::Client client({.address = server.address()});
+  for (const std::string& name : options.models) measure_probes(client, upload(client, name), table);
+}
+
+void run_pictures(const Options& options, BarTable& table) {
   ccslice::server::RunningServer server({"--threads=1"});
   client::Client client({.address = server.address()});
   for (const std::string& name : options.models) {
     const Subject subject = upload(client, name);
-    if (wants("pictures")) measure_pictures(client, subject, table);
-    if (wants("drag")) measure_drag(client, subject, options.seconds, table);
-    if (wants("busy")) measure_busy(client, subject, server.address(), table);
+    if (options.wants("pictures")) measure_pictures(client, subject, table);
+    if (options.wants("drag")) measure_drag(client, subject, options.seconds, table);
+    if (options.wants("busy")) measure_busy(client, subject, server.address(), table);
   }
+}
+
+int run(const Options& options) {
+  BarTable table;
+  if (options.wants("pictures") || options.wants("drag") || options.wants("busy")) run_pictures(options, table);
+  if (options.wants("probes")) run_probes(options, table);
   if (!options.json.empty()) table.write_json(options.json);
   return table.missed() > 0 ? 1 : 0;
 }
@@ -257,8 +332,9 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   using namespace ccslice::bench;
   Options options;
-  CLI::App app("Measures previews: a server of one thread, pictures of 512 x 512 pixels of one channel.");
-  app.add_option("--parts", options.parts, "pictures, drag, busy")->delimiter(',');
+  CLI::App app(
+      "Measures previews: a server of one thread, pictures of 512 x 512 pixels of one channel; one of two, points.");
+  app.add_option("--parts", options.parts, "pictures, drag, busy, probes")->delimiter(',');
   app.add_option("--models", options.models, "Samples")->delimiter(',');
   app.add_option("--seconds", options.seconds, "Of each drag")->capture_default_str();
   app.add_option("--json", options.json, "Write the figures to this file, too");

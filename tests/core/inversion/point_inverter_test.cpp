@@ -7,8 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
+#include <string>
+#include <vector>
 
+#include "core/base/error.h"
 #include "core/limit/boundary_surface.h"
 #include "core/mesh/models.h"
 #include "tests/support/tiny_meshes.h"
@@ -253,6 +257,74 @@ TEST(PointInverter, StandsPointsThatArentFinite) {
   PointInverter inverter(*solid);
   EXPECT_FALSE(inverter.invert(Vec3(std::nan(""), 0, 0)));
   EXPECT_FALSE(inverter.invert(Vec3(0, INFINITY, 0)));
+}
+
+/// All over the solid's box and a little beyond; every fourth in the solid, or within the distance that counts as
+/// outside of it, or beside a line or a corner of its cells.
+std::vector<Vec3> scattered_points(const LimitSolid& solid, double outside_mm, int count, std::mt19937& random) {
+  LimitEvaluator evaluator(solid);
+  std::uniform_real_distribution<double> share(-0.05, 1.05), u(0, 1), exponent(0, 20), off(-outside_mm, outside_mm);
+  const Box3& box = solid.summary().bounding_box;
+  std::vector<Vec3> points;
+  for (int i = 0; i < count; ++i) {
+    if (i % 4) {
+      points.emplace_back(box.min() + Vec3(share(random), share(random), share(random)).cwiseProduct(box.sizes()));
+      continue;
+    }
+    CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % solid.cell_count())},
+                 Vec3(u(random), u(random), u(random))};
+    for (int a = 0; a < i / 4 % 4; ++a) at.uvw[a] = std::exp2(-exponent(random));
+    points.emplace_back(evaluator.geo(at) + Vec3(off(random), off(random), off(random)));
+  }
+  return points;
+}
+
+void expect_batch_equals_one_by_one(const ControlMesh& mesh, const std::string& name, int count) {
+  constexpr unsigned kSeed = 23;
+  std::mt19937 random(kSeed);
+  const auto solid = LimitSolid::prepare(mesh);
+  InversionOptions options;
+  const std::vector<Vec3> points = scattered_points(*solid, options.outside_mm, count, random);
+  PointInverter one_by_one(*solid, options);
+  std::vector<std::optional<InversionResult>> expected;
+  for (const Vec3& point : points) expected.push_back(one_by_one.invert(point));
+  for (const bool proves : {false, true}) {
+    options.proves_outside = proves;
+    PointInverter inverter(*solid, options);
+    std::vector<std::optional<InversionResult>> found(points.size());
+    inverter.invert(points, [&](std::size_t p, const InversionResult& result) { found[p] = result; }, {});
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      ASSERT_EQ(found[p].has_value(), expected[p].has_value()) << name << ", seed " << kSeed << ", point " << p;
+      if (!found[p]) continue;
+      EXPECT_EQ(found[p]->at.cell, expected[p]->at.cell) << name << ", seed " << kSeed << ", point " << p;
+      EXPECT_EQ(found[p]->at.uvw, expected[p]->at.uvw) << name << ", seed " << kSeed << ", point " << p;
+      EXPECT_EQ(found[p]->residual_mm, expected[p]->residual_mm) << name << ", seed " << kSeed << ", point " << p;
+    }
+  }
+}
+
+TEST(PointInverter, ABatchIsWhatItsPointsAreOneByOne) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) expect_batch_equals_one_by_one(mesh, name, 120);
+  expect_batch_equals_one_by_one(make_engine(), "engine", 4000);
+  expect_batch_equals_one_by_one(make_coyote(), "coyote", 2000);
+}
+
+TEST(PointInverter, ABatchIsWhatItsPointsAreNearFoldsAndOverlaps) {
+  ControlMesh folding = oracle::folding_box_mesh();
+  folding.allow_folds = true;
+  expect_batch_equals_one_by_one(folding, "folding box", 1000);
+  expect_batch_equals_one_by_one(two_boxes(Vec3(5, 5, 5)), "two boxes", 1000);
+}
+
+TEST(PointInverter, ABatchStopsWhenCancelled) {
+  const auto solid = LimitSolid::prepare(make_box());
+  PointInverter inverter(*solid);
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  const std::vector<Vec3> points(3, Vec3(5, 5, 5));
+  EXPECT_THROW(inverter.invert(
+                   points, [](std::size_t, const InversionResult&) {}, cancel),
+               Error);
 }
 
 }  // namespace
