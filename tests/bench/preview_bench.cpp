@@ -40,7 +40,7 @@ using client::PreviewStream;
 
 constexpr std::uint32_t kPixels = 512;
 constexpr int kPlanes = 50;
-constexpr std::size_t kPoints = 1'000'000, kPointsAlone = 500;
+constexpr std::size_t kPointsAlone = 500;
 constexpr int kProbeRuns = 3;
 constexpr double kRingPoints = 400'000;  // XX
 
@@ -48,6 +48,7 @@ struct Options {
   std::vector<std::string> parts = {"pictures", "drag", "busy", "probes"};
   std::vector<std::string> models = {"ring", "coyote", "engine", "bracket", "grid"};
   double seconds = 20;
+  std::size_t points = 1'000'000;
   std::string json;
 
   bool wants(const char* part) const { return std::find(parts.begin(), parts.end(), part) != parts.end(); }
@@ -241,11 +242,11 @@ void measure_busy(client::Client& client, const Subject& subject, const std::str
 }
 
 /// All over the part's box: x, y, z of each.
-std::vector<double> random_points(const Subject& subject) {
+std::vector<double> random_points(const Subject& subject, std::size_t count) {
   std::mt19937_64 random(20261125);
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<double> points;
-  for (std::size_t p = 0; p < kPoints; ++p) {
+  for (std::size_t p = 0; p < count; ++p) {
     for (int axis = 0; axis < 3; ++axis) {
       points.push_back(subject.box.min()[axis] + share(random) * subject.box.sizes()[axis]);
     }
@@ -259,7 +260,7 @@ int differing_alone(client::Client& client, const Subject& subject, const std::v
   int differing = 0;
   const int per_answer = answers.front().locations_size();
   for (std::size_t i = 0; i < kPointsAlone; ++i) {
-    const std::size_t p = i * (kPoints / kPointsAlone);
+    const std::size_t p = i * (points.size() / 3) / kPointsAlone;
     const auto first = points.begin() + static_cast<std::ptrdiff_t>(3 * p);
     const v1::ProbePointsResponse alone = client.probe(subject.id, {}, {first, first + 3}).front();
     const v1::ProbePointsResponse& together = answers[p / static_cast<std::size_t>(per_answer)];
@@ -278,17 +279,17 @@ int differing_alone(client::Client& client, const Subject& subject, const std::v
 }
 
 /// Points of one call; the median of some runs.
-void measure_probes(client::Client& client, const Subject& subject, BarTable& table) {
+void measure_probes(client::Client& client, const Subject& subject, std::size_t count, BarTable& table) {
   const std::map<std::string, double> bars = {
       {"ring", kRingPoints}, {"coyote", 500'000}, {"engine", 200'000}, {"bracket", 200'000}, {"grid", 40'000}};
-  const std::vector<double> points = random_points(subject);
+  const std::vector<double> points = random_points(subject, count);
   std::vector<double> rates;
   std::vector<v1::ProbePointsResponse> answers;
   for (int run = 0; run < kProbeRuns; ++run) {
     answers.clear();
     const auto asked = Clock::now();
     answers = client.probe(subject.id, {}, points);
-    rates.push_back(static_cast<double>(kPoints) / (1e-3 * ms_since(asked)));
+    rates.push_back(static_cast<double>(count) / (1e-3 * ms_since(asked)));
   }
   const std::string figure = "points probed, two threads: " + subject.name;
   const auto bar = bars.find(subject.name);
@@ -304,7 +305,7 @@ void measure_probes(client::Client& client, const Subject& subject, BarTable& ta
 void run_probes(const Options& options, BarTable& table) {
   ccslice::server::RunningServer server({"--threads=2"});
   client::Client client({.address = server.address()});
-  for (const std::string& name : options.models) measure_probes(client, upload(client, name), table);
+  for (const std::string& name : options.models) measure_probes(client, upload(client, name), options.points, table);
 }
 
 void run_pictures(const Options& options, BarTable& table) {
@@ -337,6 +338,9 @@ int main(int argc, char** argv) {
   app.add_option("--parts", options.parts, "pictures, drag, busy, probes")->delimiter(',');
   app.add_option("--models", options.models, "Samples")->delimiter(',');
   app.add_option("--seconds", options.seconds, "Of each drag")->capture_default_str();
+  app.add_option("--points", options.points, "Probed in each sample")
+      ->check(CLI::Range(kPointsAlone, std::size_t{100'000'000}))
+      ->capture_default_str();
   app.add_option("--json", options.json, "Write the figures to this file, too");
   CLI11_PARSE(app, argc, argv);
   try {

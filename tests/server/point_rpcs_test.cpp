@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <chrono>
 #include <limits>
 #include <random>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "server/service/limits.h"
 #include "server/service/mesh_id.h"
@@ -244,6 +248,119 @@ TEST_F(PointRpcs, EvaluateRefusesUnknownCellsAndParameters) {
     EXPECT_EQ(evaluate_failure(request).reason, "PARAMETER_INVALID");
     EXPECT_EQ(evaluate_failure(request).field, "uvw[1]");
   }
+}
+
+/// Many batches without waiting for their answers.
+class BatchesAhead : public PointRpcs {
+ protected:
+  using Stream = grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>;
+
+  BatchesAhead() {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> coordinate(-2, 12);
+    for (int batch = 0; batch < 40; ++batch) {
+      v1::ProbePointsRequest& request = requests_.emplace_back();
+      if (batch == 0) request.set_mesh_id(id_);
+      // Batches of very different lengths overtake one another, unless they are kept from it.
+      for (int i = 0; i < (batch % 3 ? 30 : 3 * 4096); ++i) request.add_points_mm(coordinate(random));
+      if (batch % 5 == 3) {
+        for (const double number : {1.0, 0.0, 0.0, 0.1 * batch, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}) {
+          request.mutable_placement()->add_matrix(number);
+        }
+        request.set_contour_tolerance_mm(0.01 * batch);
+      }
+    }
+  }
+
+  /// Writes all at once, and reads until the stream ends.
+  grpc::Status stream_all(std::vector<v1::ProbePointsResponse>& responses) {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().ProbePoints(&context);
+    std::thread writer([&] {
+      for (const v1::ProbePointsRequest& request : requests_) {
+        if (!stream->Write(request)) return;
+      }
+      stream->WritesDone();
+    });
+    v1::ProbePointsResponse response;
+    while (stream->Read(&response)) responses.push_back(response);
+    writer.join();
+    return stream->Finish();
+  }
+
+  std::vector<v1::ProbePointsRequest> requests_;
+};
+
+TEST_F(BatchesAhead, AreAnsweredInOrderAsOneByOne) {
+  std::vector<v1::ProbePointsResponse> one_by_one, together;
+  ASSERT_TRUE(probe(requests_, one_by_one).ok());
+  const grpc::Status status = stream_all(together);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_EQ(together.size(), requests_.size());
+  for (std::size_t i = 0; i < together.size(); ++i) {
+    EXPECT_EQ(together[i].SerializeAsString(), one_by_one[i].SerializeAsString()) << i;
+  }
+}
+
+TEST_F(BatchesAhead, AreAnsweredUpToTheFirstThatFails) {
+  for (const int wrong : {1, 17, 39}) {
+    std::vector<v1::ProbePointsRequest> good = requests_;
+    // Found out by a worker, and when it is accepted.
+    requests_[static_cast<std::size_t>(wrong)].set_points_mm(0, std::numeric_limits<double>::infinity());
+    std::vector<v1::ProbePointsResponse> responses;
+    EXPECT_EQ(failure_of(stream_all(responses)).reason, "POINT_NON_FINITE");
+    EXPECT_EQ(responses.size(), static_cast<std::size_t>(wrong));
+    requests_ = good;
+    requests_[static_cast<std::size_t>(wrong)].set_contour_tolerance_mm(-1);
+    responses.clear();
+    EXPECT_EQ(failure_of(stream_all(responses)).reason, "TOLERANCE_INVALID");
+    EXPECT_EQ(responses.size(), static_cast<std::size_t>(wrong));
+    requests_ = good;
+  }
+}
+
+TEST_F(BatchesAhead, AreCancelledInTheMiddle) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().ProbePoints(&context);
+  std::thread writer([&] {
+    for (int i = 0; stream->Write(requests_[static_cast<std::size_t>(i % 40)]); ++i) {
+    }
+  });
+  v1::ProbePointsResponse response;
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(stream->Read(&response));
+  context.TryCancel();
+  writer.join();
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_TRUE(eventually(
+      [this] {
+        return server_.server().state().admission.running() == 0 && server_.server().state().scratch.used_bytes() == 0;
+      },
+      std::chrono::seconds(10)));
+}
+
+TEST_F(BatchesAhead, GiveTheirMemoryBackWhenTheClientLags) {
+  grpc::ClientContext context;
+  const auto stream = server_.stub().ProbePoints(&context);
+  std::thread writer([&] {
+    for (const v1::ProbePointsRequest& request : requests_) ASSERT_TRUE(stream->Write(request));
+  });
+  std::vector<v1::ProbePointsResponse> responses(requests_.size());
+  for (v1::ProbePointsResponse& response : responses) ASSERT_TRUE(stream->Read(&response));
+  writer.join();
+  const MemoryBudget& scratch = server_.server().state().scratch;
+  EXPECT_TRUE(eventually(
+      [&] {
+        server_.server().sweep();
+        return scratch.used_bytes() == 0;
+      },
+      std::chrono::seconds(10)));
+  v1::ProbePointsRequest again = requests_[1];
+  ASSERT_TRUE(stream->Write(again));
+  v1::ProbePointsResponse response;
+  EXPECT_TRUE(stream->Read(&response)) << "and it goes on";
+  EXPECT_EQ(response.locations_size(), 10);
+  stream->WritesDone();
+  EXPECT_TRUE(stream->Finish().ok());
 }
 
 }  // namespace

@@ -18,22 +18,22 @@
 namespace ccslice {
 namespace {
 
-constexpr unsigned kSeed = 5;
-constexpr double kOutsideMm = 2e-3;
+constexpr unsigned kProbeSeed = 5;
+constexpr double kProbeOutsideMm = 2e-3;
 
-struct Found {
+struct FoundPoint {
   CellParam at;
   double residual_mm, largest_residual_mm;
   std::vector<double> channels;
 
-  bool operator==(const Found& other) const {
+  bool operator==(const FoundPoint& other) const {
     return at.cell == other.at.cell && at.uvw == other.at.uvw && residual_mm == other.residual_mm &&
            largest_residual_mm == other.largest_residual_mm && channels == other.channels;
   }
 };
 
-std::map<std::size_t, Found> probe_all(PointProbe& probe, std::span<const Vec3> points) {
-  std::map<std::size_t, Found> found;
+std::map<std::size_t, FoundPoint> probe_all(PointProbe& probe, std::span<const Vec3> points) {
+  std::map<std::size_t, FoundPoint> found;
   probe.probe(points,
               [&](std::size_t point, const ProbedPoint& p) {
                 EXPECT_FALSE(found.contains(point));
@@ -47,7 +47,7 @@ class PointProbeTest : public testing::Test {
  protected:
   /// All over the part's box and a little beyond, and some beside its boundary.
   std::vector<Vec3> points(std::size_t count) const {
-    std::mt19937 random(kSeed);
+    std::mt19937 random(kProbeSeed);
     std::uniform_real_distribution<double> share(-0.02, 1.02);
     std::vector<Vec3> result;
     const Box3& box = solid_->summary().bounding_box;
@@ -66,15 +66,15 @@ class PointProbeTest : public testing::Test {
 
 TEST_F(PointProbeTest, FindsWhatAFieldInvertsWithoutAHint) {
   const std::vector<Vec3> world = points(4096);
-  PointProbe probe(solid_, placement_, kOutsideMm);
-  const std::map<std::size_t, Found> found = probe_all(probe, world);
-  const auto field = make_material_field(solid_, placement_, kOutsideMm);
+  PointProbe probe(solid_, placement_, kProbeOutsideMm);
+  const std::map<std::size_t, FoundPoint> found = probe_all(probe, world);
+  const auto field = make_material_field(solid_, placement_, kProbeOutsideMm);
   LimitEvaluator evaluator(*solid_);
   std::vector<double> channels(solid_->channel_count());
   for (std::size_t p = 0; p < world.size(); ++p) {
     const auto expected = field->invert(world[p], {});
     const auto it = found.find(p);
-    ASSERT_EQ(it != found.end(), expected.has_value()) << "seed " << kSeed << ", point " << p;
+    ASSERT_EQ(it != found.end(), expected.has_value()) << "seed " << kProbeSeed << ", point " << p;
     if (!expected) continue;
     EXPECT_EQ(it->second.at.cell, expected->at.cell);
     EXPECT_EQ(it->second.at.uvw, expected->at.uvw);
@@ -89,25 +89,25 @@ TEST_F(PointProbeTest, FindsWhatAFieldInvertsWithoutAHint) {
 
 TEST_F(PointProbeTest, AnswersDependOnTheirPointAlone) {
   std::vector<Vec3> world = points(1000);
-  PointProbe probe(solid_, placement_, kOutsideMm);
-  const std::map<std::size_t, Found> together = probe_all(probe, world);
+  PointProbe probe(solid_, placement_, kProbeOutsideMm);
+  const std::map<std::size_t, FoundPoint> together = probe_all(probe, world);
   for (std::size_t p = 0; p < world.size(); p += 7) {
-    PointProbe fresh(solid_, placement_, kOutsideMm);
-    const std::map<std::size_t, Found> alone = probe_all(fresh, std::span(world).subspan(p, 1));
+    PointProbe fresh(solid_, placement_, kProbeOutsideMm);
+    const std::map<std::size_t, FoundPoint> alone = probe_all(fresh, std::span(world).subspan(p, 1));
     ASSERT_EQ(alone.empty(), !together.contains(p));
     if (!alone.empty()) {
       EXPECT_TRUE(alone.at(0) == together.at(p)) << p;
     }
   }
   std::ranges::reverse(world);
-  const std::map<std::size_t, Found> reversed = probe_all(probe, world);
+  const std::map<std::size_t, FoundPoint> reversed = probe_all(probe, world);
   ASSERT_EQ(reversed.size(), together.size());
   for (const auto& [point, found] : reversed) EXPECT_TRUE(together.at(world.size() - 1 - point) == found) << point;
 }
 
 TEST_F(PointProbeTest, StopsWhenCancelled) {
   const CancellationToken cancel = CancellationToken::make();
-  PointProbe probe(solid_, placement_, kOutsideMm);
+  PointProbe probe(solid_, placement_, kProbeOutsideMm);
   const std::vector<Vec3> world = points(1000);
   int found = 0;
   const auto count_and_cancel = [&](std::size_t, const ProbedPoint&) {

@@ -19,15 +19,15 @@
 namespace ccslice {
 namespace {
 
-constexpr unsigned kSeed = 19;
+constexpr unsigned kDistanceSeed = 19;
 
-Vec3 random_direction(std::mt19937& random) {
+Vec3 random_direction_off(std::mt19937& random) {
   std::normal_distribution<double> gauss;
   return Vec3(gauss(random), gauss(random), gauss(random)).normalized();
 }
 
 // Every third point lies beside a line, every ninth beside a corner.
-CellParam random_place(const LimitSolid& solid, int i, std::mt19937& random) {
+CellParam random_place_in(const LimitSolid& solid, int i, std::mt19937& random) {
   std::uniform_real_distribution<double> u(0, 1), exponent(0, 20);
   CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % solid.cell_count())},
                Vec3(u(random), u(random), u(random))};
@@ -36,19 +36,19 @@ CellParam random_place(const LimitSolid& solid, int i, std::mt19937& random) {
 }
 
 TEST(CellDistance, NeverExceedsWhatSomePlaceOfTheCellHas) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kDistanceSeed);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
     CellDistance distance(*solid);
     std::uniform_real_distribution<double> exponent(0, 20);
     for (int i = 0; i < 200; ++i) {
-      const CellParam at = random_place(*solid, i, random);
+      const CellParam at = random_place_in(*solid, i, random);
       const double mm = solid->index().cell_maps[at.cell].thickness_mm() * std::exp2(-exponent(random));
       if (!std::isfinite(mm)) continue;
-      const Vec3 point = evaluator.geo(at) + 0.999 * mm * random_direction(random);
-      EXPECT_FALSE(distance.exceeds(at.cell, point, mm))
-          << name << ", seed " << kSeed << ", cell " << at.cell << " at " << at.uvw.transpose() << ", " << mm << " mm";
+      const Vec3 point = evaluator.geo(at) + 0.999 * mm * random_direction_off(random);
+      EXPECT_FALSE(distance.exceeds(at.cell, point, mm)) << name << ", seed " << kDistanceSeed << ", cell " << at.cell
+                                                         << " at " << at.uvw.transpose() << ", " << mm << " mm";
     }
   }
 }
@@ -66,7 +66,7 @@ double sampled_distance(LimitEvaluator& evaluator, LimitCellId cell, const Vec3&
 
 // What is in a cell's box, and a tenth of the cell off it, is told.
 TEST(CellDistance, IsProvedOfPointsThatAreOffTheCell) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(kDistanceSeed);
   for (const ControlMesh& mesh : {make_engine(), make_coyote()}) {
     const auto solid = LimitSolid::prepare(mesh);
     LimitEvaluator evaluator(*solid);
