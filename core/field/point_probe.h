@@ -3,7 +3,8 @@
 //
 // What is at single points of the world: their parameters in a placed solid, and the channels there. They are inverted
 // as a layer's voxels are (material_field.h), but lie anywhere: most of them often outside, and hardly two of them in
-// one patch. So a batch of them is solved cell by cell, and what is nowhere is proved to be (inversion/point_inverter.h).
+// one patch. So a batch of them is solved cell by cell, and what is nowhere is proved to be
+// (inversion/point_inverter.h).
 //
 // An answer depends on its point alone: not on the others of its batch, nor on what was asked before.
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // preview_bench: pictures of planes through the samples, and points in them, from a server process and through the
-// client library. How long pictures take one by one, how old what is shown is in a drag, and both beside whole jobs; how
-// many points a second are probed. A table of figures, each beside its bar. Exit code 1 if one is missed.
+// client library. How long pictures take one by one, how old what is shown is in a drag, and both beside whole jobs;
+// how many points a second are probed. A table of figures, each beside its bar. Exit code 1 if one is missed.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
