@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -43,6 +42,7 @@ struct Candidate {
   double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
   LimitCellId cell;
   Vec3 start;
+  bool ruled_out = false;
 };
 
 double distance_from_cell(const Vec3& guess) { return (guess.array() - 0.5).abs().maxCoeff(); }
@@ -236,10 +236,8 @@ struct PointInverter::State {
   InversionResult search_candidates(const Vec3& point, InversionResult best) noexcept {
     best.full = true;
     for (Candidate& c : candidates) {
-      if (c.distance > kDoubtful && is_ruled_out(c, point)) {
-        c.distance = std::numeric_limits<double>::infinity();
-        continue;
-      }
+      c.ruled_out = c.distance > kDoubtful && is_ruled_out(c, point);
+      if (c.ruled_out) continue;
       InversionResult own;
       own.residual_mm = std::numeric_limits<double>::infinity();
       const bool found = run(c.cell, c.start, point, own, Patience::kQuick);
@@ -250,7 +248,7 @@ struct PointInverter::State {
       best.full = true;
       if (found) return best;
     }
-    std::erase_if(candidates, [&](const Candidate& c) { return !std::isfinite(c.distance) || is_ruled_out(c, point); });
+    if (distance) std::erase_if(candidates, [&](const Candidate& c) { return c.ruled_out || is_ruled_out(c, point); });
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
     // again. That near to any other face the cell behind it holds the point, and is looked at again: beside a singular
     // line it may have been given up too quickly.

@@ -33,8 +33,8 @@ struct InversionOptions {
   double accept_mm = 1e-6;   // A point inside: |geo - point| at most this, and less in small cells (acceptance.h).
   double outside_mm = 2e-3;  // Points this far outside the limit volume still get the nearest parameter found.
   std::size_t patch_cache_bytes = kSmallPatchCacheBytes;
-  bool proves_outside = false;  // Cells are left out by proof. The answers are the same; where most points are inside,
-                                // it takes longer.
+  bool proves_outside = false;  // Cells are left out by proof. The answers are the same, unless the work for a point
+                                // runs out; where most points are inside, it takes longer.
 };
 
 struct InversionResult {

@@ -7,8 +7,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "core/limit/cell_index.h"
+#include "core/limit/cell_parts.h"
 #include "core/limit/fold_search.h"
 #include "core/limit/patch.h"
 #include "core/limit/solid_data.h"
@@ -19,6 +21,9 @@ namespace {
 constexpr int kMostLevels = 10;  // Towards irregular lines and vertices.
 constexpr int kMostNets = 96;    // Of all patches of a cell that may come near.
 constexpr int kDeepest = 12;     // Halvings of a patch.
+constexpr PartSizes kParts = {.levels = 3, .halvings = 2};
+constexpr std::size_t kMostPartsBytes = 8 << 20;
+constexpr std::size_t kMapBytes = 128;  // Of a cell, beside its parts.
 
 using Quad = Eigen::Vector4d;
 
@@ -128,7 +133,34 @@ bool may_come_near_along(std::span<const Quad> layers, const Quad& reach) noexce
 CellDistance::CellDistance(const LimitSolid& solid)
     : solid_(solid), builder_(solid.data(), kPositionDimension), images_(solid.data().operators.max_ring_points()) {}
 
+/// By the boxes around the cell's parts, as far as there is memory for them.
+bool CellDistance::is_off_parts(LimitCellId cell, const Vec3& point, double distance_mm) noexcept {
+  try {
+    auto known = parts_.find(cell);
+    if (known == parts_.end()) {
+      if (parts_bytes_ >= kMostPartsBytes) return false;
+      parts_.emplace(cell, CellHulls());
+      parts_bytes_ += kMapBytes;
+      return false;
+    }
+    const CellMap& map = solid_.index().cell_maps[cell];
+    CellHulls& parts = known->second;
+    if (parts.size() == 0) {
+      if (parts_bytes_ >= kMostPartsBytes) return false;
+      parts.start_cell();
+      append_parts(map, solid_.data().cells[cell], kParts, builder_, parts);
+      parts.finish();
+      parts_bytes_ += parts.memory_bytes();
+    }
+    const Vec3 margin = distance_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
+    return !parts.may_hold(LimitCellId{0}, map(point), margin);
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
+
 bool CellDistance::exceeds(LimitCellId cell, const Vec3& point, double distance_mm) noexcept {
+  if (is_off_parts(cell, point, distance_mm)) return true;
   const Mat3& of_cell = solid_.index().cell_maps[cell].inverse_jacobian;
   const Shear shear(of_cell, distance_mm);
   const Quad origin(point.x(), point.y(), point.z(), 0);

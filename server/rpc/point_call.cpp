@@ -53,7 +53,7 @@ class ProbeSolver {
   using Request = v1::ProbePointsRequest;
   using Response = v1::ProbePointsResponse;
   using Setting = ProbeSetting;
-  static constexpr std::uint64_t kBytes = 8 << 20;  // Patches, candidates, and what is read and written.
+  static constexpr std::uint64_t kBytes = 16 << 20;  // Patches, candidates, parts of cells.
 
   explicit ProbeSolver(MeshPtr mesh) : mesh_(std::move(mesh)) {}
 
