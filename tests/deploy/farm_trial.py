@@ -17,7 +17,7 @@ PYTHON = "/usr/bin/python3"  # Debian's, which has its Celery.
 BROKERS = {"redis": Redis, "rabbitmq": RabbitMq}
 LOG_LEVEL = "warning"
 PITCHES = {"ring": "0.1", "coyote": "0.3"}
-LONG_PITCHES = {"ring": "0.05", "coyote": "0.1", "engine": "0.12", "bracket": "0.15", "grid": "0.15"}
+LONG_PITCHES = {"ring": "0.05", "coyote": "0.1", "engine": "0.12", "bracket": "0.1,0.1,0.03", "grid": "0.15"}
 
 
 class Worker:
