@@ -44,10 +44,10 @@ FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolu
 BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
 OVER_REDIS = BROKER.startswith("redis")
 RESULTS = os.environ.get("CCSLICE_FARM_RESULTS", BROKER if OVER_REDIS else "redis://localhost:6379/1")
-LONGEST_SHARE_S = os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600")
-if not re.fullmatch("[1-9][0-9]*", LONGEST_SHARE_S):
-    sys.exit(f"farm: CCSLICE_FARM_LONGEST_SHARE={LONGEST_SHARE_S}: seconds, for instance 3600")
-LONGEST_SHARE_S = int(LONGEST_SHARE_S)
+LONGEST_SHARE = os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600")
+if not re.fullmatch("[1-9][0-9]*", LONGEST_SHARE):
+    sys.exit(f"farm: CCSLICE_FARM_LONGEST_SHARE={LONGEST_SHARE}: seconds, for instance 3600")
+LONGEST_SHARE_S = int(LONGEST_SHARE)
 CCSLICE = shutil.which(os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice"))
 LAYERS_OF_SHARE, MOST_SHARES, SLAB = 128, 64, 16
 PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
@@ -147,9 +147,12 @@ def layers_sliced(folder):
 def tell_progress(task, layers):
     """Slicing waits for nobody who wants to know."""
     task.backend.patient = False
-    with contextlib.suppress(RedisError):
+    try:
         task.update_state(state="PROGRESS", meta={"layers": layers})
-    task.backend.patient = True
+    except RedisError:
+        pass
+    finally:
+        task.backend.patient = True
 
 
 def run_ccslice(task, arguments, cwd, watched=None):
@@ -179,7 +182,7 @@ def run_ccslice(task, arguments, cwd, watched=None):
 
 
 def stands(folder, task_id):
-    """Whether the job wants that task: it isn't of an earlier job of that name, nor of one that has ended."""
+    """The job, or None where it doesn't want that task, which is an earlier job's of that name, or an ended one's."""
     try:
         job = json.loads((folder / "job.json").read_text())
     except (OSError, ValueError):
@@ -210,7 +213,7 @@ def slice_share(self, name, number, count):
         return 0
     with telling_failure(folder, f"share {number}"):
         if not share.exists():
-            own = folder / "shares" / f".{number}.{self.request.hostname}.{getattr(current_process(), 'index', 0)}"
+            own = own_folder(self, folder / "shares", number)
             run_ccslice(self, ["slice", f"./{job['mesh']}", *job["options"], "--share", f"{number}/{count}", "--resume",
                                "-o", str(own)], cwd=folder / "mesh", watched=own)
             put_in_place(own, share)
@@ -224,13 +227,18 @@ def join(self, layers, name, count):
         return 0
     with telling_failure(folder, "joining"):
         if not (folder / "layers").exists():
-            own = folder / f".layers.{self.request.hostname}.{getattr(current_process(), 'index', 0)}"
+            own = own_folder(self, folder, "layers")
             shutil.rmtree(own, ignore_errors=True)
             run_ccslice(self, ["join", *(f"shares/{i + 1}" for i in range(count)), "-o", str(own)], cwd=folder)
             put_in_place(own, folder / "layers")
         for unfinished in (folder / "shares").glob(".*"):
             shutil.rmtree(unfinished, ignore_errors=True)  # Of workers that went, or were slower.
         return sum(layers)
+
+
+def own_folder(task, folder, what):
+    """Of this process of this worker, hidden until it is put in place."""
+    return folder / f".{what}.{task.request.hostname}.{getattr(current_process(), 'index', 0)}"
 
 
 def put_in_place(own, place):
@@ -390,11 +398,16 @@ def refuse_done(name):
         sys.exit(f"farm: {name} is done: its layers are in {result_of(name).parent}")
 
 
-def cancel(arguments):
-    job = read_job(arguments.name)
-    refuse_done(arguments.name)
-    (folder_of(arguments.name) / "cancelled").touch()  # For tasks that begin later.
+def stop_tasks(name):
+    job = read_job(name)
+    (folder_of(name) / "cancelled").touch()  # For those that begin later.
     app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
+
+
+def cancel(arguments):
+    read_job(arguments.name)
+    refuse_done(arguments.name)
+    stop_tasks(arguments.name)
     print(f"{arguments.name}: cancelled")
 
 
@@ -409,11 +422,9 @@ def remove(arguments):
     folder = folder_of(arguments.name)
     if not folder.is_dir():
         read_job(arguments.name)  # Says so.
-    with contextlib.suppress(SystemExit, OSError):
-        job = read_job(arguments.name)
-        if not result_of(arguments.name).exists():
-            (folder / "cancelled").touch()
-            app.control.revoke([*job["tasks"], job["join"]], terminate=True, signal="SIGTERM")
+    if not result_of(arguments.name).exists():
+        with contextlib.suppress(SystemExit, OSError):  # A job that can't be read has no tasks that we know.
+            stop_tasks(arguments.name)
     (folder / "job.json").unlink(missing_ok=True)  # Tasks that run on find no job.
     for _ in range(20):
         shutil.rmtree(folder, ignore_errors=True)

@@ -9,6 +9,7 @@ import subprocess
 import time
 
 from farm_trial import Trial, write_samples
+from waiting import wait_for
 
 JOB = ("--pitch", "0.12", "--all-channels", "--encoding", "zstd")
 SMALL_JOB = ("--pitch", "0.3", "--channel", "hardness", "--encoding", "zstd")
@@ -86,13 +87,6 @@ def _try_submitting(row, trial, mesh):
         and unknown.returncode != 0 and "can't be reached" in unknown.stderr and "Traceback" not in unknown.stderr)
 
 
-def wait_until(condition, seconds):
-    end = time.monotonic() + seconds
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.005)
-    return condition()
-
-
 def whole_shares(trial, name):
     return sum(trial.share(name, number).exists() for number in range(1, 5))
 
@@ -113,7 +107,7 @@ def _try_ends(row, trial, mesh):
     trial.workers[0].restart()
     for name in ("sent-twice", "removed"):
         trial.must_end(name)
-    wait_until(lambda: trial.broker.left() == 0, 20)
+    wait_for(lambda: trial.broker.left() == 0, 20)
     states = {name: trial.state(name).split(",")[0].split(": ")[1] for name in ("cancelled", "twice-cancelled")}
     row("farm: cancelled before anybody began", str(set(states.values())), set(states.values()) == {"cancelled"}
         and not any(list((trial.jobs / name / "shares").iterdir()) for name in states))
@@ -155,10 +149,10 @@ def _try_joins(row, ccsliced, ccslice, folder, mesh):
 
 def _lose_broker(trial, name, mesh):
     trial.submit(name, mesh, *JOB)
-    wait_until(lambda: trial.runs(f"{name}/shares/"), 20)
+    wait_for(lambda: trial.runs(f"{name}/shares/"), 20)
     before = whole_shares(trial, name)
     trial.broker.kill()
-    ended = wait_until(lambda: whole_shares(trial, name) > before, 20)  # It can't be acknowledged.
+    ended = wait_for(lambda: whole_shares(trial, name) > before, 20)  # It can't be acknowledged.
     time.sleep(3)
     trial.broker.start()
     trial.must_end(name)

@@ -12,7 +12,8 @@ import time
 
 from kubernetes import redis_pod, redis_says, rendered
 from objects import ROOT, Overlay, environment_of, image_of, pod_of
-from pods import expect, pods, wait_for
+from pods import expect, pods
+from waiting import wait_for
 
 # Instead of a cluster: what is executed in a worker runs here.
 KUBECTL = """#!/bin/sh

@@ -29,7 +29,8 @@ from kubernetes import redis_pod, rendered, script_of  # noqa: E402
 from kubernetes_queue import run_queue  # noqa: E402
 from objects import Overlay  # noqa: E402
 from certificates import make_certificates  # noqa: E402
-from pods import a_pod, expect, found, pods, status, wait_for  # noqa: E402
+from pods import a_pod, expect, found, pods, status  # noqa: E402
+from waiting import wait_for  # noqa: E402
 
 A_RECORD = 1
 

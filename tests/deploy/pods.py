@@ -7,9 +7,10 @@ import json
 import os
 import random
 import subprocess
-import time
 import urllib.error
 import urllib.request
+
+from waiting import wait_for
 
 found = []
 
@@ -18,15 +19,6 @@ def expect(passes, words):
     print(("ok: " if passes else "FAILED: ") + words)
     if not passes:
         found.append(words)
-
-
-def wait_for(condition, seconds):
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.05)
-    return True
 
 
 def a_pod():

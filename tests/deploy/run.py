@@ -37,6 +37,7 @@ from brokers import listens, program  # noqa: E402
 from certificates import make_certificates  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
 from free_port import free_port  # noqa: E402
+from waiting import wait_for  # noqa: E402
 
 PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "faults")
 MESHES, CALLS = 20, 200
@@ -47,12 +48,9 @@ def row(what, found, passes):
     rows.append((what, found, "ok" if passes else "FAILED"))
 
 
-def wait_for(condition, seconds, what):
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise RuntimeError(f"{what} doesn't come within {seconds} s")
-        time.sleep(0.05)
+def must_come(condition, seconds, what):
+    if not wait_for(condition, seconds):
+        raise RuntimeError(f"{what} doesn't come within {seconds} s")
 
 
 class Replica:
@@ -85,7 +83,7 @@ class Replica:
         code = self.server.stop_gracefully()
         calls, self.seen = self.calls(), 0
         self.server.start_at(self.address)
-        wait_for(lambda: listens(self.figures), 10, "the server")
+        must_come(lambda: listens(self.figures), 10, "the server")
         return code, calls
 
 
@@ -108,7 +106,7 @@ def nginx(replicas, folder, tls=False):
     with open(folder / "nginx.log", "wb") as log:
         process = subprocess.Popen(command, stderr=log)
     try:
-        wait_for(lambda: listens(port), 10, "nginx")
+        must_come(lambda: listens(port), 10, "nginx")
 
         def take(servers):
             write(servers)
@@ -140,7 +138,7 @@ def haproxy(replicas, folder, tls=False):
     with open(folder / "haproxy.log", "wb") as log:
         process = subprocess.Popen([program("haproxy"), "-W", "-db", "-f", config], stdout=log, stderr=log)
     try:
-        wait_for(lambda: listens(port), 10, "HAProxy")
+        must_come(lambda: listens(port), 10, "HAProxy")
         time.sleep(1)
 
         def take(servers):
