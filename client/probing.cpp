@@ -111,14 +111,14 @@ class Probing {
   void read(Stream& stream, Attempts& attempts) {
     v1::ProbePointsResponse answer;
     while (stream.Read(&answer)) {
-      std::vector<double> points;
+      const std::vector<double>* points = nullptr;
       {
         const std::lock_guard lock(mutex_);
         require_answer(sent_ > 0, "an answer to nothing");
-        points = unanswered_.front();
+        points = &unanswered_.front();  // It stays where it is while others are put behind it.
       }
-      check_answer(answer, static_cast<int>(points.size() / 3));
-      take_(points, answer);
+      check_answer(answer, static_cast<int>(points->size() / 3));
+      take_(*points, answer);
       attempts.progress();
       {
         const std::lock_guard lock(mutex_);

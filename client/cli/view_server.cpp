@@ -72,7 +72,7 @@ bool parse(const httplib::Request& request, google::protobuf::Message& message, 
   return false;
 }
 
-/// Of {"token": "..."}; empty if it isn't that.
+/// Reads the token of {"token": "..."}. Empty if the body isn't that.
 std::string token_of(const httplib::Request& request) {
   google::protobuf::Struct session;
   if (!google::protobuf::util::JsonStringToMessage(request.body, &session).ok()) return {};

@@ -54,9 +54,9 @@ struct ImageBox {
   }
 };
 
-/// Of a cubic B-spline segment's four basis functions f the polar forms: f(a, b, c) is symmetric, affine in each, and
-/// f(t, t, t) = f(t). At (from, from, to) and the like they are what its control points weigh in the Bezier points of
-/// its piece from `from` to `to`.
+/// Gives the polar forms of a cubic B-spline segment's four basis functions f: f(a, b, c) is symmetric, affine in each,
+/// and f(t, t, t) = f(t). At (from, from, to) and the like they are what its control points weigh in the Bezier points
+/// of its piece from `from` to `to`.
 Quad polar_basis(double a, double b, double c) noexcept {
   const double sum = a + b + c, pairs = a * b + b * c + c * a, all = a * b * c;
   return Quad(1 - sum + pairs - all, 4 - 2 * pairs + 3 * all, 1 + sum + pairs - 3 * all, all) / 6;
@@ -115,7 +115,7 @@ class NetSearch {
   int nets_left_ = kMostNets;
 };
 
-/// Of four layers along a line, point by point.
+/// Whether a piece of a line's nest may come near. `layers` are its four layers along the line, point by point.
 bool may_come_near_along(std::span<const Quad> layers, const Quad& reach) noexcept {
   const std::size_t count = layers.size() / 4;
   return std::ranges::any_of(weights_along(), [&](const PieceWeights& piece) {

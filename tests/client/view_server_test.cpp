@@ -108,35 +108,33 @@ TEST_F(View, ShowsCutsThatAreThePreviewsOfTheCommandLine) {
   EXPECT_EQ(json_at(coarse->get_header_value("Ccslice-Preview"), "width").number_value(), 8);
 }
 
+/// Calls body(i) for each i below `count`, each on a thread of its own.
+template <class Body>
+void on_threads(std::size_t count, const Body& body) {
+  std::vector<std::jthread> threads;
+  for (std::size_t i = 0; i < count; ++i) threads.emplace_back([&body, i] { body(i); });
+}
+
 TEST_F(View, OfManyRequestsTheLatestIsAnswered) {
-  std::vector<std::thread> threads;
   std::vector<int> statuses(8);
-  for (std::size_t i = 0; i < statuses.size(); ++i) {
-    threads.emplace_back([&, i] {
-      httplib::Client own("http://" + host_);
-      statuses[i] =
-          own.Post("/api/preview", bearer(), cut(1 + 0.5 * static_cast<double>(i)), "application/json")->status;
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  on_threads(statuses.size(), [&](std::size_t i) {
+    httplib::Client own("http://" + host_);
+    statuses[i] = own.Post("/api/preview", bearer(), cut(1 + 0.5 * static_cast<double>(i)), "application/json")->status;
+  });
   EXPECT_THAT(statuses, testing::Each(testing::AnyOf(200, 409)));
   EXPECT_THAT(statuses, testing::Contains(200));
 }
 
 TEST_F(View, PagesDontTakePicturesFromEachOther) {
-  std::vector<std::thread> threads;
   std::vector<int> refused(4);
-  for (std::size_t page = 0; page < refused.size(); ++page) {
-    threads.emplace_back([&, page] {
-      httplib::Client own("http://" + host_);
-      for (int i = 0; i < 12; ++i) {
-        const auto answer =
-            own.Post("/api/preview?page=" + std::to_string(page), bearer(), cut(0.5 + 0.5 * i), "application/json");
-        refused[page] += answer->status == 200 ? 0 : 1;
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
+  on_threads(refused.size(), [&](std::size_t page) {
+    httplib::Client own("http://" + host_);
+    for (int i = 0; i < 12; ++i) {
+      const auto answer =
+          own.Post("/api/preview?page=" + std::to_string(page), bearer(), cut(0.5 + 0.5 * i), "application/json");
+      refused[page] += answer->status == 200 ? 0 : 1;
+    }
+  });
   EXPECT_THAT(refused, testing::Each(0));
   for (int page = 0; page < 20; ++page) {
     EXPECT_EQ(post("/api/preview?page=more" + std::to_string(page), cut(4))->status, 200) << "any number of pages";
