@@ -68,15 +68,11 @@ class Replica:
         self.seen = 0
 
     def calls(self):
-        """The log's lines of slicing calls since the last time."""
-        lines = self.log.read_text().splitlines()
+        """The log's whole lines of slicing calls since the last time."""
+        lines = self.log.read_text().split("\n")[:-1]
         fresh, self.seen = lines[self.seen:], len(lines)
         calls = [json.loads(line) for line in fresh if line.startswith("{")]
         return [call for call in calls if call.get("method") == "SliceRange"]
-
-    def meshes(self):
-        """Whose calls have come since the last time."""
-        return [call["mesh"] for call in self.calls() if call["status"] == "OK"]
 
     def restart(self):
         """By the rules. Its exit code, and the calls since the last time."""
@@ -162,12 +158,27 @@ def slices(client, mesh):
     return hashlib.sha256(b"".join(layer.occupancy.tobytes() for layer in client.slice(mesh, pitch=0.5))).hexdigest()
 
 
-def homes(replicas):
-    """By mesh: the servers that its calls went to since the last time."""
+def next_calls(replicas, count):
+    """By server: the slicing calls since the last time. A server writes of a call after the client has its end, so this
+    waits until `count` that ended well are there."""
+    found = [[] for _ in replicas]
+
+    def come():
+        for calls, replica in zip(found, replicas):
+            calls += replica.calls()
+        return sum(call["status"] == "OK" for calls in found for call in calls) >= count
+
+    wait_for(come, 10)
+    return found
+
+
+def homes(replicas, count):
+    """By mesh: the servers that its calls went to, of the `count` ones since the last time."""
     found = collections.defaultdict(set)
-    for number, replica in enumerate(replicas):
-        for mesh in replica.meshes():
-            found[mesh].add(number)
+    for number, calls in enumerate(next_calls(replicas, count)):
+        for call in calls:
+            if call["status"] == "OK":
+                found[call["mesh"]].add(number)
     return found
 
 
@@ -182,11 +193,11 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             stack.enter_context(replica.server)
         with ccslice.Client(replicas[0].address) as client:
             wanted = [slices(client, mesh) for mesh in meshes]
-        homes(replicas)
+        homes(replicas, MESHES)
         address, take = stack.enter_context(proxy(replicas[:3], folder))
         with ccslice.Client(address) as client:
             right = all(slices(client, meshes[i % MESHES]) == wanted[i % MESHES] for i in range(CALLS))
-            first = homes(replicas)
+            first = homes(replicas, CALLS)
             used = len(set().union(*first.values()))
             alone = sum(len(servers) == 1 for servers in first.values())
             row(f"{name}: {CALLS} calls of {MESHES} meshes", f"{alone} meshes at one server each, {used} servers",
@@ -197,11 +208,11 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
                     right = all(slices(stranger, mesh) == digest for mesh, digest in zip(meshes, wanted))
                     versions = stranger.server_info().server_version
             row(f"{name}: a client that names no mesh", "all right" if right else "wrong layers", right and versions)
-            homes(replicas)
+            homes(replicas, MESHES)
 
             take(replicas)
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
-            second = homes(replicas)
+            second = homes(replicas, MESHES)
             moved = sum(second[mesh] != first[mesh] for mesh in first)
             row(f"{name}: a fourth server", f"{moved} of {MESHES} meshes moved", right and 0 < moved <= MESHES // 2)
 
@@ -210,7 +221,7 @@ def try_affinity(name, proxy, ccsliced, ccslice, folder):
             begin = time.monotonic()
             right = all(slices(client, mesh) == digest for mesh, digest in zip(meshes, wanted))
             seconds = time.monotonic() - begin
-            third = homes([one for i, one in enumerate(replicas) if i != gone])
+            third = homes([one for i, one in enumerate(replicas) if i != gone], MESHES)
             kept = [i for i in range(len(replicas)) if i != gone]
             strangers = sum(second[mesh] != {gone} and {kept[i] for i in third[mesh]} != second[mesh] for mesh in first)
             row(f"{name}: one killed", f"{strangers} meshes of others moved, {seconds:.1f} s for all",
@@ -232,7 +243,8 @@ def try_kill(name, ccslice, client, mesh, replicas, gone):
 
     wanted, _ = slice_on(lambda _: None)
     found, longest = slice_on(lambda number: number == 10 and replicas[gone].server.kill())
-    began = [call["first_layer"] for i, one in enumerate(replicas) if i != gone for call in one.calls()]
+    calls = next_calls([one for i, one in enumerate(replicas) if i != gone], 1)
+    began = [call["first_layer"] for server in calls for call in server]
     row(f"{name}: its server killed amid a job", f"layers from {began} by another one, after {longest:.2f} s",
         found == wanted and longest <= 2 and len(began) == 1 and began[0] > 0)
 
@@ -258,7 +270,7 @@ def try_rolling(ccsliced, program_path, folder, long):
         for replica in replicas:
             stack.enter_context(replica.server)
         wanted = slice_once(replicas[0].address, "direct")[1]
-        job_bytes = sum(call["bytes"] for call in replicas[0].calls())
+        job_bytes = sum(call["bytes"] for call in next_calls(replicas[:1], 1)[0])
         address, _ = stack.enter_context(haproxy(replicas, folder))
 
         def client(number):
@@ -278,7 +290,8 @@ def try_rolling(ccsliced, program_path, folder, long):
         over.set()
         for thread in threads:
             thread.join()
-        calls += [call for replica in replicas for call in replica.calls()]
+        logged = sum(call["status"] == "OK" for call in calls)
+        calls += [call for server in next_calls(replicas, len(done) - logged) for call in server]
     for words in sorted(set(failures)):
         print(words.strip())
     row(f"rolling restart under {clients} clients", f"{len(failures)} of {len(done) + len(failures)} jobs failed, servers "
