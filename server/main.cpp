@@ -31,6 +31,8 @@ namespace ccslice::server {
 namespace {
 
 constexpr std::chrono::seconds kLastLines(1);  // What the log's reader has to take the last lines.
+constexpr std::chrono::milliseconds kBeat(100);
+constexpr int kBeatsOfSweep = 10;
 
 /// SIGTERM and SIGINT, blocked before any thread starts and waited for in one place; SIGHUP, which asks for files to be
 /// read again. Neither a reader of the log that goes nor a terminal that closes ends the server.
@@ -46,8 +48,9 @@ class StopSignals {
   }
 
   /// Whether one comes within this time. SIGHUP is none, but remembered.
-  bool wait(std::time_t seconds) {
-    const timespec timeout{.tv_sec = seconds, .tv_nsec = 0};
+  bool wait(std::chrono::milliseconds time) {
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+    const timespec timeout{.tv_sec = seconds.count(), .tv_nsec = std::chrono::nanoseconds(time - seconds).count()};
     const int signal = sigtimedwait(&signals_, nullptr, &timeout);
     if (signal == SIGHUP) asks_to_reload_ = true;
     return signal > 0 && signal != SIGHUP;
@@ -67,6 +70,16 @@ void serve_parent(const std::string& address) {
     wait_for_end_of_input(STDIN_FILENO);
     kill(getpid(), SIGTERM);
   }).detach();
+}
+
+/// Until `end`, or until it is to stop.
+void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::time_point end) {
+  for (int beat = 1; std::chrono::steady_clock::now() < end && !signals.wait(kBeat); ++beat) {
+    server.relieve();
+    if (beat % kBeatsOfSweep != 0) continue;
+    server.sweep();
+    server.reload(signals.asks_to_reload());
+  }
 }
 
 [[noreturn]] void serve(ServerOptions options, bool privately, StopSignals& signals) {
@@ -89,18 +102,15 @@ void serve_parent(const std::string& address) {
     spdlog::warn("whoever reaches {} may do everything: --token-file or --tls-client-ca says who may do what",
                  options.listen_address);
   }
-  while (!signals.wait(1)) {
-    server.sweep();
-    server.reload(signals.asks_to_reload());
-  }
+  attend(server, signals, std::chrono::steady_clock::time_point::max());
   if (options.drain_delay.count() > 0) {
     spdlog::info("stopping in {} ms: health says so, calls are still taken", options.drain_delay.count());
     server.say_not_serving();
-    const auto end = std::chrono::steady_clock::now() + options.drain_delay;
-    while (std::chrono::steady_clock::now() < end && !signals.wait(1)) server.sweep();
+    attend(server, signals, std::chrono::steady_clock::now() + options.drain_delay);
   }
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
-  const bool all_left = server.drain(options.shutdown_grace, [&signals] { return signals.wait(0); });
+  const bool all_left =
+      server.drain(options.shutdown_grace, [&signals] { return signals.wait(std::chrono::milliseconds(0)); });
   spdlog::info(all_left ? "stopped" : "stopped without waiting for clients that don't read");
   socket = nullptr;
   flush_log(kLastLines);

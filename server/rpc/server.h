@@ -46,6 +46,11 @@ class Server {
     state_.heap_trim.sweep();
   }
 
+  /// Has calls shed whose clients lag, if others wait for memory. To be called more often than sweep().
+  void relieve() {
+    if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
+  }
+
   /// Takes new tokens and certificates, if their files have changed or if told so.
   void reload(bool always);
 

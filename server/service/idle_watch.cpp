@@ -37,7 +37,7 @@ void IdleWatch::add(const std::shared_ptr<IdleCall>& call) {
   calls_.push_back(call);
 }
 
-void IdleWatch::sweep() {
+void IdleWatch::sweep(bool in_need) {
   std::vector<std::shared_ptr<IdleCall>> open;
   {
     std::lock_guard lock(mutex_);
@@ -50,7 +50,7 @@ void IdleWatch::sweep() {
   const auto now = std::chrono::steady_clock::now();
   for (const auto& call : open) {
     if (patience_.count() > 0) call->end_wait_begun_before(now - patience_);
-    call->note_wait_begun_before(now - lag_);
+    call->note_wait_begun_before(now - (in_need ? lag_.in_need : lag_.usual));
   }
 }
 

@@ -6,7 +6,8 @@
 //
 // A wait has one end: what was waited for came, or the watch lost patience. Whoever ends it goes on with the call.
 //
-// Long before, a call that LAGS is told so: what it holds may be of more use to others.
+// Long before, a call that LAGS is told so: what it holds may be of more use to others; sooner if they are waiting for
+// it.
 
 #pragma once
 
@@ -53,19 +54,25 @@ class IdleCall {
   std::atomic<WaitBegin> since_{kNotWaiting};  // Negative until it's armed.
 };
 
+/// After how long a call lags.
+struct LagTimes {
+  std::chrono::milliseconds usual{1000};
+  std::chrono::milliseconds in_need{300};  // Others wait for what calls hold.
+};
+
 /// Thread-safe.
 class IdleWatch {
  public:
-  /// A patience of 0 never ends a call. `lag`: after so long a call lags.
-  explicit IdleWatch(std::chrono::milliseconds patience, std::chrono::milliseconds lag = std::chrono::seconds(1))
-      : patience_(patience), lag_(lag) {}
+  /// A patience of 0 never ends a call.
+  explicit IdleWatch(std::chrono::milliseconds patience, const LagTimes& lag = {}) : patience_(patience), lag_(lag) {}
 
   void add(const std::shared_ptr<IdleCall>& call);
   /// Ends the calls that have waited too long, and tells those that lag. To be called now and then.
-  void sweep();
+  void sweep(bool in_need = false);
 
  private:
-  const std::chrono::milliseconds patience_, lag_;
+  const std::chrono::milliseconds patience_;
+  const LagTimes lag_;
   std::mutex mutex_;
   std::vector<std::weak_ptr<IdleCall>> calls_;
 };

@@ -25,8 +25,9 @@ def python_client(folder):
 def sample(build, folder, name):
     """A sample mesh."""
     path = folder / f"{name}.ccmesh"
-    subprocess.run([build / "client/ccslice", "models", name, "-o", path, "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL)
+    if not path.exists():
+        subprocess.run([build / "client/ccslice", "models", name, "-o", path, "--quiet"], check=True,
+                       stdout=subprocess.DEVNULL)
     return python_client(folder).Mesh.from_file(path)
 
 

@@ -185,6 +185,27 @@ TEST_F(LaggingClients, KeepTheMessageBeingSentAndNothingElse) {
   EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
 }
 
+TEST_F(LaggingClients, ShedWhenOthersWaitForMemory) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 2s));
+  MemoryBudget::Share rest(state().scratch);
+  EXPECT_TRUE(rest.resize(state().scratch.capacity_bytes() - state().scratch.used_bytes()));
+  std::this_thread::sleep_for(2 * LagTimes{}.in_need);
+  server_.server().relieve();
+  EXPECT_EQ(state().admission.running(), 1u) << "nobody waits for memory";
+  bool is_served = false;
+  std::thread other([&] { is_served = server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok(); });
+  EXPECT_TRUE(eventually(
+      [this] {
+        server_.server().relieve();
+        return state().admission.running() == 0 && state().admission.waiting() == 0;
+      },
+      5s));
+  other.join();
+  EXPECT_TRUE(is_served);
+}
+
 TEST_F(LaggingClients, GetTheSameBytesWhenTheyReadOn) {
   const auto all = call(request(400));
   all->read_all();

@@ -42,7 +42,7 @@ TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
 
 TEST(IdleWatch, TellsCallsThatLagLongBefore) {
   for (const auto patience : {0ms, 3'600'000ms}) {
-    IdleWatch watch(patience, 20ms);
+    IdleWatch watch(patience, {.usual = 20ms});
     const auto call = std::make_shared<SilentCall>();
     watch.add(call);
     call->wait();
@@ -56,6 +56,20 @@ TEST(IdleWatch, TellsCallsThatLagLongBefore) {
     watch.sweep();
     EXPECT_EQ(call->lagged, 1);
   }
+}
+
+TEST(IdleWatch, TellsCallsThatLagSoonerInNeed) {
+  IdleWatch watch(0ms, {.usual = 1h, .in_need = 20ms});
+  const auto call = std::make_shared<SilentCall>();
+  watch.add(call);
+  call->wait();
+  watch.sweep(/*in_need=*/true);
+  EXPECT_EQ(call->lagged, 0) << "it has time";
+  std::this_thread::sleep_for(30ms);
+  watch.sweep();
+  EXPECT_EQ(call->lagged, 0) << "nobody needs anything";
+  watch.sweep(/*in_need=*/true);
+  EXPECT_EQ(call->lagged, 1);
 }
 
 TEST(IdleWatch, LeavesCallsThatDontWait) {
