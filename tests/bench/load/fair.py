@@ -26,10 +26,12 @@ def _ends_layer(message):
 
 
 class _Load(contextlib.AbstractContextManager):
-    """One client for each entry of `clients`, who makes as many calls at the same time, again and again."""
+    """One client for each entry of `clients`, who makes as many calls at the same time, again and again. Those that the
+    server has no memory for are made again, too."""
 
     def __init__(self, address, first_number, clients, call):
         self.layers = [0] * len(clients)
+        self.refused = 0
         self._over = False
         self._stubs = [Stub(address, first_number + k) for k in range(len(clients))]
         self._threads = [threading.Thread(target=self._run, args=(client, call))
@@ -45,9 +47,13 @@ class _Load(contextlib.AbstractContextManager):
                     self.layers[client] += _ends_layer(message)
                     if self._over:
                         stream.cancel()
-            except grpc.RpcError:
-                if not self._over:
+            except grpc.RpcError as error:
+                if self._over:
+                    return
+                if error.code() != grpc.StatusCode.UNAVAILABLE:
                     raise
+                self.refused += 1
+                time.sleep(0.1)
 
     def __exit__(self, *_):
         self._over = True
@@ -103,11 +109,12 @@ def measure(job):
                 ("8 whole jobs", 8, lambda calls: calls.SliceRange(jobs.request(2000))),
                 ("8 clients of 8192 x 8192", 8, lambda calls: calls.SliceRange(jobs.request(8192))),
                 ("3 calls of hard points", 3, _hard_points(boxes_id))]:
-            with _Load(address, 10, [1] * clients, call):
+            with _Load(address, 10, [1] * clients, call) as load:
                 time.sleep(_WARM_UP_S)
                 beside_s = small_range_s(address, jobs, job.seconds)
             figures.append(Figure(f"small ranges beside {what}, of the idle server's", beside_s / idle_s, "times",
                                   at_most=MOST_SLOWDOWN))
+            figures.append(Figure(f"calls of {what} that waited for memory in vain", load.refused, ""))
         with _Load(address, 30, [1, 24], lambda calls: calls.SliceRange(jobs.request(2400))) as load:
             time.sleep(_WARM_UP_S)
             before = list(load.layers)
