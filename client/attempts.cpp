@@ -19,7 +19,8 @@ Attempts::Attempts(const RetryPolicy& policy, const CallOptions& call, const End
 
 EndpointList Attempts::order() const {
   EndpointList endpoints = endpoints_.in_order(mesh_id_);
-  std::ranges::rotate(endpoints, endpoints.begin() + static_cast<std::ptrdiff_t>(turn_ % endpoints.size()));
+  const auto first = endpoints.begin() + static_cast<std::ptrdiff_t>(turn_ % endpoints.size());
+  std::rotate(endpoints.begin(), first, endpoints.end());
   return endpoints;
 }
 

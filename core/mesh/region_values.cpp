@@ -95,9 +95,10 @@ void check_values(const ControlMesh& mesh) {
 }  // namespace
 
 std::optional<std::size_t> region_value_row(const ControlMesh& mesh, std::uint32_t vertex, std::uint8_t region) {
-  const auto [first, last] = std::ranges::equal_range(mesh.region_value_vertices, vertex);
+  const auto& vertices = mesh.region_value_vertices;
+  const auto [first, last] = std::equal_range(vertices.begin(), vertices.end(), vertex);
   for (auto at = first; at != last; ++at) {
-    const auto row = static_cast<std::size_t>(at - mesh.region_value_vertices.begin());
+    const auto row = static_cast<std::size_t>(at - vertices.begin());
     if (mesh.region_value_regions[row] == region) return row;
   }
   return std::nullopt;

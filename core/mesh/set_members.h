@@ -45,8 +45,7 @@ class SetMembers {
 template <typename Number>
 void sort_unique(std::vector<Number>& numbers) {
   std::ranges::sort(numbers);
-  const auto repeated = std::ranges::unique(numbers);
-  numbers.erase(repeated.begin(), repeated.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace ccslice

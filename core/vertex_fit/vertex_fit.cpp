@@ -103,7 +103,7 @@ std::vector<ControlCellId> folding_control_cells(const LimitSolid& solid) {
   std::vector<ControlCellId> cells;
   for (const LimitCellId cell : solid.index().fold_cells) cells.push_back(solid.control_cell(cell));
   std::ranges::sort(cells);
-  cells.erase(std::ranges::unique(cells).begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   return cells;
 }
 
