@@ -200,7 +200,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("MESH", options.mesh,
-                  "A Gmsh .msh, Abaqus .inp, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or its .json "
+                  "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or "
+                  "its .json "
                   "file, or the id of an uploaded mesh (sha256:...)")
       ->required(required);
   command
@@ -212,17 +213,21 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->allow_extra_args(false)
       ->group("Mesh");
   command
-      .add_option("--regions-from", options.regions_from,
-                  "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
-                  "the name of an array of cell data in .vtk and .vtu, 'reference' in MEDIT .mesh, 'entity' in Gmsh "
-                  ".msh; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus .inp, physical "
-                  "groups in Gmsh .msh; or of 'materials', which sections give to element sets in .inp")
+      .add_option(
+          "--regions-from", options.regions_from,
+          "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
+          "the name of an array of cell data in .vtk and .vtu, 'reference' in MEDIT .mesh, 'entity' in Gmsh "
+          ".msh, 'block' in Exodus; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus "
+          ".inp, physical groups in Gmsh .msh, element blocks in Exodus; or of 'materials', which sections give to "
+          "element sets in .inp")
       ->group("Mesh");
   command
-      .add_option("--cell-data", options.cell_data,
-                  "Make a material channel of a number that the file has for each cell: NAME=average gives each vertex "
-                  "the mean of its cells, weighted by their volumes; NAME=by-region the mean of its cells in each "
-                  "region of --regions-from, so that the channel jumps across interfaces. May be repeated")
+      .add_option(
+          "--cell-data", options.cell_data,
+          "Make a material channel of a number that the file has for each cell (NAME.0, NAME.1, ... are the components "
+          "of vectors): NAME=average gives each vertex "
+          "the mean of its cells, weighted by their volumes; NAME=by-region the mean of its cells in each "
+          "region of --regions-from, so that the channel jumps across interfaces. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   add_size_options(command, options.size);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Where a command's mesh comes from: a file (Gmsh, Abaqus, MEDIT, VTK, OpenVolumeMesh, .ccmesh, JSON),
+// Where a command's mesh comes from: a file (Gmsh, Abaqus, Exodus, MEDIT, VTK, OpenVolumeMesh, .ccmesh, JSON),
 // sharpened, fitted, sized and graded on the way, or the id of a mesh that the server holds.
 
 #pragma once

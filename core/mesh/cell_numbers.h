@@ -15,8 +15,8 @@
 
 namespace ccslice {
 
-/// So many arrays of numbers are kept of a file.
-inline constexpr std::size_t kMostCellNumbers = 8;
+/// So many numbers for each cell are kept of a file.
+inline constexpr std::size_t kMostCellNumbers = 16;
 
 /// The integer that a value is.
 std::optional<std::int64_t> exact_integer(double value);

@@ -31,10 +31,14 @@ void widen(std::size_t columns, std::span<const std::uint32_t> vertices, std::sp
 
 }  // namespace
 
+std::string component_name(const std::string& name, std::size_t components, std::size_t i) {
+  return components == 1 ? name : name + "." + std::to_string(i);
+}
+
 std::vector<NamedChannel> open_channels(const std::string& name, std::size_t components) {
   std::vector<NamedChannel> channels(components);
   for (std::size_t i = 0; i < components; ++i) {
-    channels[i].name = components == 1 ? name : name + "." + std::to_string(i);
+    channels[i].name = component_name(name, components, i);
   }
   return channels;
 }

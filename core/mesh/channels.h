@@ -22,7 +22,10 @@ struct NamedChannel {
   std::vector<float> values;  // One for each vertex.
 };
 
-/// Empty channels for an array of so many components: "name", or "name.0", "name.1", ... where there are several.
+/// What component `i` of an array is called: "name", or "name.0", "name.1", ... where there are several.
+std::string component_name(const std::string& name, std::size_t components, std::size_t i);
+
+/// Empty channels for an array of so many components.
 std::vector<NamedChannel> open_channels(const std::string& name, std::size_t components);
 
 /// Adds a file's channels to its mesh. Those with names that no mesh may have (empty, too long, or taken) are left out

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/mesh/cell_numbers.h"
+#include "core/mesh/channels.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kMostTags = 64;
 constexpr std::uint64_t kMostFieldComponents = 9;
-constexpr std::size_t kMostFields = kMostCellNumbers - 1;  // Volumes of the geometry are numbers of cells, too.
+constexpr std::size_t kMostNumbers = kMostCellNumbers - 1;  // Volumes of the geometry are numbers of cells, too.
 
 std::vector<std::string> read_strings(TextScanner& text) {
   const std::uint64_t count = text.count_up_to("the number of tags", kMostTags);
@@ -55,22 +56,19 @@ GmshFieldHeader read_field_header(GmshScanner& scanner, std::uint64_t most) {
 /// Null if the field is to be passed over.
 GmshElementData::Field* GmshElementData::to_take(const GmshFieldHeader& header) {
   const std::string field = "field '" + printable(header.name) + "' at elements";
-  if (header.components != 1) {
-    warnings_.push_back(field + " left out: it has " + std::to_string(header.components) +
-                        " components, and a cell takes one number");
-    return nullptr;
-  }
   const auto known = std::ranges::find(fields_, header.name, &Field::name);
   if (known != fields_.end()) {
-    if (header.partition > 0 && known->step == header.step) return &*known;
+    if (header.partition > 0 && known->step == header.step && known->components == header.components) return &*known;
     warnings_.push_back(field + " comes again for another time: left out");
     return nullptr;
   }
-  if (fields_.size() == kMostFields) {
-    warnings_.push_back(field + " left out: more than " + std::to_string(kMostFields) + " of them");
+  std::uint64_t numbers = header.components;
+  for (const Field& other : fields_) numbers += other.components;
+  if (header.components == 0 || numbers > kMostNumbers) {
+    warnings_.push_back(field + " left out: at most " + std::to_string(kMostNumbers) + " numbers of a cell are read");
     return nullptr;
   }
-  fields_.push_back({header.name, header.step, {}, {}});
+  fields_.push_back({header.name, header.step, header.components, {}, {}});
   return &fields_.back();
 }
 
@@ -79,11 +77,11 @@ void GmshElementData::read(GmshScanner& scanner) {
   Field* const field = to_take(header);
   for (std::uint64_t i = 0; i < header.count; ++i) {
     const std::uint64_t element = scanner.integer("an element's number");
-    double value = 0;
-    for (std::uint64_t c = 0; c < header.components; ++c) value = scanner.any_real("a value");
-    if (field == nullptr) continue;
-    field->elements.push_back(element);
-    field->values.push_back(value);
+    for (std::uint64_t c = 0; c < header.components; ++c) {
+      const double value = scanner.any_real("a value");
+      if (field != nullptr) field->values.push_back(value);
+    }
+    if (field != nullptr) field->elements.push_back(element);
   }
 }
 
@@ -94,22 +92,24 @@ void GmshElementData::finish(MeshFile& file) {
     file.warnings.push_back("fields at elements left out: element " + std::to_string(twin->number) + " comes twice");
     return;
   }
-  for (Field& field : fields_) {
-    CellNumbers numbers{std::move(field.name), std::vector<double>(elements_.size())};
-    std::vector<bool> has_value(elements_.size(), false);
-    for (std::size_t row = 0; row < field.elements.size(); ++row) {
-      const std::optional<std::uint32_t> cell = elements_.index_of(field.elements[row]);
-      if (!cell) continue;
-      numbers.of_cells[*cell] = field.values[row];
-      has_value[*cell] = true;
-    }
-    const auto lacking = std::ranges::count(has_value, false);
-    if (lacking > 0) {
-      file.warnings.push_back("field '" + printable(numbers.name) +
-                              "' at elements left out: " + std::to_string(lacking) + " cells have no value in it");
-    } else {
-      file.cell_numbers.push_back(std::move(numbers));
-    }
+  for (const Field& field : fields_) hand_over(field, file);
+}
+
+void GmshElementData::hand_over(const Field& field, MeshFile& file) const {
+  constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> row_of(elements_.size(), kNoRow);
+  for (std::size_t row = 0; row < field.elements.size(); ++row) {
+    if (const std::optional<std::uint32_t> cell = elements_.index_of(field.elements[row])) row_of[*cell] = row;
+  }
+  if (const auto lacking = std::ranges::count(row_of, kNoRow); lacking > 0) {
+    file.warnings.push_back("field '" + printable(field.name) + "' at elements left out: " + std::to_string(lacking) +
+                            " cells have no value in it");
+    return;
+  }
+  for (std::uint64_t i = 0; i < field.components; ++i) {
+    CellNumbers numbers{component_name(field.name, field.components, i), {}};
+    for (const std::size_t row : row_of) numbers.of_cells.push_back(field.values[row * field.components + i]);
+    file.cell_numbers.push_back(std::move(numbers));
   }
 }
 

@@ -35,16 +35,18 @@ class GmshElementData {
   void add_cell(std::uint64_t element) { elements_.add(element, 0); }
   /// Between the name of the section and its end.
   void read(GmshScanner& scanner);
-  /// Hands over the fields that have one number for each cell. The others are left out with a warning.
+  /// Hands over the components of fields that have numbers for each cell. Others are left out with a warning.
   void finish(MeshFile& file);
 
  private:
   struct Field {
     std::string name, step;
+    std::uint64_t components;
     std::vector<std::uint64_t> elements;
-    std::vector<double> values;
+    std::vector<double> values;  // All components of an element, then of the next one.
   };
   Field* to_take(const GmshFieldHeader& header);
+  void hand_over(const Field& field, MeshFile& file) const;
 
   NodeNumbers elements_;  // Of cells.
   std::vector<Field> fields_;

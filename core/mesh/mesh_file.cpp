@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/read_abaqus.h"
+#include "core/mesh/read_exodus.h"
 #include "core/mesh/read_gmsh.h"
 #include "core/mesh/read_medit.h"
 #include "core/mesh/read_ovm.h"
@@ -33,6 +34,9 @@ bool is_abaqus_keyword_or_comment(std::string_view word) {
 MeshFileKind mesh_file_kind(std::string_view bytes) {
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
+  for (const char* netcdf : {"CDF\x01", "CDF\x02", "CDF\x05"}) {
+    if (bytes.starts_with(netcdf)) return MeshFileKind::kExodus;
+  }
   constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
   if (bytes.starts_with(kUtf8Mark)) bytes.remove_prefix(kUtf8Mark.size());
   TextScanner scanner(bytes);
@@ -72,6 +76,7 @@ MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::
     case MeshFileKind::kVtu: return read_vtu(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
     case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
+    case MeshFileKind::kExodus: return read_exodus(bytes, limits);
     case MeshFileKind::kUnknown: break;
   }
   throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
@@ -81,17 +86,15 @@ UnreadFile describe_unread(std::string_view bytes) {
   struct Magic {
     std::string_view bytes, text;
   };
-  constexpr std::string_view kExodus =
-      "this is an Exodus file, or another one in netCDF's or HDF5's container, which is not read; convert it with "
-      "meshio (apt install meshio-tools python3-netcdf4): 'meshio convert part.e part.vtk'";
+  constexpr std::string_view kHdf5 =
+      "this is an Exodus file in HDF5's container, or another HDF5 file, which is not read; convert it with netCDF's "
+      "nccopy (apt install netcdf-bin): 'nccopy -k cdf5 part.e part-classic.e', or with meshio (apt install "
+      "meshio-tools python3-netcdf4), which keeps no names of blocks: 'meshio convert part.e part.vtk'";
   constexpr std::string_view kUtf16 = "the text is in UTF-16, which is not read; save it as UTF-8";
   constexpr std::string_view kMeditBinary =
       "this is MEDIT's binary format (.meshb), which is not read; save it as .mesh";
   constexpr std::string_view kGzip = "the file is compressed with gzip; unpack it first";
-  constexpr Magic kMagics[] = {{"\x89HDF\r\n", kExodus},
-                               {"CDF\x01", kExodus},
-                               {"CDF\x02", kExodus},
-                               {"CDF\x05", kExodus},
+  constexpr Magic kMagics[] = {{"\x89HDF\r\n", kHdf5},
                                {"\xff\xfe", kUtf16},
                                {"\xfe\xff", kUtf16},
                                {{"<\0", 2}, kUtf16},
@@ -107,7 +110,7 @@ UnreadFile describe_unread(std::string_view bytes) {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
       "legacy VTK file (first line '# vtk DataFile Version ...'), nor one of VTK's XML files (.vtu), nor an "
       "OpenVolumeMesh file (first word 'OVM'), nor an Abaqus input file (a keyword with a star first, such as "
-      "'*NODE')"};
+      "'*NODE'), nor an Exodus file (first bytes 'CDF')"};
 }
 
 void check_cell_vertices(const ControlMesh& mesh) {

@@ -19,7 +19,7 @@ namespace ccslice {
 
 /// A number for each cell: regions, materials, parts, densities.
 struct CellNumbers {
-  std::string name;              // Of the array, or what the format calls them.
+  std::string name;              // Of the array or its component (channels.h), or what the format calls them.
   std::vector<double> of_cells;  // By cell of the mesh.
 };
 
@@ -37,7 +37,7 @@ struct MeshFile {
   std::vector<CellSet> cell_materials{};    // The same of the materials that sections give to elements.
 };
 
-enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kUnknown };
+enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kExodus, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -58,6 +59,7 @@ class VtuReader {
   void read_channels(pugi::xml_node array, const std::string& name);
   void read_cell_data(pugi::xml_node piece, std::uint64_t count);
   bool read_cell_numbers(pugi::xml_node array, std::uint64_t count);
+  std::optional<std::size_t> place_of_numbers(const std::string& name, std::size_t components);
   void drop_partial_channels();
   void drop_partial_numbers();
   pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
@@ -298,24 +300,41 @@ void VtuReader::read_cell_data(pugi::xml_node piece, std::uint64_t count) {
   }
 }
 
-/// False if the array isn't one number for each cell, or not every piece has it.
+/// False if the array has no numbers for each cell, or not every piece has it.
 bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
   const bool numeric = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0;
-  if (!numeric || std::string_view(array.attribute("NumberOfComponents").as_string("1")) != "1") return false;
-  const std::string name = array.attribute("Name").value();
-  auto found = std::ranges::find(file_.cell_numbers, name, &CellNumbers::name);
-  if (found == file_.cell_numbers.end()) {
-    if (pieces_ > 0 || file_.cell_numbers.size() == kMostCellNumbers) return false;
-    found = file_.cell_numbers.insert(found, {name, {}});
+  const std::size_t components = array.attribute("NumberOfComponents").as_uint(1);
+  if (!numeric || components == 0 || components > kMostCellNumbers) return false;
+  const std::optional<std::size_t> first = place_of_numbers(array.attribute("Name").value(), components);
+  if (!first) return false;
+  std::vector<double> values;
+  VtuNumbers numbers = document_.open(array, count * components);
+  for (std::uint64_t i = 0; i < count * components; ++i) values.push_back(numbers.values().any_real("a value"));
+  require_end(numbers);
+  for (std::size_t i = 0; i < components; ++i) {
+    std::vector<double>& of_cells = file_.cell_numbers[*first + i].of_cells;
+    for (const std::uint32_t cell : piece_cells_) of_cells.push_back(values[cell * components + i]);
+  }
+  return true;
+}
+
+/// Where the array's components stand among the cell numbers, all pieces before having had them; new ones in the first.
+std::optional<std::size_t> VtuReader::place_of_numbers(const std::string& name, std::size_t components) {
+  std::vector<CellNumbers>& all = file_.cell_numbers;
+  const auto found = std::ranges::find(all, component_name(name, components, 0), &CellNumbers::name);
+  const auto first = static_cast<std::size_t>(found - all.begin());
+  if (found == all.end()) {
+    if (pieces_ > 0 || components > kMostCellNumbers - all.size()) return std::nullopt;
+    for (std::size_t i = 0; i < components; ++i) all.push_back({component_name(name, components, i), {}});
+    return first;
   }
   const std::size_t before = file_.mesh.cell_count() - piece_cells_.size();
-  if (found->of_cells.size() != before) return false;
-  std::vector<double> values;
-  VtuNumbers numbers = document_.open(array, count);
-  for (std::uint64_t cell = 0; cell < count; ++cell) values.push_back(numbers.values().any_real("a value"));
-  require_end(numbers);
-  for (const std::uint32_t cell : piece_cells_) found->of_cells.push_back(values[cell]);
-  return true;
+  for (std::size_t i = 0; i < components; ++i) {
+    const bool fits = first + i < all.size() && all[first + i].name == component_name(name, components, i) &&
+                      all[first + i].of_cells.size() == before;
+    if (!fits) return std::nullopt;
+  }
+  return first;
 }
 
 /// Numbers that this piece hasn't.

@@ -21,12 +21,17 @@ double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_vi
   return coordinate(value, vertex, what, scanner.mark(), scanner.token());
 }
 
-float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
+float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
+                          std::string_view token) {
   const auto narrow = static_cast<float>(value);
   if (!std::isfinite(narrow)) {
-    numbers_.push_back({vertex, scanner.mark(), scanner.token(), what, "is not finite, or too large for a float"});
+    numbers_.push_back({vertex, mark, token, what, "is not finite, or too large for a float"});
   }
   return narrow;
+}
+
+float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner) {
+  return this->value(value, vertex, what, scanner.mark(), scanner.token());
 }
 
 std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vector<bool>& used) const {

@@ -25,6 +25,8 @@ class UnfitNumbers {
   double coordinate(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
   /// A channel's value of `vertex`, likewise.
   float value(double value, std::size_t vertex, std::string_view what, const TextScanner& scanner);
+  /// The same for files that no TextScanner reads.
+  float value(double value, std::size_t vertex, std::string_view what, std::uint64_t mark, std::string_view token);
   /// The three coordinates that `numbers` reads next; `scanner` knows where they are.
   template <typename Numbers>
   Vec3 position(Numbers& numbers, std::size_t vertex, const TextScanner& scanner) {

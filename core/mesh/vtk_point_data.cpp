@@ -215,14 +215,18 @@ class AttributeReader {
   }
 
   void read_numbers(const std::string& name, std::uint64_t components, std::uint64_t tuples) {
-    if (components != 1 || tuples != count_ || numbers_.size() == kMostCellNumbers) {
+    const std::size_t first = numbers_.size();
+    if (components == 0 || components > kMostCellNumbers - first || tuples != count_) {
       values_.skip(tuples * components, "a value");
       found_.left_out.push_back(name);
       return;
     }
-    CellNumbers numbers{name, {}};
-    for (std::uint64_t cell = 0; cell < tuples; ++cell) numbers.of_cells.push_back(values_.any_real("a value"));
-    numbers_.push_back(std::move(numbers));
+    for (std::size_t i = 0; i < components; ++i) numbers_.push_back({component_name(name, components, i), {}});
+    for (std::uint64_t cell = 0; cell < tuples; ++cell) {
+      for (std::size_t i = 0; i < components; ++i) {
+        numbers_[first + i].of_cells.push_back(values_.any_real("a value"));
+      }
+    }
   }
 
   VtkScanner& values_;

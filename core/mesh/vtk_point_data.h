@@ -27,7 +27,7 @@ struct VtkAttributes {
 VtkAttributes read_vtk_attributes(VtkScanner& scanner, std::uint64_t count, std::size_t max_channels,
                                   UnfitNumbers& unfit);
 
-/// Cell data: the first arrays that have one number for each cell are kept.
+/// Cell data: the first arrays that have numbers for each cell are kept, component by component.
 struct VtkCellData {
   std::vector<CellNumbers> numbers;   // By cell of the file.
   std::vector<std::string> left_out;  // Names of all other arrays.

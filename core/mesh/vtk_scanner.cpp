@@ -9,21 +9,10 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/mesh/byte_order.h"
 
 namespace ccslice {
 namespace {
-
-std::uint64_t big_endian(std::string_view bytes) {
-  std::uint64_t value = 0;
-  for (const char byte : bytes) value = value << 8 | static_cast<std::uint8_t>(byte);
-  return value;
-}
-
-std::uint64_t little_endian(std::string_view bytes) {
-  std::uint64_t value = 0;
-  for (std::size_t i = bytes.size(); i > 0; --i) value = value << 8 | static_cast<std::uint8_t>(bytes[i - 1]);
-  return value;
-}
 
 /// The two's complement number in the low bytes.
 std::int64_t sign_extended(std::uint64_t bits, unsigned size_bytes) {

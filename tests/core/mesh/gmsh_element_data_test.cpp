@@ -46,6 +46,13 @@ TEST(GmshElementData, BecomesNumbersOfCellsInAnyOrder) {
   EXPECT_THAT(file.mesh.cell_regions, ElementsAre(1, 0));
 }
 
+TEST(GmshElementData, ComponentsBecomeNumbersOfTheirOwn) {
+  const MeshFile file = read_gmsh(kMesh + field("9 1 2 3\n20 4 5 6\n", 2, "force", 3));
+  ASSERT_EQ(file.cell_numbers.size(), 4u);
+  EXPECT_EQ(file.cell_numbers[3].name, "force.2");
+  EXPECT_THAT(file.cell_numbers[3].of_cells, ElementsAre(6, 3));
+}
+
 TEST(GmshElementData, IsPutTogetherFromPartitions) {
   const MeshFile file = read_gmsh(kMesh + field("9 1\n", 1, "a", 1, 3, 1) + field("20 2\n", 1, "a", 1, 3, 2));
   ASSERT_EQ(file.cell_numbers.size(), 2u);
@@ -69,10 +76,10 @@ TEST(GmshElementData, IsLeftOutWhereItDoesNotFit) {
   };
   EXPECT_THAT(warnings(field("9 1\n", 1)),
               ElementsAre(testing::_, "field 'density' at elements left out: 1 cells have no value in it"));
-  EXPECT_THAT(warnings(field("9 1 2 3\n20 1 2 3\n", 2, "force", 3)),
-              ElementsAre(testing::_, HasSubstr("3 components")));
+  EXPECT_THAT(warnings(field("9\n20\n", 2, "force", 0)),
+              ElementsAre(testing::_, HasSubstr("'force' at elements left out")));
   std::string many;
-  for (int i = 0; i < 9; ++i) many += field("9 1\n20 1\n", 2, "f" + std::to_string(i));
+  for (int i = 0; i < 17; ++i) many += field("9 1\n20 1\n", 2, "f" + std::to_string(i));
   EXPECT_EQ(read_gmsh(kMesh + many).cell_numbers.size(), kMostCellNumbers);
   const MeshFile twice = read_gmsh(kMesh + field("9 1\n20 2\n", 2) + field("9 3\n20 4\n", 2, "density", 1, 1));
   EXPECT_THAT(twice.warnings, ElementsAre(testing::_, HasSubstr("comes again for another time")));

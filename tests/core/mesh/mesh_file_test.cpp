@@ -36,6 +36,8 @@ TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("* a list\n"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("OVMB"), MeshFileKind::kOvm);
   EXPECT_EQ(mesh_file_kind("$MeshFormat\n4.1 0 8\n"), MeshFileKind::kGmsh);
+  for (const char* bytes : {"CDF\x01", "CDF\x02", "CDF\x05"}) EXPECT_EQ(mesh_file_kind(bytes), MeshFileKind::kExodus);
+  EXPECT_EQ(mesh_file_kind("CDF\x03"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind("solid cube"), MeshFileKind::kUnknown);
   EXPECT_EQ(mesh_file_kind(""), MeshFileKind::kUnknown);
   expect_error([] { read_mesh("solid cube"); }, ErrorCode::kFileUnsupported, "MEDIT");
@@ -69,9 +71,8 @@ TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
     expect_error([&] { read_mesh(bytes); }, ErrorCode::kFileUnsupported, part);
     EXPECT_TRUE(describe_unread(bytes).known) << part;
   };
-  for (const std::string magic : {"\x89HDF\r\n\x1a\n", "CDF\x01", "CDF\x02", "CDF\x05"}) {
-    expect(magic + "...", "apt install meshio-tools");
-  }
+  expect("\x89HDF\r\n\x1a\n...", "nccopy -k cdf5 part.e part-classic.e");
+  expect("\x89HDF\r\n\x1a\n...", "apt install meshio-tools");
   for (const std::string& text : {std::string("<\0?\0", 4), std::string("\0<\0?", 4), std::string("\xff\xfe<")}) {
     expect(text, "UTF-16");
   }

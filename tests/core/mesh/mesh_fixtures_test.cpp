@@ -109,7 +109,10 @@ INSTANTIATE_TEST_SUITE_P(
         Fixture{"vtk_appended_base64_zlib.vtu", Channels::kNoBits},
         Fixture{"meshio_binary_zlib.vtu", Channels::kHardnessAndMix},
         Fixture{"meshio_binary.vtu", Channels::kHardnessAndMix}, Fixture{"meshio_ascii.vtu", Channels::kHardnessAndMix},
-        Fixture{"house.inp", Channels::kNone}, Fixture{"house.ovm", Channels::kAll}),
+        Fixture{"house.inp", Channels::kNone}, Fixture{"house.ovm", Channels::kAll},
+        Fixture{"exodus_classic.e", Channels::kHardnessAndMix},
+        Fixture{"exodus_64_bit_offset.e", Channels::kHardnessAndMix},
+        Fixture{"exodus_64_bit_data.e", Channels::kHardnessAndMix}),
     [](const auto& info) {
       std::string name = info.param.name;
       std::replace(name.begin(), name.end(), '.', '_');

@@ -105,7 +105,8 @@ INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles,
                                          "vtk_ascii.vtu", "vtk_binary.vtu", "vtk_binary_zlib.vtu",
                                          "vtk_binary_big_endian.vtu", "vtk_appended_raw.vtu",
                                          "vtk_appended_raw_zlib.vtu", "vtk_appended_base64.vtu",
-                                         "vtk_appended_base64_zlib.vtu", "meshio_binary_zlib.vtu"),
+                                         "vtk_appended_base64_zlib.vtu", "meshio_binary_zlib.vtu", "exodus_classic.e",
+                                         "exodus_64_bit_offset.e", "exodus_64_bit_data.e"),
                          [](const auto& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), '.', '_');

@@ -59,7 +59,7 @@ TEST(ReadVtk, ReadsOffsetsAndConnectivityWithMetadata) {
 
 TEST(ReadVtk, PointScalarsAndFieldsBecomeChannels) {
   const MeshFile file = read_vtk(kHead + kPoints + kHex +
-                                 "CELL_DATA 1\nSCALARS id int 1\nLOOKUP_TABLE default\n7\n"
+                                 "CELL_DATA 1\nSCALARS id int 1\nLOOKUP_TABLE default\n7\nVECTORS force float\n1 2 3\n"
                                  "POINT_DATA 8\nSCALARS hard%20ness float\nLOOKUP_TABLE default\n0 1 2 3 4 5 6 7\n"
                                  "VECTORS v float\n0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n"
                                  "FIELD FieldData 2\nmix 2 8 double\n0 10 1 11 2 12 3 13 4 14 5 15 6 16 7 17\n"
@@ -69,8 +69,10 @@ TEST(ReadVtk, PointScalarsAndFieldsBecomeChannels) {
   EXPECT_THAT(std::vector<float>(file.mesh.channel_values.begin() + 6, file.mesh.channel_values.begin() + 12),
               ElementsAre(1.f, 0.f, 0.f, 0.f, 1.f, 11.f));
   EXPECT_THAT(file.warnings, ElementsAre("point data 'names' left out"));
-  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  ASSERT_EQ(file.cell_numbers.size(), 4u);
   EXPECT_EQ(file.cell_numbers[0].name, "id");
+  EXPECT_EQ(file.cell_numbers[3].name, "force.2");
+  EXPECT_THAT(file.cell_numbers[3].of_cells, ElementsAre(3));
 }
 
 TEST(ReadVtk, HasNoComments) {

@@ -64,14 +64,14 @@ TEST(ReadVtu, LeavesOutWhatIsNoChannel) {
   const std::string data = array("up", "Float32", "0 0 0 0 0 0 0 0 0 0 0 0", 3) +
                            "<Array type=\"String\" Name=\"names\" format=\"ascii\">97 0</Array>" +
                            array(std::string(257, 'x'), "Int32", "1 2 3 4") + array("a", "Int32", "1 2 3 4");
-  const std::string cell_data = array("share", "Float32", "0.5") + array("pair", "Int32", "1 2", 2) +
+  const std::string cell_data = array("share", "Float32", "0.5") + array("none", "Int32", "", 0) +
                                 "<Array type=\"String\" Name=\"id\" format=\"ascii\">97 0</Array>";
   const MeshFile file = read_vtu(whole(with_replaced(tet(point_data(data, "Normals=\"up\"")), "<Points>",
                                                      "<CellData>" + cell_data + "</CellData><Points>")));
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
   EXPECT_THAT(file.warnings,
               ElementsAre(HasSubstr("a name of 257 bytes"), "point data 'up' left out", "point data 'names' left out",
-                          "cell data 'pair' left out", "cell data 'id' left out"));
+                          "cell data 'none' left out", "cell data 'id' left out"));
   ASSERT_EQ(file.cell_numbers.size(), 1u);
   EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(0.5));
 }
@@ -108,12 +108,30 @@ TEST(ReadVtu, ReadsArraysThatComeTwiceOnce) {
                                          "cell data 'part' comes twice in a piece: the first is read"));
 }
 
-TEST(ReadVtu, KeepsTheFirstEightArraysOfCells) {
+TEST(ReadVtu, KeepsTheFirstSixteenNumbersOfCells) {
   std::string data;
-  for (int i = 0; i < 9; ++i) data += array("n" + std::to_string(i), "Int32", "1");
+  for (int i = 0; i < 15; ++i) data += array("n" + std::to_string(i), "Int32", "1");
+  data += array("pair", "Int32", "1 2", 2) + array("n15", "Int32", "1") + array("n16", "Int32", "1");
   const MeshFile file = read_vtu(whole(with_cell_data(tet(), data)));
-  EXPECT_EQ(file.cell_numbers.size(), 8u);
-  EXPECT_THAT(file.warnings, ElementsAre("cell data 'n8' left out"));
+  EXPECT_EQ(file.cell_numbers.size(), 16u);
+  EXPECT_THAT(file.warnings, ElementsAre("cell data 'pair' left out", "cell data 'n16' left out"));
+}
+
+TEST(ReadVtu, VectorsAtCellsBecomeNumbersOfTheirComponents) {
+  const auto tet_with = [](const std::string& points, const std::string& data) {
+    return with_cell_data(piece(4, points, 1, "0 1 2 3", "4", "10", ""), data);
+  };
+  const std::string far_points = "5 0 0  6 0 0  5 1 0  5 0 1";
+  const std::string first = tet_with(kTetPoints, array("force", "Float32", "1 2 3", 3) + array("n", "Int32", "7"));
+  const MeshFile file =
+      read_vtu(whole(first + tet_with(far_points, array("n", "Int32", "8") + array("force", "Float64", "4 5 6", 3))));
+  ASSERT_EQ(file.cell_numbers.size(), 4u);
+  EXPECT_EQ(file.cell_numbers[1].name, "force.1");
+  EXPECT_THAT(file.cell_numbers[1].of_cells, ElementsAre(2, 5));
+  EXPECT_THAT(file.cell_numbers[2].of_cells, ElementsAre(3, 6));
+  EXPECT_THAT(file.cell_numbers[3].of_cells, ElementsAre(7, 8));
+  const MeshFile mixed = read_vtu(whole(first + tet_with(far_points, array("force", "Float64", "4 5", 2))));
+  EXPECT_TRUE(mixed.cell_numbers.empty()) << "pieces that don't agree";
 }
 
 TEST(ReadVtu, TakesCellsOfSecondOrderByTheirCorners) {

@@ -11,9 +11,16 @@ gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand,
 two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
 were put behind the mesh.
 
+exodus_*.e: by Debian's libexodusii (6.02), in three variants of netCDF's format (the last one through nccopy). The
+tetrahedron is of second order, a shell and sets of nodes, sides and elements are there too, and two time steps.
+
 By hand: house.inp, assembly.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """
+
+import ctypes
+import os
+import subprocess
 
 import meshio
 import numpy
@@ -118,6 +125,106 @@ def meshio_mesh(graded):
     return meshio.Mesh(numpy.array(POINTS, dtype=float), cells, point_data=data)
 
 
+class ExodusFile:
+    """One call of libexodusii after the other, each checked."""
+
+    def __init__(self, path, mode, word_bytes):
+        self.library = ctypes.CDLL("libexoIIv2c.so.5")
+        compute_bytes, file_bytes = ctypes.c_int(8), ctypes.c_int(word_bytes)
+        self.file = self.library.ex_create_int(path.encode(), mode, ctypes.byref(compute_bytes),
+                                               ctypes.byref(file_bytes), 602)
+        assert self.file > 0
+
+    def __getattr__(self, name):
+        def call(*arguments):
+            assert getattr(self.library, "ex_" + name)(self.file, *arguments) >= 0, name
+        return call
+
+
+def doubles(values):
+    return (ctypes.c_double * len(values))(*values)
+
+
+def ints(values):
+    return (ctypes.c_int * len(values))(*values)
+
+
+def names(values):
+    return (ctypes.c_char_p * len(values))(*[value.encode() for value in values])
+
+
+class ExodusSizes(ctypes.Structure):
+    _fields_ = [("title", ctypes.c_char * 81)] + [(name, ctypes.c_int64) for name in (
+        "dim", "nodes", "edges", "edge_blocks", "faces", "face_blocks", "elements", "element_blocks", "node_sets",
+        "edge_sets", "face_sets", "side_sets", "element_sets", "node_maps", "edge_maps", "face_maps", "element_maps")]
+
+
+EX_ELEM_BLOCK, EX_NODE_SET, EX_SIDE_SET, EX_ELEM_SET, EX_NODAL = 1, 2, 3, 10, 14
+EX_CLOBBER, EX_LARGE_MODEL, EX_NETCDF4 = 8, 32, 64
+
+
+def exodus_blocks(points):
+    """Appends the middles of the tetrahedron's edges to the points."""
+    edges = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    middles = []
+    for a, b in edges:
+        middles.append(len(points))
+        points.append([(points[TET[a]][axis] + points[TET[b]][axis]) / 2 for axis in range(3)])
+    return [(7, b"SHELL4", "deck", HEX[4:]), (10, b"HEX8", "walls", HEX), (20, b"WEDGE", "roof", WEDGE),
+            (30, b"TETRA10", "", TET + middles)]
+
+
+def write_exodus(path, mode, word_bytes):
+    points = [list(point) for point in POINTS]
+    blocks = exodus_blocks(points)
+    file = ExodusFile(path, EX_CLOBBER | mode, word_bytes)
+    sizes = ExodusSizes(b"a house", dim=3, nodes=len(points), elements=4, element_blocks=4, node_sets=1, side_sets=1,
+                        element_sets=1)
+    file.put_init_ext(ctypes.byref(sizes))
+    file.put_coord(*[doubles([point[axis] for point in points]) for axis in range(3)])
+    for number, kind, _, nodes in blocks:
+        file.put_block(EX_ELEM_BLOCK, ctypes.c_int64(number), kind, *map(ctypes.c_int64, (1, len(nodes), 0, 0, 0)))
+        file.put_conn(EX_ELEM_BLOCK, ctypes.c_int64(number), ints([node + 1 for node in nodes]), None, None)
+    file.put_names(EX_ELEM_BLOCK, names([name for _, _, name, _ in blocks]))
+    for kind, entries in ((EX_NODE_SET, [1, 2]), (EX_SIDE_SET, [2]), (EX_ELEM_SET, [4, 1, 3])):
+        file.put_set_param(kind, ctypes.c_int64(5), ctypes.c_int64(len(entries)), ctypes.c_int64(0))
+        file.put_set(kind, ctypes.c_int64(5), ints(entries), ints([1] * len(entries)))
+    file.put_names(EX_ELEM_SET, names(["upper"]))
+    write_exodus_variables(file, points, blocks)
+    file.close()
+
+
+def write_exodus_variables(file, points, blocks):
+    more = len(points) - len(POINTS)
+    columns = {"hardness": HARDNESS + [0] * more}
+    for axis in range(3):
+        columns["mix.%d" % axis] = [row[axis] for row in MIX] + [0] * more
+    file.put_variable_param(EX_NODAL, len(columns))
+    file.put_variable_names(EX_NODAL, len(columns), names(list(columns)))
+    file.put_variable_param(EX_ELEM_BLOCK, 2)
+    file.put_variable_names(EX_ELEM_BLOCK, 2, names(["density", "partial"]))
+    file.put_truth_table(EX_ELEM_BLOCK, len(blocks), 2, ints([1, 0, 1, 1, 1, 0, 1, 1]))
+    for step in (1, 2):
+        file.put_time(step, doubles([step]))
+        for i, values in enumerate(columns.values()):
+            file.put_var(step, EX_NODAL, i + 1, ctypes.c_int64(1), ctypes.c_int64(len(points)),
+                         doubles([value if step == 2 else -1 for value in values]))
+        for number, _, name, _ in blocks:
+            for variable in (1, 2):
+                if variable == 2 and name not in ("", "walls"):
+                    continue
+                file.put_var(step, EX_ELEM_BLOCK, variable, ctypes.c_int64(number), ctypes.c_int64(1),
+                             doubles([number / 4 if step == 2 else -1]))
+
+
+def write_exodus_files():
+    write_exodus("exodus_classic.e", 0, 8)
+    write_exodus("exodus_64_bit_offset.e", EX_LARGE_MODEL, 4)
+    write_exodus("hdf5.e", EX_NETCDF4, 8)
+    subprocess.run(["nccopy", "-k", "cdf5", "hdf5.e", "exodus_64_bit_data.e"], check=True)
+    os.remove("hdf5.e")
+
+
 def main():
     old, new = vtk.vtkDataWriter.VTK_LEGACY_READER_VERSION_4_2, vtk.vtkDataWriter.VTK_LEGACY_READER_VERSION_5_1
     write_vtk("vtk_ascii_4_2.vtk", False, old)
@@ -129,6 +236,7 @@ def main():
     meshio.write("meshio.mesh", meshio_mesh(False))
     write_vtus()
     meshio.read("house.inp").write("meshio_from_abaqus.vtk")
+    write_exodus_files()
 
 
 main()
