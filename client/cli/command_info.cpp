@@ -32,6 +32,7 @@ struct FileFacts {
   Box3 box;
   std::vector<std::array<float, 2>> channel_ranges;
   LimitShape limit;
+  std::uint64_t preparation_bytes = 0;  // What a server reserves to prepare it.
 };
 
 FileFacts facts_of(const ControlMesh& mesh) {
@@ -39,7 +40,9 @@ FileFacts facts_of(const ControlMesh& mesh) {
   for (const CellKind kind : mesh.cell_kinds) ++facts.cells_by_kind[static_cast<std::size_t>(kind)];
   for (const Vec3& position : mesh.positions) facts.box.extend(position);
   for (std::size_t c = 0; c < mesh.channel_count(); ++c) facts.channel_ranges.push_back(channel_range(mesh, c));
-  facts.limit = measure_limit(mesh);
+  PrepareOptions options;
+  options.reserve = [&](std::uint64_t bytes) { facts.preparation_bytes = bytes; };
+  facts.limit = measure_limit(mesh, options);
   return facts;
 }
 
@@ -59,6 +62,7 @@ std::string file_as_json(const LoadedMesh& loaded) {
   add_json(to_proto(facts.limit.bounding_box), json);
   json.key("deviation");
   add_json(to_proto(facts.limit.deviation), json);
+  json.member("preparation_bytes", facts.preparation_bytes);
   json.key("channels").begin_array();
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
@@ -81,6 +85,7 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
   text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
           show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
   text += "\n  size       " + describe(to_proto(facts.limit.bounding_box)) + describe(to_proto(facts.limit.deviation));
+  text += "\n  memory     " + show_bytes(facts.preparation_bytes) + " of a server's preparation budget";
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     text += "\n  channel    " + echoed(loaded.mesh.channel_names[i]) + ": " + show_number(facts.channel_ranges[i][0]) +
             " to " + show_number(facts.channel_ranges[i][1]);

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "client/cli/ccmesh.h"
 #include "client/cli/commands.h"
@@ -49,7 +51,7 @@ void run_upload(Session& session, const MeshOptions& options) {
 struct ConvertOptions {
   MeshOptions mesh;
   std::string output;
-  std::optional<int> limit;
+  std::optional<int> limit, bezier;
   bool force = false;
 };
 
@@ -59,6 +61,7 @@ MeshFormat format_of(const ConvertOptions& options) {
   const std::filesystem::path extension = std::filesystem::path(options.output).extension();
   if (extension == ".vtu") return MeshFormat::kVtu;
   if (options.limit) throw UsageError("--limit goes with .vtu, not with '" + options.output + "'");
+  if (options.bezier) throw UsageError("--bezier goes with .vtu, not with '" + options.output + "'");
   if (extension == ".json") return MeshFormat::kJson;
   if (extension == ".ccmesh") return MeshFormat::kCcmesh;
   throw UsageError("convert writes .ccmesh, .json or .vtu, not '" + options.output + "'; export writes .stl and .vtk");
@@ -82,10 +85,24 @@ std::string limit_as_vtu(ControlMesh mesh, int times) {
   return to_vtu(mesh_of_limit_points(refine_mesh(mesh, times)), control_cells_of(mesh, times));
 }
 
-std::string content_of(const LoadedMesh& mesh, MeshFormat format, std::optional<int> limit) {
+std::string bezier_as_vtu(const ControlMesh& mesh, int levels, bool quiet) {
+  PrepareOptions options;
+  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const BezierCells cells = bezier_cells(mesh, levels, options);
+  const auto plain = std::ranges::count(cells.cell_orders, 1);
+  if (plain > 0 && !quiet) {
+    print_note(show_count(static_cast<std::uint64_t>(plain)) + " of " + show_count(cells.cell_orders.size()) +
+               " cells lie at irregular edges and vertices and aren't exact: hexahedra between limit points");
+  }
+  return to_vtu(cells, mesh.channel_names);
+}
+
+std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertOptions& options,
+                       bool quiet) {
   if (format == MeshFormat::kCcmesh) return mesh.bytes->bytes();
   if (format == MeshFormat::kJson) return to_json(to_proto(mesh.mesh));
-  if (limit) return limit_as_vtu(mesh.mesh, *limit);
+  if (options.limit) return limit_as_vtu(mesh.mesh, *options.limit);
+  if (options.bezier) return bezier_as_vtu(mesh.mesh, *options.bezier, quiet);
   return region_value_count(mesh.mesh) == 0 ? to_vtu(mesh.mesh) : to_vtu(split_regions(mesh.mesh));
 }
 
@@ -95,7 +112,7 @@ void run_convert(Session& session, const ConvertOptions& options) {
   refuse_to_overwrite(options.output, options.force);
   const LoadedMesh mesh = load_mesh(options.mesh, session.quiet());
   print_notes(session, mesh);
-  const std::string content = content_of(mesh, format, options.limit);
+  const std::string content = content_of(mesh, format, options, session.quiet());
   write_file(options.output, content);
   if (session.options().json) {
     JsonWriter json;
@@ -133,6 +150,12 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
                   "Write the limit volume to the .vtu, not the control mesh: limit points of cells that are refined so "
                   "many times, each into as many as it has corners")
       ->check(CLI::Range(0, kMostRefinements));
+  app->add_option("--bezier", options->bezier,
+                  "Write the limit volume to the .vtu as Bezier cells of degree 3, exact where the limit is: cells at "
+                  "irregular edges and vertices are cut into eight so many times, and what is left there is plain "
+                  "hexahedra")
+      ->check(CLI::Range(0, kMostRefinements))
+      ->excludes("--limit");
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer(
@@ -140,7 +163,8 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
       "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json\n"
       "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o part.ccmesh\n"
       "  ccslice convert part.inp --sharp-angle 40 --interpolate=boundary -o part.ccmesh\n"
-      "  ccslice convert part.ccmesh --limit 2 -o limit.vtu");
+      "  ccslice convert part.ccmesh --limit 2 -o limit.vtu\n"
+      "  ccslice convert part.ccmesh --bezier 2 -o bezier.vtu");
   return {app, [options](Session& session) { run_convert(session, *options); }};
 }
 

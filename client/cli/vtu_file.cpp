@@ -63,50 +63,108 @@ void add_array(XmlWriter& xml, std::string_view name, const std::vector<T>& item
   xml.attribute("NumberOfComponents", components).attribute("format", "binary").text(encoded(items)).end();
 }
 
-void add_points(XmlWriter& xml, const ControlMesh& mesh) {
+void add_points(XmlWriter& xml, const std::vector<Vec3>& points) {
   std::vector<double> coordinates;
-  coordinates.reserve(3 * mesh.vertex_count());
-  for (const Vec3& position : mesh.positions) coordinates.insert(coordinates.end(), position.begin(), position.end());
+  coordinates.reserve(3 * points.size());
+  for (const Vec3& point : points) coordinates.insert(coordinates.end(), point.begin(), point.end());
   xml.begin("Points");
   add_array(xml, "Points", coordinates, 3);
   xml.end();
 }
 
-void add_cells(XmlWriter& xml, const ControlMesh& mesh) {
+/// `sizes`: of each cell's points.
+template <typename Sizes>
+void add_cells(XmlWriter& xml, const std::vector<std::int64_t>& points, const Sizes& sizes,
+               const std::vector<std::uint8_t>& types) {
   std::vector<std::int64_t> offsets;
-  std::vector<std::uint8_t> types;
   std::int64_t end = 0;
-  for (const CellKind kind : mesh.cell_kinds) {
-    offsets.push_back(end += corner_count(kind));
-    types.push_back(static_cast<std::uint8_t>(kCellKinds[static_cast<std::size_t>(kind)].vtk_type));
-  }
+  for (const auto size : sizes) offsets.push_back(end += size);
   xml.begin("Cells");
-  add_array(xml, "connectivity", std::vector<std::int64_t>(mesh.cell_vertices.begin(), mesh.cell_vertices.end()));
+  add_array(xml, "connectivity", points);
   add_array(xml, "offsets", offsets);
   add_array(xml, "types", types);
   xml.end();
 }
 
-void add_channels(XmlWriter& xml, const ControlMesh& mesh) {
+void add_control_cells(XmlWriter& xml, const ControlMesh& mesh) {
+  std::vector<std::uint8_t> types;
+  std::vector<int> sizes;
+  for (const CellKind kind : mesh.cell_kinds) {
+    sizes.push_back(corner_count(kind));
+    types.push_back(static_cast<std::uint8_t>(kCellKinds[static_cast<std::size_t>(kind)].vtk_type));
+  }
+  add_cells(xml, {mesh.cell_vertices.begin(), mesh.cell_vertices.end()}, sizes, types);
+}
+
+/// Where VTK has point (i, j, k) of a hexahedron of degree 3: corners, then the points of edges, of faces, of the inside
+/// [vtkHigherOrderHexahedron::PointIndexFromIJK, VTK 9].
+std::size_t vtk_bezier_point(std::size_t i, std::size_t j, std::size_t k) {
+  constexpr std::size_t kInner = 2;  // Of an edge.
+  const auto at_end = [](std::size_t at) { return at == 0 || at == 3; };
+  const std::size_t around = i != 0 ? (j != 0 ? 2 : 1) : (j != 0 ? 3 : 0);  // Of four along k.
+  const int ends = at_end(i) + at_end(j) + at_end(k);
+  if (ends == 3) return around + (k != 0 ? 4 : 0);
+  constexpr std::size_t kEdges = 8, kFaces = kEdges + 12 * kInner, kInside = kFaces + 6 * kInner * kInner;
+  if (ends == 2) {
+    const std::size_t layer = k != 0 ? 4 : 0;
+    if (!at_end(i)) return kEdges + kInner * (layer + (j != 0 ? 2 : 0)) + i - 1;
+    if (!at_end(j)) return kEdges + kInner * (layer + (i != 0 ? 1 : 3)) + j - 1;
+    return kEdges + kInner * (8 + around) + k - 1;
+  }
+  const auto in_face = [](std::size_t a, std::size_t b) { return a - 1 + kInner * (b - 1); };
+  if (at_end(i)) return kFaces + (i != 0 ? 4 : 0) + in_face(j, k);
+  if (at_end(j)) return kFaces + (j != 0 ? 12 : 8) + in_face(i, k);
+  if (at_end(k)) return kFaces + (k != 0 ? 20 : 16) + in_face(i, j);
+  return kInside + in_face(i, j) + kInner * kInner * (k - 1);
+}
+
+void add_bezier_cells(XmlWriter& xml, const BezierCells& cells) {
+  constexpr std::uint8_t kBezierHexahedron = 79, kHexahedron = 12;
+  std::vector<std::int64_t> points(cells.cell_points.size());
+  std::vector<int> sizes;
+  std::vector<std::uint8_t> types;
+  std::size_t begin = 0;
+  for (const std::uint8_t order : cells.cell_orders) {
+    const std::size_t side = order + 1u;
+    const std::size_t size = side * side * side;
+    for (std::size_t p = 0; p < size; ++p) {
+      const std::size_t place =
+          order == 1 ? vtk_to_bits(static_cast<std::uint8_t>(p)) : vtk_bezier_point(p % 4, p / 4 % 4, p / 16);
+      points[begin + place] = cells.cell_points[begin + p];
+    }
+    sizes.push_back(static_cast<int>(size));
+    types.push_back(order == 1 ? kHexahedron : kBezierHexahedron);
+    begin += size;
+  }
+  add_cells(xml, points, sizes, types);
+}
+
+void add_channels(XmlWriter& xml, const std::vector<std::string>& names, const std::vector<float>& rows,
+                  std::size_t points) {
   xml.begin("PointData");
-  std::vector<float> values(mesh.vertex_count());
-  for (std::size_t c = 0; c < mesh.channel_count(); ++c) {
-    for (std::size_t v = 0; v < values.size(); ++v) values[v] = mesh.channel_values[v * mesh.channel_count() + c];
-    add_array(xml, mesh.channel_names[c], values);
+  std::vector<float> values(points);
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    for (std::size_t v = 0; v < values.size(); ++v) values[v] = rows[v * names.size() + c];
+    add_array(xml, names[c], values);
   }
   xml.end();
+}
+
+/// `version`: from 2.1 on hexahedra of higher degree are in VTK 9's order.
+void begin_piece(XmlWriter& xml, std::string_view version, std::size_t points, std::size_t cells) {
+  xml.begin("VTKFile").attribute("type", "UnstructuredGrid").attribute("version", version);
+  xml.attribute("byte_order", "LittleEndian").attribute("header_type", "UInt64").begin("UnstructuredGrid");
+  xml.begin("Piece").attribute("NumberOfPoints", points).attribute("NumberOfCells", cells);
 }
 
 }  // namespace
 
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells) {
   XmlWriter xml;
-  xml.begin("VTKFile").attribute("type", "UnstructuredGrid").attribute("version", "1.0");
-  xml.attribute("byte_order", "LittleEndian").attribute("header_type", "UInt64").begin("UnstructuredGrid");
-  xml.begin("Piece").attribute("NumberOfPoints", mesh.vertex_count()).attribute("NumberOfCells", mesh.cell_count());
-  add_points(xml, mesh);
-  add_cells(xml, mesh);
-  add_channels(xml, mesh);
+  begin_piece(xml, "1.0", mesh.vertex_count(), mesh.cell_count());
+  add_points(xml, mesh.positions);
+  add_control_cells(xml, mesh);
+  add_channels(xml, mesh.channel_names, mesh.channel_values, mesh.vertex_count());
   if (!control_cells.empty() || !mesh.cell_regions.empty()) {
     xml.begin("CellData");
     if (!control_cells.empty()) {
@@ -115,6 +173,22 @@ std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> contr
     if (!mesh.cell_regions.empty()) add_array(xml, "cell_region", mesh.cell_regions);
     xml.end();
   }
+  return xml.end().end().end().text() + "\n";
+}
+
+std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names) {
+  XmlWriter xml;
+  begin_piece(xml, "2.1", cells.points.size(), cells.cell_orders.size());
+  add_points(xml, cells.points);
+  add_bezier_cells(xml, cells);
+  add_channels(xml, channel_names, cells.channel_values, cells.points.size());
+  std::vector<std::uint8_t> degrees;
+  for (const std::uint8_t order : cells.cell_orders) degrees.insert(degrees.end(), 3, order);
+  xml.begin("CellData").attribute("HigherOrderDegrees", "HigherOrderDegrees");
+  add_array(xml, "HigherOrderDegrees", degrees, 3);
+  add_array(xml, "control_cell", cells.control_cells);
+  if (!cells.cell_regions.empty()) add_array(xml, "cell_region", cells.cell_regions);
+  xml.end();
   return xml.end().end().end().text() + "\n";
 }
 

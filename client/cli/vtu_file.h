@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "core/limit/bezier_cells.h"
 #include "core/mesh/control_mesh.h"
 
 namespace ccslice::cli {
@@ -19,5 +21,9 @@ namespace ccslice::cli {
 /// such a mesh first.
 /// Sharp edges and vertices have no place in the format.
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells = {});
+
+/// Bezier hexahedra of degree 3 (VTK_BEZIER_HEXAHEDRON) and plain ones, with cell data "control_cell" and
+/// "HigherOrderDegrees". What reads it has to know VTK 9's order of points: ParaView from 5.8 on.
+std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names);
 
 }  // namespace ccslice::cli

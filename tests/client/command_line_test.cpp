@@ -597,5 +597,38 @@ TEST_F(CommandLine, TheTimeoutEndsAJob) {
   EXPECT_EQ(result.exit_code, cli::kExitUnreachable);
 }
 
+TEST_F(CommandLine, ConvertWritesBezierCells) {
+  const std::string engine = path("engine.ccmesh"), vtu = path("engine.vtu");
+  ASSERT_EQ(run_alone({"models", "engine", "-o", engine}).exit_code, 0);
+  const ProcessResult done = run_alone({"convert", engine, "--bezier", "0", "-o", vtu});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("1,464 of 2,408 cells lie at irregular edges and vertices"));
+  EXPECT_THAT(read_file_bytes(vtu, 1 << 30), HasSubstr("Name=\"HigherOrderDegrees\""));
+  EXPECT_THAT(run_alone({"convert", vtu, "-o", path("again.ccmesh")}).err, HasSubstr("79"));
+  EXPECT_THAT(run_alone({"convert", engine, "--bezier", "0", "-o", path("x.json")}).err,
+              HasSubstr("--bezier goes with"));
+  EXPECT_EQ(run_alone({"convert", engine, "--bezier", "0", "--limit", "0", "-o", path("x.vtu")}).exit_code,
+            cli::kExitUsage);
+}
+
+/// What a file's info tells is enough for a server, and a hundredth less isn't.
+TEST_F(CommandLine, InfoTellsTheMemoryThatAServerReserves) {
+  for (const char* model : {"ring", "coyote", "engine", "grid"}) {
+    SCOPED_TRACE(model);
+    const std::string mesh = path(std::string(model) + ".ccmesh");
+    ASSERT_EQ(run_alone({"models", model, "-o", mesh}).exit_code, 0);
+    const auto bytes = static_cast<std::uint64_t>(
+        json_at(run_alone({"info", mesh, "--json"}).out, "preparation_bytes").number_value());
+    const auto upload = [&](std::uint64_t budget_bytes) {
+      server::ServerOptions options = local_server_options();
+      options.preparation_budget_bytes = budget_bytes;
+      server::Server server(options);
+      return start({"upload", mesh, "--json"}, server.address())->wait().out;
+    };
+    EXPECT_THAT(upload(bytes), HasSubstr("\"control_cells\""));
+    EXPECT_EQ(json_at(upload(bytes - bytes / 100), "error.reason").string_value(), "MESH_EXCEEDS_MEMORY");
+  }
+}
+
 }  // namespace
 }  // namespace ccslice::client

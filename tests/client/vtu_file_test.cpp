@@ -6,6 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <string>
+#include <vector>
+
 #include "core/mesh/read_vtu.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -52,6 +56,55 @@ TEST(VtuFile, NamesControlCells) {
   EXPECT_THAT(text, HasSubstr("<CellData>\n<DataArray type=\"UInt32\" Name=\"control_cell\" NumberOfComponents=\"1\" "
                               "format=\"binary\">CAAAAAAAAAAAAAAAAQAAAA==</DataArray></CellData>"));
   EXPECT_THAT(to_vtu(mesh), testing::Not(HasSubstr("CellData")));
+}
+
+/// The whole numbers of an array, behind its header.
+std::vector<std::int64_t> int64s_of(const std::string& text, const std::string& name) {
+  const std::size_t begin = text.find('>', text.find("Name=\"" + name + "\"")) + 1;
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned bits = 0, count = 0;
+  for (std::size_t at = begin; text[at] != '<' && text[at] != '='; ++at) {
+    bits = bits << 6 | static_cast<unsigned>(digits.find(text[at]));
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 0xff);
+  }
+  std::vector<std::int64_t> numbers(bytes.size() / 8);
+  std::memcpy(numbers.data(), bytes.data(), 8 * numbers.size());
+  numbers.erase(numbers.begin());
+  return numbers;
+}
+
+/// Sixty-four points in the order of VTK 9 [vtkHigherOrderHexahedron::PointIndexFromIJK], eight in that of a hexahedron.
+TEST(VtuFile, HasBezierCellsInVtksOrder) {
+  BezierCells cells;
+  for (std::uint32_t p = 0; p < 72; ++p) {
+    cells.points.emplace_back(p, 0, 0);
+    cells.cell_points.push_back(p);
+  }
+  cells.cell_orders = {3, 1};
+  cells.control_cells = {5, 6};
+  const std::string text = to_vtu(cells, {});
+  EXPECT_THAT(text, HasSubstr("version=\"2.1\""));
+  const std::vector<std::int64_t> points = int64s_of(text, "connectivity");
+  ASSERT_EQ(points.size(), 72u);
+  const auto expect_at = [&](std::size_t place, int i, int j, int k) {
+    EXPECT_EQ(points[place], i + 4 * j + 16 * k) << place;
+  };
+  expect_at(0, 0, 0, 0), expect_at(1, 3, 0, 0), expect_at(2, 3, 3, 0), expect_at(3, 0, 3, 0), expect_at(6, 3, 3, 3);
+  expect_at(8, 1, 0, 0), expect_at(9, 2, 0, 0), expect_at(10, 3, 1, 0), expect_at(12, 1, 3, 0), expect_at(14, 0, 1, 0);
+  expect_at(16, 1, 0, 3), expect_at(24, 0, 0, 1), expect_at(26, 3, 0, 1), expect_at(28, 3, 3, 1);
+  expect_at(30, 0, 3, 1), expect_at(32, 0, 1, 1), expect_at(33, 0, 2, 1), expect_at(36, 3, 1, 1);
+  expect_at(40, 1, 0, 1), expect_at(44, 1, 3, 1), expect_at(48, 1, 1, 0), expect_at(50, 1, 2, 0);
+  expect_at(52, 1, 1, 3), expect_at(56, 1, 1, 1), expect_at(57, 2, 1, 1), expect_at(58, 1, 2, 1),
+      expect_at(63, 2, 2, 2);
+  EXPECT_EQ(points[64 + 2], 64 + 3) << "corners of a plain hexahedron";
+  EXPECT_THAT(text, HasSubstr("format=\"binary\">AgAAAAAAAABPDA==</DataArray>")) << "types: 79, 12";
+  EXPECT_THAT(text, HasSubstr("<CellData HigherOrderDegrees=\"HigherOrderDegrees\">"));
+  EXPECT_THAT(text, HasSubstr("Name=\"HigherOrderDegrees\" NumberOfComponents=\"3\" "
+                              "format=\"binary\">BgAAAAAAAAADAwMBAQE=</DataArray>"));
 }
 
 }  // namespace
