@@ -96,7 +96,7 @@ void add_control_cells(XmlWriter& xml, const ControlMesh& mesh) {
   add_cells(xml, {mesh.cell_vertices.begin(), mesh.cell_vertices.end()}, sizes, types);
 }
 
-/// Where VTK has point (i, j, k) of a hexahedron of degree 3: corners, then the points of edges, of faces, of the inside
+/// Where VTK has point (i, j, k) of a hexahedron of degree 3: corners, then the points of edges, faces, the inside
 /// [vtkHigherOrderHexahedron::PointIndexFromIJK, VTK 9].
 std::size_t vtk_bezier_point(std::size_t i, std::size_t j, std::size_t k) {
   constexpr std::size_t kInner = 2;  // Of an edge.

@@ -4,9 +4,9 @@
 // The limit volume as Bezier cells, for programs that draw them. Wherever the limit is one tricubic patch, so is its
 // part over any box of parameters: 4 x 4 x 4 Bezier points, exact but for rounding. A regular cell is one such box.
 // Towards its irregular line or vertex a cell is an endless nest of patches: it is cut into halves along each axis (but
-// not along its line), what is one patch is left whole, the rest cut again, and after so many cuts the boxes at the line
-// or vertex remain as hexahedra of limit points, the only ones that aren't exact. Of the parameters of a line cell they
-// hold 4^-levels. Faces of different sizes that meet have no points in common.
+// not along its line), what is one patch is left whole, the rest cut again, and after so many cuts the boxes at the
+// line or vertex remain as hexahedra of limit points, the only ones that aren't exact. Of the parameters of a line cell
+// they hold 4^-levels. Faces of different sizes that meet have no points in common.
 //
 // A tricubic polynomial is known by its values at 0, 1/3, 2/3 and 1 along each axis, from which the Bezier points
 // follow by a fixed matrix.

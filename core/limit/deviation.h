@@ -16,8 +16,8 @@
 // are rough.
 //
 // VERTICES. Each control point of the boundary has a point of the limit surface of its own, where subdivision takes it
-// in the end. On a sharp vertex they are the same. Vertices on interfaces of cell regions alone don't count: the figures
-// are about the outside.
+// in the end. On a sharp vertex they are the same. Vertices on interfaces of cell regions don't count
+// unless they are on the boundary, too: the figures are about the outside.
 //
 // INTERPOLATING meshes (ControlMesh::interpolating) mean the mesh of these limit points, and that is what the limit is
 // compared with: its volume, its box; no vertex is away from its limit point.

@@ -77,7 +77,7 @@ std::vector<std::int64_t> int64s_of(const std::string& text, const std::string& 
   return numbers;
 }
 
-/// Sixty-four points in the order of VTK 9 [vtkHigherOrderHexahedron::PointIndexFromIJK], eight in that of a hexahedron.
+/// In the order of VTK 9 [vtkHigherOrderHexahedron::PointIndexFromIJK]; plain ones in that of a hexahedron.
 TEST(VtuFile, HasBezierCellsInVtksOrder) {
   BezierCells cells;
   for (std::uint32_t p = 0; p < 72; ++p) {
