@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <memory>
 #include <random>
@@ -15,9 +16,11 @@
 #include <vector>
 
 #include "core/inversion/point_inverter.h"
+#include "core/job/validate_job.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/mesh/models.h"
 #include "core/output/encode.h"
+#include "core/slicer/layer_slicer.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/bench/our_method.h"
 #include "tests/bench/printer_job.h"
@@ -162,6 +165,50 @@ void tile_fill(benchmark::State& state, const std::string& sample) {
   count_items(state, static_cast<double>(slab.layers[0].voxels));
 }
 
+enum class Regions { kNone, kThere, kShown };
+
+/// Eight regions of a ring: four sectors of an inner and an outer one.
+ControlMesh ring_of_regions() {
+  ControlMesh mesh = make_ring();
+  for (int region = 0; region < 8; ++region) mesh.cell_region_names.push_back("r" + std::to_string(region));
+  const auto middle_of = [&](std::size_t cell) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t corner = 0; corner < 8; ++corner) sum += mesh.positions[mesh.cell_vertices[8 * cell + corner]];
+    return Vec3(sum / 8);
+  };
+  double nearest = std::numeric_limits<double>::max(), farthest = 0;
+  for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
+    const double radius = middle_of(cell).head<2>().norm();
+    nearest = std::min(nearest, radius);
+    farthest = std::max(farthest, radius);
+  }
+  for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
+    const Vec3 middle = middle_of(cell);
+    const int outer = middle.head<2>().norm() > (nearest + farthest) / 2;
+    mesh.cell_regions.push_back(static_cast<std::uint8_t>(4 * outer + 2 * (middle.x() > 0) + (middle.y() > 0)));
+  }
+  return mesh;
+}
+
+/// Layers one after the other, with all that is done for them: occupancy and a channel of 8 bits, encoded.
+void whole_layer(benchmark::State& state, Regions regions) {
+  PrinterJob job = make_printer_job("ring", regions == Regions::kNone ? make_ring() : ring_of_regions());
+  if (regions == Regions::kShown) {
+    PlaneSpec& plane = job.job.planes.emplace_back();
+    plane.content = PlaneContent::kCellRegions;
+    plane.sample_type = SampleType::kUint8;
+    validate_job(*job.solid, job.job);
+  }
+  LayerSlicer slicer(job.solid, job.job);
+  const CancellationToken cancel;
+  std::uint32_t layer = 0;
+  double voxels = 0;
+  for (auto _ : state) {
+    voxels += static_cast<double>(slicer.slice(layer++ % job.job.grid.extent.layers, cancel).stats.voxels_inside);
+  }
+  state.counters["item"] = benchmark::Counter(voxels, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
 void preparation(benchmark::State& state, const ControlMesh& mesh) {
   std::size_t cells = 0;
   for (auto _ : state) cells = LimitSolid::prepare(mesh)->cell_count();
@@ -222,6 +269,14 @@ void add_layers() {
   }
 }
 
+void add_regions() {
+  const std::pair<Regions, std::string> cases[] = {
+      {Regions::kNone, "without"}, {Regions::kThere, "eight"}, {Regions::kShown, "eight_shown"}};
+  for (const auto& [regions, name] : cases) {
+    benchmark::RegisterBenchmark(("regions/" + name).c_str(), whole_layer, regions)->Unit(benchmark::kMillisecond);
+  }
+}
+
 void add_preparations() {
   constexpr auto kUnit = benchmark::kMillisecond;
   benchmark::RegisterBenchmark("prepare/regular_cells", preparation, refine_mesh(make_ring(), 1))->Unit(kUnit);
@@ -235,6 +290,7 @@ void add_preparations() {
 int main(int argc, char** argv) {
   ccslice::bench::add_evaluations();
   ccslice::bench::add_layers();
+  ccslice::bench::add_regions();
   ccslice::bench::add_preparations();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
