@@ -97,8 +97,7 @@ std::string bezier_as_vtu(const ControlMesh& mesh, int levels, bool quiet) {
   return to_vtu(cells, mesh.channel_names);
 }
 
-std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertOptions& options,
-                       bool quiet) {
+std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertOptions& options, bool quiet) {
   if (format == MeshFormat::kCcmesh) return mesh.bytes->bytes();
   if (format == MeshFormat::kJson) return to_json(to_proto(mesh.mesh));
   if (options.limit) return limit_as_vtu(mesh.mesh, *options.limit);

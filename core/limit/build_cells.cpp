@@ -1,6 +1,11 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -9,6 +14,8 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/limit/prepare.h"
@@ -52,6 +59,30 @@ struct Level {
   std::vector<std::uint8_t> beyond;  // By face of the complex: the region beyond an interface. Empty if there is none.
 };
 
+/// What walks the levels' cells and faces, on one thread.
+struct Walkers {
+  explicit Walkers(const std::deque<Level>& levels) {
+    for (const Level& level : levels) {
+      rings.emplace_back(level.complex);
+      surfaces.emplace_back(level.complex);
+    }
+  }
+  std::deque<RingWalker> rings;
+  std::deque<SurfaceWalker> surfaces;
+};
+
+/// A limit-ready cell whose turn has come, and what it was walked to.
+struct PendingCell {
+  std::uint32_t level;
+  CellId cell;
+  ControlCellId control_cell;
+  std::variant<RegularRing, FramedLineRing, FramedVertexRing> ring{};
+  std::vector<SurfaceRing> surfaces{};  // Of the sides that become faces.
+};
+
+/// Cells are walked on several threads, so many together, and numbered and given their operators one by one.
+constexpr std::size_t kWalkedTogether = 512, kWalkedInTurn = 16;
+
 class Builder {
  public:
   Builder(const ControlMesh& mesh, const SplitMesh& split, const PrepareOptions& options, LimitSolid::Data& data)
@@ -75,11 +106,13 @@ class Builder {
       cells = add_refined_level(bad);
     }
     reserve_faces();
-    for (Level& level : levels_) {
-      walkers_.emplace_back(level.complex);
-      surface_walkers_.emplace_back(level.complex);
+    own_walkers_.emplace(levels_);
+    if (options_.threads > 1) {
+      others_walkers_.emplace([this] { return Walkers(levels_); });
+      arena_.emplace(options_.threads);
     }
     for (const CellId c : control_cells) number(0, c, ControlCellId{c});
+    add_pending();
     append_interfaces();
     data_.operators.forget_keys();
     summarize();
@@ -96,12 +129,19 @@ class Builder {
   void name_refined_places(const Refinement& refined, Level& level);
   void hand_down_interfaces(const Refinement& refined, Level& level) const;
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
-  void add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell);
+  template <typename Work>
+  void for_each_walked(std::size_t count, Work work);
+  void add_pending();
+  void walk_stars();
+  void walk(Walkers& walkers, PendingCell& pending) const;
+  bool becomes_face(const PendingCell& pending, FaceId face) const;
+  std::vector<VertexId> star_points(std::size_t level, VertexId vertex) const;
+  void add_cell(const PendingCell& pending);
   void name_copies(Level& level) const;
-  void add_boundary_faces(std::size_t level, CellId cell);
+  void add_boundary_faces(const PendingCell& pending);
   void append_interfaces();
   const Star& star_of(std::size_t level, VertexId vertex);
-  void add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record);
+  void add_vertex_ring(const PendingCell& pending, VertexId vertex, LimitCell& record);
   std::uint32_t add_ring(const Level& level, std::span<const VertexId> points);
   void summarize();
 
@@ -111,8 +151,11 @@ class Builder {
   const CancellationToken& cancel_;
   LimitSolid::Data& data_;
   std::deque<Level> levels_;
-  std::deque<RingWalker> walkers_;
-  std::deque<SurfaceWalker> surface_walkers_;
+  std::optional<Walkers> own_walkers_;
+  std::optional<tbb::enumerable_thread_specific<Walkers>> others_walkers_;  // Nothing on one thread.
+  std::optional<tbb::task_arena> arena_;
+  std::vector<PendingCell> pending_;
+  std::map<std::pair<std::uint32_t, VertexId>, VertexStar> walked_stars_;  // By level and vertex; not yet in its Star.
   std::vector<BoundaryFace> interfaces_;
   std::vector<SurfaceFaceRing> interface_rings_;
   std::uint32_t next_vertex_root_ = 0;
@@ -289,7 +332,8 @@ void Builder::hand_down_interfaces(const Refinement& refined, Level& level) cons
 void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell) {
   const Level& at = levels_[level];
   if (at.classes[cell]) {
-    add_cell(level, cell, *at.classes[cell], control_cell);
+    pending_.push_back({static_cast<std::uint32_t>(level), cell, control_cell});
+    if (!arena_ || pending_.size() == kWalkedTogether) add_pending();
     return;
   }
   const int children = corner_count(at.complex.kind(cell));
@@ -311,70 +355,138 @@ std::uint32_t Builder::add_ring(const Level& level, std::span<const VertexId> po
   return begin;
 }
 
-const Star& Builder::star_of(std::size_t level, VertexId vertex) {
-  Level& at = levels_[level];
-  at.stars.resize(at.complex.vertex_count());
-  Star& star = at.stars[vertex];
-  if (star.op == kNone) {
-    const VertexStar walked = canonical_star(walkers_[level], vertex);
-    star = {data_.operators.star(walked), add_ring(at, walked.points)};
+template <typename Work>
+void Builder::for_each_walked(std::size_t count, Work work) {
+  if (!arena_ || count <= kWalkedInTurn) {
+    for (std::size_t i = 0; i < count; ++i) work(*own_walkers_, i);
+    return;
   }
-  return star;
+  arena_->execute([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kWalkedInTurn), [&](const auto& range) {
+      Walkers& walkers = others_walkers_->local();
+      for (std::size_t i = range.begin(); i != range.end(); ++i) work(walkers, i);
+    });
+  });
 }
 
-void Builder::add_vertex_ring(std::size_t level, CellId cell, std::uint8_t corner, LimitCell& record) {
+void Builder::add_pending() {
+  walk_stars();
+  for_each_walked(pending_.size(), [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
+  for (const PendingCell& pending : pending_) add_cell(pending);
+  pending_.clear();
+}
+
+/// Of the vertices of pending cells that have none yet.
+void Builder::walk_stars() {
+  std::vector<decltype(walked_stars_)::value_type*> missing;
+  for (const PendingCell& pending : pending_) {
+    Level& at = levels_[pending.level];
+    const Classification& found = *at.classes[pending.cell];
+    if (found.cell_class != CellClass::kVertex) continue;
+    at.stars.resize(at.complex.vertex_count());
+    const VertexId vertex = at.complex.cell_vertices(pending.cell)[found.anchor];
+    if (at.stars[vertex].op != kNone) continue;
+    const auto [place, is_new] = walked_stars_.try_emplace({pending.level, vertex});
+    if (is_new) missing.push_back(&*place);
+  }
+  for_each_walked(missing.size(), [&](Walkers& walkers, std::size_t i) {
+    cancel_.throw_if_cancelled();
+    const auto [level, vertex] = missing[i]->first;
+    missing[i]->second = canonical_star(walkers.rings[level], vertex);
+  });
+}
+
+void Builder::walk(Walkers& walkers, PendingCell& pending) const {
+  cancel_.throw_if_cancelled();
+  const Level& at = levels_[pending.level];
+  const Classification& found = *at.classes[pending.cell];
+  RingWalker& walker = walkers.rings[pending.level];
+  if (found.cell_class == CellClass::kRegular) {
+    pending.ring = walker.regular(pending.cell);
+  } else if (found.cell_class == CellClass::kLine) {
+    pending.ring = canonical_line_ring(walker, pending.cell, found.anchor);
+  } else {
+    const VertexId vertex = at.complex.cell_vertices(pending.cell)[found.anchor];
+    pending.ring = canonical_vertex_ring(walker, pending.cell, vertex, star_points(pending.level, vertex));
+  }
+  for (const HalfFaceId half_face : at.complex.cell_half_faces(pending.cell)) {
+    const FaceId face = face_of(half_face);
+    if (becomes_face(pending, face)) pending.surfaces.push_back(walkers.surfaces[pending.level].walk(face));
+  }
+}
+
+/// Faces of the boundary, and those of interfaces from the side of the lower region.
+bool Builder::becomes_face(const PendingCell& pending, FaceId face) const {
+  const Level& at = levels_[pending.level];
+  if (!at.complex.face_on_boundary(face)) return false;
+  return at.beyond.empty() || at.beyond[face] >= region_of(mesh_, CellId{pending.control_cell});
+}
+
+std::vector<VertexId> Builder::star_points(std::size_t level, VertexId vertex) const {
   const Level& at = levels_[level];
-  const VertexId vertex = at.complex.cell_vertices(cell)[corner];
-  const Star& star = star_of(level, vertex);
-  record.star_begin = star.ring_begin;
+  const Star& star = at.stars[vertex];
+  if (star.op == kNone) return walked_stars_.at({static_cast<std::uint32_t>(level), vertex}).points;
   std::vector<VertexId> points;
   for (std::uint32_t n = 0; n < data_.operators.stars()[star.op].points; ++n) {
     points.emplace_back(data_.rings[star.ring_begin + n] - at.point_base);
   }
-  RingWalker& walker = walkers_[level];
-  const auto [ring, frame] = canonical_vertex_ring(walker, cell, vertex, points);
-  record.frame = frame;
-  record.op = data_.operators.vertex(star.op, ring, walker, cell, frame);
-  record.ring_count = static_cast<std::uint32_t>(ring.own().size());
-  record.ring_begin = add_ring(at, ring.own());
+  return points;
 }
 
-void Builder::add_cell(std::size_t level, CellId cell, const Classification& found, ControlCellId control_cell) {
+/// REQUIRES: walked.
+const Star& Builder::star_of(std::size_t level, VertexId vertex) {
+  Level& at = levels_[level];
+  Star& star = at.stars[vertex];
+  if (star.op == kNone) {
+    const auto walked = walked_stars_.extract({static_cast<std::uint32_t>(level), vertex});
+    star = {data_.operators.star(walked.mapped()), add_ring(at, walked.mapped().points)};
+  }
+  return star;
+}
+
+void Builder::add_vertex_ring(const PendingCell& pending, VertexId vertex, LimitCell& record) {
+  const Star& star = star_of(pending.level, vertex);
+  record.star_begin = star.ring_begin;
+  const auto& [ring, frame] = std::get<FramedVertexRing>(pending.ring);
+  record.frame = frame;
+  record.op = data_.operators.vertex(star.op, ring, own_walkers_->rings[pending.level], pending.cell, frame);
+  record.ring_count = static_cast<std::uint32_t>(ring.own().size());
+  record.ring_begin = add_ring(levels_[pending.level], ring.own());
+}
+
+void Builder::add_cell(const PendingCell& pending) {
   cancel_.throw_if_cancelled();
-  RingWalker& walker = walkers_[level];
+  const Level& at = levels_[pending.level];
+  const Classification& found = *at.classes[pending.cell];
   LimitCell record;
   record.cell_class = found.cell_class;
-  record.control_cell = control_cell;
-  if (found.cell_class == CellClass::kRegular) {
-    const RegularRing ring = walker.regular(cell);
-    record.phantoms = ring.phantoms;
+  record.control_cell = pending.control_cell;
+  if (const auto* regular = std::get_if<RegularRing>(&pending.ring)) {
+    record.phantoms = regular->phantoms;
     record.ring_count = 64;
-    record.ring_begin = add_ring(levels_[level], ring.points);
-  } else if (found.cell_class == CellClass::kLine) {
-    const auto [ring, frame] = canonical_line_ring(walker, cell, found.anchor);
-    record.frame = frame;
-    record.phantoms = ring.phantoms;
-    record.op = data_.operators.line(ring);
-    record.ring_count = static_cast<std::uint32_t>(ring.points.size());
-    record.ring_begin = add_ring(levels_[level], ring.points);
+    record.ring_begin = add_ring(at, regular->points);
+  } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
+    record.frame = line->frame;
+    record.phantoms = line->ring.phantoms;
+    record.op = data_.operators.line(line->ring);
+    record.ring_count = static_cast<std::uint32_t>(line->ring.points.size());
+    record.ring_begin = add_ring(at, line->ring.points);
   } else {
-    add_vertex_ring(level, cell, found.anchor, record);
+    add_vertex_ring(pending, at.complex.cell_vertices(pending.cell)[found.anchor], record);
   }
   reserve_operators();
   data_.cells.push_back(record);
-  add_boundary_faces(level, cell);
+  add_boundary_faces(pending);
 }
 
-void Builder::add_boundary_faces(std::size_t level, CellId cell) {
-  const Level& at = levels_[level];
-  const auto half_faces = at.complex.cell_half_faces(cell);
+void Builder::add_boundary_faces(const PendingCell& pending) {
+  const Level& at = levels_[pending.level];
+  const auto half_faces = at.complex.cell_half_faces(pending.cell);
+  auto walked = pending.surfaces.begin();
   for (std::uint8_t side = 0; side < 6; ++side) {
     const FaceId face = face_of(half_faces[side]);
-    if (!at.complex.face_on_boundary(face)) continue;
-    const std::uint8_t beyond = at.beyond.empty() ? kNoCellRegion : at.beyond[face];
-    const std::uint8_t region = region_of(mesh_, CellId{data_.cells.back().control_cell});
-    if (beyond < region) continue;
-    const SurfaceRing ring = surface_walkers_[level].walk(face);
+    if (!becomes_face(pending, face)) continue;
+    const SurfaceRing& ring = *walked++;
     const auto cycle = at.complex.face_vertices(face);
     BoundaryFace record;
     record.cell = LimitCellId{static_cast<std::uint32_t>(data_.cells.size() - 1)};
@@ -388,9 +500,9 @@ void Builder::add_boundary_faces(std::size_t level, CellId cell) {
       record.sides[i] = at.edge_roots[edge];
       if (at.complex.edge_vertices(edge)[0] != cycle[here]) std::swap(record.sides[i].t_begin, record.sides[i].t_end);
     }
-    record.region = region;
-    record.beyond = beyond;
-    const bool is_interface = beyond != kNoCellRegion;
+    record.region = region_of(mesh_, CellId{pending.control_cell});
+    record.beyond = at.beyond.empty() ? kNoCellRegion : at.beyond[face];
+    const bool is_interface = record.beyond != kNoCellRegion;
     if (!is_interface) data_.cells.back().boundary_sides |= static_cast<std::uint8_t>(1u << side);
     (is_interface ? interfaces_ : data_.faces).push_back(record);
     (is_interface ? interface_rings_ : data_.face_rings)
