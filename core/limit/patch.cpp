@@ -130,6 +130,28 @@ void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) 
   }
 }
 
+ChannelSample patch_channel_sample(const Patch& patch, std::size_t channel, std::size_t channel_count,
+                                   const TensorBasis& basis) noexcept {
+  const auto& [bu, bv, bw] = basis.value;
+  const auto& [du, dv, dw] = basis.slope;
+  // Rows along u stay apart, a lane a point, until both other axes are summed up.
+  Lanes row = {0, 0, 0, 0}, along_v = row, along_w = row;
+  const double* p = patch.channels + channel;
+  for (std::size_t k = 0; k < 4; ++k) {
+    Lanes plane = {0, 0, 0, 0}, plane_v = plane;
+    for (std::size_t j = 0; j < 4; ++j, p += 4 * channel_count) {
+      const Lanes points = {p[0], p[channel_count], p[2 * channel_count], p[3 * channel_count]};
+      plane += bv[j] * points;
+      plane_v += dv[j] * points;
+    }
+    row += bw[k] * plane;
+    along_v += bw[k] * plane_v;
+    along_w += dw[k] * plane;
+  }
+  const Lanes values = {bu[0], bu[1], bu[2], bu[3]}, slopes = {du[0], du[1], du[2], du[3]};
+  return {sum(row * values), {sum(row * slopes), sum(along_v * values), sum(along_w * values)}};
+}
+
 void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask phantoms) noexcept {
   for (int axis = 0; axis < axes; ++axis) {
     const bool low = phantoms >> (2 * axis) & 1, high = phantoms >> (2 * axis + 1) & 1;

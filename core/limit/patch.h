@@ -38,6 +38,15 @@ Vec3 patch_position(const Patch& patch, const Vec3& uvw) noexcept;
 LimitSample patch_sample(const double* points, const Vec3& uvw) noexcept;
 void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept;
 
+/// A channel and its derivatives with respect to the patch's own parameters.
+struct ChannelSample {
+  double value;
+  Vec3 slope;
+};
+/// One of the patch's `channel_count` channels.
+ChannelSample patch_channel_sample(const Patch& patch, std::size_t channel, std::size_t channel_count,
+                                   const TensorBasis& basis) noexcept;
+
 /// Fills phantom layers in a grid of `dimension` doubles a point, 4 points along each of `axes` (2 or 3) axes:
 /// P(-1) = 2 P(0) - P(1), and likewise at the other end. The relation survives refinement.
 void fill_phantoms(double* grid, int axes, std::size_t dimension, PhantomMask phantoms) noexcept;

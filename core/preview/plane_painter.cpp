@@ -13,10 +13,11 @@
 #include "core/contour/contour_index.h"
 #include "core/contour/contour_tracer.h"
 #include "core/field/material_field.h"
-#include "core/interpolation/slab_materials.h"
 #include "core/preview/outline_lines.h"
 #include "core/preview/pixel_colours.h"
+#include "core/preview/plane_sampler.h"
 #include "core/raster/occupancy.h"
+#include "core/raster/region_runs.h"
 #include "core/slicer/channel_tolerances.h"
 #include "core/slicer/layer_planes.h"
 
@@ -64,7 +65,7 @@ std::vector<std::vector<Vec2>> outlines_of(std::span<const ContourLoop> loops, c
 
 class PlanePainter::State {
  public:
-  explicit State(std::shared_ptr<const LimitSolid> solid) : solid_(std::move(solid)) {}
+  explicit State(std::shared_ptr<const LimitSolid> solid) : solid_(std::move(solid)), sampler_(solid_) {}
 
   PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel);
 
@@ -77,12 +78,13 @@ class PlanePainter::State {
   void lay_under(const Placement& placement, const CancellationToken& cancel);
   Contours trace(const SliceJob& layer, const CancellationToken& cancel);
   MaterialField& field_of(const SliceJob& layer, PreviewStage stage);
-  void evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, PreviewStage stage, LayerPlanes& planes,
-                const CancellationToken& cancel);
+  void evaluate(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans, PreviewStage stage,
+                LayerPlanes& planes, const CancellationToken& cancel);
 
   const HalftonePlan* plan_of(const PreviewJob& job, const CancellationToken& cancel);
 
   std::shared_ptr<const LimitSolid> solid_;
+  PlaneSampler sampler_;
   // Of the orientation at hand:
   std::optional<Placement> placement_;
   std::shared_ptr<const ContourIndex> index_;
@@ -154,19 +156,18 @@ const HalftonePlan* PlanePainter::State::plan_of(const PreviewJob& job, const Ca
   return &*plan_.plan;
 }
 
-void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, PreviewStage stage,
-                                   LayerPlanes& planes, const CancellationToken& cancel) {
+void PlanePainter::State::evaluate(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans,
+                                   PreviewStage stage, LayerPlanes& planes, const CancellationToken& cancel) {
   const LayerLattice lattice = layer.grid.lattice();
   planes.clear(window_of(lattice), cancel);
   if (planes.channels().empty()) return;
-  SlabMaterials slab(solid_, field_of(layer, stage), interpolation_spec_of(layer, solid_->summary().channels));
-  slab.start(0, 1);
+  std::vector<RegionRun> regions;
+  if (solid_->has_several_regions()) regions = find_regions(contours.region_edges, spans, lattice, {}, cancel);
   LayerStats stats;
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
                            cancel,  window_of(lattice),       window_of(lattice)};
-  if (slab.paint(target, 0, [&](std::uint32_t) { return spans; }) == WindowOutcome::kNeedsWholeLayer) {
-    throw Error(ErrorCode::kInternal, "a whole layer asks for the whole layer");
-  }
+  sampler_.paint(target, interpolation_spec_of(layer, solid_->summary().channels), field_of(layer, stage), spans,
+                 regions);
 }
 
 PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
@@ -176,7 +177,7 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   const Contours contours = trace(layer, cancel);
   const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
   LayerPlanes planes(layer, solid_->summary());
-  evaluate(layer, spans, stage, planes, cancel);
+  evaluate(layer, contours, spans, stage, planes, cancel);
   std::vector<SampleImage> values;
   for (const ContonePlane& channel : planes.channels()) values.push_back(channel.image());
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of planes through a solid. Contours, occupancy, pieces and inversion are those of slicing; what planes of
-// one orientation share, the index of the faces by their heights and the tree of their boxes, is kept from picture to
-// picture, so the second of two parallel planes costs less.
+// Pictures of planes through a solid. Contours and occupancy are those of slicing, and values come from a sampler that
+// is made for single planes (plane_sampler.h). What planes of one orientation share, the index of the faces by their
+// heights and the tree of their boxes, is kept from picture to picture; patches of cells, whatever the orientation.
 
 #pragma once
 

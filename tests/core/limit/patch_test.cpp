@@ -57,6 +57,39 @@ TEST(Patch, JacobianAgreesWithFiniteDifferences) {
   }
 }
 
+TEST(Patch, SlopesOfChannelsAgreeWithFiniteDifferences) {
+  const std::vector<double> grid = random_grid(2), other = random_grid(3);
+  alignas(32) std::array<double, kPatchPoints> points;
+  std::array<double, 2 * 64> channels;
+  std::vector<double> wide;
+  for (std::size_t p = 0; p < 64; ++p) {
+    wide.insert(wide.end(), grid.begin() + static_cast<std::ptrdiff_t>(4 * p),
+                grid.begin() + static_cast<std::ptrdiff_t>(4 * p + 4));
+    wide.push_back(other[4 * p]);
+  }
+  load_patch(wide.data(), 5, points.data(), channels.data());
+  const Patch patch{points.data(), channels.data()};
+  const Vec3 at(0.2, 0.5, 0.8);
+  TensorBasis basis;
+  for (std::size_t a = 0; a < 3; ++a) {
+    bspline_basis(at[static_cast<Eigen::Index>(a)], basis.value[a], basis.slope[a]);
+  }
+  const double h = 1e-6;
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto value = [&](const Vec3& uvw) {
+      std::array<double, 2> values;
+      patch_channels(patch, uvw, values);
+      return values[c];
+    };
+    const ChannelSample sample = patch_channel_sample(patch, c, 2, basis);
+    EXPECT_NEAR(sample.value, value(at), 1e-14);
+    for (int a = 0; a < 3; ++a) {
+      const Vec3 step = h * Vec3::Unit(a);
+      EXPECT_NEAR(sample.slope[a], (value(at + step) - value(at - step)) / (2 * h), 1e-9);
+    }
+  }
+}
+
 TEST(Patch, PhantomLayersMakeTheSideInterpolateItsFace) {
   std::vector<double> grid = random_grid(2);
   fill_phantoms(grid.data(), 3, 4, 0b000001);

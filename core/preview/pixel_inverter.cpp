@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/preview/pixel_inverter.h"
+
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "core/limit/cell_index.h"
+#include "core/limit/patch.h"
+#include "core/limit/patch_path.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kPatchCacheBytes = 24 << 20;
+constexpr int kMostSteps = 12;
+constexpr int kMostClipped = 2;         // Steps that would have left the cell: it is another one that holds the point.
+constexpr double kNear = 0.005;         // Of a patch: what is left is taken to first order.
+constexpr double kFarthestHint = 0.05;  // Beyond its cell, a guess says nothing about it.
+constexpr double kHintMargin = 0.02, kCandidateMargin = 0.1;  // Starts lie that far inside.
+constexpr double kBeside = 0.02;                              // Beyond a cell whose neighbour goes on smoothly.
+constexpr double kBesideBoundary = 0.1;
+constexpr double kSoftClip = 0.1;  // Irregular cells: the share of the way to a side that must remain.
+constexpr std::size_t kMostCandidates = 8;
+
+double beyond_cell(const Vec3& uvw) { return (uvw.array() - 0.5).abs().maxCoeff() - 0.5; }
+
+Vec3 well_inside(const Vec3& uvw, double margin) { return uvw.cwiseMax(margin).cwiseMin(1 - margin); }
+
+TensorBasis basis_at(const Vec3& local) {
+  TensorBasis basis;
+  for (std::size_t a = 0; a < 3; ++a) {
+    bspline_basis(local[static_cast<Eigen::Index>(a)], basis.value[a], basis.slope[a]);
+  }
+  return basis;
+}
+
+struct Candidate {
+  double distance;  // From the cell's middle.
+  LimitCellId cell;
+  Vec3 guess;
+
+  bool operator<(const Candidate& other) const {
+    return std::pair(distance, cell) < std::pair(other.distance, other.cell);
+  }
+};
+
+}  // namespace
+
+/// A step of Newton's method in a patch.
+struct PixelInverter::Step {
+  const Patch& patch;
+  TensorBasis basis;
+  Mat3 inverse;       // Of the Jacobian by the patch's parameters,
+  Mat3 cell_inverse;  // and by the cell's.
+  Vec3 local;         // The step, in the patch's parameters.
+  Vec3 uvw;           // Where it leads to, in the cell's.
+};
+
+PixelInverter::PixelInverter(std::shared_ptr<const LimitSolid> solid)
+    : solid_(std::move(solid)), evaluator_(*solid_, kPatchCacheBytes) {}
+
+void PixelInverter::start(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field, bool strict) {
+  lattice_ = target.lattice;
+  z_mm_ = target.z_mm;
+  field_ = &field;
+  strict_ = strict;
+  channels_ = spec.channels;
+  const Placement mesh_of_world = spec.placement.inverse(Eigen::Affine);
+  first_ = mesh_of_world * lattice_.centre(0, 0, z_mm_);
+  across_ = mesh_of_world.linear() * Vec3(lattice_.dx_mm, 0, 0);
+  up_ = mesh_of_world.linear() * Vec3(0, lattice_.dy_mm, 0);
+  const Vec3 scales = Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues();
+  outside_mm_ = inversion_options_of(scales, spec.outside_mm).outside_mm;
+  numbers_.assign(std::size_t{lattice_.width} * lattice_.height, 0);
+  pixels_.clear();
+  samples_.clear();
+  last_.reset();
+}
+
+double PixelInverter::pixel_mm() const { return std::max(across_.norm(), up_.norm()); }
+
+std::optional<std::uint32_t> PixelInverter::find(std::uint32_t column, std::uint32_t row) const {
+  const std::uint32_t number = numbers_[std::size_t{lattice_.width} * row + column];
+  return number == 0 ? std::nullopt : std::optional(number - 1);
+}
+
+CellParam PixelInverter::guess(std::uint32_t near, std::uint32_t column, std::uint32_t row) const {
+  const Pixel& from = pixels_[near];
+  CellParam at = from.at;
+  at.uvw += from.inverse * (place_of(column, row) - place_of(from.column, from.row));
+  at.uvw = well_inside(at.uvw, 0);
+  return at;
+}
+
+std::uint32_t PixelInverter::invert(std::uint32_t column, std::uint32_t row) {
+  std::uint32_t& number = numbers_[std::size_t{lattice_.width} * row + column];
+  if (number != 0) return number - 1;
+  Pixel pixel;
+  pixel.column = column;
+  pixel.row = row;
+  const Vec3 point = place_of(column, row);
+  nearest_.reset();
+  nearest_mm_ = std::numeric_limits<double>::infinity();
+  if (!(last_ && solve_near(*last_, point, pixel)) && !solve_in_candidates(point, pixel)) solve_thoroughly(pixel);
+  pixels_.push_back(pixel);
+  samples_.resize(pixels_.size() * channels_.size());
+  number = static_cast<std::uint32_t>(pixels_.size());
+  if (pixel.smooth) last_ = number - 1;
+  return number - 1;
+}
+
+bool PixelInverter::solve_near(std::uint32_t near, const Vec3& point, Pixel& pixel) {
+  const Pixel& from = pixels_[near];
+  const Vec3 uvw = from.at.uvw + from.inverse * (point - place_of(from.column, from.row));
+  return beyond_cell(uvw) <= kFarthestHint && solve_in(from.at.cell, well_inside(uvw, kHintMargin), point, pixel);
+}
+
+bool PixelInverter::solve_in_candidates(const Vec3& point, Pixel& pixel) {
+  const CellIndex& index = solid_->index();
+  std::array<Candidate, kMostCandidates> candidates;
+  std::size_t count = 0;
+  index.cell_boxes.visit_at(point, outside_mm_, [&](std::uint32_t item) {
+    const LimitCellId cell{item};
+    const Vec3 guess = index.cell_maps[cell](point);
+    if (!index.cell_maps[cell].may_hold(guess, outside_mm_)) return;
+    const Candidate candidate{beyond_cell(guess), cell, guess};
+    if (count == candidates.size() && !(candidate < candidates.back())) return;
+    std::size_t at = count < candidates.size() ? count++ : count - 1;
+    for (; at > 0 && candidate < candidates[at - 1]; --at) candidates[at] = candidates[at - 1];
+    candidates[at] = candidate;
+  });
+  const auto found = std::span(candidates).first(count);
+  return std::ranges::any_of(found, [&](const Candidate& candidate) {
+    return solve_in(candidate.cell, well_inside(candidate.guess, kCandidateMargin), point, pixel);
+  });
+}
+
+void PixelInverter::solve_thoroughly(Pixel& pixel) {
+  const auto found = field_->invert(lattice_.centre(pixel.column, pixel.row, z_mm_), nearest_);
+  if (!found) return;
+  PatchPlace place;
+  const Patch* patch = evaluator_.patch_at(found->at, place);
+  if (patch == nullptr) return;
+  pixel.at = found->at;
+  const TensorBasis basis = basis_at(place.local);
+  const Mat3 inverse = tensor_sample(patch->points, basis).jacobian.inverse();
+  if (!inverse.allFinite()) return;
+  Step step{*patch, basis, inverse, Mat3::Zero(), Vec3::Zero(), found->at.uvw};
+  for (int a = 0; a < 3; ++a) {
+    step.cell_inverse.row(place.axis[static_cast<std::size_t>(a)]) = inverse.row(a) / place.factor[a];
+  }
+  keep(step, pixel);
+}
+
+/// Newton's method from a start in a cell. True if it ends at the point.
+bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixel& pixel) {
+  const double soft_clip = solid_->cell_class(cell) == CellClass::kRegular ? 0 : kSoftClip;
+  int clipped = 0;
+  for (int n = 0; n < kMostSteps && clipped <= kMostClipped; ++n) {
+    PatchPlace place;
+    const Patch* patch = evaluator_.patch_at({cell, uvw}, place);
+    if (patch == nullptr) return false;
+    const TensorBasis basis = basis_at(place.local);
+    const LimitSample sample = tensor_sample(patch->points, basis);
+    const Vec3 residual = point - sample.position;
+    Step step{*patch, basis, sample.jacobian.inverse(), Mat3::Zero(), Vec3::Zero(), uvw};
+    step.local = step.inverse * residual;
+    if (!step.local.allFinite()) return false;
+    for (int a = 0; a < 3; ++a) {
+      step.cell_inverse.row(place.axis[static_cast<std::size_t>(a)]) = step.inverse.row(a) / place.factor[a];
+    }
+    step.uvw += step.cell_inverse * residual;
+    if (residual.norm() < nearest_mm_) {
+      nearest_mm_ = residual.norm();
+      nearest_ = {cell, uvw};
+    }
+    if (step.local.cwiseAbs().maxCoeff() <= kNear) {
+      if (!is_within(cell, step)) return false;
+      pixel.at = {cell, well_inside(step.uvw, 0)};
+      keep(step, pixel);
+      return true;
+    }
+    const Vec3 low = soft_clip * uvw, high = Vec3::Ones() - soft_clip * (Vec3::Ones() - uvw);
+    const Vec3 next = step.uvw.cwiseMax(low).cwiseMin(high);
+    if (next != step.uvw) ++clipped;
+    if (next == uvw) return false;
+    uvw = next;
+  }
+  return false;
+}
+
+/// Where a step leads to is in the cell, or beside it where its patch's polynomials still tell the channels.
+bool PixelInverter::is_within(LimitCellId cell, const Step& step) const {
+  if (strict_) return beyond_cell(step.uvw) <= 0;
+  if (beyond_cell(step.uvw) <= kBeside) return true;
+  if (beyond_cell(step.uvw) > kBesideBoundary) return false;
+  const Mat3 jacobian = step.cell_inverse.inverse();
+  for (int a = 0; a < 3; ++a) {
+    const double beyond = std::abs(step.uvw[a] - 0.5) - 0.5;
+    if (beyond <= kBeside) continue;
+    const int side = 2 * a + (step.uvw[a] > 0.5 ? 1 : 0);
+    const bool on_boundary = solid_->boundary_sides(cell) >> side & 1;
+    if (!on_boundary || !(beyond * jacobian.col(a).norm() <= outside_mm_)) return false;
+  }
+  return true;
+}
+
+void PixelInverter::keep(const Step& step, Pixel& pixel) {
+  pixel.inverse = step.cell_inverse;
+  const Vec3 across = step.inverse * across_, up = step.inverse * up_;
+  pixel.smooth = across.allFinite() && up.allFinite();
+  for (const ChannelTolerance& channel : channels_) {
+    const ChannelSample sample = patch_channel_sample(step.patch, channel.channel, solid_->channel_count(), step.basis);
+    samples_.push_back({sample.value + sample.slope.dot(step.local), {sample.slope.dot(across), sample.slope.dot(up)}});
+  }
+}
+
+}  // namespace ccslice

@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Every pixel of planes against exact inversion.
+
+#include "core/preview/plane_sampler.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/field/material_pass.h"
+#include "core/mesh/grade.h"
+#include "core/mesh/models.h"
+#include "tests/core/preview/painted_plane.h"
+#include "tests/support/cell_regions.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kTolerance = 1.0 / 256;
+constexpr double kBoth = 1.25;  // The tolerances of a picture and of a layer, in the picture's.
+
+float value_at(const ContonePlane& plane, std::size_t pixel) {
+  float value = 0;
+  std::memcpy(&value, plane.image().samples.data() + sizeof value * pixel, sizeof value);
+  return value;
+}
+
+struct Errors {
+  std::uint64_t pixels = 0, beyond = 0;  // Of all channels.
+  double worst = 0;                      // In tolerances.
+  std::string worst_at;
+};
+
+/// The least error by what inversion finds a little beside a pixel, on whichever side of an interface that is.
+double error_beside(PaintedPlane& plane, std::uint32_t column, std::uint32_t row, std::size_t channel, double value) {
+  constexpr double kBeside = 0.15;  // Pixels: interfaces are traced to a tenth.
+  double least = std::numeric_limits<double>::infinity();
+  std::vector<double> values(plane.solid->channel_count());
+  for (const Vec2& step : {Vec2(kBeside, 0), Vec2(-kBeside, 0), Vec2(0, kBeside), Vec2(0, -kBeside)}) {
+    const Vec3 place = plane.lattice.centre(column, row, plane.layer.grid.layer_z_mm(0)) +
+                       Vec3(step.x() * plane.lattice.dx_mm, step.y() * plane.lattice.dy_mm, 0);
+    const auto found = plane.field->invert(place, {});
+    if (!found) continue;
+    plane.field->mat(found->at, values);
+    least = std::min(least, std::abs(value - values[channel]) / plane.spec.channels[channel].tolerance);
+  }
+  return least;
+}
+
+void add_errors(PlaneSampler& sampler, const Vec3& normal, double share, std::uint32_t pixels,
+                const std::shared_ptr<const LimitSolid>& solid, Errors& errors) {
+  PaintedPlane plane(solid, normal, share, pixels, kTolerance);
+  LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
+  sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions);
+  const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
+  MaterialPass pass(*field);
+  ASSERT_EQ(pass.run(plane.target(exact), plane.spans), WindowOutcome::kComplete);
+  for (std::size_t c = 0; c < plane.spec.channels.size(); ++c) {
+    for (const VoxelRun& span : plane.spans) {
+      for (std::uint32_t x = span.begin; x < span.end; ++x) {
+        const std::size_t at = std::size_t{pixels} * span.row + x;
+        const double value = value_at(sampled.channels()[c], at);
+        double error = std::abs(value - value_at(exact.channels()[c], at)) / plane.spec.channels[c].tolerance;
+        if (error > kBoth && solid->has_several_regions()) error = error_beside(plane, x, span.row, c, value);
+        ++errors.pixels;
+        errors.beyond += error <= kBoth ? 0 : 1;  // NaN is beyond.
+        if (error <= errors.worst) continue;
+        errors.worst = error;
+        errors.worst_at = std::to_string(x) + ", " + std::to_string(span.row) + " of channel " + std::to_string(c);
+      }
+    }
+  }
+}
+
+/// Planes along the axes and oblique ones.
+Errors errors_of(ControlMesh mesh, std::uint32_t pixels) {
+  const auto solid = LimitSolid::prepare(std::move(mesh));
+  PlaneSampler sampler(solid);
+  Errors errors;
+  for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(1, 2, 3), Vec3(-3, 1, 0.1)}) {
+    for (const double share : {0.27, 0.52}) add_errors(sampler, normal, share, pixels, solid, errors);
+  }
+  return errors;
+}
+
+class SampledModels : public testing::TestWithParam<std::string> {};
+
+TEST_P(SampledModels, KeepTheToleranceInEveryPixel) {
+  for (const SampleModel& model : sample_models()) {
+    if (model.name != GetParam()) continue;
+    const Errors errors = errors_of(model.make(), 512);
+    EXPECT_GT(errors.pixels, 5000u);
+    // Samples don't prove a bound: of a hundred thousand pixels one may be a little beyond it.
+    EXPECT_LE(errors.beyond, errors.pixels / 100'000) << errors.worst_at;
+    EXPECT_LE(errors.worst, 2) << errors.worst_at;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, SampledModels, testing::Values("ring", "coyote", "engine", "bracket", "grid"),
+                         [](const auto& info) { return info.param; });
+
+class SampledTinyMeshes : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(SampledTinyMeshes, KeepTheToleranceInEveryPixel) {
+  const Errors errors = errors_of(oracle::tiny_meshes()[GetParam()].mesh, 100);
+  EXPECT_GT(errors.pixels, 1000u);
+  EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, SampledTinyMeshes, testing::Range<std::size_t>(0, oracle::tiny_meshes().size()),
+                         [](const auto& info) { return oracle::tiny_meshes()[info.param].name; });
+
+TEST(PlaneSampler, ChannelsThatJumpBetweenRegionsDontMix) {
+  for (const oracle::RegionMesh& given : oracle::region_meshes()) {
+    ControlMesh mesh =
+        oracle::with_jumping_channels(given.mesh, {"jumping"}, [](std::uint32_t vertex, std::uint8_t region) {
+          return std::vector<float>{static_cast<float>(10 * region) + 0.01f * static_cast<float>(vertex % 5)};
+        });
+    const Errors errors = errors_of(std::move(mesh), 80);
+    EXPECT_GT(errors.pixels, 1000u) << given.name;
+    EXPECT_EQ(errors.beyond, 0u) << given.name << ": " << errors.worst << " at " << errors.worst_at;
+  }
+}
+
+TEST(PlaneSampler, FoldsAreInvertedPixelByPixel) {
+  ControlMesh mesh = oracle::folding_box_mesh();
+  mesh.allow_folds = true;
+  if (mesh.channel_count() == 0) apply_grade(parse_grade("stiffness=x"), mesh);
+  const Errors errors = errors_of(std::move(mesh), 120);
+  EXPECT_GT(errors.pixels, 1000u);
+  EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+TEST(PlaneSampler, SeveralChannelsKeepTheirOwnTolerances) {
+  ControlMesh mesh = make_bracket();
+  apply_grade(parse_grade("steep=radial:0..1000"), mesh);
+  apply_grade(parse_grade("skin=distance:1..0"), mesh);
+  const Errors errors = errors_of(std::move(mesh), 256);
+  EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+TEST(PlaneSampler, SamplesDependOnNothingBefore) {
+  const auto solid = LimitSolid::prepare(make_bracket());
+  PlaneSampler used(solid);
+  for (const double share : {0.3, 0.5, 0.7}) {
+    PaintedPlane plane(solid, Vec3(1, 2, 3), share, 256, kTolerance);
+    LayerPlanes one(plane.layer, solid->summary()), other(plane.layer, solid->summary());
+    used.paint(plane.target(one), plane.spec, *plane.field, plane.spans, plane.regions);
+    const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
+    PlaneSampler(solid).paint(plane.target(other), plane.spec, *field, plane.spans, plane.regions);
+    const auto a = one.channels().front().image().samples, b = other.channels().front().image().samples;
+    EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << share;
+  }
+}
+
+TEST(PlaneSampler, IsCancelled) {
+  const auto solid = LimitSolid::prepare(make_box());
+  PaintedPlane plane(solid, Vec3(1, 2, 3), 0.5, 64, kTolerance);
+  LayerPlanes planes(plane.layer, solid->summary());
+  const LayerTarget target = plane.target(planes);
+  plane.cancel = CancellationToken::make();
+  plane.cancel.cancel();
+  EXPECT_THROW(PlaneSampler(solid).paint(target, plane.spec, *plane.field, plane.spans, plane.regions), Error);
+}
+
+}  // namespace
+}  // namespace ccslice
