@@ -71,7 +71,7 @@ void PlaneSampler::paint(const LayerTarget& target, const InterpolationSpec& spe
   columns_ = target.lattice.width;
   rows_ = target.lattice.height;
   number_pixels(spans, regions);
-  left_.assign(numbers_.size(), 0);
+  left_.assign(numbers_.size(), Left::kNothing);
   inverter_.start(target, spec, field, !regions.empty());
   for (std::uint32_t row = 0; row < rows_; row += kBlock) {
     target.cancel.throw_if_cancelled();
@@ -94,8 +94,8 @@ std::uint8_t PlaneSampler::number_at(std::uint32_t column, std::uint32_t row) co
   return column < columns_ && row < rows_ ? numbers_[std::size_t{columns_} * row + column] : std::uint8_t{0};
 }
 
-/// No fold is near, and no cell that could go unnoticed.
-bool PlaneSampler::is_smooth(std::uint32_t column, std::uint32_t row, std::uint32_t side) const {
+PlaneSampler::Surroundings PlaneSampler::surroundings_of(std::uint32_t column, std::uint32_t row,
+                                                         std::uint32_t side) const {
   Box3 box;
   for (unsigned corner = 0; corner < 4; ++corner) {
     box.extend(inverter_.place_of(column + (corner & 1) * side, row + (corner >> 1) * side));
@@ -103,10 +103,11 @@ bool PlaneSampler::is_smooth(std::uint32_t column, std::uint32_t row, std::uint3
   box.min().array() -= inverter_.outside_mm();
   box.max().array() += inverter_.outside_mm();
   const CellIndex& index = solid_->index();
+  if (index.is_ambiguous(box)) return Surroundings::kAmbiguous;
   const double thinnest_mm = kThinnestCell * side * inverter_.pixel_mm();
-  return !index.is_ambiguous(box) && !index.cell_boxes.any_meeting(box, [&](std::uint32_t cell) {
-    return index.cell_maps[LimitCellId{cell}].thickness_mm() < thinnest_mm;
-  });
+  const bool thin = index.cell_boxes.any_meeting(
+      box, [&](std::uint32_t cell) { return index.cell_maps[LimitCellId{cell}].thickness_mm() < thinnest_mm; });
+  return thin ? Surroundings::kThin : Surroundings::kSmooth;
 }
 
 void PlaneSampler::paint_block(std::uint32_t column, std::uint32_t row) {
@@ -119,7 +120,7 @@ void PlaneSampler::paint_block(std::uint32_t column, std::uint32_t row) {
     }
   }
   if (left == 0) return;
-  const bool smooth = is_smooth(column, row, kBlock);
+  const bool smooth = surroundings_of(column, row, kBlock) == Surroundings::kSmooth;
   while (left != 0) {
     const std::uint8_t number = numbers[static_cast<std::size_t>(std::countr_zero(left))];
     Mask same = 0;
@@ -138,11 +139,12 @@ void PlaneSampler::paint_quarters(const Part& part) {
     const std::uint32_t x = kQuarter * (quarter & 1), y = kQuarter * (quarter >> 1);
     Mask left = part.pixels >> (kBlock * y + x) & kFirstQuarter;
     if (left == 0) continue;
-    const bool smooth = is_smooth(part.column + x, part.row + y, kQuarter);
+    const Surroundings around = surroundings_of(part.column + x, part.row + y, kQuarter);
     while (left != 0) {
       const Part own{part.column + x, part.row + y, kQuarter, first_part(left), part.number};
       left &= ~own.pixels;
-      if (!smooth || !paint_part(own)) leave(own);
+      if (around == Surroundings::kSmooth && paint_part(own)) continue;
+      leave(own, around == Surroundings::kAmbiguous ? Left::kToPass : Left::kToInverter);
     }
   }
 }
@@ -300,9 +302,9 @@ void PlaneSampler::fill(const Part& part, const PixelSurface& surface, std::uint
   }
 }
 
-void PlaneSampler::leave(const Part& part) {
+void PlaneSampler::leave(const Part& part, Left how) {
   for_each_pixel(part.pixels, [&](std::uint32_t x, std::uint32_t y) {
-    left_[std::size_t{columns_} * (part.row + y) + part.column + x] = 1;
+    left_[std::size_t{columns_} * (part.row + y) + part.column + x] = how;
   });
 }
 
@@ -310,16 +312,30 @@ void PlaneSampler::solve_rest(std::span<const VoxelRun> spans, MaterialField& fi
   MaterialPass pass(field);
   pass.start_layer();
   for (const VoxelRun& span : spans) {
-    const std::uint8_t* left = &left_[std::size_t{columns_} * span.row];
+    target_->cancel.throw_if_cancelled();
+    const Left* left = &left_[std::size_t{columns_} * span.row];
     for (std::uint32_t x = span.begin; x < span.end; ++x) {
-      if (left[x] == 0) continue;
+      if (left[x] == Left::kNothing || (left[x] == Left::kToInverter && set_pixel(x, span.row))) continue;
       const std::uint32_t begin = x;
-      while (x < span.end && left[x] != 0) ++x;
-      pass.solve_from(*target_, {{span.row, begin, x}, hint_at(begin, span.row)});
+      while (x + 1 < span.end && left[x + 1] == Left::kToPass) ++x;
+      pass.solve_from(*target_, {{span.row, begin, x + 1}, hint_at(begin, span.row)});
     }
   }
   // A whole layer has whatever its unresolved pixels take theirs from.
   static_cast<void>(pass.finish_layer(*target_, spans));
+}
+
+/// False if the inverter can't tell.
+bool PlaneSampler::set_pixel(std::uint32_t column, std::uint32_t row) {
+  const std::uint32_t number = inverter_.invert(column, row);
+  if (!inverter_.pixel(number).smooth) return false;
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    for (ContonePlane& plane : target_->planes) {
+      if (plane.channel() != channels_[c].channel) continue;
+      plane.set_cubic(target_->window.index(column, row), 0, 1, 0, 0, {inverter_.sample(number, c).value, 0, 0, 0});
+    }
+  }
+  return true;
 }
 
 /// A guess from the nearest smooth pixel of the block of 4 x 4, its neighbours' first ones included.

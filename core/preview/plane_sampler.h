@@ -15,8 +15,9 @@
 // - No cell there is much smaller than the block, so that none goes unnoticed.
 //
 // Each part of a block counts as a block of its own, if gaps or cell regions part it. What isn't painted is cut into
-// blocks of 4 x 4 pixels. What isn't then, all near folds and what has few pixels, is inverted pixel by pixel, as a
-// layer's voxels are (field/material_pass.h), starting from the parameters of the pixels around.
+// blocks of 4 x 4 pixels. What isn't then, and what has few pixels, is inverted pixel by pixel. All near folds and what
+// the inverter can't tell is left to the inversion of slices (field/material_pass.h), which starts from the parameters
+// of the pixels around.
 //
 // Samples tell of a tolerance that is kept; they don't prove it, as the bounds of pieces mostly do.
 
@@ -56,6 +57,14 @@ class PlaneSampler {
  private:
   using Mask = std::uint64_t;  // Bit 8 * row + column of 8 x 8 pixels.
 
+  enum class Surroundings : std::uint8_t {
+    kSmooth,
+    kThin,       // A cell could go unnoticed.
+    kAmbiguous,  // A point may have several parameters.
+  };
+  /// What inverts a pixel that isn't painted.
+  enum class Left : std::uint8_t { kNothing, kToInverter, kToPass };
+
   /// A part of a block: pixels side by side, of one region.
   struct Part {
     std::uint32_t column, row, side;  // The block's first pixel, and how many it has each way: 8 or 4.
@@ -73,7 +82,8 @@ class PlaneSampler {
 
   void number_pixels(std::span<const VoxelRun> spans, std::span<const RegionRun> regions);
   std::uint8_t number_at(std::uint32_t column, std::uint32_t row) const;
-  bool is_smooth(std::uint32_t column, std::uint32_t row, std::uint32_t side) const;
+  /// Of a block with the first pixels of the next ones.
+  Surroundings surroundings_of(std::uint32_t column, std::uint32_t row, std::uint32_t side) const;
   void paint_block(std::uint32_t column, std::uint32_t row);
   void paint_quarters(const Part& part);
   [[nodiscard]] bool paint_part(const Part& part);
@@ -84,8 +94,9 @@ class PlaneSampler {
   SurfaceSample sample_of(const Part& part, std::uint32_t number, std::size_t channel) const;
   bool is_flat(const Part& part, const Places& places, double reach) const;
   void fill(const Part& part, const PixelSurface& surface, std::uint32_t channel);
-  void leave(const Part& part);
+  void leave(const Part& part, Left how);
   void solve_rest(std::span<const VoxelRun> spans, MaterialField& field);
+  [[nodiscard]] bool set_pixel(std::uint32_t column, std::uint32_t row);
   std::optional<CellParam> hint_at(std::uint32_t column, std::uint32_t row) const;
 
   std::shared_ptr<const LimitSolid> solid_;
@@ -95,7 +106,7 @@ class PlaneSampler {
   std::vector<ChannelTolerance> channels_;
   std::uint32_t columns_ = 0, rows_ = 0;
   std::vector<std::uint8_t> numbers_;  // By pixel: 1 + its region, 0 outside.
-  std::vector<std::uint8_t> left_;     // By pixel: it is to be inverted.
+  std::vector<Left> left_;             // By pixel.
 };
 
 }  // namespace ccslice
