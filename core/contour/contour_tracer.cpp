@@ -205,6 +205,8 @@ ContourTracer::~ContourTracer() = default;
 ContourTracer::ContourTracer(ContourTracer&&) noexcept = default;
 ContourTracer& ContourTracer::operator=(ContourTracer&&) noexcept = default;
 
+void ContourTracer::follow(std::shared_ptr<const ContourIndex> index) { state_->index = std::move(index); }
+
 Contours ContourTracer::trace(const SlicePlane& plane, const ContourOptions& options) {
   return state_->trace(plane, options);
 }

@@ -21,6 +21,9 @@ class ContourTracer {
   ContourTracer(ContourTracer&&) noexcept;
   ContourTracer& operator=(ContourTracer&&) noexcept;
 
+  /// Goes on with planes of another normal or placement, with the memory of before. REQUIRES: as the constructor.
+  void follow(std::shared_ptr<const ContourIndex> index);
+
   /// REQUIRES: the plane's normal is the index's; tolerance and feature size positive. Throws Error{kCancelled}.
   Contours trace(const SlicePlane& plane, const ContourOptions& options);
 

@@ -112,9 +112,12 @@ PreviewPicture PlanePainter::paint(const PreviewJob& job, PreviewStage stage, co
 void PlanePainter::State::lay_under(const Placement& placement, const CancellationToken& cancel) {
   if (placement_ && placement_->matrix() == placement.matrix()) return;
   placement_.reset();
-  tracer_.reset();
   index_ = std::make_shared<const ContourIndex>(*solid_, placement, Vec3::UnitZ(), cancel);
-  tracer_.emplace(*solid_, index_);
+  if (tracer_) {
+    tracer_->follow(index_);
+  } else {
+    tracer_.emplace(*solid_, index_);
+  }
   for (Field& field : fields_) field.field.reset();
   placement_ = placement;
 }

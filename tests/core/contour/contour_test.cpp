@@ -9,7 +9,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <optional>
 
 #include "core/contour/contour_tracer.h"
 #include "core/mesh/models.h"
@@ -213,6 +215,25 @@ TEST(Contour, ALayerDependsOnNothingBeforeIt) {
     const SlicePlane plane = horizontal_plane(-1 + 0.8 * layer);
     EXPECT_TRUE(same_bytes(tracer.trace(plane, {}), upwards[layer])) << layer;
     EXPECT_TRUE(same_bytes(intersect(*solid, Placement::Identity(), plane, {}), upwards[layer])) << layer;
+  }
+}
+
+TEST(Contour, ATracerFollowsPlanesOfOtherNormals) {
+  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  std::optional<ContourTracer> tracer;
+  for (int turn = 0; turn < 12; ++turn) {
+    // Back to the first one as well.
+    const Placement placement(Eigen::AngleAxisd(0.4 * (turn % 5), Vec3(1, 2, 3).normalized()));
+    const auto index = std::make_shared<const ContourIndex>(*solid, placement, Vec3::UnitZ());
+    if (tracer) {
+      tracer->follow(index);
+    } else {
+      tracer.emplace(*solid, index);
+    }
+    const SlicePlane plane = horizontal_plane(solid->placed_bounding_box(placement).center().z() + 0.7);
+    const Contours fresh = intersect(*solid, placement, plane, {});
+    EXPECT_FALSE(fresh.loops.empty()) << turn;
+    EXPECT_TRUE(same_bytes(tracer->trace(plane, {}), fresh)) << turn;
   }
 }
 
