@@ -91,6 +91,15 @@ std::optional<std::uint32_t> PixelInverter::find(std::uint32_t column, std::uint
   return number == 0 ? std::nullopt : std::optional(number - 1);
 }
 
+void PixelInverter::forget_after(std::size_t count) {
+  for (std::size_t n = count; n < pixels_.size(); ++n) {
+    numbers_[std::size_t{lattice_.width} * pixels_[n].row + pixels_[n].column] = 0;
+  }
+  pixels_.resize(count);
+  samples_.resize(count * channels_.size());
+  if (last_ && *last_ >= count) last_.reset();
+}
+
 CellParam PixelInverter::guess(std::uint32_t near, std::uint32_t column, std::uint32_t row) const {
   const Pixel& from = pixels_[near];
   CellParam at = from.at;

@@ -55,6 +55,10 @@ class PixelInverter {
   std::uint32_t invert(std::uint32_t column, std::uint32_t row);
   /// Its number, if it has been asked for.
   std::optional<std::uint32_t> find(std::uint32_t column, std::uint32_t row) const;
+  /// How many have been asked for.
+  std::size_t count() const { return pixels_.size(); }
+  /// Forgets all but the first `count` of them.
+  void forget_after(std::size_t count);
   const Pixel& pixel(std::uint32_t number) const { return pixels_[number]; }
   /// The spec's n-th channel, and its slopes by columns and rows.
   const SurfaceSample& sample(std::uint32_t number, std::size_t n) const {

@@ -311,8 +311,10 @@ void PlaneSampler::leave(const Part& part, Left how) {
 void PlaneSampler::solve_rest(std::span<const VoxelRun> spans, MaterialField& field) {
   MaterialPass pass(field);
   pass.start_layer();
+  const std::size_t sampled = inverter_.count();
   for (const VoxelRun& span : spans) {
     target_->cancel.throw_if_cancelled();
+    inverter_.forget_after(sampled);  // Else all pixels might be kept.
     const Left* left = &left_[std::size_t{columns_} * span.row];
     for (std::uint32_t x = span.begin; x < span.end; ++x) {
       if (left[x] == Left::kNothing || (left[x] == Left::kToInverter && set_pixel(x, span.row))) continue;

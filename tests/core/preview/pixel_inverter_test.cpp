@@ -70,6 +70,12 @@ TEST_F(PixelInverterTest, KnowsWhatItHasBeenAskedFor) {
   EXPECT_EQ(inverter_.find(span.begin, span.row), number);
   EXPECT_EQ(inverter_.invert(span.begin, span.row), number);
   EXPECT_EQ(inverter_.pixel(number).row, span.row);
+  inverter_.invert(span.begin + 1, span.row);
+  EXPECT_EQ(inverter_.count(), 2u);
+  inverter_.forget_after(1);
+  EXPECT_EQ(inverter_.count(), 1u);
+  EXPECT_FALSE(inverter_.find(span.begin + 1, span.row));
+  EXPECT_EQ(inverter_.find(span.begin, span.row), number);
   inverter_.start(plane_.target(planes_), plane_.spec, *plane_.field, false);
   EXPECT_FALSE(inverter_.find(span.begin, span.row));
 }
