@@ -40,6 +40,7 @@ COVERED = {
     # Parts of a unit whose test looks at each of them.
     "build_cells": ("limit_solid_test", "the first step of preparing"),
     "find_folds": ("limit_solid_test", "folds are looked for there and in line_folds_test"),
+    "byte_order": ("netcdf_file_test", "numbers of every type"),
     "cell_ranges": ("limit_solid_test", "solids are the same for any number of threads"),
     "prepare": ("limit_solid_test", "declares the steps of preparing"),
     "patch_path": ("limit_evaluator_test", "each evaluation finds its patch by it; line_folds_test walks it"),
@@ -60,6 +61,7 @@ COVERED = {
     "offenders": ("validate_test", "what its errors name is compared there"),
     "abaqus_lines": ("read_abaqus_test", "keywords, continuations and includes"),
     "abaqus_types": ("read_abaqus_test", "a table; each row is read there"),
+    "exodus_types": ("read_exodus_test", "other cells are refused"),
     "gmsh_elements": ("read_gmsh_test", "a table; each cell of it is read there"),
     "set_members": ("abaqus_sets_test", "its bound is compared there and in gmsh_groups_test"),
     "gmsh_scanner": ("read_gmsh_test", "text and binary files are compared there"),
