@@ -124,7 +124,7 @@ constexpr const char* kVtk =
 
 TEST(CellNumbers, OfVtkFilesAreThoseOfVolumeCells) {
   const MeshFile file = read_vtk(kVtk);
-  ASSERT_EQ(file.cell_numbers.size(), 4u);
+  ASSERT_EQ(file.cell_numbers.size(), 6u);
   EXPECT_EQ(file.cell_numbers[0].name, "material");
   EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(4, -3));
   EXPECT_EQ(file.cell_numbers[1].name, "share");
@@ -132,7 +132,8 @@ TEST(CellNumbers, OfVtkFilesAreThoseOfVolumeCells) {
   EXPECT_TRUE(std::isnan(file.cell_numbers[2].of_cells[0]));
   EXPECT_EQ(file.cell_numbers[3].name, "rank");
   EXPECT_THAT(file.cell_numbers[3].of_cells, ElementsAre(1, 0));
-  EXPECT_THAT(file.warnings, testing::Contains("cell data 'pair' left out"));
+  EXPECT_EQ(file.cell_numbers[5].name, "pair.1");
+  EXPECT_THAT(file.cell_numbers[5].of_cells, ElementsAre(2, 6));
 }
 
 TEST(CellNumbers, OfMeditFilesAreTheirReferences) {
