@@ -11,15 +11,18 @@
 #include <vector>
 
 #include "core/inversion/newton.h"
+#include "core/inversion/start_places.h"
 #include "core/limit/cell_distance.h"
 #include "core/limit/cell_index.h"
+#include "core/limit/part_trees.h"
 
 namespace ccslice {
 
 namespace {
 
-constexpr int kStartsPerAxis = 4;  // Interior starts (i + 1/2) / 4.
-constexpr std::size_t kStarts = kStartsPerAxis * kStartsPerAxis * kStartsPerAxis;
+using FewStarts = StartPlaces<2>;
+using ManyStarts = StartPlaces<4>;
+constexpr std::size_t kCellsOfFewStarts = 128, kCellsOfManyStarts = 32;
 constexpr double kStartMargin = 0.125;
 constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
 constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
@@ -31,12 +34,6 @@ constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;    // For one point: some milliseconds, however many cells overlap there.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
-
-Vec3 start_parameter(std::size_t index, int per_axis) {
-  const auto n = static_cast<std::size_t>(per_axis);
-  const auto at = [&](std::size_t i) { return (static_cast<double>(i) + 0.5) / per_axis; };
-  return {at(index % n), at(index / n % n), at(index / (n * n))};
-}
 
 struct Candidate {
   double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
@@ -86,7 +83,10 @@ struct PointInverter::State {
   InversionOptions options;
   Acceptance acceptance;
   LimitEvaluator evaluator;
+  FewStarts few_starts{kCellsOfFewStarts};
+  ManyStarts many_starts{kCellsOfManyStarts};
   std::optional<CellDistance> distance;  // If options.proves_outside.
+  std::optional<PartTrees> parts;        // Where a point may have several parameters.
   std::vector<Candidate> candidates;
   std::vector<Located> located;  // The batch at hand,
   std::vector<Candidate> kept;   // and its points' candidates.
@@ -95,6 +95,8 @@ struct PointInverter::State {
   State(const LimitSolid& s, const InversionOptions& o)
       : solid(s), index(s.index()), options(o), acceptance(s, o.accept_mm), evaluator(s, o.patch_cache_bytes) {
     if (options.proves_outside) distance.emplace(s);
+    const bool is_ambiguous = index.fold_boxes.size() + index.overlap_boxes.size() > 0;
+    if (is_ambiguous) parts.emplace(s, options.outside_mm + acceptance.least_mm());
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
@@ -131,12 +133,12 @@ struct PointInverter::State {
   Vec3 nearest_start(LimitCellId cell, const Vec3& point) noexcept {
     double nearest_distance = std::numeric_limits<double>::infinity();
     Vec3 nearest = Vec3::Constant(0.5);
-    for (std::size_t i = 0; i < 8; ++i) {
-      const Vec3 start = start_parameter(i, 2);
-      const double distance = (evaluator.geo({cell, start}) - point).squaredNorm();
+    const FewStarts::Places& places = few_starts.of(cell, evaluator);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double distance = (places[i] - point).squaredNorm();
       if (distance >= nearest_distance) continue;
       nearest_distance = distance;
-      nearest = start;
+      nearest = FewStarts::parameter(i);
     }
     return nearest;
   }
@@ -156,15 +158,13 @@ struct PointInverter::State {
 
   /// Runs Newton's method from several of the 64 interior starts of a cell, the nearest first.
   bool search_thoroughly(LimitCellId cell, const Vec3& point, InversionResult& best) noexcept {
-    std::array<std::pair<double, std::size_t>, kStarts> starts;
+    std::array<std::pair<double, std::size_t>, ManyStarts::kCount> starts;
     if (runs_left == 0) return false;
-    for (std::size_t i = 0; i < kStarts; ++i) {
-      starts[i] = {(evaluator.geo({cell, start_parameter(i, kStartsPerAxis)}) - point).squaredNorm(), i};
-    }
+    const ManyStarts::Places& places = many_starts.of(cell, evaluator);
+    for (std::size_t i = 0; i < places.size(); ++i) starts[i] = {(places[i] - point).squaredNorm(), i};
     std::partial_sort(starts.begin(), starts.begin() + kThoroughStarts, starts.end());
     for (std::size_t i = 0; i < kThoroughStarts; ++i) {
-      const Vec3 start = start_parameter(starts[i].second, kStartsPerAxis);
-      if (run(cell, start, point, best)) return true;
+      if (run(cell, ManyStarts::parameter(starts[i].second), point, best)) return true;
     }
     return false;
   }
@@ -275,41 +275,75 @@ struct PointInverter::State {
     return index.hulls_near_folds.may_hold(cell, map(point), margin);
   }
 
+  /// Calls search() unless the cell is proved not to hold the point, and makes the proof closer if that finds nothing.
+  /// A search that is left out takes as many runs from those that are left, so that it changes no answer.
+  template <typename Search>
+  bool search_unless_off(LimitCellId cell, const Vec3& point, int runs, Search search) noexcept {
+    if (!parts->may_hold(cell, point)) {
+      runs_left = std::max(0, runs_left - runs);
+      return false;
+    }
+    if (search()) return true;
+    parts->refine(cell, point);
+    return false;
+  }
+
   /// A cell that doesn't fold has one parameter for a point: its map's guess leads there, or the nearest start does.
   bool search_near_folds(const Candidate& c, const Vec3& point, InversionResult& best) noexcept {
     const bool may_fold = folds(c.cell);
-    if (!may_fold && run(c.cell, c.start, point, best, Patience::kQuick)) return true;
-    if (run(c.cell, nearest_start(c.cell, point), point, best)) return true;
-    return may_fold && search_thoroughly(c.cell, point, best);
+    const int runs = may_fold ? 1 + static_cast<int>(kThoroughStarts) : 2;
+    return search_unless_off(c.cell, point, runs, [&] {
+      if (!may_fold && run(c.cell, c.start, point, best, Patience::kQuick)) return true;
+      if (run(c.cell, nearest_start(c.cell, point), point, best)) return true;
+      return may_fold && search_thoroughly(c.cell, point, best);
+    });
   }
 
-  /// Near folds. A cell that the hint leads to bounds the search; if it folds, it is searched again without the hint.
+  /// Near folds, among the cells from `from` to below `below`. Leaves those below `below` as candidates.
+  bool find_lowest(const Vec3& point, std::uint32_t from, std::uint32_t below, InversionResult& best) noexcept {
+    collect(point, Order::kLowestCell, [&](LimitCellId cell) { return cell < below && may_hold(cell, point); });
+    return std::ranges::any_of(candidates,
+                               [&](const Candidate& c) { return c.cell >= from && search_near_folds(c, point, best); });
+  }
+
+  /// Near folds. A cell that the hint leads to bounds the search; if it folds, it is searched again without the hint,
+  /// and the hint is followed only if that finds nothing.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
-    const bool bounded = hint && run(hint->cell, hint->uvw, point, best);
-    const InversionResult bound = best;
+    const bool hint_folds = hint && folds(hint->cell);
+    const auto follow = [&](InversionResult& bound) { return run(hint->cell, hint->uvw, point, bound); };
+    InversionResult bound = best;
+    if (hint_folds) --runs_left;  // For the hint, at the end.
+    bool bounded = hint && !hint_folds && follow(bound);
     best.full = true;
-    const std::uint32_t below = !bounded ? solid.cell_count() : hint->cell + folds(hint->cell);
-    collect(point, Order::kLowestCell, [&](LimitCellId cell) { return cell < below && may_hold(cell, point); });
-    best.residual_mm = std::numeric_limits<double>::infinity();
-    for (const Candidate& c : candidates) {
-      if (search_near_folds(c, point, best)) return best;
+    const std::uint32_t end = solid.cell_count(), first = bounded ? hint->cell : hint_folds ? hint->cell + 1 : end;
+    if (find_lowest(point, 0, first, best)) return best;
+    if (hint_folds) {
+      ++runs_left;
+      bounded = follow(bound);
     }
     if (bounded) return bound;
+    if (first < end && find_lowest(point, first, end, best)) return best;
     for (const Candidate& c : candidates) {
-      if (!folds(c.cell) && search_thoroughly(c.cell, point, best)) return best;
+      if (folds(c.cell)) continue;
+      const auto search = [&] { return search_thoroughly(c.cell, point, best); };
+      if (search_unless_off(c.cell, point, kThoroughStarts, search)) return best;
     }
     return best;
   }
 
   /// Where separate parts overlap: the same point in a part before that of `found`, if any holds it.
   InversionResult prefer_lower_part(const Vec3& point, const InversionResult& found) noexcept {
+    const std::uint32_t part = index.parts[found.at.cell];
+    if (part == 0) return found;
     InversionResult lower = found;
     lower.residual_mm = std::numeric_limits<double>::infinity();
-    collect(point, Order::kLowestPart,
-            [&](LimitCellId cell) { return index.parts[cell] < index.parts[found.at.cell]; });
+    collect(point, Order::kLowestPart, [&](LimitCellId cell) { return index.parts[cell] < part; });
     for (const Candidate& c : candidates) {
-      if (run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower)) return lower;
+      const auto search = [&] {
+        return run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower);
+      };
+      if (search_unless_off(c.cell, point, 2, search)) return lower;
     }
     return found;
   }

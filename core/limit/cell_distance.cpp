@@ -80,15 +80,6 @@ const std::array<PieceWeights, 8>& weights_along() noexcept {
   return weights;
 }
 
-/// The Jacobian of a Bezier net, about.
-Mat3 edges_of(const BezierVolume& net) noexcept {
-  Mat3 edges;
-  edges.col(0) = (net[3] + net[15] + net[51] + net[63] - net[0] - net[12] - net[48] - net[60]).head<3>() / 4;
-  edges.col(1) = (net[12] + net[15] + net[60] + net[63] - net[0] - net[3] - net[48] - net[51]).head<3>() / 4;
-  edges.col(2) = (net[48] + net[51] + net[60] + net[63] - net[0] - net[3] - net[12] - net[15]).head<3>() / 4;
-  return edges;
-}
-
 /// Points are relative to the one that is sought.
 class NetSearch {
  public:

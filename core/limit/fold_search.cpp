@@ -199,6 +199,14 @@ void halve_net(const BezierVolume& net, std::size_t axis, BezierVolume& low, Bez
   }
 }
 
+Mat3 edges_of(const BezierVolume& net) noexcept {
+  Mat3 edges;
+  edges.col(0) = (net[3] + net[15] + net[51] + net[63] - net[0] - net[12] - net[48] - net[60]).head<3>() / 4;
+  edges.col(1) = (net[12] + net[15] + net[60] + net[63] - net[0] - net[3] - net[48] - net[51]).head<3>() / 4;
+  edges.col(2) = (net[48] + net[51] + net[60] + net[63] - net[0] - net[3] - net[12] - net[15]).head<3>() / 4;
+  return edges;
+}
+
 /// det J = J_u . (J_v x J_w), whose factors have degrees (2,3,3), and (3,2,3) + (3,3,2) = (6,5,5).
 void FoldSearch::set_up(const BezierVolume& net) {
   const Derivative u = derivative_of(net, 0), v = derivative_of(net, 1), w = derivative_of(net, 2);

@@ -29,6 +29,8 @@ using BezierVolume = std::array<Eigen::Vector4d, 64>;
 
 /// Writes the nets of the two halves along an axis.
 void halve_net(const BezierVolume& net, std::size_t axis, BezierVolume& low, BezierVolume& high);
+/// The Jacobian, about: columns from one end of the net to the other.
+Mat3 edges_of(const BezierVolume& net) noexcept;
 
 enum class FoldVerdict : std::uint8_t { kUnfolded, kUndecided, kFolds };
 

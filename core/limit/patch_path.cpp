@@ -133,15 +133,27 @@ void PatchBuilder::gather(const LimitCell& cell, double* out) const noexcept {
   });
 }
 
-const CornerOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
+void PatchBuilder::walk_to(const LimitCell& cell, int level) noexcept {
   // A step can't be taken back, as its matrix need not have an inverse: a level that is behind starts anew.
-  if (walked_ != &cell || walked_level_ > path.level) {
+  if (walked_ != &cell || walked_level_ > level) {
     gather(cell, walk_.start(cell.op).data());
     walked_ = &cell;
     walked_level_ = 0;
   }
-  for (; walked_level_ < path.level; ++walked_level_) walk_.descend();
+  for (; walked_level_ < level; ++walked_level_) walk_.descend();
+}
+
+const CornerOperator::Child& PatchBuilder::descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept {
+  walk_to(cell, path.level);
   return walk_.make_child(path.child, a_.data());
+}
+
+std::span<const double> PatchBuilder::points_of_rest(const LimitCell& cell, const PatchPath& path) noexcept {
+  if (cell.cell_class == CellClass::kVertex && path.child == 0) {
+    walk_to(cell, path.level);
+    return walk_.points();
+  }
+  return layers_of(descend_line(copy_line(cell, path), path.line_level));
 }
 
 /// P(-1) = 2 P(0) - P(1) for whole layers. Planar stencils act on every layer alike and so commute with it: phantom

@@ -92,6 +92,11 @@ class PatchBuilder {
   /// next call.
   std::span<const double> line_layers(const LimitCell& cell, const PatchPath& path) noexcept;
 
+  /// Points whose hull holds what is left of a cell at a path: beside the irregular line of a line cell, or of the line
+  /// sub-cell at the path, from level `line_level` on; or, if `child` is 0, of a vertex cell from level `level` on.
+  /// kPositionDimension doubles each. Valid until the next call. REQUIRES: dimension == kPositionDimension.
+  std::span<const double> points_of_rest(const LimitCell& cell, const PatchPath& path) noexcept;
+
   /// Tiles a cell down to `levels` levels at its irregular vertex, and `line_levels` along irregular lines, in one
   /// walk. Calls on_patch(path, grid) for each patch (`grid` may be overwritten), and on_rest(rest) for each part that
   /// remains. REQUIRES: dimension == kPositionDimension.
@@ -107,7 +112,9 @@ class PatchBuilder {
  private:
   /// The points that the cell's limit depends on; zeros in phantom layers.
   void gather(const LimitCell& cell, double* out) const noexcept;
-  /// The sub-cell of a vertex cell: fills `a_` with its grid or layers. Goes on from the level met last.
+  /// Has `walk_` at a level of a vertex cell. Goes on from the level met last.
+  void walk_to(const LimitCell& cell, int level) noexcept;
+  /// The sub-cell of a vertex cell: fills `a_` with its grid or layers.
   const CornerOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
   std::uint32_t descend_line(std::uint32_t op, int levels) noexcept;

@@ -37,6 +37,7 @@ constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
 // What codecs, inverters and fitters keep at most, whatever the job.
 constexpr double kCodecs = 4 * kMiB;
 constexpr double kPatchesOfInverter = 11 * kMiB, kPatchesOfFitters = 22 * kMiB;
+constexpr double kPartsOfInverter = 5 * kMiB;  // Where the solid folds, or parts of it overlap.
 constexpr double kStencilsAndLines = 2 * (16 + 8) * kMiB, kStencilsOfCell = 16 * 1024;
 constexpr double kPiecesOfJob = 48 * kMiB;
 
@@ -248,6 +249,8 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
   double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;
+  const CellIndex& index = solid->index();
+  if (channels > 0 && index.fold_boxes.size() + index.overlap_boxes.size() > 0) slicer += kPartsOfInverter;
   if (interpolates) {
     const Cells cells = cells_of(solid, job, scope, cancel);
     const double irregular = static_cast<double>(solid->cell_count() - solid->summary().regular_cells);

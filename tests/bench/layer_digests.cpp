@@ -7,10 +7,9 @@
 //   layer_digests > before.txt; ...; layer_digests | diff before.txt -
 //
 // The jobs: contone planes of every kind of sample, materials by blue noise and by error diffusion, contours of a
-// region. Digests are FNV-1a of 64 bits over planes' checksums, statistics and contours of every layer.
+// region. Digests: layer_digest.h.
 
 #include <CLI/CLI.hpp>
-#include <bit>
 #include <cinttypes>
 #include <cstdint>
 #include <cstdio>
@@ -23,41 +22,12 @@
 
 #include "core/mesh/models.h"
 #include "core/slicer/slice_range.h"
+#include "tests/bench/layer_digest.h"
 #include "tests/bench/printer_job.h"
 #include "tests/oracle/real_meshes.h"
 
 namespace ccslice::bench {
 namespace {
-
-class Digest {
- public:
-  void add(std::uint64_t number) {
-    for (int byte = 0; byte < 8; ++byte, number >>= 8) hash_ = (hash_ ^ (number & 0xff)) * 0x100000001b3;
-  }
-  void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-  void add(const Layer& layer) {
-    add(std::uint64_t{layer.index});
-    const LayerStats& stats = layer.stats;
-    for (const std::uint64_t count :
-         {stats.voxels_inside, stats.voxels_coherent, stats.voxels_full, stats.voxels_interpolated,
-          stats.voxels_repainted, stats.voxels_unresolved, stats.contour_loops, stats.contour_points}) {
-      add(count);
-    }
-    add(stats.max_residual_mm);
-    for (const std::uint64_t count : stats.material_voxels) add(count);
-    for (const EncodedPlane& plane : layer.planes) add(std::uint64_t{plane.crc32});
-    for (const auto& loop : layer.contours.loops) {
-      for (const ContourPoint& point : loop.points) {
-        add(point.xy.x());
-        add(point.xy.y());
-      }
-    }
-  }
-  std::uint64_t value() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325;
-};
 
 PlaneSpec channel_plane(SampleType type) {
   PlaneSpec plane;
@@ -104,7 +74,7 @@ SliceJob region_with_contours(const PrinterJob& part) {
 
 void print_digest(const PrinterJob& part, const char* name, const SliceJob& job) {
   const VoxelRegion region = region_of(job);
-  Digest digest;
+  LayerDigest digest;
   std::uint64_t voxels = 0;
   slice_range(part.solid, job, region.first_layer, region.extent.layers, [&](Layer&& layer) {
     digest.add(layer);

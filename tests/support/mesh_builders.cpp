@@ -185,4 +185,23 @@ void sharpen_by_cells(ControlMesh& mesh, std::size_t cells) {
   }
 }
 
+ControlMesh sharp_fan(int cells, double degrees, std::uint32_t seed) {
+  ControlMesh mesh = fan_mesh(cells, 2, 3, degrees);
+  jitter(mesh, 0.5, seed);
+  const auto on_axis = [](const Vec3& p) { return std::hypot(p.x(), p.y()) < 1.5; };
+  sharpen(mesh, [&](const Vec3& a, const Vec3& b) { return on_axis(a) && on_axis(b); });
+  mesh.allow_folds = true;
+  return mesh;
+}
+
+ControlMesh crossed_valleys() {
+  ControlMesh mesh = box_mesh(6, 6, 2, 4);
+  sharpen(mesh, [](const Vec3& a, const Vec3& b) {
+    return a.z() == 8 && b.z() == 8 && ((a.x() == 12 && b.x() == 12) || (a.y() == 12 && b.y() == 12));
+  });
+  for (Vec3& p : mesh.positions) p.z() += 0.6 * (std::abs(p.x() - 12) + std::abs(p.y() - 12));
+  mesh.allow_folds = true;
+  return mesh;
+}
+
 }  // namespace ccslice::oracle

@@ -48,6 +48,10 @@ ControlMesh folding_box_mesh();
 /// `sectors` quadrilaterals round a point, each split into m * m, extruded into `layers` layers of hexes. Closed (an
 /// interior edge of that valence) or open (a boundary edge with that many hexes, `degrees` wide in all).
 ControlMesh fan_mesh(int sectors, int m, int layers, double degrees = 360);
+/// Two or three cells round the z axis, `degrees` in all, with a sharp edge along it: reentrant ones fold. Jittered.
+ControlMesh sharp_fan(int cells, double degrees, std::uint32_t seed);
+/// A slab with two valleys that cross, sharp at the bottom: folds.
+ControlMesh crossed_valleys();
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on
 /// it).
 ControlMesh star_mesh(const std::vector<Vec3>& sphere, const std::vector<std::array<int, 3>>& triangles);

@@ -126,27 +126,6 @@ TEST(LineFolds, FindsLinesThatTurnBack) {
   EXPECT_GT(unfolded, 100);
 }
 
-/// Two or three cells round the z axis, `degrees` in all, with a sharp edge along it.
-ControlMesh sharp_fan(int cells, double degrees, unsigned seed) {
-  ControlMesh mesh = oracle::fan_mesh(cells, 2, 3, degrees);
-  oracle::jitter(mesh, 0.5, seed);
-  const auto on_axis = [](const Vec3& p) { return std::hypot(p.x(), p.y()) < 1.5; };
-  oracle::sharpen(mesh, [&](const Vec3& a, const Vec3& b) { return on_axis(a) && on_axis(b); });
-  mesh.allow_folds = true;
-  return mesh;
-}
-
-/// A slab with two valleys that cross, sharp at the bottom.
-ControlMesh crossed_valleys() {
-  ControlMesh mesh = oracle::box_mesh(6, 6, 2, 4);
-  oracle::sharpen(mesh, [](const Vec3& a, const Vec3& b) {
-    return a.z() == 8 && b.z() == 8 && ((a.x() == 12 && b.x() == 12) || (a.y() == 12 && b.y() == 12));
-  });
-  for (Vec3& p : mesh.positions) p.z() += 0.6 * (std::abs(p.x() - 12) + std::abs(p.y() - 12));
-  mesh.allow_folds = true;
-  return mesh;
-}
-
 /// Cells that fold by dense samples, and how many cells are reported or undecided.
 std::size_t count_sampled(const LimitSolid& solid) {
   LimitEvaluator evaluator(solid);
@@ -170,10 +149,10 @@ TEST(LineFolds, FindsEveryCellThatFoldsBesideASharpEdge) {
     for (const double degrees : {90.0, 150.0, 200.0, 230.0, 270.0, 320.0}) {
       constexpr unsigned kSeed = 7;
       SCOPED_TRACE(std::to_string(cells) + " cells, " + std::to_string(degrees) + " degrees, seed 7");
-      sampled += count_sampled(*LimitSolid::prepare(sharp_fan(cells, degrees, kSeed)));
+      sampled += count_sampled(*LimitSolid::prepare(oracle::sharp_fan(cells, degrees, kSeed)));
     }
   }
-  sampled += count_sampled(*LimitSolid::prepare(crossed_valleys()));
+  sampled += count_sampled(*LimitSolid::prepare(oracle::crossed_valleys()));
   EXPECT_GT(sampled, 60u);
 }
 
