@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 """Whether VTK has the limit volume of `ccslice convert --bezier`: its volume, and the material at points of its cells,
