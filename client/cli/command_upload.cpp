@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "client/cli/ccmesh.h"
 #include "client/cli/commands.h"
@@ -17,6 +16,7 @@
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
+#include "client/cli/processors.h"
 #include "client/cli/text_values.h"
 #include "client/cli/vtu_file.h"
 #include "core/mesh/cell_regions.h"
@@ -87,7 +87,7 @@ std::string limit_as_vtu(ControlMesh mesh, int times) {
 
 std::string bezier_as_vtu(const ControlMesh& mesh, int levels, bool quiet) {
   PrepareOptions options;
-  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.threads = processors();
   const BezierCells cells = bezier_cells(mesh, levels, options);
   const auto plain = std::ranges::count(cells.cell_orders, 1);
   if (plain > 0 && !quiet) {

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <thread>
 #include <utility>
 
 #include "client/cli/console.h"
+#include "client/cli/processors.h"
 #include "client/cli/text_values.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
@@ -20,7 +20,7 @@ namespace {
 
 FitOptions fit_options() {
   FitOptions options;
-  options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.threads = processors();
   return options;
 }
 

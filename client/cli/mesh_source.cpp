@@ -201,8 +201,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
   command
       .add_option("MESH", options.mesh,
                   "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or "
-                  "its .json "
-                  "file, or the id of an uploaded mesh (sha256:...)")
+                  "its .json file, or the id of an uploaded mesh (sha256:...)")
       ->required(required);
   command
       .add_option(
@@ -225,9 +224,9 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       .add_option(
           "--cell-data", options.cell_data,
           "Make a material channel of a number that the file has for each cell (NAME.0, NAME.1, ... are the components "
-          "of vectors): NAME=average gives each vertex "
-          "the mean of its cells, weighted by their volumes; NAME=by-region the mean of its cells in each "
-          "region of --regions-from, so that the channel jumps across interfaces. May be repeated")
+          "of vectors): NAME=average gives each vertex the mean of its cells, weighted by their volumes; "
+          "NAME=by-region the mean of its cells in each region of --regions-from, so that the channel jumps across "
+          "interfaces. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   add_size_options(command, options.size);

@@ -306,8 +306,8 @@ struct PointInverter::State {
                                [&](const Candidate& c) { return c.cell >= from && search_near_folds(c, point, best); });
   }
 
-  /// Near folds. A cell that the hint leads to bounds the search; if it folds, it is searched again without the hint,
-  /// and the hint is followed only if that finds nothing.
+  /// Near folds. A cell that the hint leads to bounds the search. If that cell folds, it is searched without the hint,
+  /// which is followed only if nothing is found.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
     const bool hint_folds = hint && folds(hint->cell);

@@ -376,7 +376,7 @@ void Builder::add_pending() {
   pending_.clear();
 }
 
-/// Of the vertices of pending cells that have none yet.
+/// Walks the stars of those vertices of pending cells that have none yet.
 void Builder::walk_stars() {
   std::vector<decltype(walked_stars_)::value_type*> missing;
   for (const PendingCell& pending : pending_) {

@@ -43,7 +43,7 @@ struct ChannelSample {
   double value;
   Vec3 slope;
 };
-/// One of the patch's `channel_count` channels.
+/// Evaluates one of the patch's `channel_count` channels.
 ChannelSample patch_channel_sample(const Patch& patch, std::size_t channel, std::size_t channel_count,
                                    const TensorBasis& basis) noexcept;
 

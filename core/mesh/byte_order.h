@@ -24,4 +24,8 @@ inline std::uint64_t little_endian(std::string_view bytes) {
   return value;
 }
 
+inline std::uint64_t number_in_bytes(std::string_view bytes, bool is_big_endian) {
+  return is_big_endian ? big_endian(bytes) : little_endian(bytes);
+}
+
 }  // namespace ccslice

@@ -3,6 +3,8 @@
 
 #include "core/mesh/gmsh_scanner.h"
 
+#include "core/mesh/byte_order.h"
+
 #include <bit>
 
 namespace ccslice {
@@ -55,13 +57,7 @@ void GmshScanner::skip_integer(std::string_view expected) {
 }
 
 std::uint64_t GmshScanner::raw(std::size_t size_bytes, std::string_view expected) {
-  const std::string_view bytes = text_.bytes(size_bytes, expected);
-  std::uint64_t word = 0;
-  for (std::size_t i = 0; i < size_bytes; ++i) {
-    const std::size_t at = big_endian_ ? i : size_bytes - 1 - i;
-    word = word << 8 | static_cast<std::uint8_t>(bytes[at]);
-  }
-  return word;
+  return number_in_bytes(text_.bytes(size_bytes, expected), big_endian_);
 }
 
 }  // namespace ccslice

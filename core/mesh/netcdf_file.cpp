@@ -96,7 +96,7 @@ std::string_view NetcdfFile::padded_bytes(std::uint64_t size, std::string_view e
 
 std::string_view NetcdfFile::name(std::string_view expected) { return padded_bytes(size_or_id(expected), expected); }
 
-/// Of a list with that tag, or of an absent one.
+/// How many items a list with that tag has: none if it is absent.
 std::uint64_t NetcdfFile::list_size(std::uint64_t tag, std::string_view expected) {
   const std::uint64_t found = word(4, expected);
   if (found != tag && found != 0) header_.fail(expected, "tag " + std::to_string(found));
@@ -177,7 +177,8 @@ void NetcdfFile::read_variable() {
   variables_.push_back(std::move(variable));
 }
 
-/// Files that were written as streams don't tell.
+/// Takes the header's number of records, or derives it from the size of a file that was
+/// written as a stream.
 void NetcdfFile::count_records(std::uint64_t claimed) {
   const std::uint64_t streaming = kTooMany >> (64 - 8 * count_bytes_);
   record_count_ = claimed;

@@ -111,8 +111,8 @@ NetcdfNumbers ExodusReader::numbers_of(const NetcdfVariable& variable, std::init
   return netcdf_.numbers(variable);
 }
 
-/// Of the blocks, sets or variables of the file. Those without names are called by their ids, those without ids by
-/// their numbers from 1.
+/// What the blocks, sets or variables of the file are called. Those without names go by their ids, those without ids
+/// by their numbers from 1.
 std::vector<ExodusReader::Named> ExodusReader::names_of(const std::string& names, const std::string& ids) {
   std::vector<Named> found;
   if (const NetcdfVariable* const texts = netcdf_.variable(names)) {

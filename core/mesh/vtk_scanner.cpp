@@ -96,7 +96,7 @@ std::uint64_t VtkScanner::next_packed_bit(std::string_view expected) {
 std::uint64_t VtkScanner::next_bits(std::string_view expected) {
   if (type_.kind == Kind::kBit) return next_packed_bit(expected);
   const std::string_view bytes = text_.bytes(type_.size_bytes, expected);
-  return big_endian_ ? big_endian(bytes) : little_endian(bytes);
+  return number_in_bytes(bytes, big_endian_);
 }
 
 double VtkScanner::next_value(std::string_view expected) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/byte_order.h"
 
 namespace ccslice {
 namespace {
@@ -81,12 +82,7 @@ class EncodedBytes {
 };
 
 std::uint64_t take_word(EncodedBytes& bytes, const VtuCoding& coding) {
-  const std::string_view word = bytes.take(coding.header_word_bytes);
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < word.size(); ++i) {
-    value = value << 8 | static_cast<std::uint8_t>(word[coding.big_endian ? i : word.size() - 1 - i]);
-  }
-  return value;
+  return number_in_bytes(bytes.take(coding.header_word_bytes), coding.big_endian);
 }
 
 /// Appends what the block inflates to, which has to be `size` bytes.

@@ -41,6 +41,15 @@ TensorBasis basis_at(const Vec3& local) {
   return basis;
 }
 
+/// The inverse Jacobian by a cell's parameters, from that by the parameters of its patch at the place.
+Mat3 by_cell(const Mat3& inverse, const PatchPlace& place) {
+  Mat3 cell_inverse;
+  for (int a = 0; a < 3; ++a) {
+    cell_inverse.row(place.axis[static_cast<std::size_t>(a)]) = inverse.row(a) / place.factor[a];
+  }
+  return cell_inverse;
+}
+
 struct Candidate {
   double distance;  // From the cell's middle.
   LimitCellId cell;
@@ -161,11 +170,7 @@ void PixelInverter::solve_thoroughly(Pixel& pixel) {
   const TensorBasis basis = basis_at(place.local);
   const Mat3 inverse = tensor_sample(patch->points, basis).jacobian.inverse();
   if (!inverse.allFinite()) return;
-  Step step{*patch, basis, inverse, Mat3::Zero(), Vec3::Zero(), found->at.uvw};
-  for (int a = 0; a < 3; ++a) {
-    step.cell_inverse.row(place.axis[static_cast<std::size_t>(a)]) = inverse.row(a) / place.factor[a];
-  }
-  keep(step, pixel);
+  keep({*patch, basis, inverse, by_cell(inverse, place), Vec3::Zero(), found->at.uvw}, pixel);
 }
 
 /// Newton's method from a start in a cell. True if it ends at the point.
@@ -182,9 +187,7 @@ bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixe
     Step step{*patch, basis, sample.jacobian.inverse(), Mat3::Zero(), Vec3::Zero(), uvw};
     step.local = step.inverse * residual;
     if (!step.local.allFinite()) return false;
-    for (int a = 0; a < 3; ++a) {
-      step.cell_inverse.row(place.axis[static_cast<std::size_t>(a)]) = step.inverse.row(a) / place.factor[a];
-    }
+    step.cell_inverse = by_cell(step.inverse, place);
     step.uvw += step.cell_inverse * residual;
     if (residual.norm() < nearest_mm_) {
       nearest_mm_ = residual.norm();

@@ -53,7 +53,7 @@ class PixelInverter {
 
   /// The number of a pixel, by which it is known from now on.
   std::uint32_t invert(std::uint32_t column, std::uint32_t row);
-  /// Its number, if it has been asked for.
+  /// A pixel's number, if it has been asked for.
   std::optional<std::uint32_t> find(std::uint32_t column, std::uint32_t row) const;
   /// How many have been asked for.
   std::size_t count() const { return pixels_.size(); }
@@ -64,7 +64,7 @@ class PixelInverter {
   const SurfaceSample& sample(std::uint32_t number, std::size_t n) const {
     return samples_[number * channels_.size() + n];
   }
-  /// About, from a smooth pixel nearby.
+  /// About where a pixel is, from a smooth one nearby.
   CellParam guess(std::uint32_t near, std::uint32_t column, std::uint32_t row) const;
   /// In the mesh frame.
   Vec3 place_of(double column, double row) const { return first_ + column * across_ + row * up_; }

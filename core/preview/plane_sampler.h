@@ -82,7 +82,7 @@ class PlaneSampler {
 
   void number_pixels(std::span<const VoxelRun> spans, std::span<const RegionRun> regions);
   std::uint8_t number_at(std::uint32_t column, std::uint32_t row) const;
-  /// Of a block with the first pixels of the next ones.
+  /// What cells there are around a block, the first pixels of the next ones included.
   Surroundings surroundings_of(std::uint32_t column, std::uint32_t row, std::uint32_t side) const;
   void paint_block(std::uint32_t column, std::uint32_t row);
   void paint_quarters(const Part& part);

@@ -1,0 +1,265 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Clients that stop reading: what their calls give back meanwhile, and that they go on with the same bytes.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Clients that read the first message and no more, of a server with memory for a few of them.
+class LaggingClients : public ::testing::Test {
+ protected:
+  struct Reader {
+    grpc::ClientContext context;
+    std::unique_ptr<v1::SlicerService::Stub> stub;
+    std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>> stream;
+    std::string bytes;
+    grpc::Status status;
+
+    bool read() {
+      v1::SliceRangeResponse message;
+      if (!stream->Read(&message)) return false;
+      if (!message.has_summary()) bytes += message.SerializeAsString();
+      return true;
+    }
+    void read_all() {
+      while (read()) {
+      }
+      status = stream->Finish();
+    }
+  };
+
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.stream_window_bytes = 4 << 20;
+    options.stream_budget_bytes = 8 << 20;
+    return options;
+  }
+
+  void SetUp() override { id_ = server_.upload_good(make_block(2, 10)); }
+
+  /// Far more than the transport holds.
+  v1::SliceRangeRequest request(std::uint32_t layers) {
+    v1::SliceRangeRequest request = slice_request(id_, 0.01, 50, layers);
+    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    return request;
+  }
+  std::unique_ptr<Reader> call(const v1::SliceRangeRequest& request) {
+    auto reader = std::make_unique<Reader>();
+    reader->stub = server_.new_stub();
+    reader->stream = reader->stub->SliceRange(&reader->context, request);
+    return reader;
+  }
+  /// Sweeps until the condition holds.
+  template <class Condition>
+  bool comes_true(const Condition& condition, std::chrono::milliseconds limit = 10s) {
+    return eventually(
+        [&] {
+          state().idle_watch.sweep();
+          return condition();
+        },
+        limit);
+  }
+  ServiceState& state() { return server_.server().state(); }
+
+  TestServer server_{options()};
+  std::string id_;
+};
+
+TEST_F(LaggingClients, KeepTheMessageBeingSentAndNothingElse) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 2s));
+  EXPECT_TRUE(comes_true([this] { return state().scratch.used_bytes() == 0 && state().admission.running() == 0; }));
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+  EXPECT_EQ(state().calls.open(), 1u);
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
+}
+
+TEST_F(LaggingClients, ShedWhenOthersWaitForMemory) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 2s));
+  MemoryBudget::Share rest(state().scratch);
+  EXPECT_TRUE(rest.resize(state().scratch.capacity_bytes() - state().scratch.used_bytes()));
+  std::this_thread::sleep_for(2 * LagTimes{}.in_need);
+  server_.server().relieve();
+  EXPECT_EQ(state().admission.running(), 1u) << "nobody waits for memory";
+  bool is_served = false;
+  std::thread other([&] { is_served = server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok(); });
+  EXPECT_TRUE(eventually(
+      [this] {
+        server_.server().relieve();
+        return state().admission.running() == 0 && state().admission.waiting() == 0;
+      },
+      5s));
+  other.join();
+  EXPECT_TRUE(is_served);
+}
+
+TEST_F(LaggingClients, GetTheSameBytesWhenTheyReadOn) {
+  const auto all = call(request(400));
+  all->read_all();
+  ASSERT_TRUE(all->status.ok()) << all->status.error_message();
+  std::vector<std::unique_ptr<Reader>> readers;
+  for (int i = 0; i < 6; ++i) readers.push_back(call(request(400)));
+  std::vector<std::thread> threads;
+  for (const auto& reader : readers) threads.emplace_back([&] { EXPECT_TRUE(reader->read()); });
+  EXPECT_TRUE(comes_true(
+      [&] { return state().calls.open() == 6 && state().admission.running() == 0 && state().admission.waiting() == 0; },
+      20s))
+      << "each had its turn, though there is memory for two";
+  for (std::thread& thread : threads) thread.join();
+  threads.clear();
+  for (const auto& reader : readers) threads.emplace_back([&] { reader->read_all(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& reader : readers) {
+    EXPECT_TRUE(reader->status.ok()) << reader->status.error_message();
+    EXPECT_TRUE(reader->bytes == all->bytes);
+  }
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 2s));
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, EndWhereverTheyAreStopped) {
+  for (const bool waits : {false, true}) {
+    const auto reader = call(request(400));
+    ASSERT_TRUE(reader->read());
+    EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+    MemoryBudget::Share all(state().scratch);
+    EXPECT_TRUE(all.resize(state().scratch.capacity_bytes()));
+    std::thread reads_on;
+    if (waits) {
+      reads_on = std::thread([&] { reader->read_all(); });
+      EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s)) << "for memory";
+    }
+    reader->context.TryCancel();
+    if (!waits) reads_on = std::thread([&] { reader->read_all(); });
+    reads_on.join();
+    EXPECT_EQ(reader->status.error_code(), grpc::StatusCode::CANCELLED);
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 2s));
+  }
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  MemoryBudget::Share all(state().scratch);
+  EXPECT_TRUE(all.resize(state().scratch.capacity_bytes()));
+  std::thread reads_on([&] { reader->read_all(); });
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+  state().admission.drain();
+  EXPECT_EQ(state().admission.waiting(), 1u) << "a call that runs may go on";
+  state().calls.cut_off_all();
+  reads_on.join();
+  EXPECT_EQ(failure_of(reader->status).reason, "SERVER_SHUTTING_DOWN");
+}
+
+/// Of a stream of triangles: all of it put together, however it was cut into messages.
+class SurfaceReader {
+ public:
+  SurfaceReader(std::unique_ptr<v1::SlicerService::Stub> stub, const std::string& mesh_id) : stub_(std::move(stub)) {
+    v1::TessellateBoundaryRequest request;
+    request.set_mesh_id(mesh_id);
+    request.set_chord_tolerance_mm(0.002);
+    stream_ = stub_->TessellateBoundary(&context, request);
+  }
+
+  bool read() {
+    v1::TessellateBoundaryResponse message;
+    if (!stream_->Read(&message)) return false;
+    largest_message = message.ByteSizeLong();
+    if (message.has_header()) header = message.header();
+    const v1::VertexChunk& more = message.vertex_chunk();
+    positions_mm.insert(positions_mm.end(), more.positions_mm().begin(), more.positions_mm().end());
+    materials.insert(materials.end(), more.materials().begin(), more.materials().end());
+    const auto& vertices = message.triangle_chunk().vertices();
+    triangles.insert(triangles.end(), vertices.begin(), vertices.end());
+    return true;
+  }
+  void read_all() {
+    while (read()) {
+    }
+    status = stream_->Finish();
+  }
+
+  grpc::ClientContext context;
+  v1::TessellationHeader header;
+  std::vector<double> positions_mm;
+  std::vector<float> materials;
+  std::vector<std::uint32_t> triangles;
+  std::size_t largest_message = 0;  // Of late.
+  grpc::Status status;
+
+ private:
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReader<v1::TessellateBoundaryResponse>> stream_;
+};
+
+TEST_F(LaggingClients, OfTrianglesKeepAMessageAndNothingElse) {
+  SurfaceReader reader(server_.new_narrow_stub(), id_);
+  ASSERT_TRUE(reader.read());
+  EXPECT_GT(reader.header.triangle_count(), 30'000u) << "over a megabyte";
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+  EXPECT_EQ(state().streams.used_bytes(), 0u);
+  EXPECT_EQ(state().calls.open(), 1u);
+  EXPECT_EQ(state().metrics.shed.load(), 1u);
+}
+
+TEST_F(LaggingClients, OfTrianglesGetTheSameOnesWhenTheyReadOn) {
+  SurfaceReader whole(server_.new_stub(), id_);
+  whole.read_all();
+  ASSERT_TRUE(whole.status.ok()) << whole.status.error_message();
+  ASSERT_EQ(whole.header.triangle_count(), whole.triangles.size() / 3);
+  EXPECT_EQ(whole.header.vertex_count(), whole.positions_mm.size() / 3);
+  SurfaceReader reader(server_.new_narrow_stub(), id_);
+  ASSERT_TRUE(reader.read());
+  for (const std::uint64_t times : {1, 2}) {  // Among the vertices, which come first.
+    EXPECT_TRUE(comes_true([&] { return state().metrics.shed.load() == times; })) << times;
+    for (int i = 0; i < 3; ++i) ASSERT_TRUE(reader.read());
+  }
+  EXPECT_LE(reader.largest_message, (64u << 10) + 100) << "it may be slow";
+  reader.read_all();
+  EXPECT_TRUE(reader.status.ok()) << reader.status.error_message();
+  EXPECT_TRUE(reader.positions_mm == whole.positions_mm);
+  EXPECT_TRUE(reader.materials == whole.materials);
+  EXPECT_TRUE(reader.triangles == whole.triangles);
+  EXPECT_TRUE(eventually([this] { return state().streams.used_bytes() == 0; }, 2s));
+  EXPECT_EQ(state().scratch.used_bytes(), 0u);
+}
+
+TEST_F(LaggingClients, OfTrianglesWaitForMemoryAndCanBeStoppedThen) {
+  for (const bool is_stopped : {false, true}) {
+    MemoryBudget::Share all(state().streams);
+    EXPECT_TRUE(all.resize(state().streams.capacity_bytes()));
+    SurfaceReader reader(server_.new_stub(), id_);
+    std::thread reads([&] { reader.read_all(); });
+    EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+    EXPECT_EQ(state().admission.running(), 0u) << "others have its place";
+    EXPECT_EQ(state().scratch.used_bytes(), 0u);
+    if (is_stopped) reader.context.TryCancel();
+    if (!is_stopped) all.give_back();
+    reads.join();
+    EXPECT_EQ(reader.status.error_code(), is_stopped ? grpc::StatusCode::CANCELLED : grpc::StatusCode::OK);
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 2s));
+  }
+}
+
+}  // namespace
+}  // namespace ccslice::server
