@@ -9,10 +9,8 @@
 #include "core/limit/boundary_surface.h"
 
 namespace ccslice {
-namespace {
 
-/// Rounding is relative to coordinates, not to the part's size: a part far from the origin has a larger scale.
-double scale_of(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel) {
+double rounding_scale_mm(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel) {
   const Box3 box = solid.placed_bounding_box(placement, cancel);
   const Box3& mesh_box = solid.summary().bounding_box;
   const double mesh_reach = mesh_box.min().cwiseAbs().cwiseMax(mesh_box.max().cwiseAbs()).norm();
@@ -20,14 +18,13 @@ double scale_of(const LimitSolid& solid, const Placement& placement, const Cance
   return std::max(box.diagonal().norm(), 0.01 * reach);
 }
 
-}  // namespace
-
 ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal,
                            const CancellationToken& cancel)
-    : placement_(placement),
-      normal_(normal),
-      mirrored_(placement.linear().determinant() < 0),
-      scale_mm_(scale_of(solid, placement, cancel)) {
+    : ContourIndex(solid, placement, normal, rounding_scale_mm(solid, placement, cancel), cancel) {}
+
+ContourIndex::ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal, double scale_mm,
+                           const CancellationToken& cancel)
+    : placement_(placement), normal_(normal), mirrored_(placement.linear().determinant() < 0), scale_mm_(scale_mm) {
   PeriodicPoll poll(cancel);
   const BoundarySurface surface(solid);
   const Vec3 direction = placement.linear().transpose() * normal;

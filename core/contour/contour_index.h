@@ -19,10 +19,17 @@ namespace ccslice {
 /// face that lies in a plane to within rounding (1e-13 of the diagonal) is then strictly below, on every replica.
 inline constexpr double kPlaneLift = 1e-10;
 
+/// What rounding is relative to: the placed box's diagonal, or for a part far from the origin a hundredth of the largest
+/// coordinate. Takes as long as many planes do; turning the part further changes it little. Throws Error{kCancelled}.
+double rounding_scale_mm(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel = {});
+
 class ContourIndex {
  public:
   /// Over all planes with this unit normal (world). REQUIRES: placement invertible. Throws Error{kCancelled}.
   ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal,
+               const CancellationToken& cancel = {});
+  /// With a scale that is known: rounding_scale_mm() of a placement that differs by a rotation only.
+  ContourIndex(const LimitSolid& solid, const Placement& placement, const Vec3& normal, double scale_mm,
                const CancellationToken& cancel = {});
 
   const Placement& placement() const noexcept { return placement_; }
@@ -49,7 +56,7 @@ class ContourIndex {
   Placement placement_;
   Vec3 normal_;
   bool mirrored_ = false;
-  double scale_mm_ = 0;              // The placed box's diagonal (at least a hundredth of the largest coordinate).
+  double scale_mm_ = 0;              // rounding_scale_mm().
   std::vector<Interval> intervals_;  // By `low`: a balanced search tree over its ranges' middles.
 };
 

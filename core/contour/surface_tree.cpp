@@ -89,7 +89,7 @@ bool SurfaceTree::start(const AffineMap& to_axes, std::size_t nodes_of_last_laye
   face_slots_.assign(surface_.faces_and_interfaces().size(), kNone);
   faces_.clear();
   middles_.clear();
-  rings_.clear();
+  ring_count_ = 0;
   quarters_.clear();
   return true;
 }
@@ -103,10 +103,11 @@ const SurfaceTree::Face& SurfaceTree::face_of(BoundaryFaceId id) {
   if (surface_.faces_and_interfaces()[id].regular) {
     face.root = add_node({.face = id}, transformed(surface_.regular_patch(id), to_axes_));
   } else {
-    IrregularCorner& ring = rings_.emplace_back();
+    if (ring_count_ == rings_.size()) rings_.emplace_back();
+    IrregularCorner& ring = rings_[ring_count_];
     surface_.irregular_corner(id, ring);
     for (PaddedPoint& point : ring.ring) point = to_axes_.padded(point);
-    face.root = add_remainder({.face = id}, static_cast<std::uint32_t>(rings_.size() - 1));
+    face.root = add_remainder({.face = id}, static_cast<std::uint32_t>(ring_count_++));
   }
   face_slots_[id] = static_cast<std::uint32_t>(faces_.size());
   return faces_.emplace_back(face);

@@ -103,6 +103,7 @@ class SurfaceTree {
   std::vector<Face> faces_;
   std::vector<std::uint32_t> middles_;  // coarser_middles() of all faces.
   std::vector<IrregularCorner> rings_;  // One a face: of the smallest remainder; mapped to the axes.
+  std::size_t ring_count_ = 0;          // Of them in use: their memory is kept.
   std::vector<std::array<std::uint32_t, 8>> quarters_;
 };
 

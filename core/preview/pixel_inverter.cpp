@@ -20,14 +20,18 @@ namespace {
 
 constexpr std::size_t kPatchCacheBytes = 24 << 20;
 constexpr int kMostSteps = 12;
-constexpr int kMostClipped = 2;         // Steps that would have left the cell: it is another one that holds the point.
-constexpr double kNear = 0.005;         // Of a patch: what is left is taken to first order.
-constexpr double kFarthestHint = 0.05;  // Beyond its cell, a guess says nothing about it.
+constexpr int kMostClipped = 2;  // Steps that would have left the cell: it is another one that holds the point.
+// Of a patch: what is left is taken to first order. Slopes are taken as they are.
+constexpr double kNearForSlopes = 0.01, kNearForValues = 0.02, kNearForRoughValues = 0.1;
+constexpr double kFarthestHint = 0.05;                        // Beyond its cell, a guess says nothing about it.
 constexpr double kHintMargin = 0.02, kCandidateMargin = 0.1;  // Starts lie that far inside.
 constexpr double kBeside = 0.02;                              // Beyond a cell whose neighbour goes on smoothly.
+constexpr double kRoughlyBeside = 0.1;                        // The same of rough ones.
 constexpr double kBesideBoundary = 0.1;
 constexpr double kSoftClip = 0.1;  // Irregular cells: the share of the way to a side that must remain.
 constexpr std::size_t kMostCandidates = 8;
+constexpr std::uint32_t kHintBlock = 4;  // Pixels each way.
+constexpr std::array<std::array<int, 2>, 6> kBlocksAround = {{{0, 0}, {-1, 0}, {0, -1}, {1, -1}, {-1, -1}, {1, 0}}};
 
 double beyond_cell(const Vec3& uvw) { return (uvw.array() - 0.5).abs().maxCoeff() - 0.5; }
 
@@ -70,16 +74,25 @@ struct PixelInverter::Step {
   Mat3 cell_inverse;  // and by the cell's.
   Vec3 local;         // The step, in the patch's parameters.
   Vec3 uvw;           // Where it leads to, in the cell's.
+
+  /// Ends the step at another place of the cell.
+  void end_at(const Vec3& other, const PatchPlace& place) {
+    for (int a = 0; a < 3; ++a) {
+      const int axis = place.axis[static_cast<std::size_t>(a)];
+      local[a] += place.factor[a] * (other[axis] - uvw[axis]);
+    }
+    uvw = other;
+  }
 };
 
 PixelInverter::PixelInverter(std::shared_ptr<const LimitSolid> solid)
     : solid_(std::move(solid)), evaluator_(*solid_, kPatchCacheBytes) {}
 
-void PixelInverter::start(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field, bool strict) {
+void PixelInverter::start(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field, Care care) {
   lattice_ = target.lattice;
   z_mm_ = target.z_mm;
   field_ = &field;
-  strict_ = strict;
+  care_ = care;
   channels_ = spec.channels;
   const Placement mesh_of_world = spec.placement.inverse(Eigen::Affine);
   first_ = mesh_of_world * lattice_.centre(0, 0, z_mm_);
@@ -88,9 +101,15 @@ void PixelInverter::start(const LayerTarget& target, const InterpolationSpec& sp
   const Vec3 scales = Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues();
   outside_mm_ = inversion_options_of(scales, spec.outside_mm).outside_mm;
   numbers_.assign(std::size_t{lattice_.width} * lattice_.height, 0);
+  hint_columns_ = (lattice_.width + kHintBlock - 1) / kHintBlock;
+  blocks_.assign(std::size_t{hint_columns_} * ((lattice_.height + kHintBlock - 1) / kHintBlock), 0);
   pixels_.clear();
   samples_.clear();
   last_.reset();
+}
+
+std::size_t PixelInverter::block_of(std::uint32_t column, std::uint32_t row) const {
+  return std::size_t{hint_columns_} * (row / kHintBlock) + column / kHintBlock;
 }
 
 double PixelInverter::pixel_mm() const { return std::max(across_.norm(), up_.norm()); }
@@ -117,27 +136,49 @@ CellParam PixelInverter::guess(std::uint32_t near, std::uint32_t column, std::ui
   return at;
 }
 
-std::uint32_t PixelInverter::invert(std::uint32_t column, std::uint32_t row) {
+std::uint32_t PixelInverter::invert(std::uint32_t column, std::uint32_t row, Wanted wanted) {
   std::uint32_t& number = numbers_[std::size_t{lattice_.width} * row + column];
   if (number != 0) return number - 1;
   Pixel pixel;
   pixel.column = column;
   pixel.row = row;
   const Vec3 point = place_of(column, row);
+  near_ = care_.rough ? kNearForRoughValues : wanted == Wanted::kValues ? kNearForValues : kNearForSlopes;
   nearest_.reset();
   nearest_mm_ = std::numeric_limits<double>::infinity();
-  if (!(last_ && solve_near(*last_, point, pixel)) && !solve_in_candidates(point, pixel)) solve_thoroughly(pixel);
+  if (!(last_ && solve_near(*last_, kFarthestHint, point, pixel)) && !solve_beside(point, pixel) &&
+      !solve_in_candidates(point, pixel)) {
+    solve_thoroughly(pixel);
+  }
   pixels_.push_back(pixel);
   samples_.resize(pixels_.size() * channels_.size());
   number = static_cast<std::uint32_t>(pixels_.size());
-  if (pixel.smooth) last_ = number - 1;
+  if (pixel.smooth) {
+    last_ = number - 1;
+    blocks_[block_of(column, row)] = number;
+  }
   return number - 1;
 }
 
-bool PixelInverter::solve_near(std::uint32_t near, const Vec3& point, Pixel& pixel) {
+bool PixelInverter::solve_near(std::uint32_t near, double farthest, const Vec3& point, Pixel& pixel) {
   const Pixel& from = pixels_[near];
   const Vec3 uvw = from.at.uvw + from.inverse * (point - place_of(from.column, from.row));
-  return beyond_cell(uvw) <= kFarthestHint && solve_in(from.at.cell, well_inside(uvw, kHintMargin), point, pixel);
+  return beyond_cell(uvw) <= farthest && solve_in(from.at.cell, well_inside(uvw, kHintMargin), point, pixel);
+}
+
+/// From a pixel of the blocks around, if the point is in its cell.
+bool PixelInverter::solve_beside(const Vec3& point, Pixel& pixel) {
+  const std::uint32_t rows = (lattice_.height + kHintBlock - 1) / kHintBlock;
+  const std::uint32_t x = pixel.column / kHintBlock, y = pixel.row / kHintBlock;
+  for (const auto& [across, up] : kBlocksAround) {
+    const std::uint32_t column = x + static_cast<std::uint32_t>(across), row = y + static_cast<std::uint32_t>(up);
+    if (column >= hint_columns_ || row >= rows) continue;
+    const std::uint32_t number = blocks_[std::size_t{hint_columns_} * row + column];
+    // What was forgotten may have made way for any other.
+    if (number == 0 || number > pixels_.size() || number - 1 == last_ || !pixels_[number - 1].smooth) continue;
+    if (solve_near(number - 1, 0, point, pixel)) return true;
+  }
+  return false;
 }
 
 bool PixelInverter::solve_in_candidates(const Vec3& point, Pixel& pixel) {
@@ -193,8 +234,10 @@ bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixe
       nearest_mm_ = residual.norm();
       nearest_ = {cell, uvw};
     }
-    if (step.local.cwiseAbs().maxCoeff() <= kNear) {
-      if (!is_within(cell, step)) return false;
+    const bool within = is_within(cell, step);
+    if (care_.rough && within) step.end_at(well_inside(step.uvw, 0), place);
+    if (step.local.cwiseAbs().maxCoeff() <= near_) {
+      if (!within) return false;
       pixel.at = {cell, well_inside(step.uvw, 0)};
       keep(step, pixel);
       return true;
@@ -210,13 +253,14 @@ bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixe
 
 /// Where a step leads to is in the cell, or beside it where its patch's polynomials still tell the channels.
 bool PixelInverter::is_within(LimitCellId cell, const Step& step) const {
-  if (strict_) return beyond_cell(step.uvw) <= 0;
-  if (beyond_cell(step.uvw) <= kBeside) return true;
-  if (beyond_cell(step.uvw) > kBesideBoundary) return false;
+  if (care_.strict) return beyond_cell(step.uvw) <= 0;
+  const double beside = care_.rough ? kRoughlyBeside : kBeside;
+  if (beyond_cell(step.uvw) <= beside) return true;
+  if (!care_.rough && beyond_cell(step.uvw) > kBesideBoundary) return false;
   const Mat3 jacobian = step.cell_inverse.inverse();
   for (int a = 0; a < 3; ++a) {
     const double beyond = std::abs(step.uvw[a] - 0.5) - 0.5;
-    if (beyond <= kBeside) continue;
+    if (beyond <= beside) continue;
     const int side = 2 * a + (step.uvw[a] > 0.5 ? 1 : 0);
     const bool on_boundary = solid_->boundary_sides(cell) >> side & 1;
     if (!on_boundary || !(beyond * jacobian.col(a).norm() <= outside_mm_)) return false;

@@ -40,9 +40,14 @@ class PixelInverter {
  public:
   explicit PixelInverter(std::shared_ptr<const LimitSolid> solid);
 
-  /// For the pixels of one picture. `strict`: no parameter beyond its cell is taken, for channels that jump between
-  /// cells. REQUIRES: all outlive the picture; the field is of the solid.
-  void start(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field, bool strict);
+  struct Care {
+    bool strict = false;  // No parameter beyond its cell is taken, for channels that jump between cells.
+    bool rough =
+        false;  // What is a part of a patch away is taken to first order, from the boundary's inside beyond it.
+  };
+
+  /// For the pixels of one picture. REQUIRES: all outlive the picture; the field is of the solid.
+  void start(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field, Care care);
 
   struct Pixel {
     std::uint32_t column = 0, row = 0;
@@ -51,8 +56,10 @@ class PixelInverter {
     Mat3 inverse = Mat3::Zero();  // The parameter's change by mm of the mesh frame.
   };
 
-  /// The number of a pixel, by which it is known from now on.
-  std::uint32_t invert(std::uint32_t column, std::uint32_t row);
+  enum class Wanted : std::uint8_t { kSlopes, kValues };
+
+  /// The number of a pixel, by which it is known from now on. If only its values are wanted, its slopes are rougher.
+  std::uint32_t invert(std::uint32_t column, std::uint32_t row, Wanted wanted = Wanted::kSlopes);
   /// A pixel's number, if it has been asked for.
   std::optional<std::uint32_t> find(std::uint32_t column, std::uint32_t row) const;
   /// How many have been asked for.
@@ -74,7 +81,9 @@ class PixelInverter {
  private:
   struct Step;
 
-  bool solve_near(std::uint32_t near, const Vec3& point, Pixel& pixel);
+  std::size_t block_of(std::uint32_t column, std::uint32_t row) const;
+  bool solve_near(std::uint32_t near, double farthest, const Vec3& point, Pixel& pixel);
+  bool solve_beside(const Vec3& point, Pixel& pixel);
   bool solve_in_candidates(const Vec3& point, Pixel& pixel);
   void solve_thoroughly(Pixel& pixel);
   bool solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixel& pixel);
@@ -87,7 +96,7 @@ class PixelInverter {
   LayerLattice lattice_;
   double z_mm_ = 0;
   MaterialField* field_ = nullptr;
-  bool strict_ = false;
+  Care care_;
   std::vector<ChannelTolerance> channels_;
   Vec3 first_ = Vec3::Zero(), across_ = Vec3::Zero(), up_ = Vec3::Zero();  // Mesh frame.
   double outside_mm_ = 0;
@@ -95,7 +104,10 @@ class PixelInverter {
   std::vector<Pixel> pixels_;
   std::vector<SurfaceSample> samples_;
   std::optional<std::uint32_t> last_;  // The smooth pixel asked for last.
-  // Of the pixel at hand: where Newton's method came nearest.
+  std::uint32_t hint_columns_ = 0;
+  std::vector<std::uint32_t> blocks_;  // By block of hints: 1 + the smooth pixel in it asked for last, or 0.
+  // Of the pixel at hand: from how far a step is the last one, and where Newton's method came nearest.
+  double near_ = 0;
   std::optional<CellParam> nearest_;
   double nearest_mm_ = 0;
 };

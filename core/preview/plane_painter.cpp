@@ -75,7 +75,7 @@ class PlanePainter::State {
     std::unique_ptr<MaterialField> field;
   };
 
-  void lay_under(const Placement& placement, const CancellationToken& cancel);
+  void lay_under(const Placement& placement, const SliceJob& layer, const CancellationToken& cancel);
   Contours trace(const SliceJob& layer, const CancellationToken& cancel);
   MaterialField& field_of(const SliceJob& layer, PreviewStage stage);
   void evaluate(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans, PreviewStage stage,
@@ -85,8 +85,11 @@ class PlanePainter::State {
 
   std::shared_ptr<const LimitSolid> solid_;
   PlaneSampler sampler_;
-  // Of the orientation at hand:
+  // Of the part's placement:
   std::optional<Placement> placement_;
+  double scale_mm_ = 0;
+  // Of the plane's orientation:
+  std::optional<Placement> under_plane_;
   std::shared_ptr<const ContourIndex> index_;
   std::optional<ContourTracer> tracer_;
   std::array<Field, 2> fields_;  // By stage.
@@ -109,17 +112,25 @@ PreviewPicture PlanePainter::paint(const PreviewJob& job, PreviewStage stage, co
   return state_->paint(job, stage, cancel);
 }
 
-void PlanePainter::State::lay_under(const Placement& placement, const CancellationToken& cancel) {
-  if (placement_ && placement_->matrix() == placement.matrix()) return;
-  placement_.reset();
-  index_ = std::make_shared<const ContourIndex>(*solid_, placement, Vec3::UnitZ(), cancel);
+/// `placement`: the part's; the layer's is that under the plane.
+void PlanePainter::State::lay_under(const Placement& placement, const SliceJob& layer,
+                                    const CancellationToken& cancel) {
+  if (!placement_ || placement_->matrix() != placement.matrix()) {
+    placement_.reset();
+    under_plane_.reset();
+    scale_mm_ = rounding_scale_mm(*solid_, placement, cancel);
+    placement_ = placement;
+  }
+  if (under_plane_ && under_plane_->matrix() == layer.placement.matrix()) return;
+  under_plane_.reset();
+  index_ = std::make_shared<const ContourIndex>(*solid_, layer.placement, Vec3::UnitZ(), scale_mm_, cancel);
   if (tracer_) {
     tracer_->follow(index_);
   } else {
     tracer_.emplace(*solid_, index_);
   }
   for (Field& field : fields_) field.field.reset();
-  placement_ = placement;
+  under_plane_ = layer.placement;
 }
 
 Contours PlanePainter::State::trace(const SliceJob& layer, const CancellationToken& cancel) {
@@ -170,13 +181,13 @@ void PlanePainter::State::evaluate(const SliceJob& layer, const Contours& contou
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
                            cancel,  window_of(lattice),       window_of(lattice)};
   sampler_.paint(target, interpolation_spec_of(layer, solid_->summary().channels), field_of(layer, stage), spans,
-                 regions);
+                 regions, stage == PreviewStage::kCoarse);
 }
 
 PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
   const PreviewPlane plane = stage == PreviewStage::kFull ? job.plane : coarser(job.plane, kCoarseTimes);
   const SliceJob layer = layer_job(job, plane, stage);
-  lay_under(layer.placement, cancel);
+  lay_under(job.placement, layer, cancel);
   const Contours contours = trace(layer, cancel);
   const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
   LayerPlanes planes(layer, solid_->summary());

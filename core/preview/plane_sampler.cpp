@@ -17,14 +17,14 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint32_t kBlock = 8, kQuarter = 4;
+constexpr std::uint32_t kBlock = 8, kQuarter = 4, kSmallest = 2;
 // Shares of the tolerance.
 constexpr double kMisfit = 0.1, kMisfitOfCorners = 0.5, kMisfitOfCheck = 0.15;
 constexpr double kSteepest = 1;          // Tolerances from a sample to any pixel, where few samples leave a bend open.
 constexpr double kFarFromSamples = 1.5;  // Pixels.
 constexpr double kThinnestCell = 0.3;    // Of a block's side.
 constexpr int kFewestPixels = 4;
-constexpr int kPixelsPerSample = 2;  // It doesn't pay to invert more of them.
+constexpr int kPixelsPerSample = 2;  // It doesn't pay to invert more of them, but for corners, which blocks share.
 
 constexpr std::uint64_t kColumns0To6 = 0x7f7f7f7f7f7f7f7f, kColumns1To7 = 0xfefefefefefefefe;
 
@@ -65,14 +65,14 @@ void PlaneSampler::Places::add(std::uint32_t column, std::uint32_t row) {
 }
 
 void PlaneSampler::paint(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field,
-                         std::span<const VoxelRun> spans, std::span<const RegionRun> regions) {
+                         std::span<const VoxelRun> spans, std::span<const RegionRun> regions, bool rough) {
   target_ = &target;
   channels_ = spec.channels;
   columns_ = target.lattice.width;
   rows_ = target.lattice.height;
   number_pixels(spans, regions);
   left_.assign(numbers_.size(), Left::kNothing);
-  inverter_.start(target, spec, field, !regions.empty());
+  inverter_.start(target, spec, field, {.strict = !regions.empty(), .rough = rough});
   for (std::uint32_t row = 0; row < rows_; row += kBlock) {
     target.cancel.throw_if_cancelled();
     for (std::uint32_t column = 0; column < columns_; column += kBlock) paint_block(column, row);
@@ -133,18 +133,25 @@ void PlaneSampler::paint_block(std::uint32_t column, std::uint32_t row) {
   }
 }
 
+/// Down to blocks of 2 x 2.
 void PlaneSampler::paint_quarters(const Part& part) {
-  constexpr Mask kFirstQuarter = 0x0f0f0f0f;
+  const std::uint32_t side = part.side / 2;
+  Mask first_quarter = 0;
+  for (std::uint32_t y = 0; y < side; ++y) first_quarter |= ((Mask{1} << side) - 1) << (kBlock * y);
   for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
-    const std::uint32_t x = kQuarter * (quarter & 1), y = kQuarter * (quarter >> 1);
-    Mask left = part.pixels >> (kBlock * y + x) & kFirstQuarter;
+    const std::uint32_t x = side * (quarter & 1), y = side * (quarter >> 1);
+    Mask left = part.pixels >> (kBlock * y + x) & first_quarter;
     if (left == 0) continue;
-    const Surroundings around = surroundings_of(part.column + x, part.row + y, kQuarter);
+    const Surroundings around = surroundings_of(part.column + x, part.row + y, side);
     while (left != 0) {
-      const Part own{part.column + x, part.row + y, kQuarter, first_part(left), part.number};
+      const Part own{part.column + x, part.row + y, side, first_part(left), part.number};
       left &= ~own.pixels;
       if (around == Surroundings::kSmooth && paint_part(own)) continue;
-      leave(own, around == Surroundings::kAmbiguous ? Left::kToPass : Left::kToInverter);
+      if (around != Surroundings::kAmbiguous && side > kSmallest) {
+        paint_quarters(own);
+      } else {
+        leave(own, around == Surroundings::kAmbiguous ? Left::kToPass : Left::kToInverter);
+      }
     }
   }
 }
@@ -204,7 +211,7 @@ bool PlaneSampler::paint_part(const Part& part) {
   for (std::size_t i = 0; i < places.count; ++i) {
     unknown += inverter_.find(part.column + places.at[i][0], part.row + places.at[i][1]) ? 0 : 1;
   }
-  if (kPixelsPerSample * unknown > count || places.count < 2) return false;
+  if ((!places.corners && kPixelsPerSample * unknown > count) || places.count < 2) return false;
   if (places.corners) {
     const bool checked = part.side == kBlock;
     return paint_by(
@@ -329,7 +336,7 @@ void PlaneSampler::solve_rest(std::span<const VoxelRun> spans, MaterialField& fi
 
 /// False if the inverter can't tell.
 bool PlaneSampler::set_pixel(std::uint32_t column, std::uint32_t row) {
-  const std::uint32_t number = inverter_.invert(column, row);
+  const std::uint32_t number = inverter_.invert(column, row, PixelInverter::Wanted::kValues);
   if (!inverter_.pixel(number).smooth) return false;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     for (ContonePlane& plane : target_->planes) {

@@ -15,9 +15,9 @@
 // - No cell there is much smaller than the block, so that none goes unnoticed.
 //
 // Each part of a block counts as a block of its own, if gaps or cell regions part it. What isn't painted is cut into
-// blocks of 4 x 4 pixels. What isn't then, and what has few pixels, is inverted pixel by pixel. All near folds and what
-// the inverter can't tell is left to the inversion of slices (field/material_pass.h), which starts from the parameters
-// of the pixels around.
+// blocks of 4 x 4 and then of 2 x 2 pixels. What isn't then, and what has few pixels, is inverted pixel by pixel. All
+// near folds and what the inverter can't tell is left to the inversion of slices (field/material_pass.h), which starts
+// from the parameters of the pixels around.
 //
 // Samples tell of a tolerance that is kept; they don't prove it, as the bounds of pieces mostly do.
 
@@ -47,12 +47,13 @@ class PlaneSampler {
   explicit PlaneSampler(std::shared_ptr<const LimitSolid> solid);
 
   /// Sets the samples of the spec's channels at all pixels inside. `spans`: as rasterize() yields them for the
-  /// target's lattice; `regions`: find_regions() of them, if channels may jump between regions, or else none.
+  /// target's lattice; `regions`: find_regions() of them, if channels may jump between regions, or else none; `rough`:
+  /// for tolerances of some hundredths, which first-order steps keep.
   /// REQUIRES: the target's window is the whole lattice; its planes are of the spec's channels; the field is of the
   /// solid, and of the spec's placement and outside_mm. Throws Error{kCancelled}, and Error{kInternal} if even the last
   /// resort finds nothing.
   void paint(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field,
-             std::span<const VoxelRun> spans, std::span<const RegionRun> regions);
+             std::span<const VoxelRun> spans, std::span<const RegionRun> regions, bool rough = false);
 
  private:
   using Mask = std::uint64_t;  // Bit 8 * row + column of 8 x 8 pixels.
@@ -67,7 +68,7 @@ class PlaneSampler {
 
   /// A part of a block: pixels side by side, of one region.
   struct Part {
-    std::uint32_t column, row, side;  // The block's first pixel, and how many it has each way: 8 or 4.
+    std::uint32_t column, row, side;  // The block's first pixel, and how many it has each way: 8, 4 or 2.
     Mask pixels;                      // Counted from there.
     std::uint8_t number;              // Of the region.
   };

@@ -50,6 +50,9 @@ TEST(ContourIndex, LiftsPlanesByAShareOfThePartsSize) {
   Placement far_away = Placement::Identity();
   far_away.translation() = Vec3(1e6, 0, 0);
   EXPECT_GT(ContourIndex(*solid, far_away, Vec3::UnitZ()).lift_mm(), 1e-7);
+  // A scale that is known is taken as it is.
+  EXPECT_EQ(rounding_scale_mm(*solid, Placement::Identity()), diagonal);
+  EXPECT_EQ(ContourIndex(*solid, Placement::Identity(), Vec3::UnitZ(), 7).lift_mm(), kPlaneLift * 7);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ constexpr std::uint32_t kPixels = 64;
 
 class PixelInverterTest : public testing::Test {
  protected:
-  PixelInverterTest() { inverter_.start(plane_.target(planes_), plane_.spec, *plane_.field, false); }
+  PixelInverterTest() { inverter_.start(plane_.target(planes_), plane_.spec, *plane_.field, {}); }
 
   /// The first channel at a place in pixels.
   std::optional<double> exact(double column, double row) {
@@ -76,7 +76,7 @@ TEST_F(PixelInverterTest, KnowsWhatItHasBeenAskedFor) {
   EXPECT_EQ(inverter_.count(), 1u);
   EXPECT_FALSE(inverter_.find(span.begin + 1, span.row));
   EXPECT_EQ(inverter_.find(span.begin, span.row), number);
-  inverter_.start(plane_.target(planes_), plane_.spec, *plane_.field, false);
+  inverter_.start(plane_.target(planes_), plane_.spec, *plane_.field, {});
   EXPECT_FALSE(inverter_.find(span.begin, span.row));
 }
 
