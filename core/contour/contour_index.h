@@ -19,8 +19,9 @@ namespace ccslice {
 /// face that lies in a plane to within rounding (1e-13 of the diagonal) is then strictly below, on every replica.
 inline constexpr double kPlaneLift = 1e-10;
 
-/// What rounding is relative to: the placed box's diagonal, or for a part far from the origin a hundredth of the largest
-/// coordinate. Takes as long as many planes do; turning the part further changes it little. Throws Error{kCancelled}.
+/// What rounding is relative to: the placed box's diagonal, or for a part far from the origin a hundredth of the
+/// largest coordinate. Takes as long as many planes do. Turning the part further changes it little. Throws
+/// Error{kCancelled}.
 double rounding_scale_mm(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel = {});
 
 class ContourIndex {
