@@ -178,10 +178,11 @@ void PlanePainter::State::evaluate(const SliceJob& layer, const Contours& contou
   std::vector<RegionRun> regions;
   if (solid_->has_several_regions()) regions = find_regions(contours.region_edges, spans, lattice, {}, cancel);
   LayerStats stats;
+  const bool has_own_range = layer.planes.front().content == PlaneContent::kChannel && !layer.planes.front().range;
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
                            cancel,  window_of(lattice),       window_of(lattice)};
   sampler_.paint(target, interpolation_spec_of(layer, solid_->summary().channels), field_of(layer, stage), spans,
-                 regions, stage == PreviewStage::kCoarse);
+                 regions, {.rough = stage == PreviewStage::kCoarse, .own_range = has_own_range});
 }
 
 PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {

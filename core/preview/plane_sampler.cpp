@@ -23,6 +23,7 @@ constexpr double kMisfit = 0.1, kMisfitOfCorners = 0.5, kMisfitOfCheck = 0.15;
 constexpr double kSteepest = 1;          // Tolerances from a sample to any pixel, where few samples leave a bend open.
 constexpr double kFarFromSamples = 1.5;  // Pixels.
 constexpr double kThinnestCell = 0.3;    // Of a block's side.
+constexpr double kNarrowest = 1e-3;      // Of a channel's range: what reaches over less is as good as constant.
 constexpr int kFewestPixels = 4;
 constexpr int kPixelsPerSample = 2;  // It doesn't pay to invert more of them, but for corners, which blocks share.
 
@@ -65,14 +66,16 @@ void PlaneSampler::Places::add(std::uint32_t column, std::uint32_t row) {
 }
 
 void PlaneSampler::paint(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field,
-                         std::span<const VoxelRun> spans, std::span<const RegionRun> regions, bool rough) {
+                         std::span<const VoxelRun> spans, std::span<const RegionRun> regions,
+                         const SamplingOptions& options) {
   target_ = &target;
   channels_ = spec.channels;
   columns_ = target.lattice.width;
   rows_ = target.lattice.height;
   number_pixels(spans, regions);
   left_.assign(numbers_.size(), Left::kNothing);
-  inverter_.start(target, spec, field, {.strict = !regions.empty(), .rough = rough});
+  inverter_.start(target, spec, field, {.strict = !regions.empty(), .rough = options.rough});
+  if (options.own_range) narrow_tolerances();
   for (std::uint32_t row = 0; row < rows_; row += kBlock) {
     target.cancel.throw_if_cancelled();
     for (std::uint32_t column = 0; column < columns_; column += kBlock) paint_block(column, row);
@@ -92,6 +95,29 @@ void PlaneSampler::number_pixels(std::span<const VoxelRun> spans, std::span<cons
 
 std::uint8_t PlaneSampler::number_at(std::uint32_t column, std::uint32_t row) const {
   return column < columns_ && row < rows_ ? numbers_[std::size_t{columns_} * row + column] : std::uint8_t{0};
+}
+
+/// By what the values at the blocks' corners reach over, which isn't more than the picture's. They are needed anyway.
+void PlaneSampler::narrow_tolerances() {
+  std::vector<ValueRange> reached(channels_.size(),
+                                  {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+  for (std::uint32_t row = 0; row < rows_; row += kBlock) {
+    target_->cancel.throw_if_cancelled();
+    for (std::uint32_t column = 0; column < columns_; column += kBlock) {
+      if (number_at(column, row) == 0) continue;
+      const std::uint32_t number = inverter_.invert(column, row);
+      if (!inverter_.pixel(number).smooth) continue;
+      for (std::size_t c = 0; c < channels_.size(); ++c) {
+        const double value = inverter_.sample(number, c).value;
+        reached[c] = {std::min(reached[c].min, value), std::max(reached[c].max, value)};
+      }
+    }
+  }
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const ChannelRange& channel = solid_->summary().channels[channels_[c].channel];
+    const double share = (reached[c].max - reached[c].min) / (channel.max - channel.min);
+    if (share < 1) channels_[c].tolerance *= std::max(share, kNarrowest);  // Not if no corner is inside, or for NaN.
+  }
 }
 
 PlaneSampler::Surroundings PlaneSampler::surroundings_of(std::uint32_t column, std::uint32_t row,

@@ -41,19 +41,23 @@
 
 namespace ccslice {
 
+struct SamplingOptions {
+  bool rough = false;      // For tolerances of some hundredths, which first-order steps keep.
+  bool own_range = false;  // The tolerances are shares of the channels' ranges; take these shares of the picture's.
+};
+
 /// One solid, one thread. A plane's samples depend on nothing that was done before.
 class PlaneSampler {
  public:
   explicit PlaneSampler(std::shared_ptr<const LimitSolid> solid);
 
   /// Sets the samples of the spec's channels at all pixels inside. `spans`: as rasterize() yields them for the
-  /// target's lattice; `regions`: find_regions() of them, if channels may jump between regions, or else none; `rough`:
-  /// for tolerances of some hundredths, which first-order steps keep.
+  /// target's lattice; `regions`: find_regions() of them, if channels may jump between regions, or else none.
   /// REQUIRES: the target's window is the whole lattice; its planes are of the spec's channels; the field is of the
   /// solid, and of the spec's placement and outside_mm. Throws Error{kCancelled}, and Error{kInternal} if even the last
   /// resort finds nothing.
   void paint(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field,
-             std::span<const VoxelRun> spans, std::span<const RegionRun> regions, bool rough = false);
+             std::span<const VoxelRun> spans, std::span<const RegionRun> regions, const SamplingOptions& options = {});
 
  private:
   using Mask = std::uint64_t;  // Bit 8 * row + column of 8 x 8 pixels.
@@ -83,6 +87,7 @@ class PlaneSampler {
 
   void number_pixels(std::span<const VoxelRun> spans, std::span<const RegionRun> regions);
   std::uint8_t number_at(std::uint32_t column, std::uint32_t row) const;
+  void narrow_tolerances();
   /// What cells there are around a block, the first pixels of the next ones included.
   Surroundings surroundings_of(std::uint32_t column, std::uint32_t row, std::uint32_t side) const;
   void paint_block(std::uint32_t column, std::uint32_t row);

@@ -60,7 +60,7 @@ void add_errors(PlaneSampler& sampler, const Vec3& normal, double share, std::ui
                 const std::shared_ptr<const LimitSolid>& solid, bool rough, Errors& errors) {
   PaintedPlane plane(solid, normal, share, pixels, rough ? kRoughTolerance : kTolerance);
   LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
-  sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, rough);
+  sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, {.rough = rough});
   const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
   MaterialPass pass(*field);
   ASSERT_EQ(pass.run(plane.target(exact), plane.spans), WindowOutcome::kComplete);
@@ -156,6 +156,37 @@ TEST(PlaneSampler, SeveralChannelsKeepTheirOwnTolerances) {
   apply_grade(parse_grade("skin=distance:1..0"), mesh);
   const Errors errors = errors_of(std::move(mesh), 256);
   EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
+  // Along the grade's own axis a plane hardly changes its values; what it shows of them is to be as fine all the same.
+  ControlMesh mesh = make_engine();
+  apply_grade(parse_grade("height=z"), mesh);
+  const auto solid = LimitSolid::prepare(std::move(mesh));
+  PlaneSampler sampler(solid);
+  const std::size_t height = solid->channel_count() - 1;
+  for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(0.02, 0.01, 1)}) {
+    PaintedPlane plane(solid, normal, 0.52, 256, kTolerance);
+    plane.spec.channels = {plane.spec.channels[height]};
+    LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
+    sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, {.own_range = true});
+    const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
+    ASSERT_EQ(MaterialPass(*field).run(plane.target(exact), plane.spans), WindowOutcome::kComplete);
+    double low = std::numeric_limits<double>::infinity(), high = -low, worst = 0;
+    for (const VoxelRun& span : plane.spans) {
+      for (std::uint32_t x = span.begin; x < span.end; ++x) {
+        const std::size_t at = std::size_t{256} * span.row + x;
+        const double value = value_at(exact.channels()[height], at);
+        low = std::min(low, value);
+        high = std::max(high, value);
+        worst = std::max(worst, std::abs(value - value_at(sampled.channels()[height], at)));
+      }
+    }
+    const ChannelRange& whole = solid->summary().channels[height];
+    EXPECT_LT(high - low, 0.3 * (whole.max - whole.min));
+    // Floats round, and what reaches over a thousandth of the channel's range only counts as constant.
+    EXPECT_LE(worst, 1.25 * kTolerance * std::max(high - low, 1e-3 * (whole.max - whole.min)));
+  }
 }
 
 TEST(PlaneSampler, SamplesDependOnNothingBefore) {
