@@ -14,4 +14,5 @@ deploy/install.sh build test
 cmake --preset release -D CCSLICE_TEST_BATCHES="$([[ $# == 0 ]] && echo ON || echo OFF)" \
   -D CCSLICE_WERROR="${CCSLICE_WERROR:-OFF}" -D CMAKE_UNITY_BUILD="${CCSLICE_UNITY:-ON}"
 cmake --build --preset release --parallel "$(nproc)"
-ctest --preset release --parallel "$(nproc)" "$@"
+# Many tests wait for servers most of their time.
+ctest --preset release --parallel "$(($(nproc) + 1))" "$@"
