@@ -104,7 +104,7 @@ TEST_F(LaggingClients, ShedWhenOthersWaitForMemory) {
         server_.server().relieve();
         return state().admission.running() == 0 && state().admission.waiting() == 0;
       },
-      5s));
+      30s));
   other.join();
   EXPECT_TRUE(is_served);
 }

@@ -263,8 +263,8 @@ TEST(LayerStreamConsistency, ManyStreamsManyCancelsUnderLoad) {
   const auto seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
-  Executor executor(4);
   Census census;
+  Executor executor(4);
   std::vector<std::thread> clients;
   for (int client = 0; client < 6; ++client) {
     clients.emplace_back([&, own_seed = random()] {
@@ -306,9 +306,9 @@ Layer make_layer_of_contours(std::uint32_t index, std::size_t bytes) {
 TEST(LayerStream, CountsContoursThatNobodyCouldForesee) {
   constexpr std::uint64_t kLayerBytes = 1 << 20;
   constexpr std::size_t kThreads = 2;
-  Executor executor(kThreads);
+  Census scratch;  // Pieces that end late give back what they hold of it.
   std::atomic<std::uint32_t> computed = 0;
-  Census scratch;
+  Executor executor(kThreads);
   const auto make = [&](const CancellationToken&) -> LayerStream::ComputeLayer {
     return [&computed, own = scratch.count()](std::uint32_t layer, const CancellationToken&) {
       ++computed;
