@@ -9,7 +9,6 @@
 #include "core/preview/outline_lines.h"
 #include "core/preview/pixel_colours.h"
 #include "core/preview/plane_painter.h"
-#include "core/printing/colour_table.h"
 
 namespace ccslice {
 namespace {
@@ -39,6 +38,24 @@ std::vector<VoxelRun> runs_of(std::span<const std::uint8_t> bits, std::uint32_t 
   return runs;
 }
 
+/// The runs of a picture of regions: 1 + the number of each, 0 outside.
+std::vector<RegionRun> region_runs_of(std::span<const std::uint8_t> numbers, std::uint32_t columns,
+                                      std::uint32_t rows) {
+  std::vector<RegionRun> runs;
+  for (std::uint32_t y = 0; y < rows; ++y) {
+    const std::span<const std::uint8_t> row = numbers.subspan(std::size_t{columns} * y, columns);
+    for (std::uint32_t begin = 0, end = 0; begin < columns; begin = end) {
+      while (end < columns && row[end] == row[begin]) ++end;
+      if (row[begin] != 0) runs.push_back({{y, begin, end}, static_cast<std::uint8_t>(row[begin] - 1)});
+    }
+  }
+  return runs;
+}
+
+bool mixes_by_region(const PreviewColours& show) {
+  return show.content == PreviewContent::kMix && !show.printing->cell_region_maps.empty();
+}
+
 }  // namespace
 
 SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contours) {
@@ -51,10 +68,11 @@ SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contou
     job.planes = {raw_plane(PlaneContent::kMaterials, SampleType::kUint8)};
     return job;
   }
-  job.planes = {raw_plane(PlaneContent::kOccupancy, SampleType::kBit)};
+  job.planes = {mixes_by_region(show) ? raw_plane(PlaneContent::kCellRegions, SampleType::kUint8)
+                                      : raw_plane(PlaneContent::kOccupancy, SampleType::kBit)};
   std::vector<std::uint32_t> channels;
   if (show.content == PreviewContent::kChannel) channels = {show.channel};
-  if (show.content == PreviewContent::kMix) channels = channels_of(show.printing->map);
+  if (show.content == PreviewContent::kMix) channels = channels_of(*show.printing);
   for (const std::uint32_t channel : channels) {
     job.planes.push_back(raw_plane(PlaneContent::kChannel, SampleType::kFloat32, channel));
   }
@@ -65,7 +83,7 @@ LayerPainter::LayerPainter(std::shared_ptr<const LimitSolid> solid, SliceJob job
                            const CancellationToken& cancel)
     : job_(std::move(job)), show_(std::move(show)), slicer_(std::move(solid), job_, cancel) {
   if (show_.content != PreviewContent::kMix) return;
-  mixture_.emplace(*show_.printing, show_.printing->map, colour_table_of(*show_.printing, cancel));
+  plan_.emplace(plan_of_mix(*show_.printing, cancel));
 }
 
 PreviewPicture LayerPainter::paint(std::uint32_t index, const CancellationToken& cancel) {
@@ -83,8 +101,17 @@ PreviewPicture LayerPainter::paint(std::uint32_t index, const CancellationToken&
     for (std::size_t p = 1; p < layer.planes.size(); ++p) {
       values.push_back({SampleType::kFloat32, window.columns, window.rows, layer.planes[p].bytes});
     }
-    colour_pixels(show_, mixture_ ? &*mixture_ : nullptr, values,
-                  runs_of(layer.planes.front().bytes, window.columns, window.rows), picture, cancel);
+    const std::vector<std::uint8_t>& inside = layer.planes.front().bytes;
+    if (mixes_by_region(show_)) {
+      mix_pixels(*plan_, values, mixed_runs(*plan_, region_runs_of(inside, window.columns, window.rows)), picture,
+                 cancel);
+    } else if (plan_) {
+      std::vector<MixedRun> runs;
+      for (const VoxelRun& run : runs_of(inside, window.columns, window.rows)) runs.push_back({run, 0});
+      mix_pixels(*plan_, values, runs, picture, cancel);
+    } else {
+      colour_pixels(show_, values, runs_of(inside, window.columns, window.rows), picture);
+    }
   }
   const LayerLattice lattice = job_.grid.lattice();
   const Vec2 corner(lattice.x0_mm + window.first_column * lattice.dx_mm,

@@ -13,7 +13,7 @@
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/preview_job.h"
-#include "core/printing/mixture.h"
+#include "core/printing/halftone.h"
 #include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
@@ -35,7 +35,7 @@ class LayerPainter {
  private:
   SliceJob job_;
   PreviewColours show_;
-  std::optional<Mixture> mixture_;
+  std::optional<HalftonePlan> plan_;  // Of kMix.
   LayerSlicer slicer_;
 };
 

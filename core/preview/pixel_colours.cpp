@@ -105,41 +105,32 @@ void colour_channel(const PreviewColours& show, const Values& values, std::span<
   }
 }
 
-/// Calls take(column of the block's first pixel, begin, end, fractions) for the pixels [begin, end) of each block.
+/// Calls take(row, first column, count, fractions) for the pixels of each block.
 template <typename Take>
-void mix_blocks(const Mixture& mixture, std::span<const SampleImage> channels, std::span<const VoxelRun> spans,
+void mix_blocks(const HalftonePlan& plan, std::span<const SampleImage> channels, std::span<const MixedRun> runs,
                 const CancellationToken& cancel, const Take& take) {
   constexpr std::size_t kRunsPerPoll = 256;
   std::vector<Values> values(channels.begin(), channels.end());
+  std::vector<std::vector<std::size_t>> places;
+  const std::vector<std::uint32_t> known = channels_of(plan.printing());
+  for (const Mixture& mixture : plan.mixtures()) places.push_back(places_among(known, mixture));
   std::vector<MixRow> rows(channels.size());
   Fractions fractions{};
-  for (std::size_t s = 0; s < spans.size(); ++s) {
-    if (s % kRunsPerPoll == 0) cancel.throw_if_cancelled();
-    const VoxelRun& span = spans[s];
-    for (std::uint32_t x = span.begin; x < span.end;) {
-      const std::uint32_t count = std::min<std::uint32_t>(kMixBlock, span.end - x);
-      for (std::size_t c = 0; c < rows.size(); ++c) {
-        for (std::uint32_t k = 0; k < count; ++k) rows[c][k] = values[c].at(x + k, span.row);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (r % kRunsPerPoll == 0) cancel.throw_if_cancelled();
+    const MixedRun& run = runs[r];
+    for (std::uint32_t x = run.begin; x < run.end;) {
+      const std::uint32_t count = std::min<std::uint32_t>(kMixBlock, run.end - x);
+      std::size_t next = 0;
+      for (const std::size_t place : places[run.mixture]) {
+        MixRow& row = rows[next++];
+        for (std::uint32_t k = 0; k < count; ++k) row[k] = values[place].at(x + k, run.row);
       }
-      mixture.evaluate(rows, fractions);
-      take(span.row, x, count, fractions);
+      plan.mixtures()[run.mixture].evaluate(rows, fractions);
+      take(run.row, x, count, fractions);
       x += count;
     }
   }
-}
-
-void colour_mix(const Printing& printing, const Mixture& mixture, std::span<const SampleImage> channels,
-                std::span<const VoxelRun> spans, Canvas& canvas, const CancellationToken& cancel) {
-  std::vector<Vec3> colours;
-  for (const PrintMaterial& material : printing.materials) colours.push_back(linear_colour(material.rgba));
-  mix_blocks(mixture, channels, spans, cancel,
-             [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
-               for (std::uint32_t k = 0; k < count; ++k) {
-                 Vec3 light = Vec3::Zero();
-                 for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
-                 canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
-               }
-             });
 }
 
 /// The voxel of a grid, endless on all sides, that a point lies in.
@@ -165,8 +156,36 @@ class VoxelFinder {
 
 }  // namespace
 
+std::vector<MixedRun> mixed_runs(const HalftonePlan& plan, std::span<const RegionRun> runs) {
+  std::vector<MixedRun> mixed;
+  mixed.reserve(runs.size());
+  for (const RegionRun& run : runs) mixed.push_back({run, plan.mixture_of(run.region)});
+  return mixed;
+}
+
+HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel) {
+  printing.halftone.method = HalftoneMethod::kNearest;
+  return {printing, 1, 1, 1, cancel};
+}
+
+void mix_pixels(const HalftonePlan& plan, std::span<const SampleImage> values, std::span<const MixedRun> runs,
+                PreviewPicture& picture, const CancellationToken& cancel) {
+  Canvas canvas(picture);
+  std::vector<Vec3> colours;
+  for (const PrintMaterial& material : plan.printing().materials) colours.push_back(linear_colour(material.rgba));
+  mix_blocks(plan, values, runs, cancel,
+             [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
+               picture.pixels_inside += count;
+               for (std::uint32_t k = 0; k < count; ++k) {
+                 Vec3 light = Vec3::Zero();
+                 for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
+                 canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
+               }
+             });
+}
+
 void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const HalftonePlan& plan,
-                     std::span<const SampleImage> values, std::span<const VoxelRun> spans, PreviewPicture& picture,
+                     std::span<const SampleImage> values, std::span<const MixedRun> runs, PreviewPicture& picture,
                      const CancellationToken& cancel) {
   Canvas canvas(picture);
   const VoxelFinder voxels(plane, grid);
@@ -189,7 +208,7 @@ void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const Halftone
     halftoner.choose(column / kMixBlock, place, place + 1, one, chosen.data());
     return chosen[place];
   };
-  mix_blocks(plan.mixtures().front(), values, spans, cancel,
+  mix_blocks(plan, values, runs, cancel,
              [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
                for (std::uint32_t k = 0; k < count; ++k) {
                  const std::uint8_t material = choose(voxels.at(first + k, row), fractions, k);
@@ -215,15 +234,12 @@ void material_pixels(std::span<const std::uint8_t> numbers, const Printing& prin
   }
 }
 
-void colour_pixels(const PreviewColours& show, const Mixture* mixture, std::span<const SampleImage> values,
-                   std::span<const VoxelRun> spans, PreviewPicture& picture, const CancellationToken& cancel) {
+void colour_pixels(const PreviewColours& show, std::span<const SampleImage> values, std::span<const VoxelRun> spans,
+                   PreviewPicture& picture) {
   Canvas canvas(picture);
   for (const VoxelRun& span : spans) picture.pixels_inside += span.end - span.begin;
   if (show.content == PreviewContent::kChannel) {
     return colour_channel(show, Values(values.front()), spans, picture, canvas);
-  }
-  if (show.content == PreviewContent::kMix) {
-    return colour_mix(*show.printing, *mixture, values, spans, canvas, cancel);
   }
   for (const VoxelRun& span : spans) {
     for (std::uint32_t x = span.begin; x < span.end; ++x) canvas.set(x, span.row, opaque(kPlainMaterialColour));

@@ -5,26 +5,43 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/base/cancellation.h"
 #include "core/output/plane.h"
 #include "core/preview/preview_job.h"
 #include "core/printing/halftone.h"
+#include "core/raster/region_runs.h"
 #include "core/raster/voxel_runs.h"
 
 namespace ccslice {
 
-/// Sets the pixels, counts and range of a picture whose size is set. `values`: kFloat32, row 0 lowest, one image a
-/// channel: of kChannel that one, of kMix those that `mixture` reads, in its order. `spans`: what is inside. Throws
-/// Error{kCancelled}.
-void colour_pixels(const PreviewColours& show, const Mixture* mixture, std::span<const SampleImage> values,
-                   std::span<const VoxelRun> spans, PreviewPicture& picture, const CancellationToken& cancel);
+/// Pixels that the mixture of this number mixes, of HalftonePlan::mixtures().
+struct MixedRun : VoxelRun {
+  std::size_t mixture;
+};
+/// Pixels of cell regions, each mixed as its region is.
+std::vector<MixedRun> mixed_runs(const HalftonePlan& plan, std::span<const RegionRun> runs);
 
-/// The same of kHalftone in the plane of the picture, mixed by the plan's first map: each pixel by the threshold of the
-/// voxel of `grid` that it lies in.
+/// A plan that mixes, and chooses without thresholds, whose mask may take seconds to make. Throws Error{kCancelled}.
+HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel);
+
+/// Sets the pixels, counts and range of a picture of kOccupancy or kChannel, whose size is set. `values`: the channel
+/// as kFloat32, row 0 lowest. `spans`: what is inside.
+void colour_pixels(const PreviewColours& show, std::span<const SampleImage> values, std::span<const VoxelRun> spans,
+                   PreviewPicture& picture);
+
+/// The same of kMix. `values`: an image for each of channels_of(plan.printing()). Throws Error{kCancelled}.
+void mix_pixels(const HalftonePlan& plan, std::span<const SampleImage> values, std::span<const MixedRun> runs,
+                PreviewPicture& picture, const CancellationToken& cancel);
+
+/// The same of kHalftone in the plane of the picture: each pixel by the threshold of the voxel of `grid` that it lies
+/// in. Throws Error{kCancelled}.
 void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const HalftonePlan& plan,
-                     std::span<const SampleImage> values, std::span<const VoxelRun> spans, PreviewPicture& picture,
+                     std::span<const SampleImage> values, std::span<const MixedRun> runs, PreviewPicture& picture,
                      const CancellationToken& cancel);
 
 /// The same of a halftoned layer: numbers of materials, row 0 lowest, 0 outside.

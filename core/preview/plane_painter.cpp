@@ -78,8 +78,10 @@ class PlanePainter::State {
   void lay_under(const Placement& placement, const SliceJob& layer, const CancellationToken& cancel);
   Contours trace(const SliceJob& layer, const CancellationToken& cancel);
   MaterialField& field_of(const SliceJob& layer, PreviewStage stage);
-  void evaluate(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans, PreviewStage stage,
-                LayerPlanes& planes, const CancellationToken& cancel);
+  std::vector<RegionRun> regions_of(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans,
+                                    const CancellationToken& cancel) const;
+  void evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, std::span<const RegionRun> regions,
+                PreviewStage stage, LayerPlanes& planes, const CancellationToken& cancel);
 
   const HalftonePlan* plan_of(const PreviewJob& job, const CancellationToken& cancel);
 
@@ -160,23 +162,35 @@ const HalftonePlan* PlanePainter::State::plan_of(const PreviewJob& job, const Ca
   if (plan_.plan && plan_.printing == job.show.printing && plan_.content == job.show.content && same_pitch)
     return &*plan_.plan;
   plan_ = {};
-  Printing printing = *job.show.printing;
-  // A mix asks for no thresholds, whose mask may take seconds to make.
-  if (job.show.content == PreviewContent::kMix) printing.halftone.method = HalftoneMethod::kNearest;
-  plan_.plan.emplace(printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  if (job.show.content == PreviewContent::kMix) {
+    plan_.plan.emplace(plan_of_mix(*job.show.printing, cancel));
+  } else {
+    plan_.plan.emplace(*job.show.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  }
   plan_.printing = job.show.printing;
   plan_.content = job.show.content;
   plan_.pitch = pitch;
   return &*plan_.plan;
 }
 
-void PlanePainter::State::evaluate(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans,
-                                   PreviewStage stage, LayerPlanes& planes, const CancellationToken& cancel) {
+std::vector<RegionRun> PlanePainter::State::regions_of(const SliceJob& layer, const Contours& contours,
+                                                       std::span<const VoxelRun> spans,
+                                                       const CancellationToken& cancel) const {
+  if (solid_->has_several_regions()) {
+    return find_regions(contours.region_edges, spans, layer.grid.lattice(), {}, cancel);
+  }
+  std::vector<RegionRun> runs;
+  for (const VoxelRun& span : spans) runs.push_back({span, solid_->region_of(ControlCellId{0})});
+  return runs;
+}
+
+void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelRun> spans,
+                                   std::span<const RegionRun> regions, PreviewStage stage, LayerPlanes& planes,
+                                   const CancellationToken& cancel) {
   const LayerLattice lattice = layer.grid.lattice();
   planes.clear(window_of(lattice), cancel);
   if (planes.channels().empty()) return;
-  std::vector<RegionRun> regions;
-  if (solid_->has_several_regions()) regions = find_regions(contours.region_edges, spans, lattice, {}, cancel);
+  if (!solid_->has_several_regions()) regions = {};  // No channel jumps.
   LayerStats stats;
   const bool has_own_range = layer.planes.front().content == PlaneContent::kChannel && !layer.planes.front().range;
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
@@ -191,8 +205,10 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   lay_under(job.placement, layer, cancel);
   const Contours contours = trace(layer, cancel);
   const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
+  std::vector<RegionRun> regions;
+  if (job.show.content != PreviewContent::kOccupancy) regions = regions_of(layer, contours, spans, cancel);
   LayerPlanes planes(layer, solid_->summary());
-  evaluate(layer, contours, spans, stage, planes, cancel);
+  evaluate(layer, spans, regions, stage, planes, cancel);
   std::vector<SampleImage> values;
   for (const ContonePlane& channel : planes.channels()) values.push_back(channel.image());
 
@@ -203,9 +219,11 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   picture.up_mm = plane.up_mm;
   const HalftonePlan* plan = plan_of(job, cancel);
   if (job.show.content == PreviewContent::kHalftone) {
-    halftone_pixels(plane, *job.voxels, *plan, values, spans, picture, cancel);
+    halftone_pixels(plane, *job.voxels, *plan, values, mixed_runs(*plan, regions), picture, cancel);
+  } else if (job.show.content == PreviewContent::kMix) {
+    mix_pixels(*plan, values, mixed_runs(*plan, regions), picture, cancel);
   } else {
-    colour_pixels(job.show, plan == nullptr ? nullptr : &plan->mixtures().front(), values, spans, picture, cancel);
+    colour_pixels(job.show, values, spans, picture);
   }
   if (job.contours || job.show.lines) picture.outlines = outlines_of(contours.loops, layer.grid.origin_mm.head<2>());
   if (job.show.lines) draw_lines(job.show, stage == PreviewStage::kFull ? 1 : kCoarseTimes, picture, cancel);

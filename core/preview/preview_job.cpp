@@ -57,12 +57,6 @@ void validate_preview(const SolidSummary& summary, const PreviewJob& job, const 
   validate_plane(job.plane, limits);
   validate_colours(summary, job.show);
   if (!shows_printing(job.show)) return;
-  if (!job.show.printing->cell_region_maps.empty()) {
-    throw Error(ErrorCode::kContentInvalid,
-                "content: pictures of planes mix by one map only, and printing.cell_region_maps has others; show a "
-                "layer instead",
-                "content");
-  }
   if (job.show.content == PreviewContent::kHalftone && job.show.printing->halftone.traits().carries_errors) {
     throw Error(ErrorCode::kContentInvalid,
                 "content.halftone: error diffusion makes a voxel depend on all before it in its layer, so it shows in "

@@ -80,7 +80,7 @@ struct PreviewPicture {
 void validate_colours(const SolidSummary& summary, const PreviewColours& show);
 
 /// Throws what validate_plane(), validate_placement() and validate_colours() throw, and Error{kContentInvalid}: error
-/// diffusion has no threshold of a voxel's own, and maps of cell regions show in layers only.
+/// diffusion has no threshold of a voxel's own.
 void validate_preview(const SolidSummary& summary, const PreviewJob& job, const SliceLimits& limits = {});
 
 }  // namespace ccslice

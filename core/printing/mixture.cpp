@@ -199,4 +199,12 @@ bool Mixture::colour_fits(std::span<const MixRow> values, std::size_t voxel) con
   return colours_.table->is_reached(node);
 }
 
+std::vector<std::size_t> places_among(std::span<const std::uint32_t> channels, const Mixture& mixture) {
+  std::vector<std::size_t> places;
+  for (const std::uint32_t channel : mixture.channels()) {
+    places.push_back(static_cast<std::size_t>(std::ranges::find(channels, channel) - channels.begin()));
+  }
+  return places;
+}
+
 }  // namespace ccslice

@@ -91,4 +91,7 @@ class Mixture {
   Colours colours_;
 };
 
+/// Where the channels that a mixture reads are in a list that has them all.
+std::vector<std::size_t> places_among(std::span<const std::uint32_t> channels, const Mixture& mixture);
+
 }  // namespace ccslice

@@ -30,10 +30,7 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
   for (std::size_t i = 0; i < plan.mixtures().size(); ++i) {
     const Mixture& mixture = plan.mixtures()[i];
     const std::string field = i == 0 ? "map" : "cell_region_maps[" + std::to_string(i - 1) + "].map";
-    Source& source = sources_.emplace_back(Source{mixture, maps[i]->strict, "printing." + field + ".strict", {}});
-    for (const std::uint32_t channel : mixture.channels()) {
-      source.planes.push_back(static_cast<std::size_t>(std::ranges::find(channels, channel) - channels.begin()));
-    }
+    sources_.push_back({mixture, maps[i]->strict, "printing." + field + ".strict", places_among(channels, mixture)});
   }
 }
 

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -12,6 +14,7 @@
 
 #include "core/mesh/models.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/cell_regions.h"
 
 namespace ccslice {
 namespace {
@@ -114,6 +117,35 @@ TEST_F(LayerPainterTest, MixesAndOutlinesShowTheSameVoxels) {
   EXPECT_TRUE(mixed.outlines.empty());
   EXPECT_EQ(mixed.pixels_inside, plain.pixels_inside);
   for (std::size_t at = 3; at < plain.rgba.size(); at += 4) ASSERT_EQ(mixed.rgba[at], plain.rgba[at]);
+}
+
+// What the layer of the whole part shows under a region's map, where that region is.
+TEST_F(LayerPainterTest, RegionsAreMixedByTheirOwnMaps) {
+  const double interface_mm = solid_->summary().bounding_box.center().x();
+  const Solid solid = LimitSolid::prepare(
+      oracle::with_regions(make_box(), 2, [&](const Vec3& middle) { return middle.x() < interface_mm ? 0 : 1; }));
+  PreviewColours show;
+  show.content = PreviewContent::kMix;
+  show.printing = printing_;
+  const auto painted = [&] {
+    return LayerPainter(solid, layer_preview_job(job_, show, /*contours=*/false), show, {}).paint(5, {});
+  };
+  const PreviewPicture whole = painted();
+  auto by_region = std::make_shared<Printing>(*printing_);
+  by_region->map.kind = {};
+  by_region->cell_region_maps = {{1, printing_->map}, {0, {PureMap{2}}}};
+  show.printing = by_region;
+  const PreviewPicture picture = painted();
+  EXPECT_EQ(picture.pixels_inside, whole.pixels_inside);
+  for (std::uint32_t row = 0; row < picture.rows; ++row) {
+    for (std::uint32_t column = 0; column < picture.columns; ++column) {
+      const double x = job_.grid.lattice().centre(column, row, 0).x();
+      if (pixel(whole, column, row)[3] == 0 || std::abs(x - interface_mm) < job_.grid.pitch.x_mm) continue;
+      const std::array<std::uint8_t, 4> hard = {0, 0, 255, 255};
+      const std::uint8_t* wanted = x < interface_mm ? hard.data() : pixel(whole, column, row);
+      ASSERT_TRUE(std::equal(wanted, wanted + 4, pixel(picture, column, row))) << column << ", " << row;
+    }
+  }
 }
 
 }  // namespace

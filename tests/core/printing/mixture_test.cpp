@@ -178,5 +178,13 @@ TEST(ColourGamut, TakesTheNearestOfManyColours) {
   EXPECT_NEAR(mix.distance, 0, 1e-9);
 }
 
+TEST(Mixture, FindsItsChannelsAmongOthers) {
+  DirectMap direct;
+  direct.shares = {{7, 1}, {2, 2}};
+  const Mixture mixture = mixture_of(printing_with(3, {direct}));
+  EXPECT_EQ(places_among(std::vector<std::uint32_t>{2, 5, 7}, mixture), (std::vector<std::size_t>{2, 0}));
+  EXPECT_TRUE(places_among(std::vector<std::uint32_t>{2, 5}, mixture_of(printing_with(3, {PureMap{2}}))).empty());
+}
+
 }  // namespace
 }  // namespace ccslice
