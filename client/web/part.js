@@ -65,7 +65,8 @@ function program(gl, vertex, fragment, attributes) {
 }
 
 export class PartView {
-  /** `on`: { turn(azimuth, elevation), near(times), move(mm along the plane's normal) }. Throws without WebGL 2. */
+  /** `on`: { turn(azimuth, elevation), near(times), move(mm along the plane's normal), drawn() }. Throws without
+   * WebGL 2. */
   constructor(canvas, on) {
     this.canvas = canvas;
     this.on = on;
@@ -109,7 +110,7 @@ export class PartView {
     this.draw();
   }
 
-  /** { normal, across, up, height }, the height along the normal. */
+  /** { normal, across, up, height, at }, the height along the normal, and the place that the plane is tilted about. */
   set_plane(plane) {
     this.plane = plane;
     this.draw();
@@ -152,6 +153,12 @@ export class PartView {
       scale: near * Math.min(width, height) / 2 / radius };
   }
 
+  /** Where on the canvas a point in space is seen, in pixels from its upper left corner. */
+  spot(point) {
+    const { right, up, middle: at, scale, width, height } = this.axes(), from = add(point, at, -1);
+    return [width / 2 + scale * dot(from, right), height / 2 - scale * dot(from, up)];
+  }
+
   /** The corners of the frame that stands for the plane. */
   frame() {
     const { box } = this.surface, { across, up, normal, height } = this.plane;
@@ -186,6 +193,7 @@ export class PartView {
     this.draw_frame(view);
     gl.depthMask(true);
     canvas.dataset.drawn = String(this.count / 3);
+    this.on.drawn();
   }
 
   /** By columns. What is nearer than the viewer's plane, or farther than the part, isn't cut off by depth. */

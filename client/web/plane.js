@@ -19,10 +19,23 @@ export function direction(azimuth, elevation) {
   return [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
 }
 
-/** Axes of a picture that is seen against a normal: up is z as far as it can be, or y where the plane is level. */
-export function axes(normal) {
-  let up = add([0, 0, 1], normal, -normal[2]);
-  up = dot(up, up) < 1e-12 ? [0, 1, 0] : unit(up);
+/** The angles of a unit vector in degrees, to a tenth. That of level directions is kept where there is none. */
+export function angles(normal, azimuth) {
+  const level = Math.hypot(normal[0], normal[1]);
+  const degrees = (y, x) => Number((Math.atan2(y, x) * 180 / Math.PI).toFixed(1));
+  return { azimuth: level > 1e-6 ? degrees(normal[1], normal[0]) : azimuth, elevation: degrees(normal[2], level) };
+}
+
+/** Turned round a unit vector by an angle in degrees, counter-clockwise where that points at who looks. */
+export function turned(a, round, degrees) {
+  const angle = degrees * Math.PI / 180, kept = round.map((x) => x * dot(a, round));
+  return add(add(kept, add(a, kept, -1), Math.cos(angle)), cross(round, a), Math.sin(angle));
+}
+
+/** Axes of a picture that is seen against a normal: up is `upright` as far as it can be, or else z, or y. */
+export function axes(normal, upright = [0, 0, 1]) {
+  const level = (a) => add(a, normal, -dot(a, normal));
+  const up = unit([upright, [0, 0, 1], [0, 1, 0]].map(level).find((a) => dot(a, a) > 1e-12));
   return { across: cross(up, normal), up };
 }
 

@@ -3,10 +3,12 @@
 //
 // What the page shows, and the requests for it.
 import { printing_message } from "./materials.js";
-import { add, axes, clamp, direction, dot, message, middle, reach, vector, visible_voxels } from "./plane.js";
+import {
+  add, angles, axes, clamp, direction, dot, message, middle, reach, vector, visible_voxels,
+} from "./plane.js";
 
-// What the address brings back.
-export const state = { mesh: null, axis: "z", azimuth: 30, elevation: 45, height: 0.5, show: "channel", channel: "", colours:
+// What the address brings back. `up`: what was up in the picture when the plane was tilted last, or null.
+export const state = { mesh: null, axis: "z", azimuth: 30, elevation: 45, up: null, height: 0.5, show: "channel", channel: "", colours:
   "COLOUR_MAP_NAME_VIRIDIS", fixed: true, lines: false, zoom: 1, pan: [0, 0], pitch: null, printing: null,
   camera: { azimuth: 40, elevation: 25, near: 1 } };
 export const view = { meshes: [], busy: false, wanted: false, urls: {}, grid: null, grid_of: "", part: null, surface_of: "",
@@ -24,7 +26,7 @@ export const layer_number = () => clamp(Math.floor(state.height * view.grid.exte
 export function frame() {
   const normal = { z: [0, 0, 1], layer: [0, 0, 1], y: [0, -1, 0], x: [1, 0, 0] }[state.axis] ??
     direction(state.azimuth, state.elevation);
-  const { across, up } = axes(normal), part = box(), centre = middle(part);
+  const { across, up } = axes(normal, (state.axis === "free" && state.up) || undefined), part = box(), centre = middle(part);
   let height = dot(centre, normal) + (2 * state.height - 1) * reach(part, normal);
   if (is_layer()) height = view.grid.origin_mm.z + (layer_number() + 0.5) * view.grid.pitch.z_mm;
   const stage = document.getElementById("stage").getBoundingClientRect();
@@ -33,6 +35,16 @@ export function frame() {
   let at = add(centre, normal, height - dot(centre, normal));
   at = add(add(at, across, state.pan[0]), up, state.pan[1]);
   return { normal, across, up, at, height, width, rows, pixel, stage };
+}
+
+/** What becomes of the state when the plane is tilted about a point of it. The picture doesn't turn at that, and where
+ * it doesn't show all of the part, its middle stays. */
+export function tilted(normal, pivot) {
+  const { azimuth, elevation } = angles(normal, state.azimuth), own = direction(azimuth, elevation);
+  const { across, up } = axes(own, frame().up), centre = middle(box()), away = add(pivot, centre, -1);
+  const whole = state.zoom === 1 && !state.pan.some(Boolean);
+  return { axis: "free", azimuth, elevation, height: clamp(0.5 + dot(away, own) / (2 * reach(box(), own)), 0, 1),
+    up: up.map((x) => Number(x.toFixed(4))), pan: whole ? [0, 0] : [dot(away, across), dot(away, up)] };
 }
 
 function content() {

@@ -4,101 +4,23 @@
 // The page of `ccslice view` as somebody uses it: with the mouse, with the keyboard alone, in two windows, and while its
 // server dies and comes back. Screenshots go into a folder.
 //
-//   node view.mjs ADDRESS FOLDER < commands     Prints "kill" when the server is to die; reads a line when it is back.
+//   node view.mjs ADDRESS FOLDER MESH_ID < commands
+//
+// The mesh is one of two channels and two cell regions, which the server has besides. Prints "kill" when the server is to
+// die; reads a line when it is back.
 
 import assert from "node:assert/strict";
 import readline from "node:readline";
-import { chromium } from "playwright-core";
+import { print_in_materials } from "./materials.mjs";
+import { after, bars, browser, context, drag, errors, full, middle_of, page, shot, space, state, until } from "./page.mjs";
+import { tilt_the_plane } from "./tilt.mjs";
 
-const [address, folder] = process.argv.slice(2);
+const [address, , regions] = process.argv.slice(2);
 const answers = readline.createInterface({ input: process.stdin })[Symbol.asyncIterator]();
-const browser = await chromium.launch({ executablePath: "/usr/bin/chromium",
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"] });
-const context = await browser.newContext({ viewport: { width: 1500, height: 820 }, colorScheme: "light" });
-const page = await context.newPage();
-const errors = [];
-page.on("pageerror", (error) => errors.push(String(error)));
-page.on("console", (line) => line.type() === "error" && /Content Security|WebGL/.test(line.text()) && errors.push(line.text()));
 
-/** Polls from outside: the page's policy lets nobody make code from texts in it, which waitForFunction() would do. */
-async function until(condition, what, on = page) {
-  const seconds = 60;  // Of a busy machine.
-  for (let end = Date.now() + 1000 * seconds; Date.now() < end; await on.waitForTimeout(20)) {
-    if (await on.evaluate(condition)) return;
-  }
-  throw new Error(`no ${what} within ${seconds} s; the page says: ${await on.locator("main").textContent()}; ${errors}`);
-}
-
-/** Waits until the full picture of what is asked for is there. Its pixels' sum, colours and size. */
-async function full(on = page) {
-  await until(() => document.querySelector("#picture").dataset.stage === "full", "full picture", on);
-  return on.evaluate(() => {
-    const image = document.querySelector("#picture");
-    const canvas = new OffscreenCanvas(image.naturalWidth, image.naturalHeight);
-    const context = canvas.getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-    let inside = 0, sum = 0;
-    const colours = new Set();
-    for (let i = 0; i < data.length; i += 4) {
-      inside += data[i + 3] > 0;
-      sum = (sum * 31 + data[i] + 3 * data[i + 1] + 7 * data[i + 2] + 11 * data[i + 3]) % 1000000007;
-      if (data[i + 3] > 0) colours.add("#" + [0, 1, 2].map((k) => data[i + k].toString(16).padStart(2, "0")).join(""));
-    }
-    const box = image.getBoundingClientRect();
-    return { inside, sum, colours: [...colours].sort(), width: canvas.width, height: canvas.height, layer: image.dataset.layer,
-      shown: [box.width, box.height] };
-  });
-}
-
-/** Does something, and waits for the picture that comes of it. */
-async function after(action, on = page) {
-  await on.evaluate(() => { document.querySelector("#picture").dataset.stage = "waiting"; });
-  await action();
-  return full(on);
-}
-const shot = (name) => page.screenshot({ path: `${folder}/${name}.png` });
-const state = async () => JSON.parse(decodeURIComponent((await page.evaluate(() => location.hash)).slice("#view=".length)));
-const middle_of = async (selector) => {
-  const box = await page.locator(selector).boundingBox();
-  return { ...box, cx: box.x + box.width / 2, cy: box.y + box.height / 2 };
-};
-async function drag(from, by) {
-  await page.mouse.move(from.x, from.y);
-  await page.mouse.down();
-  await page.mouse.move(from.x + by.x, from.y + by.y, { steps: 6 });
-  await page.mouse.up();
-}
-const bars = () => page.evaluate(() => {
-  const canvas = document.querySelector("#histogram"), { width, height } = canvas;
-  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
-  let painted = 0;
-  for (let i = 3; i < data.length; i += 4) painted += data[i] > 0;
-  return { painted, text: canvas.getAttribute("aria-label") };
-});
-/** What the part in space looks like: how many of its pixels aren't the background's, and all of them. */
-async function space() {
-  await page.waitForTimeout(150);
-  const file = (await page.locator("#part").screenshot()).toString("base64");
-  const painted = await page.evaluate(async (text) => {
-    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data } = context.getImageData(0, 0, image.width, image.height);
-    let other = 0;
-    // Colours of a channel aren't grey; frames, shadows and the page are.
-    for (let i = 0; i < data.length; i += 4) other += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
-    return other;
-  }, file);
-  return { file, painted };
-}
-
-// Open. The token leaves the address; the first picture is there within a second.
-const begin = Date.now();
+// Open. The token leaves the address.
 await page.goto(address);
 const first = await full();
-const opened = Date.now() - begin;
 assert.ok(first.inside > 10000, `the part is in the picture: ${first.inside}`);
 assert.ok(!page.url().includes("token"), page.url());
 
@@ -225,7 +147,12 @@ const fitted = await after(() => page.locator("#fit").click());
 assert.ok(fitted.inside > 1000);
 await shot("mixed");
 
+// Tilt the plane; mix by regions, and by channels that are shares.
+await tilt_the_plane();
+await print_in_materials(regions);
+
 // The keyboard alone.
+await after(() => page.locator("#show").selectOption("mix"));
 await after(() => page.locator("#axis").selectOption("z"));
 await page.locator("#mesh").focus();
 const reached = [];
@@ -272,7 +199,6 @@ assert.equal(again.sum, kept.sum);
 
 // Two windows, each with its own plane.
 const other = await context.newPage();
-other.on("pageerror", (error) => errors.push(String(error)));
 await other.goto(address.split("#")[0]);
 await full(other);
 const both = await Promise.all([page, other].map(async (on, i) => {
@@ -300,5 +226,4 @@ await until(() => document.querySelector("#status").textContent.includes("token 
 
 assert.deepEqual(errors, []);
 await browser.close();
-process.stdout.write(`first picture after ${opened} ms\n`);
 process.exit(0);
