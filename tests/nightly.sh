@@ -11,7 +11,7 @@
 #             UndefinedBehaviorSanitizer
 #   tsan      core and server/service under ThreadSanitizer
 #   load      what the server stands (tests/bench/load_bench.py)
-#   browser   the page of ccslice view in a browser
+#   browser   the page of ccslice view in a browser, and how soon it shows something
 #   plugins   Blender's and FreeCAD's, in the real ones
 #   deploy    proxies, rolling restarts and the farm with the real programs, the long way
 #   images    the container images (deploy/check-image.sh), for which it takes root
@@ -116,10 +116,11 @@ from_cad() {
   deploy/install.sh cad && tests/docs/run_page.sh docs/from-cad.md
 }
 
-# With screenshots beside the reports.
+# With screenshots beside the reports. On a machine that is not too busy the first picture is there within a second.
 browser() {
   deploy/install.sh browser &&
-    tests/browser/run.py build/release/server/ccsliced build/release/client/ccslice "$reports/browser"
+    tests/browser/run.py build/release/server/ccsliced build/release/client/ccslice "$reports/browser" &&
+    tests/browser/first_picture.py build/release/server/ccsliced build/release/client/ccslice --most-ms 3000
 }
 
 plugins() {

@@ -267,6 +267,8 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
+  // An answer is written in pieces. Otherwise the last one waits for 40 ms until the browser acknowledges the others.
+  state.server.set_tcp_nodelay(true);
   state.port = port == 0 ? state.server.bind_to_any_port(kLoopback) : port;
   if (state.port <= 0 || (port != 0 && !state.server.bind_to_port(kLoopback, port))) {
     throw Error(ErrorCode::kFileUnwritable,
@@ -277,6 +279,8 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
   // Browsers keep half a dozen connections open, and each has a thread for some seconds.
   constexpr std::size_t kThreads = 48;
   state.server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  constexpr std::size_t kRequestsPerConnection = 1000;  // By itself the library ends a connection after five.
+  state.server.set_keep_alive_max_count(kRequestsPerConnection);
   state.server.set_default_headers({
       {"Content-Security-Policy",
        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "

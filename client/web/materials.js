@@ -43,7 +43,8 @@ export function fits(printing, mesh) {
   const whole = printing.maps.length === 1 && printing.maps[0].region === "";
   if (!whole && printing.maps.map((m) => m.region).join("\n") !== regions.join("\n")) return false;
   const ways = whole ? ways_of(mesh) : ways_of_region(printing, mesh);
-  return printing.maps.every((map) => ways.some(([way]) => way === map.by && way !== "regions") &&
+  const complete = (map) => map.by.startsWith("material:") || map.at?.length === printing.materials.length;
+  return printing.maps.every((map) => complete(map) && ways.some(([way]) => way === map.by && way !== "regions") &&
     (map.by !== "direct" || map.at.every((of) => ["", "rest"].includes(of) || known.includes(channel_of(of)))));
 }
 

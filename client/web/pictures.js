@@ -10,6 +10,10 @@ import { show, show_legend } from "./values.js";
 
 const $ = (id) => document.getElementById(id);
 
+let first_shown = null;
+/** Done when a picture of the cut is there. */
+export const first_picture = new Promise((done) => { first_shown = done; });
+
 export function say(text, away = false) {
   $("status").textContent = text;
   $("status").classList.toggle("away", away);
@@ -26,7 +30,7 @@ async function find_grid() {
 }
 
 /** The triangles of the part in space, with the values of the channel that is shown. The cut doesn't wait for them. */
-async function find_surface() {
+export async function find_surface() {
   const channel = state.show === "channel" ? state.channel : "", wanted = `${state.mesh} ${channel}`;
   if (!view.part || wanted === view.surface_of) return;
   view.surface_of = wanted;
@@ -78,6 +82,18 @@ export async function draw(show_plane) {
   view.busy = false;
 }
 
+/** The cut in the part in space, in its colours. */
+export function show_in_part() {
+  if (!view.part || !view.shown) return;
+  const { picture, header, corners } = view.shown;
+  view.part.set_picture(picture, corners);
+  if (header.colours?.length > 0) {
+    view.part.set_colours(header.colours, header.range && [header.range.min, header.range.max]);
+  } else {
+    view.part.set_colours([shows_materials() ? 0xb4b4b4ff : 0xed9e40ff], null);  // Materials show in the cut alone.
+  }
+}
+
 async function show_picture(blob, { header, full, layer, place, f, asked }) {
   const url = URL.createObjectURL(blob);
   const picture = Object.assign(new Image(), { id: "picture", alt: $("picture").alt, src: url, draggable: false });
@@ -90,16 +106,11 @@ async function show_picture(blob, { header, full, layer, place, f, asked }) {
   $("picture").replaceWith(picture);
   if (view.urls[full]) URL.revokeObjectURL(view.urls[full]);
   view.urls[full] = url;
-  if (view.part) {
-    const left = place.left - f.width / 2, top = f.rows / 2 - place.top;
-    const corner = (x, y) => add(add(f.at, f.across, left * f.pixel + x), f.up, top * f.pixel - size[1] + y);
-    view.part.set_picture(picture, [corner(0, 0), corner(size[0], 0), corner(0, size[1]), corner(...size)]);
-    if (header.colours?.length > 0) {
-      view.part.set_colours(header.colours, header.range && [header.range.min, header.range.max]);
-    } else {
-      view.part.set_colours([shows_materials() ? 0xb4b4b4ff : 0xed9e40ff], null);  // Materials show in the cut alone.
-    }
-  }
+  const left = place.left - f.width / 2, top = f.rows / 2 - place.top;
+  const corner = (x, y) => add(add(f.at, f.across, left * f.pixel + x), f.up, top * f.pixel - size[1] + y);
+  view.shown = { picture, header, corners: [corner(0, 0), corner(size[0], 0), corner(0, size[1]), corner(...size)] };
+  show_in_part();
+  first_shown();
   if (!full) return;
   $("download").href = url;
   show_legend(header, shows_materials() ? state.printing.materials : [],

@@ -13,7 +13,12 @@ export class TiltHandle {
   constructor(part, ball, stem, tilt) {
     Object.assign(this, { part, ball, stem, tilt, drag: null });
     ball.onpointerdown = (event) => this.grab(event);
-    ball.onpointermove = (event) => this.drag && this.pull(event);
+    ball.onpointermove = (event) => {
+      if (!this.drag) return;
+      const [x, y] = this.drag.from;
+      this.drag.moved ||= Math.hypot(event.clientX - x, event.clientY - y) > 2;  // A click moves nothing.
+      if (this.drag.moved) this.pull(event);
+    };
     ball.onpointerup = ball.onpointercancel = () => this.release();
   }
 
@@ -41,7 +46,8 @@ export class TiltHandle {
     this.ball.setPointerCapture(event.pointerId);
     const box = this.ball.getBoundingClientRect();
     const off = [event.clientX - box.x - box.width / 2, event.clientY - box.y - box.height / 2];
-    this.drag = { off, pivot: this.part.plane.at, behind: this.ball.classList.contains("behind") };
+    this.drag = { off, from: [event.clientX, event.clientY], moved: false, pivot: this.part.plane.at,
+      behind: this.ball.classList.contains("behind") };
     this.ball.classList.add("held");
   }
 

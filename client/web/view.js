@@ -6,7 +6,7 @@ import { call, post } from "./api.js";
 import { default_printing, fits, way_of, ways_of } from "./materials.js";
 import { fill, MaterialsForm } from "./materials_form.js";
 import { PartView } from "./part.js";
-import { draw, say } from "./pictures.js";
+import { draw, find_surface, first_picture, say, show_in_part } from "./pictures.js";
 import { add, clamp, reach } from "./plane.js";
 import { box, dark, frame, is_layer, layer_number, mesh, shows_materials, state, tilted, view } from "./state.js";
 import { TiltHandle } from "./tilt.js";
@@ -190,7 +190,13 @@ function listen_to_stage() {
     ArrowLeft: () => move(-40, 0), ArrowRight: () => move(40, 0), ArrowUp: () => move(0, 40),
     ArrowDown: () => move(0, -40), "+": () => zoom(1.5), "-": () => zoom(1 / 1.5), PageUp: () => step(0.01),
     PageDown: () => step(-0.01), Enter: () => probe(stage.clientWidth / 2, stage.clientHeight / 2) });
-  new ResizeObserver(() => state.mesh && change({}, { resized: true })).observe(stage);
+  const size = () => `${stage.clientWidth} ${stage.clientHeight}`;
+  let last = size();
+  new ResizeObserver(() => {
+    if (size() === last) return;  // It begins with the size that there is.
+    last = size();
+    change({}, { resized: true });
+  }).observe(stage);
 }
 
 /** What keys do in an element: they get whether Shift is held. */
@@ -200,6 +206,15 @@ function on_keys(element, keys) {
     event.preventDefault();
     keys[event.key](event.shiftKey);
   };
+}
+
+/** The part in space, with what has been shown before. */
+function add_part() {
+  listen_to_part();
+  if (!view.part) return;
+  show_plane();
+  show_in_part();
+  if (!view.busy) find_surface();
 }
 
 function listen_to_part() {
@@ -232,13 +247,13 @@ function listen_to_part() {
 }
 
 async function start() {
-  const fragment = new URLSearchParams(location.hash.slice(1));
-  if (fragment.has("token")) {
-    await post("api/session", { token: fragment.get("token") });
-    history.replaceState(null, "", location.pathname);
-  }
+  const fragment = new URLSearchParams(location.hash.slice(1)), token = fragment.get("token");
   const saved = fragment.get("view");
-  const known = await (await call("api/meshes")).json();
+  // Two at once: the cookie of the one isn't there yet for the other.
+  const [known] = await Promise.all([
+    call("api/meshes", token ? { headers: { Authorization: `Bearer ${token}` } } : {}).then((answer) => answer.json()),
+    token && post("api/session", { token })]);
+  if (token) history.replaceState(null, "", location.pathname);
   view.meshes = known.meshes;
   if (view.meshes.length === 0) return say("The server holds no part: upload one, and load this page again.");
   if (saved) Object.assign(state, JSON.parse(saved));
@@ -248,9 +263,11 @@ async function start() {
   $("colours").value = state.colours;
   for (const id of ["fixed", "lines"]) $(id).checked = state[id];
   listen_to_controls();
-  listen_to_part();
   listen_to_stage();
-  return choose_mesh(state.mesh, { fit: !saved });
+  choose_mesh(state.mesh, { fit: !saved });
+  // WebGL may take a second to begin, while nothing else is done.
+  await first_picture;
+  add_part();
 }
 
 start().catch((error) => say(error.status === 401 ?

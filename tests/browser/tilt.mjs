@@ -43,6 +43,8 @@ async function by_mouse() {
     new MutationObserver((changes) => changes.forEach((change) => change.addedNodes.forEach((node) =>
       window.stages.push(node.dataset.stage)))).observe(document.querySelector("#stage"), { childList: true });
   });
+  await page.locator("#tilt").click();
+  assert.deepEqual(await state(), before, "a click moves nothing");
   let pointer = null;
   const tilted = await after(async () => { pointer = await hold({ x: 60, y: 45 }); });
   const held = await state(), ball = await middle_of("#tilt");
