@@ -8,6 +8,7 @@
 #include "client/attempts.h"
 #include "client/call.h"
 #include "client/endpoints.h"
+#include "client/preparation_watch.h"
 
 namespace ccslice::client {
 namespace {
@@ -55,12 +56,16 @@ v1::GetServerInfoResponse Client::server_info(const CallOptions& call) {
   });
 }
 
-v1::MeshSummary Client::get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call) {
+v1::MeshSummary Client::get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call,
+                                 const PreparationReport& preparation) {
   Call one(call, endpoint, mesh_id);
   v1::GetMeshRequest request;
   request.set_mesh_id(mesh_id);
   v1::GetMeshResponse response;
-  one.check(endpoint.stub->GetMesh(&one.context(), request, &response));
+  PreparationWatch watch(endpoint, mesh_id, preparation, one.context());
+  const grpc::Status status = endpoint.stub->GetMesh(&one.context(), request, &response);
+  watch.stop();
+  one.check(status);
   return response.mesh();
 }
 
@@ -112,7 +117,7 @@ v1::PlanSlicesResponse Client::plan(const v1::PlanSlicesRequest& request, const 
 }
 
 UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress,
-                                      const CallOptions& call) {
+                                      const CallOptions& call, const PreparationReport& preparation) {
   {
     const std::lock_guard lock(mutex_);
     meshes_[mesh->id()] = mesh;
@@ -125,9 +130,14 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
     one.check(at.stub->FindMissingMeshes(&one.context(), request, &response));
     return response.missing_mesh_ids_size() > 0;
   });
-  if (!missing) return {mesh_summary(mesh->id(), call), true};
-  v1::UploadMeshResponse response =
-      with_retries(call, mesh->id(), [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call); });
+  if (!missing) {
+    // Held by the store that servers share, it may have to be prepared yet.
+    return {
+        with_retries(call, mesh->id(), [&](const Endpoint& at) { return get_mesh(at, mesh->id(), call, preparation); }),
+        true};
+  }
+  v1::UploadMeshResponse response = with_retries(
+      call, mesh->id(), [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call, preparation); });
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 
@@ -142,7 +152,8 @@ bool Client::forget(const std::string& mesh_id) {
 }
 
 v1::UploadMeshResponse Client::upload_once(const Endpoint& endpoint, const MeshBytes& mesh,
-                                           const UploadProgress& progress, const CallOptions& call) {
+                                           const UploadProgress& progress, const CallOptions& call,
+                                           const PreparationReport& preparation) {
   Call one(call, endpoint, mesh.id());
   v1::UploadMeshResponse response;
   const auto writer = endpoint.stub->UploadMesh(&one.context(), &response);
@@ -157,7 +168,9 @@ v1::UploadMeshResponse Client::upload_once(const Endpoint& endpoint, const MeshB
   }
   // A write fails when the server has answered already, for better or worse: the status says which.
   if (open) writer->WritesDone();
+  PreparationWatch watch(endpoint, mesh.id(), preparation, one.context());
   const grpc::Status status = writer->Finish();
+  watch.stop();
   if (status.error_code() == grpc::StatusCode::CANCELLED) {
     // Where the server holds the mesh it answers before it has read all, and some proxies make a reset of that.
     *response.mutable_mesh() = get_mesh(endpoint, mesh.id(), call);

@@ -87,6 +87,11 @@ using LayerCallback = std::function<void(const v1::SliceHeader& header, Layer la
 /// Bytes sent, bytes in all.
 using UploadProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
+/// How far the server is with the mesh. Only while it prepares it, about twice a second, and never less far than
+/// before; not at all where the server is too old, or a proxy leads elsewhere. Called from another thread, which ends
+/// before the call. May throw: the call is cancelled and the exception goes on.
+using PreparationReport = std::function<void(const v1::GetPreparationResponse&)>;
+
 /// Gives x, y, z of the next points, `most_points` of them at most, mm; nothing after the last one.
 using PointSource = std::function<std::vector<double>(std::size_t most_points)>;
 using PointAnswers = std::function<void(std::span<const double> points_mm, const v1::ProbePointsResponse& answer)>;
@@ -133,7 +138,7 @@ class Client {
   v1::GetServerInfoResponse server_info(const CallOptions& call = {});
   /// Uploads the mesh unless the server holds it, and remembers it for later calls that find it missing.
   UploadOutcome ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress = {},
-                                const CallOptions& call = {});
+                                const CallOptions& call = {}, const PreparationReport& preparation = {});
   /// Forgets the mesh and frees its bytes; the server keeps it. False if the client didn't remember it.
   bool forget(const std::string& mesh_id);
   v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
@@ -170,7 +175,7 @@ class Client {
   template <typename Body>
   auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
   v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const UploadProgress& progress,
-                                     const CallOptions& call);
+                                     const CallOptions& call, const PreparationReport& preparation = {});
   SliceOutcome slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
                           const CallOptions& call, SlicePin& pin);
   SliceOutcome slice_split(unsigned streams, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
@@ -179,7 +184,8 @@ class Client {
                     LayerQueue& queue, SliceOutcome& outcome);
   void slice_once(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call,
                   SlicePin& pin, Attempts& attempts, SliceOutcome& outcome);
-  static v1::MeshSummary get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call);
+  static v1::MeshSummary get_mesh(const Endpoint& endpoint, const std::string& mesh_id, const CallOptions& call,
+                                  const PreparationReport& preparation = {});
   std::shared_ptr<const MeshBytes> remembered(const std::string& mesh_id) const;
 
   const RetryPolicy retry_;

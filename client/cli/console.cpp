@@ -82,10 +82,11 @@ std::optional<double> seconds_left(std::uint64_t done, std::uint64_t total, doub
   return seconds * (1 - fraction) / fraction;
 }
 
-Progress::Progress(std::string what, std::string unit, std::uint64_t total, bool quiet)
+Progress::Progress(std::string what, std::string unit, std::uint64_t total, bool quiet, std::uint64_t done_before)
     : what_(std::move(what)),
       unit_(std::move(unit)),
       total_(std::max<std::uint64_t>(total, 1)),
+      done_before_(done_before),
       terminal_(isatty(STDERR_FILENO) != 0),
       quiet_(quiet) {}
 
@@ -119,7 +120,7 @@ void Progress::draw(Clock::time_point now) {
 
 std::string Progress::state(double seconds) const {
   const double fraction = std::min(1.0, static_cast<double>(done_) / static_cast<double>(total_));
-  const double rate = seconds > 0 ? static_cast<double>(done_) / seconds : 0;
+  const double rate = seconds > 0 ? static_cast<double>(done_ - done_before_) / seconds : 0;
   std::string text = what_ + " ";
   if (terminal_) {
     constexpr int kWidth = 24;

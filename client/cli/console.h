@@ -47,8 +47,8 @@ std::optional<double> seconds_left(std::uint64_t done, std::uint64_t total, doub
 /// then where it isn't; nothing if quiet.
 class Progress {
  public:
-  /// `what`: "slicing", `unit`: "layers".
-  Progress(std::string what, std::string unit, std::uint64_t total, bool quiet);
+  /// `what`: "slicing", `unit`: "layers". `done_before`: what was done before the clock of the rate began.
+  Progress(std::string what, std::string unit, std::uint64_t total, bool quiet, std::uint64_t done_before = 0);
   /// Leaves the last state standing.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -62,7 +62,7 @@ class Progress {
   void draw(Clock::time_point now);
 
   const std::string what_, unit_;
-  const std::uint64_t total_;
+  const std::uint64_t total_, done_before_;
   const bool terminal_, quiet_;
   const Clock::time_point start_ = Clock::now();
   Clock::time_point drawn_ = start_;

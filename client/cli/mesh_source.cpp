@@ -14,6 +14,7 @@
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "client/cli/mesh_convert.h"
+#include "client/cli/preparation_display.h"
 #include "client/cli/text_values.h"
 #include "core/base/contains.h"
 #include "core/base/echo.h"
@@ -273,15 +274,22 @@ bool names_mesh_id(const MeshOptions& options) {
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
   print_notes(session, mesh);
   client::Client& client = session.client();
-  Progress progress("uploading", "bytes", mesh.bytes->bytes().size(), session.quiet());
+  std::optional<Progress> sending;  // Again, if another server gets the mesh.
   const auto report = [&](std::uint64_t sent, std::uint64_t total) {
-    progress.update(sent);
+    if (!sending) sending.emplace("uploading", "bytes", total, session.quiet());
+    sending->update(sent);
+    if (sent < total) return;
+    sending.reset();
     constexpr std::size_t kManyCells = 2000;
-    if (sent == total && mesh.mesh.cell_count() >= kManyCells && !session.quiet()) {
+    if (mesh.mesh.cell_count() >= kManyCells && !session.quiet()) {
       print_note("the server prepares " + show_count(mesh.mesh.cell_count()) + " cells");
     }
   };
-  return client.ensure_uploaded(mesh.bytes, report, session.call());
+  PreparationDisplay preparing(session.quiet());
+  client::UploadOutcome outcome = client.ensure_uploaded(
+      mesh.bytes, report, session.call(), [&](const v1::GetPreparationResponse& answer) { preparing.update(answer); });
+  preparing.finish();
+  return outcome;
 }
 
 std::string ensure_on_server(Session& session, const MeshOptions& options) {

@@ -89,6 +89,7 @@ class Builder {
       : mesh_(mesh), split_(split), options_(options), cancel_(options.cancel), data_(data) {}
 
   void run(CellComplex complex) {
+    options_.begin(PreparationStep::kRefining);
     needed_cells_ = mesh_.cell_count();
     reserve();
     add_control_level(std::move(complex));
@@ -105,6 +106,7 @@ class Builder {
       reserve();
       cells = add_refined_level(bad);
     }
+    options_.begin(PreparationStep::kBuilding, limit_cells + cells.size());
     reserve_faces();
     own_walkers_.emplace(levels_);
     if (options_.threads > 1) {
@@ -373,6 +375,7 @@ void Builder::add_pending() {
   walk_stars();
   for_each_walked(pending_.size(), [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
   for (const PendingCell& pending : pending_) add_cell(pending);
+  options_.count(pending_.size());
   pending_.clear();
 }
 

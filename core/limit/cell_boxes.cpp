@@ -49,6 +49,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   std::vector<Box3> boxes(count);
   data.cell_maps.resize(count);
   const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
+  options.begin(PreparationStep::kBounding, count);
   for_each_range(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellRange& range) {
     options.cancel.throw_if_cancelled();
     for (const LimitCellId c : range.cells) {
@@ -59,6 +60,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
         map.hull.extend(map(point));
       });
     }
+    options.count(range.cells.size());
   });
   for (const LimitCellId c : IdRange<LimitCellId>(count)) {
     const bool is_regular = data.cells[c].cell_class == CellClass::kRegular;

@@ -97,6 +97,7 @@ class CellSearch {
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
   std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count));
+  options.begin(PreparationStep::kFolding, count);
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
   for_each_range(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellRange& range) {
@@ -105,6 +106,7 @@ void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
       const FoldFinding worst = search->examine(data.cells[c]);
       if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
     }
+    options.count(range.cells.size());
   });
   std::vector<Box3> boxes;
   for (const auto& range : found) {

@@ -31,15 +31,18 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
 
 std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const PrepareOptions& options) {
   auto data = std::make_unique<Data>();
+  options.begin(PreparationStep::kChecking);
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
   const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, *data);
+  options.begin(PreparationStep::kMeasuring);
   measure_boundary(mesh, rings, options.cancel, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();
   build_cell_boxes(options, *data);
   find_folds(options, *data);
+  options.begin(PreparationStep::kFinishing);
   find_hulls_near_folds(options.cancel, *data);
   find_overlaps(mesh, options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);

@@ -24,6 +24,7 @@
 #include "core/base/cancellation.h"
 #include "core/base/ids.h"
 #include "core/base/types.h"
+#include "core/limit/preparation_progress.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/validate.h"
 #include "core/subdivision/cell_class.h"
@@ -104,6 +105,14 @@ struct PrepareOptions {
   /// before. What it throws ends the preparation, and nothing else bounds it. An estimate, some tenths above what was
   /// measured.
   std::function<void(std::uint64_t bytes)> reserve;
+  PreparationProgress* progress = nullptr;  // Told how far it is, if not null.
+
+  void begin(PreparationStep step, std::uint64_t items = 0) const noexcept {
+    if (progress != nullptr) progress->begin(step, items);
+  }
+  void count(std::uint64_t items) const noexcept {
+    if (progress != nullptr) progress->add(items);
+  }
 };
 
 struct CellIndex;

@@ -51,6 +51,9 @@ bool is_conversation(std::string_view method) {
   return method == "Preview" || method == "ProbePoints" || method == "EvaluatePoints";
 }
 
+/// Asked again and again by everybody who waits: lines and times of it would bury those of other calls.
+bool is_poll(std::string_view method) { return method == "GetPreparation"; }
+
 double ms_of(std::chrono::nanoseconds time) { return std::chrono::duration<double, std::milli>(time).count(); }
 
 }  // namespace
@@ -125,10 +128,10 @@ void CallLog::finish(const grpc::Status& status) const {
   const std::string reason = reason_of(status);
   const char* const name = name_of(status.error_code());
   metrics_.calls.add(method_, reason.empty() ? name : reason);
-  if (!is_conversation(method_)) metrics_.seconds_in_all.add(elapsed());
+  if (!is_conversation(method_) && !is_poll(method_)) metrics_.seconds_in_all.add(elapsed());
   const std::lock_guard lock(mutex_);
   if (status.ok()) {
-    log_with_fields(LogLevel::kInfo,
+    log_with_fields(is_poll(method_) ? LogLevel::kDebug : LogLevel::kInfo,
                     fmt::format("{} from {}: OK in {:.1f} ms{}", method_, peer_, ms_of(elapsed()), notes_),
                     fields_locked(status));
     return;

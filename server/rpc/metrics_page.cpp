@@ -82,7 +82,8 @@ void add_calls(ServiceState& state, Families& families) {
                      metrics.seconds_in_queue);
   families.histogram("first_layer_seconds", "From the begin of SliceRange calls to their first layer.",
                      metrics.seconds_to_first_layer);
-  families.histogram("call_seconds", "Of whole calls, without previews and points.", metrics.seconds_in_all);
+  families.histogram("call_seconds", "Of whole calls, without previews, points and GetPreparation.",
+                     metrics.seconds_in_all);
   families.gauge("calls_running", "Calls that have a place.", state.admission.running());
   families.gauge("calls_waiting", "Calls that wait for a place or for memory.", state.admission.waiting());
   families.gauge("calls_open", "Calls whose status isn't on its way.", state.calls.open());

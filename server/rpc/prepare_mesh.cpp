@@ -30,18 +30,19 @@ void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget
 }  // namespace
 
 PreparedMesh prepare_mesh(ServiceState& state, const UploadedBytes& bytes, const std::function<void()>& when_read,
-                          const CancellationToken& cancel) {
+                          const CancellationToken& cancel, PreparationProgress& progress) {
   const MeshLimits& limits = state.mesh_limits;
   MemoryBudget& budget = state.preparations;
   const int threads = std::max(1, static_cast<int>(state.executor.threads()) - 1);  // One stays free of preparations.
   const auto start = std::chrono::steady_clock::now();
   MemoryBudget::Share share(budget);
+  progress.begin(PreparationStep::kReading);
   PreparedMesh prepared;
   prepared.serialized_bytes = bytes.size();
   reserve(share, kReadMemoryPerByte * bytes.size(), budget);
   ControlMesh mesh = read_control_mesh(bytes.blocks(), limits, cancel);
   when_read();
-  PrepareOptions options{.limits = limits, .cancel = cancel, .threads = threads, .reserve = {}};
+  PrepareOptions options{.limits = limits, .cancel = cancel, .threads = threads, .reserve = {}, .progress = &progress};
   options.reserve = [&](std::uint64_t needed) { reserve(share, needed, budget); };
   prepared.solid = LimitSolid::prepare(std::move(mesh), options);
   prepared.memory_bytes = prepared.solid->summary().memory_bytes;

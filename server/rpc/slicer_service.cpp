@@ -55,11 +55,13 @@ enum Method : int {
   kProbePoints,
   kEvaluatePoints,
   kTessellateBoundary,
-  kPreview
+  kPreview,
+  kGetPreparation
 };
 constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",         "GetMesh",
                                "ListMeshes",    "DeleteMesh",        "PlanSlices",         "SliceRange",
-                               "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview"};
+                               "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview",
+                               "GetPreparation"};
 
 /// A unary call that only looks something up. `body` is given what ends the call, on any thread.
 template <class Body>
@@ -187,6 +189,7 @@ void list_page(MeshCache& cache, const v1::ListMeshesRequest& request, v1::ListM
 SlicerService::SlicerService(ServiceState& state) : state_(state) {
   serve_unary(kGetServerInfo, &SlicerService::get_server_info);
   serve_unary(kFindMissingMeshes, &SlicerService::find_missing_meshes);
+  serve_unary(kGetPreparation, &SlicerService::get_preparation);
   serve_unary(kGetMesh, &SlicerService::get_mesh);
   serve_unary(kListMeshes, &SlicerService::list_meshes);
   serve_unary(kDeleteMesh, &SlicerService::delete_mesh);
@@ -253,6 +256,13 @@ void SlicerService::find_missing_meshes(const v1::FindMissingMeshesRequest& requ
     }
     answered(nullptr);
   });
+}
+
+void SlicerService::get_preparation(const v1::GetPreparationRequest& request, v1::GetPreparationResponse& response,
+                                    const Answered& answered) {
+  require_mesh_id(request.mesh_id(), "mesh_id");
+  response = preparation_of(state_.cache, request.mesh_id());
+  answered(nullptr);
 }
 
 void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response,

@@ -27,6 +27,21 @@ void write_counts(const SolidSummary& solid, v1::MeshSummary& summary) {
   summary.set_boundary_faces(solid.boundary_faces);
 }
 
+v1::PreparationPhase phase_of(PreparationStep step) {
+  switch (step) {
+    case PreparationStep::kWaiting: return v1::PREPARATION_PHASE_WAITING;
+    case PreparationStep::kReading: return v1::PREPARATION_PHASE_READING;
+    case PreparationStep::kChecking: return v1::PREPARATION_PHASE_CHECKING;
+    case PreparationStep::kRefining: return v1::PREPARATION_PHASE_REFINING;
+    case PreparationStep::kBuilding: return v1::PREPARATION_PHASE_BUILDING;
+    case PreparationStep::kMeasuring: return v1::PREPARATION_PHASE_MEASURING;
+    case PreparationStep::kBounding: return v1::PREPARATION_PHASE_BOUNDING;
+    case PreparationStep::kFolding: return v1::PREPARATION_PHASE_SEARCHING_FOLDS;
+    case PreparationStep::kFinishing: return v1::PREPARATION_PHASE_FINISHING;
+  }
+  return v1::PREPARATION_PHASE_UNSPECIFIED;
+}
+
 void write_warnings(const SolidSummary& solid, v1::MeshSummary& summary) {
   summary.set_inverted_control_cell_count(solid.inverted_control_cells.size());
   const std::size_t listed = std::min(solid.inverted_control_cells.size(), kMaxListedItems);
@@ -62,6 +77,19 @@ v1::MeshSummary summarize(const ListedMesh& listed) {
 v1::MeshSummary summarize(MeshCache& cache, const MeshPtr& mesh) {
   // Deleted in the meantime: still a fine summary.
   return summarize(cache.peek(mesh->id()).value_or(ListedMesh{.mesh = mesh, .last_use = Clock::now(), .expires = {}}));
+}
+
+v1::GetPreparationResponse preparation_of(MeshCache& cache, const std::string& mesh_id) {
+  v1::GetPreparationResponse response;
+  // A preparation that ends in between has put its mesh into the cache before.
+  if (const auto state = cache.preparation(mesh_id)) {
+    response.set_phase(phase_of(state->step));
+    response.set_done_cells(state->done);
+    response.set_total_cells(state->total);
+  } else if (cache.peek(mesh_id)) {
+    response.set_phase(v1::PREPARATION_PHASE_PREPARED);
+  }
+  return response;
 }
 
 }  // namespace ccslice::server

@@ -118,11 +118,12 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
     const std::shared_ptr<Upload> upload = state_.store ? upload_ : std::move(upload_);
     set_ticket(state_.cache.get_or_prepare(
         mesh_id,
-        [upload, &state = state_, keeps = state_.store != nullptr](const CancellationToken& cancel) {
+        [upload, &state = state_, keeps = state_.store != nullptr](const CancellationToken& cancel,
+                                                                   PreparationProgress& progress) {
           const auto when_read = [&] {
             if (!keeps) upload->bytes().release();
           };
-          return prepare_mesh(state, upload->bytes(), when_read, cancel);
+          return prepare_mesh(state, upload->bytes(), when_read, cancel, progress);
         },
         [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }, client_));
   }

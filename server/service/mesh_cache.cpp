@@ -84,7 +84,7 @@ PreparedMesh MeshCache::prepare(Preparation& preparation) {
     prepare = std::move(preparation.prepare);
   }
   preparation.cancel.throw_if_cancelled();
-  return prepare(preparation.cancel);
+  return prepare(preparation.cancel, preparation.progress);
 }
 
 /// Large solids are freed after the lock has been let go of.
@@ -148,6 +148,13 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
     drop_locked(entry);
     ++counts_.evictions;
   }
+}
+
+std::optional<PreparationProgress::State> MeshCache::preparation(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto running = preparations_.find(id);
+  if (running == preparations_.end()) return std::nullopt;
+  return running->second->progress.state();
 }
 
 bool MeshCache::erase(const std::string& id) {

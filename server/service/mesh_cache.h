@@ -28,6 +28,7 @@
 
 #include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
+#include "core/limit/preparation_progress.h"
 #include "server/service/executor.h"
 
 namespace ccslice::server {
@@ -91,7 +92,7 @@ class MeshCache {
     std::function<Clock::time_point()> now = &Clock::now;
   };
   /// A long piece of work on a worker thread; may throw. Destroyed as soon as it is over, or nobody waits for it.
-  using Prepare = std::function<PreparedMesh(const CancellationToken& cancel)>;
+  using Prepare = std::function<PreparedMesh(const CancellationToken& cancel, PreparationProgress& progress)>;
   struct Outcome {
     MeshPtr mesh;              // Null if it failed.
     std::exception_ptr error;  // Why.
@@ -126,6 +127,8 @@ class MeshCache {
   /// Errors: what `prepare` throws; ServiceError{kMeshExceedsCache, kCacheFull}; Error{kCancelled}.
   /// `client`: who a preparation that begins is charged to.
   Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done, const std::string& client = {});
+  /// How far the preparation of the mesh is; nothing if none is under way. Doesn't use the mesh.
+  std::optional<PreparationProgress::State> preparation(const std::string& id);
   /// Drops the mesh; false if it wasn't there. A preparation that is running goes on.
   bool erase(const std::string& id);
   /// Up to `limit` meshes with ids behind `after`, by id.
@@ -145,6 +148,7 @@ class MeshCache {
   struct Preparation {
     Prepare prepare;  // Until it runs, or nobody waits for it any more.
     CancellationToken cancel = Executor::make_token();
+    PreparationProgress progress;
     std::map<std::uint64_t, Done> waiters;
   };
 

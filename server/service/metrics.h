@@ -55,7 +55,7 @@ struct Metrics {
   CallCounts calls;
   DurationHistogram seconds_in_queue;        // From the call's begin to its place.
   DurationHistogram seconds_to_first_layer;  // From the begin of a SliceRange.
-  DurationHistogram seconds_in_all;          // Of all calls but previews and points, whose clients decide.
+  DurationHistogram seconds_in_all;          // Of all calls but previews and points, whose clients decide, and polls.
   std::atomic<std::uint64_t> layers{0}, voxels{0}, layer_bytes{0};  // Layers on their way to clients.
   std::atomic<std::uint64_t> shed{0};                               // Calls that gave back what they held.
   std::atomic<std::uint64_t> preview_pictures{0};

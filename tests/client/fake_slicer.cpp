@@ -129,6 +129,7 @@ grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext* context, grpc::ServerRe
   const std::uint64_t size = message.start().size_bytes();
   std::string bytes;
   while (reader->Read(&message)) bytes += message.chunk();
+  if (before_upload_ends) before_upload_ends(*context);
   if (!upload_failures.empty()) {
     const grpc::Status status = upload_failures.back();
     upload_failures.pop_back();
@@ -139,6 +140,13 @@ grpc::Status FakeSlicer::UploadMesh(grpc::ServerContext* context, grpc::ServerRe
   response->mutable_mesh()->set_mesh_id(id);
   response->mutable_mesh()->set_size_bytes(size);
   return answer(*response);
+}
+
+grpc::Status FakeSlicer::GetPreparation(grpc::ServerContext* context, const v1::GetPreparationRequest*,
+                                        v1::GetPreparationResponse* response) {
+  note("GetPreparation", *context);
+  ++preparation_calls;
+  return preparation ? preparation(*context, *response) : grpc::Status(grpc::StatusCode::UNIMPLEMENTED, "");
 }
 
 grpc::Status FakeSlicer::GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,

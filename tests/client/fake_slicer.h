@@ -37,6 +37,9 @@ class FakeSlicer final : public v1::SlicerService::Service {
   std::function<grpc::Status(const v1::ProbePointsRequest&)> before_probe;  // A batch.
   std::function<void(v1::SliceRangeResponse&)> tamper;                      // Sees every message before it is sent.
   std::function<void(google::protobuf::Message&)> tamper_answer;            // The same for all other calls.
+  std::function<void(grpc::ServerContext& context)> before_upload_ends;
+  /// What GetPreparation answers. None: an older server, which doesn't know it.
+  std::function<grpc::Status(grpc::ServerContext& context, v1::GetPreparationResponse& response)> preparation;
   std::string engine_version = "engine-1";
   double pitch_drift_mm = 0;
   std::vector<grpc::Status> upload_failures;  // Used up from the back, one an upload.
@@ -45,6 +48,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
   std::set<std::string> meshes;
   std::vector<v1::SliceRangeRequest> slice_requests;
   int uploads = 0;
+  int preparation_calls = 0;
   int info_calls = 0;
   int failing_info_calls = 0;
   std::vector<int> probed_points;  // Of each batch.
@@ -57,6 +61,8 @@ class FakeSlicer final : public v1::SlicerService::Service {
                                  v1::FindMissingMeshesResponse* response) override;
   grpc::Status UploadMesh(grpc::ServerContext* context, grpc::ServerReader<v1::UploadMeshRequest>* reader,
                           v1::UploadMeshResponse* response) override;
+  grpc::Status GetPreparation(grpc::ServerContext* context, const v1::GetPreparationRequest* request,
+                              v1::GetPreparationResponse* response) override;
   grpc::Status GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
                        v1::GetMeshResponse* response) override;
   grpc::Status DeleteMesh(grpc::ServerContext* context, const v1::DeleteMeshRequest* request,

@@ -123,7 +123,7 @@ TEST_F(ErrorSize, LongMeshIds) {
   expect(server_.slice(slice_request(id, 1, 0, 1)).status, "MESH_ID_INVALID");
   expect(plan(plan_of(id, "x")), "MESH_ID_INVALID");
   expect(server_.upload(id, 1, "x"), "MESH_ID_INVALID");
-  grpc::ClientContext probing, evaluating, getting, deleting;
+  grpc::ClientContext probing, evaluating, getting, asking, deleting;
   v1::ProbePointsRequest probe;
   probe.set_mesh_id(id);
   expect(converse(probe, server_.stub().ProbePoints(&probing)), "MESH_ID_INVALID");
@@ -134,6 +134,10 @@ TEST_F(ErrorSize, LongMeshIds) {
   get.set_mesh_id(id);
   v1::GetMeshResponse got;
   expect(server_.stub().GetMesh(&getting, get, &got), "MESH_ID_INVALID");
+  v1::GetPreparationRequest ask;
+  ask.set_mesh_id(id);
+  v1::GetPreparationResponse told;
+  expect(server_.stub().GetPreparation(&asking, ask, &told), "MESH_ID_INVALID");
   v1::DeleteMeshRequest remove;
   remove.set_mesh_id(id);
   v1::DeleteMeshResponse removed;

@@ -50,6 +50,14 @@ class IdentityTest : public ::testing::Test {
     v1::GetServerInfoResponse response;
     return failure_of(stub.GetServerInfo(&context, {}, &response));
   }
+  static Failure preparation(v1::SlicerService::Stub& stub, const std::string& token) {
+    grpc::ClientContext context;
+    if (!token.empty()) show(context, token);
+    v1::GetPreparationRequest request;
+    request.set_mesh_id(mesh_id_of("x"));
+    v1::GetPreparationResponse response;
+    return failure_of(stub.GetPreparation(&context, request, &response));
+  }
   static Failure list(v1::SlicerService::Stub& stub, const std::string& token) {
     grpc::ClientContext context;
     show(context, token);
@@ -79,6 +87,8 @@ TEST_F(IdentityTest, RolesDecide) {
   EXPECT_EQ(upload(server.stub(), "look").reason, "ROLE_MISSING");
   EXPECT_EQ(upload(server.stub(), "look").code, grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(upload(server.stub(), "work").reason, "REQUEST_MALFORMED");  // An empty one, but he may.
+  EXPECT_EQ(preparation(server.stub(), "look").code, grpc::StatusCode::OK);
+  EXPECT_EQ(preparation(server.stub(), "").reason, "TOKEN_MISSING");
   EXPECT_EQ(list(server.stub(), "work").reason, "ROLE_MISSING");
   EXPECT_EQ(list(server.stub(), "rule").code, grpc::StatusCode::OK);
   EXPECT_EQ(server.slice_failure(slice_request(mesh_id_of("x"), 1, 0, 1)).reason, "TOKEN_MISSING");

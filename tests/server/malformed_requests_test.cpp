@@ -24,7 +24,8 @@ using namespace std::string_view_literals;
 
 constexpr std::array kMethods = {"GetServerInfo", "FindMissingMeshes", "UploadMesh",         "GetMesh",
                                  "ListMeshes",    "DeleteMesh",        "PlanSlices",         "SliceRange",
-                                 "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview"};
+                                 "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview",
+                                 "GetPreparation"};
 
 struct End {
   int answers = 0;
@@ -101,7 +102,8 @@ TEST_F(MalformedRequests, EndAnUploadAfterItsStart) {
 }
 
 TEST_F(MalformedRequests, AreRefusedBeforeTheyAreParsedWhereTheyAreTooLarge) {
-  for (const char* const method : {"GetServerInfo", "FindMissingMeshes", "ProbePoints", "TessellateBoundary"}) {
+  for (const char* const method :
+       {"GetServerInfo", "FindMissingMeshes", "GetPreparation", "ProbePoints", "TessellateBoundary"}) {
     SCOPED_TRACE(method);
     expect(call(method, {std::string(kMaxRequestBytes + 1, '\x01')}), 0, "BATCH_TOO_LARGE");
   }

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <thread>
 
 #include "server/service/limits.h"
@@ -130,6 +133,96 @@ TEST_F(MeshRpcs, FindMissingRefusesTooManyAndWrongIds) {
   const Failure failure = failure_of(server_.stub().FindMissingMeshes(&second, request, &response));
   EXPECT_EQ(failure.reason, "MESH_ID_INVALID");
   EXPECT_EQ(failure.field, "mesh_ids[1]");
+}
+
+class Preparations : public MeshRpcs {
+ protected:
+  v1::GetPreparationResponse ask(TestServer& server, const std::string& id) {
+    grpc::ClientContext context;
+    v1::GetPreparationRequest request;
+    request.set_mesh_id(id);
+    v1::GetPreparationResponse response;
+    const grpc::Status status = server.stub().GetPreparation(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+};
+
+TEST_F(Preparations, AreUnknownWhereNobodyPreparesAndDoneWhereTheMeshIsHeld) {
+  EXPECT_EQ(ask(server_, missing_).phase(), v1::PREPARATION_PHASE_UNSPECIFIED);
+  const std::string id = server_.upload_good(make_block(1, 10));
+  const std::uint64_t hits = server_.server().state().cache.use().hits;
+  EXPECT_EQ(ask(server_, id).phase(), v1::PREPARATION_PHASE_PREPARED);
+  EXPECT_EQ(ask(server_, id).total_cells(), 0u);
+  EXPECT_EQ(server_.server().state().cache.use().hits, hits) << "who asks uses nothing";
+}
+
+TEST_F(Preparations, TellPhaseAndCells) {
+  constexpr std::array kSteps = {std::pair(PreparationStep::kReading, v1::PREPARATION_PHASE_READING),
+                                 std::pair(PreparationStep::kChecking, v1::PREPARATION_PHASE_CHECKING),
+                                 std::pair(PreparationStep::kRefining, v1::PREPARATION_PHASE_REFINING),
+                                 std::pair(PreparationStep::kBuilding, v1::PREPARATION_PHASE_BUILDING),
+                                 std::pair(PreparationStep::kMeasuring, v1::PREPARATION_PHASE_MEASURING),
+                                 std::pair(PreparationStep::kBounding, v1::PREPARATION_PHASE_BOUNDING),
+                                 std::pair(PreparationStep::kFolding, v1::PREPARATION_PHASE_SEARCHING_FOLDS),
+                                 std::pair(PreparationStep::kFinishing, v1::PREPARATION_PHASE_FINISHING)};
+  std::promise<void> ended;
+  const auto prepare = [&](const CancellationToken&, PreparationProgress& progress) -> PreparedMesh {
+    for (const auto& [step, phase] : kSteps) {
+      progress.begin(step, 8);
+      progress.add(5);
+      const v1::GetPreparationResponse response = ask(server_, missing_);
+      EXPECT_EQ(response.phase(), phase);
+      EXPECT_EQ(response.done_cells(), 5u);
+      EXPECT_EQ(response.total_cells(), 8u);
+    }
+    throw Error(ErrorCode::kMeshEmpty, "no cells");
+  };
+  server_.server().state().cache.get_or_prepare(missing_, prepare,
+                                                [&](const MeshCache::Outcome&) { ended.set_value(); });
+  ended.get_future().wait();
+  EXPECT_EQ(ask(server_, missing_).phase(), v1::PREPARATION_PHASE_UNSPECIFIED) << "it failed";
+}
+
+TEST_F(Preparations, AreToldWhileTheirUploadHoldsTheOnlyPlace) {
+  ServerOptions options = test_options();
+  options.max_concurrent_calls = 1;
+  options.max_waiting_calls = 0;
+  TestServer server(options);
+  const v1::ControlMesh mesh = make_block(24, 10);
+  const std::string id = mesh_id_of(mesh.SerializeAsString());
+  std::atomic<bool> answered = false;
+  std::thread uploader([&] {
+    EXPECT_TRUE(server.upload(mesh).ok());
+    answered = true;
+  });
+  v1::GetPreparationResponse last;
+  int under_way = 0;
+  while (!answered) {
+    const v1::GetPreparationResponse now = ask(server, id);
+    EXPECT_GE(now.phase(), last.phase());
+    if (now.phase() == last.phase()) {
+      EXPECT_GE(now.done_cells(), last.done_cells());
+    }
+    EXPECT_LE(now.done_cells(), now.total_cells());
+    under_way += now.total_cells() > 0;
+    last = now;
+  }
+  uploader.join();
+  EXPECT_GT(under_way, 0);
+  EXPECT_EQ(ask(server, id).phase(), v1::PREPARATION_PHASE_PREPARED);
+}
+
+TEST_F(Preparations, RefuseWhatIsNoId) {
+  for (const std::string bad : {"", "nonsense", "sha256:12"}) {
+    grpc::ClientContext context;
+    v1::GetPreparationRequest request;
+    request.set_mesh_id(bad);
+    v1::GetPreparationResponse response;
+    const Failure failure = failure_of(server_.stub().GetPreparation(&context, request, &response));
+    EXPECT_EQ(failure.reason, "MESH_ID_INVALID");
+    EXPECT_EQ(failure.field, "mesh_id");
+  }
 }
 
 TEST_F(MeshRpcs, ListComesInPages) {

@@ -26,6 +26,7 @@ _DEFAULT_ADDRESS = "localhost:50051"
 _CHUNK_BYTES = 1 << 20
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 10.0
 _AT_ONCE_S = 0.05  # What a connection that stands takes to say so.
+_ASK_EVERY_S, _LONGEST_ANSWER_S = 0.5, 5.0  # Of how far a mesh is.
 _MOST_REUPLOADS = 3  # In a row: a server that keeps losing what it has just taken.
 _SAMPLE_TYPES = {
     "uint8": slice_pb2.SAMPLE_TYPE_UINT8,
@@ -35,6 +36,7 @@ _SAMPLE_TYPES = {
 
 Pitch = Union[float, Sequence[float]]
 Channels = Union[Iterable[str], Mapping[str, Any]]
+OnPreparation = Callable[[mesh_pb2.GetPreparationResponse], None]
 Result = TypeVar("Result")
 
 
@@ -172,10 +174,15 @@ class Client:
             self._info = self._call(lambda: self._stub.GetServerInfo(info_pb2.GetServerInfoRequest()))
         return self._info
 
-    def upload(self, mesh: Mesh) -> mesh_pb2.MeshSummary:
-        """What the server knows about a mesh, which it gets unless it holds it: cells, box, volumes, folds."""
+    def upload(self, mesh: Mesh, *, on_preparation: Optional[OnPreparation] = None) -> mesh_pb2.MeshSummary:
+        """What the server knows about a mesh, which it gets unless it holds it: cells, box, volumes, folds.
+
+        on_preparation: called about twice a second while the server prepares the mesh, with its phase and the cells
+            that are done of it (the contract's GetPreparationResponse), if they are further than before. Never, where
+            the server is too old, or a proxy leads to another one. What it raises cancels the upload.
+        """
         self._meshes[mesh.id] = mesh
-        return self._call(lambda: self._upload_once(mesh))
+        return self._call(lambda: self._upload_once(mesh, on_preparation))
 
     def delete(self, mesh: Union[Mesh, str]) -> bool:
         """Whether the server held it. It isn't uploaded again by itself."""
@@ -356,7 +363,7 @@ class Client:
         summary = self._call(lambda: self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh_id))).mesh
         return [channel.name for channel in summary.channels]
 
-    def _upload_once(self, mesh: Mesh) -> mesh_pb2.MeshSummary:
+    def _upload_once(self, mesh: Mesh, on_preparation: Optional[OnPreparation] = None) -> mesh_pb2.MeshSummary:
         def messages() -> Iterator[mesh_pb2.UploadMeshRequest]:
             start = mesh_pb2.UploadStart(mesh_id=mesh.id, size_bytes=len(mesh.content))
             yield mesh_pb2.UploadMeshRequest(start=start)
@@ -364,12 +371,40 @@ class Client:
                 yield mesh_pb2.UploadMeshRequest(chunk=mesh.content[at:at + _CHUNK_BYTES])
 
         try:
-            return self._stub.UploadMesh(messages(), mesh.id).mesh
+            upload = self._stub.begin_upload(messages(), mesh.id)
+            try:
+                if on_preparation is not None:
+                    self._watch(upload, mesh.id, on_preparation)
+                return upload.result().mesh
+            finally:
+                upload.cancel()  # If it isn't over, as when on_preparation raised something.
         except grpc.RpcError as failed:
             if failed.code() != grpc.StatusCode.CANCELLED:
                 raise
             # Where the server holds the mesh it answers before it has read all, and some proxies make a reset of that.
             return self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh.id), mesh.id).mesh
+
+    def _watch(self, upload: grpc.Future, mesh_id: str, on_preparation: OnPreparation) -> None:
+        """Tells how far the mesh is until its upload is over, or there is no use in asking."""
+        last = (mesh_pb2.PREPARATION_PHASE_UNSPECIFIED, 0)
+        while True:
+            try:
+                upload.exception(timeout=_ASK_EVERY_S)
+                return
+            except grpc.FutureTimeoutError:
+                pass
+            try:
+                answer = self._stub.GetPreparation(mesh_pb2.GetPreparationRequest(mesh_id=mesh_id),
+                                                   timeout=_LONGEST_ANSWER_S)
+            except grpc.RpcError as failed:
+                if failed.code() == grpc.StatusCode.UNIMPLEMENTED:
+                    return
+                continue
+            now = (answer.phase, answer.done_cells)
+            # Another server than the one that prepares may hold the mesh already, or be less far.
+            if last < now < (mesh_pb2.PREPARATION_PHASE_PREPARED, 0):
+                last = now
+                on_preparation(answer)
 
     def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
         """Repeats what passes, and uploads what the server has lost."""

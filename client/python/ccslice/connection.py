@@ -4,7 +4,7 @@
 
 import os
 import re
-from typing import Any, List, Optional, Tuple
+from typing import Any, Iterator, List, Optional, Tuple
 
 import grpc
 
@@ -81,10 +81,15 @@ class Calls:
     def __getattr__(self, method: str) -> Any:
         send = getattr(self._stub, method)
 
-        def call(request: Any, mesh_id: str = "") -> Any:
+        def call(request: Any, mesh_id: str = "", timeout: Optional[float] = None) -> Any:
             """mesh_id: of streams of requests."""
-            about = mesh_id or getattr(request, "mesh_id", "")
-            named = [("ccslice-mesh-id", about)] if _MESH_ID.fullmatch(about) else []
-            return send(request, metadata=self._metadata + named)
+            return send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")), timeout=timeout)
 
         return call
+
+    def begin_upload(self, messages: Iterator[Any], mesh_id: str) -> Any:
+        """The upload as a future."""
+        return self._stub.UploadMesh.future(messages, metadata=self._about(mesh_id))
+
+    def _about(self, mesh_id: str) -> List[Tuple[str, str]]:
+        return self._metadata + ([("ccslice-mesh-id", mesh_id)] if _MESH_ID.fullmatch(mesh_id) else [])

@@ -14,7 +14,7 @@ from load.part import Figure, resident_mb
 from served_clients import Jobs, python_client, sample
 
 _SERVICE = "/ccslice.v1.SlicerService/"
-_UNARY = ["GetServerInfo", "FindMissingMeshes", "GetMesh", "ListMeshes", "DeleteMesh", "PlanSlices"]
+_UNARY = ["GetServerInfo", "FindMissingMeshes", "GetPreparation", "GetMesh", "ListMeshes", "DeleteMesh", "PlanSlices"]
 _FROM_ONE = ["SliceRange", "TessellateBoundary"]
 _FROM_MANY = ["ProbePoints", "EvaluatePoints", "Preview"]
 # A field that ends too early, a wire type that isn't one, a group that isn't closed, a number that never ends.
@@ -66,6 +66,7 @@ def _good(mesh_id, jobs):
     messages = {
         "GetServerInfo": info_pb2.GetServerInfoRequest(),
         "FindMissingMeshes": mesh_pb2.FindMissingMeshesRequest(mesh_ids=[mesh_id]),
+        "GetPreparation": mesh_pb2.GetPreparationRequest(mesh_id=mesh_id),
         "GetMesh": mesh_pb2.GetMeshRequest(mesh_id=mesh_id),
         "ListMeshes": mesh_pb2.ListMeshesRequest(page_size=3),
         "DeleteMesh": mesh_pb2.DeleteMeshRequest(mesh_id="sha256:" + 64 * "0"),

@@ -21,6 +21,8 @@ import grpc
 import numpy as np
 
 import ccslice
+import ccslice.client
+from ccslice.v1 import mesh_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "tests/support"))
@@ -35,6 +37,14 @@ EDGES = [(0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4),
 def cube(**options):
     """10 mm a side, all edges sharp, so that the limit is the cube; channel g is x / 10."""
     return ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": CORNERS[:, 0] / 10}, sharp_edges=EDGES, **options)
+
+
+def block(n):
+    """n x n x n cells of 1 mm."""
+    places = np.stack(np.meshgrid(*3 * [np.arange(n + 1)], indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange((n + 1) ** 3).reshape(3 * [n + 1])
+    corners = [number[x:n + x, y:n + y, z:n + z].ravel() for x, y, z in CORNERS.astype(int)[HEXAHEDRON[0]] // 10]
+    return ccslice.Mesh(places.astype(float), np.stack(corners, axis=-1))
 
 
 def private_folders(folder):
@@ -80,6 +90,33 @@ class Values(unittest.TestCase):
         summary = self.client.upload(self.mesh)
         self.assertEqual(summary.mesh_id, self.mesh.id)
         self.assertAlmostEqual(summary.deviation.limit_volume_mm3, 1000, places=6)
+
+    def test_upload_tells_how_far_the_preparation_is(self):
+        with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01):
+            told = []
+            self.client.upload(block(20), on_preparation=lambda answer: told.append((answer.phase, answer.done_cells)))
+        self.assertTrue(told)
+        self.assertEqual(told, sorted(set(told)))
+        self.assertLess(told[-1][0], mesh_pb2.PREPARATION_PHASE_PREPARED)
+
+    def test_what_on_preparation_raises_ends_the_upload(self):
+        def stop(answer):
+            raise KeyError(answer.phase)
+
+        mesh = block(21)
+        with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01):
+            self.assertRaises(KeyError, lambda: self.client.upload(mesh, on_preparation=stop))
+        self.assertEqual(self.client.upload(mesh).control_cells, 21 ** 3)
+
+    def test_an_older_server_is_asked_once_how_far_it_is(self):
+        class Unimplemented(grpc.RpcError):
+            def code(self):
+                return grpc.StatusCode.UNIMPLEMENTED
+
+        with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01), \
+                mock.patch.object(self.client._stub, "GetPreparation", create=True, side_effect=Unimplemented) as asked:
+            self.client.upload(block(22), on_preparation=self.fail)
+        self.assertEqual(asked.call_count, 1)
 
     def test_plan(self):
         plan = self.client.plan(self.mesh, (1, 2, 0.5))

@@ -49,7 +49,7 @@ class MeshCacheTest : public ::testing::Test {
     return done.get_future().get();
   }
   MeshCache::Outcome put(const std::string& id, std::uint64_t bytes) {
-    return get(id, [bytes](const CancellationToken&) { return mesh_of(bytes); });
+    return get(id, [bytes](const CancellationToken&, PreparationProgress&) { return mesh_of(bytes); });
   }
 
   Clock::time_point now_ = Clock::time_point(1000h);
@@ -61,7 +61,7 @@ TEST_F(MeshCacheTest, PreparesWhatItLacksAndFindsWhatItHas) {
   EXPECT_EQ(cache_.find("a"), nullptr);
   EXPECT_FALSE(put("a", 10).already_cached);
   EXPECT_NE(cache_.find("a"), nullptr);
-  const MeshCache::Outcome again = get("a", [](const CancellationToken&) -> PreparedMesh {
+  const MeshCache::Outcome again = get("a", [](const CancellationToken&, PreparationProgress&) -> PreparedMesh {
     ADD_FAILURE() << "prepared again";
     return {};
   });
@@ -73,7 +73,7 @@ TEST_F(MeshCacheTest, PreparesOnceWhenAskedForTwiceAtTheSameTime) {
   std::atomic<int> preparations = 0;
   std::promise<void> gate;
   std::shared_future<void> open = gate.get_future().share();
-  const auto prepare = [&](const CancellationToken&) {
+  const auto prepare = [&](const CancellationToken&, PreparationProgress&) {
     ++preparations;
     open.wait();
     return mesh_of(10);
@@ -91,7 +91,7 @@ TEST_F(MeshCacheTest, PreparesOnceWhenAskedForTwiceAtTheSameTime) {
 TEST_F(MeshCacheTest, SharesAFailureAndCachesNothingOfIt) {
   std::promise<void> gate;
   std::shared_future<void> open = gate.get_future().share();
-  const auto prepare = [&](const CancellationToken&) -> PreparedMesh {
+  const auto prepare = [&](const CancellationToken&, PreparationProgress&) -> PreparedMesh {
     open.wait();
     throw Error(ErrorCode::kMeshEmpty, "no cells");
   };
@@ -157,7 +157,7 @@ TEST_F(MeshCacheTest, ExpiresWhatNobodyUsedForAWhile) {
   const auto put_into = [&](const std::string& id) {
     std::promise<MeshPtr> done;
     cache.get_or_prepare(
-        id, [](const CancellationToken&) { return mesh_of(10); },
+        id, [](const CancellationToken&, PreparationProgress&) { return mesh_of(10); },
         [&](const MeshCache::Outcome& outcome) { done.set_value(outcome.mesh); });
     return done.get_future().get();
   };
@@ -186,7 +186,7 @@ TEST_F(MeshCacheTest, ListsByIdInPages) {
 TEST_F(MeshCacheTest, CancelsAPreparationOnceNobodyWaitsForIt) {
   std::promise<void> started;
   std::atomic<bool> saw_cancel = false;
-  const auto prepare = [&](const CancellationToken& cancel) -> PreparedMesh {
+  const auto prepare = [&](const CancellationToken& cancel, PreparationProgress&) -> PreparedMesh {
     started.set_value();
     while (!cancel.cancelled()) std::this_thread::sleep_for(1ms);
     saw_cancel = true;
@@ -209,9 +209,96 @@ TEST_F(MeshCacheTest, CancelsAPreparationOnceNobodyWaitsForIt) {
   EXPECT_TRUE(saw_cancel);
 }
 
+TEST_F(MeshCacheTest, TellsHowFarAPreparationIsWhileItRuns) {
+  EXPECT_FALSE(cache_.preparation("a"));
+  std::promise<void> counted, go_on;
+  const auto prepare = [&](const CancellationToken&, PreparationProgress& progress) {
+    progress.begin(PreparationStep::kBuilding, 7);
+    progress.add(3);
+    counted.set_value();
+    go_on.get_future().wait();
+    return mesh_of(10);
+  };
+  std::promise<MeshCache::Outcome> done;
+  cache_.get_or_prepare("a", prepare, [&](const MeshCache::Outcome& outcome) { done.set_value(outcome); });
+  counted.get_future().wait();
+  const auto state = cache_.preparation("a");
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->step, PreparationStep::kBuilding);
+  EXPECT_EQ(state->done, 3u);
+  EXPECT_EQ(state->total, 7u);
+  EXPECT_FALSE(cache_.preparation("b"));
+  EXPECT_EQ(cache_.use().misses, 0u) << "who asks uses nothing";
+  go_on.set_value();
+  EXPECT_EQ(code_of(done.get_future().get()), 0);
+  EXPECT_FALSE(cache_.preparation("a"));
+  EXPECT_NE(cache_.find("a"), nullptr);
+}
+
+TEST_F(MeshCacheTest, KnowsThatAPreparationWaitsAndForgetsOneThatFailedOrWasCancelled) {
+  std::promise<void> open;
+  const auto opened = open.get_future().share();
+  for (const char* id : {"a", "b"}) {  // More than may run.
+    cache_.get_or_prepare(
+        id,
+        [opened](const CancellationToken&, PreparationProgress& progress) -> PreparedMesh {
+          progress.begin(PreparationStep::kReading);
+          opened.wait();
+          throw Error(ErrorCode::kMeshEmpty, "no cells");
+        },
+        [](const MeshCache::Outcome&) {});
+  }
+  auto ticket = cache_.get_or_prepare(
+      "c", [](const CancellationToken&, PreparationProgress&) { return mesh_of(1); }, [](const MeshCache::Outcome&) {});
+  ASSERT_TRUE(cache_.preparation("c"));
+  EXPECT_EQ(cache_.preparation("c")->step, PreparationStep::kWaiting);
+  ticket.cancel();
+  EXPECT_FALSE(cache_.preparation("c"));
+  open.set_value();
+  executor_.wait_idle();
+  EXPECT_FALSE(cache_.preparation("a"));
+}
+
+/// Under ThreadSanitizer this looks for races between those who count and those who ask.
+TEST_F(MeshCacheTest, TellsHowFarItIsWhileSeveralThreadsCount) {
+  std::atomic<bool> over = false;
+  std::vector<std::thread> askers;
+  for (int asker = 0; asker < 2; ++asker) {
+    askers.emplace_back([&] {
+      PreparationProgress::State last;
+      while (!over) {
+        const auto state = cache_.preparation("a");
+        if (!state) continue;
+        EXPECT_GE(state->step, last.step);
+        if (state->step == last.step) {
+          EXPECT_GE(state->done, last.done);
+        }
+        EXPECT_LE(state->done, state->total);
+        last = *state;
+      }
+    });
+  }
+  const auto outcome = get("a", [](const CancellationToken&, PreparationProgress& progress) {
+    for (const auto step : {PreparationStep::kBuilding, PreparationStep::kBounding, PreparationStep::kFolding}) {
+      progress.begin(step, 20'000);
+      std::vector<std::thread> counters;
+      for (int counter = 0; counter < 2; ++counter) {
+        counters.emplace_back([&] {
+          for (int i = 0; i < 10'000; ++i) progress.add(1);
+        });
+      }
+      for (std::thread& counter : counters) counter.join();
+    }
+    return mesh_of(10);
+  });
+  over = true;
+  for (std::thread& asker : askers) asker.join();
+  EXPECT_EQ(code_of(outcome), 0);
+}
+
 TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTurn) {
   std::promise<void> open;
-  auto hold_up = [opened = open.get_future().share()](const CancellationToken&) {
+  auto hold_up = [opened = open.get_future().share()](const CancellationToken&, PreparationProgress&) {
     opened.wait();
     return mesh_of(1);
   };
@@ -219,7 +306,8 @@ TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTur
   auto bytes = std::make_shared<std::string>("the bytes of an upload");
   const std::weak_ptr<std::string> held = bytes;
   auto ticket = cache_.get_or_prepare(
-      "b", [bytes = std::move(bytes)](const CancellationToken&) { return mesh_of(bytes->size()); },
+      "b",
+      [bytes = std::move(bytes)](const CancellationToken&, PreparationProgress&) { return mesh_of(bytes->size()); },
       [](const MeshCache::Outcome&) {});
   EXPECT_FALSE(held.expired());
   ticket.cancel();
@@ -230,7 +318,7 @@ TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTur
 
 TEST_F(MeshCacheTest, FreesWhatItDropsWithoutHoldingUpOthers) {
   bool freed = false;
-  const auto slow_to_free = [&](const CancellationToken&) {
+  const auto slow_to_free = [&](const CancellationToken&, PreparationProgress&) {
     PreparedMesh prepared = mesh_of(80);
     prepared.solid.reset(static_cast<const LimitSolid*>(nullptr), [&](const LimitSolid*) {
       freed = true;
@@ -252,7 +340,7 @@ TEST_F(MeshCacheTest, ConsistentUnderConcurrentUse) {
         const std::string id(1, static_cast<char>('a' + (client * 7 + round * 3) % 8));
         std::promise<MeshCache::Outcome> done;
         auto ticket = cache_.get_or_prepare(
-            id, [](const CancellationToken&) { return mesh_of(20); },
+            id, [](const CancellationToken&, PreparationProgress&) { return mesh_of(20); },
             [&](const MeshCache::Outcome& outcome) { done.set_value(outcome); });
         if (round % 5 == 0) ticket.cancel();
         if (round % 11 == 0) cache_.erase(id);
