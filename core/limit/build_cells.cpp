@@ -18,13 +18,13 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/limit/build_levels.h"
 #include "core/limit/prepare.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
 #include "core/subdivision/canonical_rings.h"
 #include "core/subdivision/classify.h"
-#include "core/subdivision/refine.h"
 #include "core/subdivision/refine_rules.h"
 #include "core/subdivision/ring.h"
 #include "core/subdivision/surface_ring.h"
@@ -33,30 +33,10 @@ namespace ccslice {
 
 namespace {
 
-constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
-
-// While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
-// and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
-// to each cell that is left behind, and take up to 1.2 kB.
-constexpr std::uint64_t kLimitCellBytes = 2560, kTwiceRefinedCellBytes = 1408, kBoundaryFaceBytes = 512;
-constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
-
 /// The star of a vertex: its operator, and where its points stand in LimitSolid::Data::rings.
 struct Star {
   std::uint32_t op = kNone;
   std::uint32_t ring_begin = 0;
-};
-
-/// One refinement level: a complex, where its points start, and what its places are called on the surface.
-struct Level {
-  CellComplex complex;
-  std::uint32_t point_base = 0;
-  std::vector<SurfaceKey> vertex_keys;
-  std::vector<FaceSide> edge_roots;                    // From the edge's first vertex to its second.
-  std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
-  std::vector<CellId> first_child;                     // By cell, in the next level; kNone if not refined.
-  std::vector<Star> stars;                             // By vertex; made when the first vertex cell there asks.
-  std::vector<std::uint8_t> beyond;  // By face of the complex: the region beyond an interface. Empty if there is none.
 };
 
 /// What walks the levels' cells and faces, on one thread.
@@ -86,34 +66,20 @@ constexpr std::size_t kWalkedTogether = 512, kWalkedInTurn = 16;
 class Builder {
  public:
   Builder(const ControlMesh& mesh, const SplitMesh& split, const PrepareOptions& options, LimitSolid::Data& data)
-      : mesh_(mesh), split_(split), options_(options), cancel_(options.cancel), data_(data) {}
+      : mesh_(mesh), split_(split), options_(options), cancel_(options.cancel), memory_(mesh, options), data_(data) {}
 
   void run(CellComplex complex) {
     options_.begin(PreparationStep::kRefining);
-    needed_cells_ = mesh_.cell_count();
-    reserve();
-    add_control_level(std::move(complex));
-    const auto control_cells = levels_.front().complex.cells();
-    std::vector<CellId> cells = control_cells.to_vector();
-    std::size_t limit_cells = 0;  // So far.
-    for (std::vector<CellId> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
-      if (levels_.size() > kMaxRefinements) throw Error(ErrorCode::kInternal, "refinement doesn't end");
-      limit_cells += cells.size() - bad.size();
-      const std::size_t children = child_count(bad);
-      const bool twice = levels_.size() > 1;
-      needed_cells_ = limit_cells + (twice ? 0 : children);
-      needed_twice_refined_cells_ = twice ? children : 0;
-      reserve();
-      cells = add_refined_level(bad);
-    }
-    options_.begin(PreparationStep::kBuilding, limit_cells + cells.size());
+    levels_ = build_levels(mesh_, split_, std::move(complex), options_, memory_, data_);
+    options_.begin(PreparationStep::kBuilding, memory_.limit_cells());
     reserve_faces();
+    stars_.resize(levels_.size());
     own_walkers_.emplace(levels_);
     if (options_.threads > 1) {
       others_walkers_.emplace([this] { return Walkers(levels_); });
       arena_.emplace(options_.threads);
     }
-    for (const CellId c : control_cells) number(0, c, ControlCellId{c});
+    for (const CellId c : levels_.front().complex.cells()) number(0, c, ControlCellId{c});
     add_pending();
     append_interfaces();
     data_.operators.forget_keys();
@@ -121,15 +87,7 @@ class Builder {
   }
 
  private:
-  void reserve() const;
-  void reserve_operators();
   void reserve_faces();
-  std::size_t child_count(const std::vector<CellId>& cells) const;
-  void add_control_level(CellComplex complex);
-  std::vector<CellId> classify(const std::vector<CellId>& cells);
-  std::vector<CellId> add_refined_level(const std::vector<CellId>& bad);
-  void name_refined_places(const Refinement& refined, Level& level);
-  void hand_down_interfaces(const Refinement& refined, Level& level) const;
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   template <typename Work>
   void for_each_walked(std::size_t count, Work work);
@@ -139,7 +97,6 @@ class Builder {
   bool becomes_face(const PendingCell& pending, FaceId face) const;
   std::vector<VertexId> star_points(std::size_t level, VertexId vertex) const;
   void add_cell(const PendingCell& pending);
-  void name_copies(Level& level) const;
   void add_boundary_faces(const PendingCell& pending);
   void append_interfaces();
   const Star& star_of(std::size_t level, VertexId vertex);
@@ -151,8 +108,10 @@ class Builder {
   const SplitMesh& split_;
   const PrepareOptions& options_;
   const CancellationToken& cancel_;
+  BuildingMemory memory_;
   LimitSolid::Data& data_;
   std::deque<Level> levels_;
+  std::vector<std::vector<Star>> stars_;  // By level and vertex; made when the first vertex cell there asks.
   std::optional<Walkers> own_walkers_;
   std::optional<tbb::enumerable_thread_specific<Walkers>> others_walkers_;  // Nothing on one thread.
   std::optional<tbb::task_arena> arena_;
@@ -160,175 +119,22 @@ class Builder {
   std::map<std::pair<std::uint32_t, VertexId>, VertexStar> walked_stars_;  // By level and vertex; not yet in its Star.
   std::vector<BoundaryFace> interfaces_;
   std::vector<SurfaceFaceRing> interface_rings_;
-  std::uint32_t next_vertex_root_ = 0;
-  std::uint32_t next_edge_root_ = 0;
-  // For what reserve() asks:
-  std::size_t needed_cells_ = 0;                // Limit cells after one refinement at most.
-  std::size_t needed_twice_refined_cells_ = 0;  // Limit cells after two or more.
-  std::size_t needed_faces_ = 0;                // Boundary faces.
-  std::size_t needed_operator_bytes_ = 0;       // Bytes of operators.
 };
 
-/// Refined cells with their share of the levels above.
-void Builder::reserve() const {
-  if (!options_.reserve) return;
-  const std::uint64_t points = mesh_.vertex_count() + needed_cells_ + needed_twice_refined_cells_;
-  const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
-  options_.reserve(kLeastBytes + kLimitCellBytes * needed_cells_ +
-                   kTwiceRefinedCellBytes * needed_twice_refined_cells_ + kBoundaryFaceBytes * needed_faces_ +
-                   sizeof(double) * values + needed_operator_bytes_);
-}
-
-/// How many different operators there are shows as they are made: asks for as much again each time.
-void Builder::reserve_operators() {
-  const std::size_t bytes = data_.operators.memory_bytes();
-  if (bytes <= needed_operator_bytes_) return;
-  needed_operator_bytes_ = 2 * bytes;
-  reserve();
-}
-
 void Builder::reserve_faces() {
+  std::size_t faces = 0;
   for (const Level& level : levels_) {
     for (const CellId c : level.complex.cells()) {
       if (!level.classes[c]) continue;
       for (const HalfFaceId half_face : level.complex.cell_half_faces(c)) {
-        needed_faces_ += level.complex.face_on_boundary(face_of(half_face));
+        faces += level.complex.face_on_boundary(face_of(half_face));
       }
     }
   }
-  reserve();
-  data_.faces.reserve(needed_faces_);
-  data_.face_rings.reserve(needed_faces_);
-  data_.face_hulls.reserve(needed_faces_);
-}
-
-/// How many children these cells of the last level have.
-std::size_t Builder::child_count(const std::vector<CellId>& cells) const {
-  std::size_t count = 0;
-  for (const CellId c : cells) {
-    count += static_cast<std::size_t>(corner_count(levels_.back().complex.kind(c)));
-  }
-  return count;
-}
-
-void Builder::add_control_level(CellComplex complex) {
-  Level level{std::move(complex), 0, {}, {}, {}, {}, {}, {}};
-  const std::size_t channels = mesh_.channel_count();
-  data_.dimension = 3 + channels;
-  data_.points.reserve(mesh_.vertex_count() * data_.dimension);
-  data_.cells.reserve(mesh_.cell_count());
-  data_.rings.reserve(64 * mesh_.cell_count());
-  level.vertex_keys.reserve(mesh_.vertex_count());
-  level.edge_roots.reserve(level.complex.edge_count());
-  for (const VertexId v : level.complex.vertices()) {
-    const Vec3& p = mesh_.positions[v];
-    data_.points.insert(data_.points.end(), {p.x(), p.y(), p.z()});
-    for (std::size_t c = 0; c < channels; ++c) data_.points.push_back(mesh_.channel_values[v * channels + c]);
-    level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, v, 0, 0});
-  }
-  for (const EdgeId e : level.complex.edges()) level.edge_roots.push_back({e, 0, kSurfaceOne});
-  next_vertex_root_ = level.complex.vertex_count();
-  next_edge_root_ = level.complex.edge_count();
-  if (!split_.origins.empty()) name_copies(level);
-  levels_.push_back(std::move(level));
-}
-
-/// Copies of a vertex, or of an edge, are one place on the surface.
-void Builder::name_copies(Level& level) const {
-  const auto original = [&](VertexId v) { return split_.origins[v]; };
-  for (const VertexId v : level.complex.vertices()) level.vertex_keys[v].id = original(v);
-  std::map<std::array<std::uint32_t, 2>, EdgeId> first_copies;
-  for (const EdgeId e : level.complex.edges()) {
-    if (!level.complex.edge_on_boundary(e)) continue;
-    const auto [a, b] = level.complex.edge_vertices(e);
-    const bool turned = original(a) > original(b);
-    FaceSide& root = level.edge_roots[e];
-    root.edge = first_copies.try_emplace({std::min(original(a), original(b)), std::max(original(a), original(b))}, e)
-                    .first->second;
-    if (turned) std::swap(root.t_begin, root.t_end);
-  }
-  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
-  for (const auto& [cell, side, beyond] : split_.interfaces) {
-    level.beyond[face_of(level.complex.cell_half_faces(cell)[side])] = beyond;
-  }
-}
-
-std::vector<CellId> Builder::classify(const std::vector<CellId>& cells) {
-  Level& level = levels_.back();
-  level.classes.resize(level.complex.cell_count());
-  level.first_child.assign(level.complex.cell_count(), CellId{kNone});
-  Classifier classifier(level.complex);
-  PeriodicPoll poll(cancel_);
-  std::vector<CellId> bad;
-  for (const CellId c : cells) {
-    poll();
-    level.classes[c] = classifier.classify(c);
-    if (!level.classes[c]) bad.push_back(c);
-  }
-  return bad;
-}
-
-std::vector<CellId> Builder::add_refined_level(const std::vector<CellId>& bad) {
-  Level& parent = levels_.back();
-  Refinement refined = refine(parent.complex, bad, cancel_);
-  std::vector<CellId> children;
-  for (std::size_t i = 0; i < bad.size(); ++i) {
-    parent.first_child[bad[i]] = refined.first_child[i];
-    const auto count = static_cast<std::uint32_t>(corner_count(parent.complex.kind(bad[i])));
-    for (std::uint32_t k = 0; k < count; ++k) children.emplace_back(refined.first_child[i] + k);
-  }
-  const std::size_t base = data_.points.size();
-  data_.points.resize(base + refined.stencils.rows() * data_.dimension);
-  refined.stencils.apply(0, refined.stencils.rows(), data_.points.data() + parent.point_base * data_.dimension,
-                         data_.dimension, data_.points.data() + base);
-  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}, {}, {}};
-  name_refined_places(refined, level);
-  if (!parent.beyond.empty()) hand_down_interfaces(refined, level);
-  levels_.push_back(std::move(level));
-  return children;
-}
-
-void Builder::name_refined_places(const Refinement& refined, Level& level) {
-  const Level& parent = levels_.back();
-  const auto middle = [&](EdgeId edge) {
-    const FaceSide& root = parent.edge_roots[edge];
-    return static_cast<std::uint32_t>((std::uint64_t{root.t_begin} + root.t_end) / 2);
-  };
-  for (const VertexId v : level.complex.vertices()) {
-    const std::uint32_t origin = refined.origin[v];
-    if (v < refined.edge_points_begin) {
-      level.vertex_keys.push_back(parent.vertex_keys[origin]);
-    } else if (v < refined.face_points_begin) {
-      level.vertex_keys.push_back({SurfaceKey::Kind::kEdge, parent.edge_roots[origin].edge, middle(EdgeId{origin}), 0});
-    } else {
-      level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, next_vertex_root_ + v, 0, 0});
-    }
-  }
-  for (const EdgeId e : level.complex.edges()) {
-    const auto [a, b] = level.complex.edge_vertices(e);
-    if (a < refined.edge_points_begin && b < refined.face_points_begin) {
-      const EdgeId whole{refined.origin[b]};
-      const FaceSide& root = parent.edge_roots[whole];
-      const bool from_begin = parent.complex.edge_vertices(whole)[0] == refined.origin[a];
-      level.edge_roots.push_back({root.edge, from_begin ? root.t_begin : root.t_end, middle(whole)});
-    } else {
-      level.edge_roots.push_back({next_edge_root_ + e, 0, kSurfaceOne});
-    }
-  }
-  next_vertex_root_ += level.complex.vertex_count();
-  next_edge_root_ += level.complex.edge_count();
-}
-
-/// A child of a face has the face's point.
-void Builder::hand_down_interfaces(const Refinement& refined, Level& level) const {
-  const Level& parent = levels_.back();
-  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
-  for (const FaceId f : level.complex.faces()) {
-    for (const VertexId v : level.complex.face_vertices(f)) {
-      const bool is_face_point = v >= refined.face_points_begin && v < refined.cell_points_begin;
-      if (is_face_point && level.complex.face_on_boundary(f)) level.beyond[f] = parent.beyond[refined.origin[v]];
-    }
-  }
+  memory_.reserve_faces(faces);
+  data_.faces.reserve(faces);
+  data_.face_rings.reserve(faces);
+  data_.face_hulls.reserve(faces);
 }
 
 void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell) {
@@ -383,12 +189,12 @@ void Builder::add_pending() {
 void Builder::walk_stars() {
   std::vector<decltype(walked_stars_)::value_type*> missing;
   for (const PendingCell& pending : pending_) {
-    Level& at = levels_[pending.level];
+    const Level& at = levels_[pending.level];
     const Classification& found = *at.classes[pending.cell];
     if (found.cell_class != CellClass::kVertex) continue;
-    at.stars.resize(at.complex.vertex_count());
+    stars_[pending.level].resize(at.complex.vertex_count());
     const VertexId vertex = at.complex.cell_vertices(pending.cell)[found.anchor];
-    if (at.stars[vertex].op != kNone) continue;
+    if (stars_[pending.level][vertex].op != kNone) continue;
     const auto [place, is_new] = walked_stars_.try_emplace({pending.level, vertex});
     if (is_new) missing.push_back(&*place);
   }
@@ -426,23 +232,21 @@ bool Builder::becomes_face(const PendingCell& pending, FaceId face) const {
 }
 
 std::vector<VertexId> Builder::star_points(std::size_t level, VertexId vertex) const {
-  const Level& at = levels_[level];
-  const Star& star = at.stars[vertex];
+  const Star& star = stars_[level][vertex];
   if (star.op == kNone) return walked_stars_.at({static_cast<std::uint32_t>(level), vertex}).points;
   std::vector<VertexId> points;
   for (std::uint32_t n = 0; n < data_.operators.stars()[star.op].points; ++n) {
-    points.emplace_back(data_.rings[star.ring_begin + n] - at.point_base);
+    points.emplace_back(data_.rings[star.ring_begin + n] - levels_[level].point_base);
   }
   return points;
 }
 
 /// REQUIRES: walked.
 const Star& Builder::star_of(std::size_t level, VertexId vertex) {
-  Level& at = levels_[level];
-  Star& star = at.stars[vertex];
+  Star& star = stars_[level][vertex];
   if (star.op == kNone) {
     const auto walked = walked_stars_.extract({static_cast<std::uint32_t>(level), vertex});
-    star = {data_.operators.star(walked.mapped()), add_ring(at, walked.mapped().points)};
+    star = {data_.operators.star(walked.mapped()), add_ring(levels_[level], walked.mapped().points)};
   }
   return star;
 }
@@ -477,7 +281,7 @@ void Builder::add_cell(const PendingCell& pending) {
   } else {
     add_vertex_ring(pending, at.complex.cell_vertices(pending.cell)[found.anchor], record);
   }
-  reserve_operators();
+  memory_.reserve_operators(data_.operators.memory_bytes());
   data_.cells.push_back(record);
   add_boundary_faces(pending);
 }
