@@ -101,6 +101,7 @@ fuzz() {
 # The fuzz preset's build has both sanitizers, and they end what they find something in.
 tests_of() {
   ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1 \
+    LSAN_OPTIONS=suppressions="$PWD/tests/leaks_of_libraries.txt" \
     ctest --test-dir "build/fuzz/tests/$1" --output-on-failure --no-tests=error
 }
 

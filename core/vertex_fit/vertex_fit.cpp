@@ -125,6 +125,7 @@ ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report)
 
 double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
   fitted.channel_names = meant.channel_names;
+  if (meant.channel_names.empty()) return 0;
   if (region_value_count(meant) > 0) return fit_jumping_channels(meant, fitted);
   const Values values = channels_of(meant), copies = of_copies(values);
   const Values solved = values + of_vertices(system_.solve(copies - system_.limits(copies)));

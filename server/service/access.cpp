@@ -92,8 +92,8 @@ std::size_t parse_calls(std::string_view text) {
   throw std::invalid_argument("calls= takes a number of calls, such as calls=8");
 }
 
-/// A day in UTC; the token holds until it ends.
-std::chrono::system_clock::time_point parse_end_of_day(std::string_view text) {
+/// A day in UTC; the token holds until it ends. Given as the next day: in nanoseconds the clock ends in 2262.
+std::chrono::sys_days parse_end_of_day(std::string_view text) {
   int year = 0;
   unsigned month = 0, day = 0;
   const char *at = text.data(), *const end = text.data() + text.size();
@@ -255,7 +255,7 @@ Identity Access::identify(const Credentials& credentials, Clock::time_point now)
   }
   if (digest && found == nullptr) throw unknown_token("the server doesn't know the token");
   if (found == nullptr) return identity;
-  if (found->expires && now >= *found->expires) {
+  if (found->expires && std::chrono::floor<std::chrono::days>(now) >= *found->expires) {
     throw unknown_token("the token, or the certificate's line, of " + found->name + " has expired");
   }
   return {.client = found->name, .role = found->role, .is_named = true, .max_calls = found->max_calls};

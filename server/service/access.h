@@ -40,9 +40,9 @@ inline constexpr std::size_t kMaxTokenBytes = 4096;
 struct AccessRule {
   std::string name;
   Role role = Role::kNone;
-  std::optional<TokenDigest> token;  // None: the name of a certificate.
-  std::size_t max_calls = 0;         // 0: as others.
-  std::optional<std::chrono::system_clock::time_point> expires;
+  std::optional<TokenDigest> token;              // None: the name of a certificate.
+  std::size_t max_calls = 0;                     // 0: as others.
+  std::optional<std::chrono::sys_days> expires;  // The first day on which it holds no longer, UTC.
 };
 
 struct AccessRules {

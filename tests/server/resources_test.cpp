@@ -25,6 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST(Resources, AStalledReaderOfContoursHoldsItsWindow) {
+  if (kKeepsFreedMemory) GTEST_SKIP() << "freed memory stays";
   ServerOptions options = test_options();
   options.stream_window_bytes = 8 << 20;
   TestServer server(options);
@@ -134,6 +135,7 @@ TEST(Resources, TrianglesThatNeverFitAreRefusedWithWhatTheyTake) {
 }
 
 TEST(Resources, AnUploadOfEmptyNamesIsRefusedBeforeItTakesMemory) {
+  if (kKeepsFreedMemory) GTEST_SKIP() << "freed memory stays";
   ServerOptions options = test_options();
   options.preparation_budget_bytes = 1 << 30;
   TestServer server(options);

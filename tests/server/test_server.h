@@ -88,6 +88,13 @@ v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm,
 /// Memory of this process.
 std::size_t resident_bytes();
 
+/// AddressSanitizer does so for a while: resident_bytes() says little then.
+#ifdef __has_feature
+inline constexpr bool kKeepsFreedMemory = __has_feature(address_sanitizer);
+#else
+inline constexpr bool kKeepsFreedMemory = false;
+#endif
+
 /// Waits until `condition` holds, but not longer than `limit`. Whether it holds.
 template <class Condition>
 bool eventually(Condition&& condition, std::chrono::milliseconds limit) {

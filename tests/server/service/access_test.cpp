@@ -93,7 +93,8 @@ class AccessTest : public ::testing::Test {
  protected:
   AccessTest() {
     write(std::string("farm write ") + kTestDigest + " calls=2\n" + access_line("old", "admin", "expired") +
-          " expires=2020-01-01\n" + access_line("reader", "read", "look") + "\nbox read certificate\n");
+          " expires=2020-01-01\n" + access_line("reader", "read", "look") +
+          " expires=9999-12-31\nbox read certificate\n");
   }
 
   void write(const std::string& text) const { std::ofstream(file_) << text; }
