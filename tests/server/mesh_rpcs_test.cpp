@@ -157,6 +157,16 @@ TEST_F(Preparations, AreUnknownWhereNobodyPreparesAndDoneWhereTheMeshIsHeld) {
   EXPECT_EQ(server_.server().state().cache.use().hits, hits) << "who asks uses nothing";
 }
 
+TEST_F(Preparations, AreCountedAsCallsWhoseTimesTellNothing) {
+  const Metrics& metrics = server_.server().state().metrics;
+  ask(server_, missing_);
+  EXPECT_EQ(metrics.calls.counts().at({"GetPreparation", "OK"}), 1u);
+  EXPECT_EQ(metrics.seconds_in_all.counts().all, 0u);
+  v1::GetMeshResponse response;
+  EXPECT_FALSE(get(missing_, response).ok());
+  EXPECT_EQ(metrics.seconds_in_all.counts().all, 1u);
+}
+
 TEST_F(Preparations, TellPhaseAndCells) {
   constexpr std::array kSteps = {std::pair(PreparationStep::kReading, v1::PREPARATION_PHASE_READING),
                                  std::pair(PreparationStep::kChecking, v1::PREPARATION_PHASE_CHECKING),
