@@ -38,14 +38,16 @@ export const way_of = (printing) => (printing.maps[0].region === "" ? printing.m
 
 /** Whether a printing, of an address, is one of this mesh. */
 export function fits(printing, mesh) {
-  const known = mesh.channels.map((c) => c.name), regions = (mesh.cell_regions ?? []).map((r) => r.name);
-  if (!printing?.maps?.length || !printing.materials?.length) return false;
+  const shares = ["", "rest", ...mesh.channels.map((c) => `channel:${c.name}`)];
+  const regions = (mesh.cell_regions ?? []).map((r) => r.name);
+  if (![printing?.maps, printing?.materials].every((list) => Array.isArray(list) && list.length > 0)) return false;
   const whole = printing.maps.length === 1 && printing.maps[0].region === "";
   if (!whole && printing.maps.map((m) => m.region).join("\n") !== regions.join("\n")) return false;
   const ways = whole ? ways_of(mesh) : ways_of_region(printing, mesh);
-  const complete = (map) => map.by.startsWith("material:") || map.at?.length === printing.materials.length;
-  return printing.maps.every((map) => complete(map) && ways.some(([way]) => way === map.by && way !== "regions") &&
-    (map.by !== "direct" || map.at.every((of) => ["", "rest"].includes(of) || known.includes(channel_of(of)))));
+  const complete = (map) => Array.isArray(map.at) &&
+    (map.by.startsWith("material:") || map.at.length === printing.materials.length);
+  return printing.maps.every((map) => ways.some(([way]) => way === map.by && way !== "regions") && complete(map) &&
+    (map.by !== "direct" || map.at.every((of) => shares.includes(of))));
 }
 
 /** A map from nothing: the materials one after the other along the channel, or channel by channel. */
@@ -88,7 +90,8 @@ function map_message(map, materials) {
   }
   if (!is_blend(map)) return { material: names[Number(channel_of(map.by))] };
   const mixed = indices(map.at).filter((i) => map.at[i] !== null).sort((i, j) => map.at[i] - map.at[j]);
-  return { blend: { channel: channel_of(map.by), stops: mixed.map((i) => ({ value: map.at[i], material: names[i] })) } };
+  const stops = mixed.map((i) => ({ value: map.at[i], material: names[i] }));
+  return { blend: { channel: channel_of(map.by), stops } };
 }
 
 /** The contract's Printing. */
