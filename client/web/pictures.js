@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Gets the pictures of what the page shows, one at a time: while one is on its way only the latest view waits, so a drag
-// never queues. While something moves, coarse pictures come; when it rests, the full one. Then the part in space.
+// Gets the pictures of what the page shows, one at a time: while one is on its way only the latest view waits, so a
+// drag never queues. While something moves, coarse pictures come; when it rests, the full one. Then the part in space.
 import { is_away, post } from "./api.js";
 import { add, clamp } from "./plane.js";
 import { box, frame, is_layer, pitch_message, request, shows_materials, state, view } from "./state.js";
@@ -50,10 +50,11 @@ async function load_surface(channel, wanted) {
   const vertices = Number(header.vertex_count), values = channel ? vertices : 0;
   if (wanted !== view.surface_of) return;
   view.part.set_surface({ box: part, places: new Float32Array(bytes, 0, 3 * vertices),
-    values: new Float32Array(bytes, 12 * vertices, values), triangles: new Uint32Array(bytes, 12 * vertices + 4 * values) });
+    values: new Float32Array(bytes, 12 * vertices, values),
+    triangles: new Uint32Array(bytes, 12 * vertices + 4 * values) });
 }
 
-/** Draws the latest view that was wanted; at most one request is under way. `show_plane()` is called with a new grid. */
+/** Draws the latest view that was wanted; at most one request is under way. show_plane() is called with a new grid. */
 export async function draw(show_plane) {
   $("picture").dataset.stage = "passed";  // What is shown is no longer what is wanted.
   if (view.busy) return;
@@ -75,7 +76,8 @@ export async function draw(show_plane) {
       const away = is_away(error);
       if (away || error.status === 409) view.wanted = true;  // 409: too many pages share the server's calls.
       else full = true;
-      if (error.status !== 409) say(away ? "The server is away; this page goes on when it is back." : error.message, away);
+      const text = away ? "The server is away; this page goes on when it is back." : error.message;
+      if (error.status !== 409) say(text, away);
       if (away) await new Promise((done) => setTimeout(done, 1000));
     }
   }
@@ -120,4 +122,3 @@ async function show_picture(blob, { header, full, layer, place, f, asked }) {
     `${show(header.across_mm_per_pixel)} mm a pixel` + (is_layer() ? "; larger shows the voxels" : "");
   say(Number(header.pixels_inside) === 0 ? "The plane misses the part." : `${where}, ${show(header.worked_ms)} ms`);
 }
-

@@ -8,9 +8,9 @@ import {
 } from "./plane.js";
 
 // What the address brings back. `up`: what was up in the picture when the plane was tilted last, or null.
-export const state = { mesh: null, axis: "z", azimuth: 30, elevation: 45, up: null, height: 0.5, show: "channel", channel: "", colours:
-  "COLOUR_MAP_NAME_VIRIDIS", fixed: true, lines: false, zoom: 1, pan: [0, 0], pitch: null, printing: null,
-  camera: { azimuth: 40, elevation: 25, near: 1 } };
+export const state = { mesh: null, axis: "z", azimuth: 30, elevation: 45, up: null, height: 0.5, show: "channel",
+  channel: "", colours: "COLOUR_MAP_NAME_VIRIDIS", fixed: true, lines: false, zoom: 1, pan: [0, 0], pitch: null,
+  printing: null, camera: { azimuth: 40, elevation: 25, near: 1 } };
 export const view = { meshes: [], busy: false, wanted: false, urls: {}, grid: null, grid_of: "", part: null, surface_of: "",
   page: Array.from(crypto.getRandomValues(new Uint32Array(2)), (x) => x.toString(36)).join("") };
 export const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -26,7 +26,8 @@ export const layer_number = () => clamp(Math.floor(state.height * view.grid.exte
 export function frame() {
   const normal = { z: [0, 0, 1], layer: [0, 0, 1], y: [0, -1, 0], x: [1, 0, 0] }[state.axis] ??
     direction(state.azimuth, state.elevation);
-  const { across, up } = axes(normal, (state.axis === "free" && state.up) || undefined), part = box(), centre = middle(part);
+  const { across, up } = axes(normal, (state.axis === "free" && state.up) || undefined);
+  const part = box(), centre = middle(part);
   let height = dot(centre, normal) + (2 * state.height - 1) * reach(part, normal);
   if (is_layer()) height = view.grid.origin_mm.z + (layer_number() + 0.5) * view.grid.pitch.z_mm;
   const stage = document.getElementById("stage").getBoundingClientRect();

@@ -47,8 +47,8 @@ export async function full(on = page) {
       if (data[i + 3] > 0) colours.add("#" + [0, 1, 2].map((k) => data[i + k].toString(16).padStart(2, "0")).join(""));
     }
     const box = image.getBoundingClientRect();
-    return { inside, sum, colours: [...colours].sort(), width: canvas.width, height: canvas.height, layer: image.dataset.layer,
-      shown: [box.width, box.height] };
+    return { inside, sum, colours: [...colours].sort(), width: canvas.width, height: canvas.height,
+      layer: image.dataset.layer, shown: [box.width, box.height] };
   });
 }
 
@@ -91,7 +91,10 @@ export async function space() {
     const { data } = context.getImageData(0, 0, image.width, image.height);
     let other = 0;
     // Colours of a channel aren't grey; frames, shadows and the page are.
-    for (let i = 0; i < data.length; i += 4) other += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
+    for (let i = 0; i < data.length; i += 4) {
+      const colour = data.slice(i, i + 3);
+      other += Math.max(...colour) - Math.min(...colour) > 40;
+    }
     return other;
   }, file);
   return { file, painted };
