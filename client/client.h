@@ -88,8 +88,9 @@ using LayerCallback = std::function<void(const v1::SliceHeader& header, Layer la
 using UploadProgress = std::function<void(std::uint64_t, std::uint64_t)>;
 
 /// How far the server is with the mesh. Only while it prepares it, about twice a second, and never less far than
-/// before; not at all where the server is too old, or a proxy leads elsewhere. Called from another thread, which ends
-/// before the call. May throw: the call is cancelled and the exception goes on.
+/// before, but an upload that is repeated may begin anew; not at all where the server is too old, or a proxy leads
+/// elsewhere. Called from another thread, which ends before the call. May throw: the call is cancelled and the
+/// exception goes on.
 using PreparationReport = std::function<void(const v1::GetPreparationResponse&)>;
 
 /// Gives x, y, z of the next points, `most_points` of them at most, mm; nothing after the last one.

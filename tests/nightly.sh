@@ -69,7 +69,7 @@ wants() {
   [[ ",$steps," == *",$1,"* ]]
 }
 
-# As users build, and where it takes a third of the time.
+# Not as users build, but with sanitizers, where it takes a third of the time.
 unity_of() {
   if [[ $1 == asan || $1 == fuzz ]]; then echo ON; else echo OFF; fi
 }
@@ -156,7 +156,7 @@ if wants jobs || wants meshes || wants load || wants browser || wants plugins ||
 fi
 
 if wants fuzz || wants asan; then
-  # Without the core's own tests, which Clang 14 can't compile all of.
+  # Without the core's own tests: Clang 14 can't compile all of them.
   if run "build for fuzzing" build fuzz {server,client,tests/{fuzz,server,client,integration}}/all; then
     for target in $(wants fuzz && ls tests/fuzz/corpus); do
       seconds=$other_seconds

@@ -21,12 +21,12 @@ namespace {
 constexpr std::size_t kPatchCacheBytes = 24 << 20;
 constexpr int kMostSteps = 12;
 constexpr int kMostClipped = 2;  // Steps that would have left the cell: it is another one that holds the point.
-// Of a patch: what is left is taken to first order. Slopes are taken as they are.
+// Of a patch: a step below that is the last one. It takes values to first order, and slopes from where it begins.
 constexpr double kNearForSlopes = 0.01, kNearForValues = 0.02, kNearForRoughValues = 0.1;
 constexpr double kFarthestHint = 0.05;                        // Beyond its cell, a guess says nothing about it.
 constexpr double kHintMargin = 0.02, kCandidateMargin = 0.1;  // Starts lie that far inside.
 constexpr double kBeside = 0.02;                              // Beyond a cell whose neighbour goes on smoothly.
-constexpr double kRoughlyBeside = 0.1;                        // The same of rough ones.
+constexpr double kRoughlyBeside = 0.1;                        // The same where values may be rough.
 constexpr double kBesideBoundary = 0.1;
 constexpr double kSoftClip = 0.1;  // Irregular cells: the share of the way to a side that must remain.
 constexpr std::size_t kMostCandidates = 8;

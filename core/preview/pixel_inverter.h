@@ -42,8 +42,8 @@ class PixelInverter {
 
   struct Care {
     bool strict = false;  // No parameter beyond its cell is taken, for channels that jump between cells.
-    bool rough =
-        false;  // What is a part of a patch away is taken to first order, from the boundary's inside beyond it.
+    /// A step of a tenth of a patch is the last one, and what is a little beyond a cell is taken at its side.
+    bool rough = false;
   };
 
   /// For the pixels of one picture. REQUIRES: all outlive the picture; the field is of the solid.
@@ -58,7 +58,7 @@ class PixelInverter {
 
   enum class Wanted : std::uint8_t { kSlopes, kValues };
 
-  /// The number of a pixel, by which it is known from now on. If only its values are wanted, its slopes are rougher.
+  /// The number of a pixel, by which it is known from now on. Where only values are wanted, all is a little rougher.
   std::uint32_t invert(std::uint32_t column, std::uint32_t row, Wanted wanted = Wanted::kSlopes);
   /// A pixel's number, if it has been asked for.
   std::optional<std::uint32_t> find(std::uint32_t column, std::uint32_t row) const;

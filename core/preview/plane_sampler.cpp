@@ -116,7 +116,8 @@ void PlaneSampler::narrow_tolerances() {
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const ChannelRange& channel = solid_->summary().channels[channels_[c].channel];
     const double share = (reached[c].max - reached[c].min) / (channel.max - channel.min);
-    if (share < 1) channels_[c].tolerance *= std::max(share, kNarrowest);  // Not if no corner is inside, or for NaN.
+    // Where no corner is inside the share is below 0, and the narrowest tolerance is on the safe side.
+    if (share < 1) channels_[c].tolerance *= std::max(share, kNarrowest);  // Not for NaN.
   }
 }
 

@@ -80,7 +80,7 @@ def main():
             browser.stdin.close()
             browser.wait()
     if late:
-        sys.exit(f"the first picture took more than {options.most_ms:.0f} ms of {', '.join(late)}")
+        sys.exit(f"the first picture of {', '.join(late)} took more than {options.most_ms:.0f} ms")
 
 
 main()

@@ -178,8 +178,9 @@ class Client:
         """What the server knows about a mesh, which it gets unless it holds it: cells, box, volumes, folds.
 
         on_preparation: called about twice a second while the server prepares the mesh, with its phase and the cells
-            that are done of it (the contract's GetPreparationResponse), if they are further than before. Never, where
-            the server is too old, or a proxy leads to another one. What it raises cancels the upload.
+            that are done of it (the contract's GetPreparationResponse), if they are further than before; an upload that
+            is repeated may begin anew. Never, where the server is too old, or a proxy leads to another one. What it
+            raises cancels the upload.
         """
         self._meshes[mesh.id] = mesh
         return self._call(lambda: self._upload_once(mesh, on_preparation))
