@@ -388,15 +388,22 @@ class Client:
     def _watch(self, upload: grpc.Future, mesh_id: str, on_preparation: OnPreparation) -> None:
         """Tells how far the mesh is until its upload is over, or there is no use in asking."""
         last = (mesh_pb2.PREPARATION_PHASE_UNSPECIFIED, 0)
+        question: Optional[grpc.Future] = None
+        # An answer that is late holds nothing up.
+        upload.add_done_callback(lambda _: question is not None and question.cancel())
         while True:
             try:
                 upload.exception(timeout=_ASK_EVERY_S)
                 return
             except grpc.FutureTimeoutError:
                 pass
+            question = self._stub.begin_question(mesh_pb2.GetPreparationRequest(mesh_id=mesh_id), _LONGEST_ANSWER_S)
+            if upload.done():  # Perhaps before there was a question to be cancelled.
+                question.cancel()
             try:
-                answer = self._stub.GetPreparation(mesh_pb2.GetPreparationRequest(mesh_id=mesh_id),
-                                                   timeout=_LONGEST_ANSWER_S)
+                answer = question.result()
+            except grpc.FutureCancelledError:
+                return
             except grpc.RpcError as failed:
                 if failed.code() == grpc.StatusCode.UNIMPLEMENTED:
                     return

@@ -8,7 +8,7 @@ from typing import Any, Iterator, List, Optional, Tuple
 
 import grpc
 
-from .v1 import service_pb2_grpc
+from .v1 import mesh_pb2, service_pb2_grpc
 
 _MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
 _MOST_TOKEN_BYTES = 4096
@@ -81,15 +81,19 @@ class Calls:
     def __getattr__(self, method: str) -> Any:
         send = getattr(self._stub, method)
 
-        def call(request: Any, mesh_id: str = "", timeout: Optional[float] = None) -> Any:
+        def call(request: Any, mesh_id: str = "") -> Any:
             """mesh_id: of streams of requests."""
-            return send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")), timeout=timeout)
+            return send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")))
 
         return call
 
     def begin_upload(self, messages: Iterator[Any], mesh_id: str) -> Any:
         """The upload as a future."""
         return self._stub.UploadMesh.future(messages, metadata=self._about(mesh_id))
+
+    def begin_question(self, request: mesh_pb2.GetPreparationRequest, timeout: float) -> Any:
+        """How far a mesh is, as a future."""
+        return self._stub.GetPreparation.future(request, metadata=self._about(request.mesh_id), timeout=timeout)
 
     def _about(self, mesh_id: str) -> List[Tuple[str, str]]:
         return self._metadata + ([("ccslice-mesh-id", mesh_id)] if _MESH_ID.fullmatch(mesh_id) else [])

@@ -114,8 +114,23 @@ class Values(unittest.TestCase):
                 return grpc.StatusCode.UNIMPLEMENTED
 
         with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01), \
-                mock.patch.object(self.client._stub, "GetPreparation", create=True, side_effect=Unimplemented) as asked:
+                mock.patch.object(self.client._stub, "begin_question") as asked:
+            asked.return_value.result.side_effect = Unimplemented
             self.client.upload(block(22), on_preparation=self.fail)
+        self.assertEqual(asked.call_count, 1)
+
+    def test_an_answer_that_never_comes_holds_no_upload_up(self):
+        cancelled = threading.Event()
+
+        def result():
+            self.assertTrue(cancelled.wait(60))
+            raise grpc.FutureCancelledError
+
+        with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01), \
+                mock.patch.object(self.client._stub, "begin_question") as asked:
+            asked.return_value.result = result
+            asked.return_value.cancel = cancelled.set
+            self.assertEqual(self.client.upload(block(23), on_preparation=self.fail).control_cells, 23 ** 3)
         self.assertEqual(asked.call_count, 1)
 
     def test_plan(self):
