@@ -43,8 +43,8 @@ void PreparationWatch::end() {
 void PreparationWatch::run() {
   try {
     while (!over_.wait_for(kPause) && ask()) continue;
-  } catch (const ClientError&) {
-    return;  // It is over, or the token can't be read, of which the call speaks.
+  } catch (...) {
+    return;  // It is over, or the token can't be read, of which the call speaks. An upload fails of nothing here.
   }
 }
 

@@ -274,9 +274,13 @@ bool names_mesh_id(const MeshOptions& options) {
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
   print_notes(session, mesh);
   client::Client& client = session.client();
+  PreparationDisplay preparing(session.quiet());
   std::optional<Progress> sending;  // Again, if another server gets the mesh.
   const auto report = [&](std::uint64_t sent, std::uint64_t total) {
-    if (!sending) sending.emplace("uploading", "bytes", total, session.quiet());
+    if (!sending) {
+      preparing.restart();
+      sending.emplace("uploading", "bytes", total, session.quiet());
+    }
     sending->update(sent);
     if (sent < total) return;
     sending.reset();
@@ -285,7 +289,6 @@ client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
       print_note("the server prepares " + show_count(mesh.mesh.cell_count()) + " cells");
     }
   };
-  PreparationDisplay preparing(session.quiet());
   client::UploadOutcome outcome = client.ensure_uploaded(
       mesh.bytes, report, session.call(), [&](const v1::GetPreparationResponse& answer) { preparing.update(answer); });
   preparing.finish();

@@ -43,4 +43,9 @@ void PreparationDisplay::finish() {
   bar_.reset();
 }
 
+void PreparationDisplay::restart() {
+  bar_.reset();
+  last_.Clear();
+}
+
 }  // namespace ccslice::cli

@@ -20,6 +20,8 @@ class PreparationDisplay {
   void update(const v1::GetPreparationResponse& answer);
   /// The mesh is prepared, so what was under way is done.
   void finish();
+  /// The upload is repeated: what was under way won't be done.
+  void restart();
 
  private:
   const bool quiet_;

@@ -65,12 +65,12 @@ constexpr std::size_t kWalkedTogether = 512, kWalkedInTurn = 16;
 
 class Builder {
  public:
-  Builder(const ControlMesh& mesh, const SplitMesh& split, const PrepareOptions& options, LimitSolid::Data& data)
-      : mesh_(mesh), split_(split), options_(options), cancel_(options.cancel), memory_(mesh, options), data_(data) {}
+  Builder(const ControlMesh& mesh, const PrepareOptions& options, LimitSolid::Data& data)
+      : mesh_(mesh), options_(options), cancel_(options.cancel), memory_(mesh, options), data_(data) {}
 
-  void run(CellComplex complex) {
+  void run(const SplitMesh& split, CellComplex complex) {
     options_.begin(PreparationStep::kRefining);
-    levels_ = build_levels(mesh_, split_, std::move(complex), options_, memory_, data_);
+    levels_ = build_levels(mesh_, split, std::move(complex), options_, memory_, data_);
     options_.begin(PreparationStep::kBuilding, memory_.limit_cells());
     reserve_faces();
     stars_.resize(levels_.size());
@@ -105,7 +105,6 @@ class Builder {
   void summarize();
 
   const ControlMesh& mesh_;
-  const SplitMesh& split_;
   const PrepareOptions& options_;
   const CancellationToken& cancel_;
   BuildingMemory memory_;
@@ -366,10 +365,10 @@ void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOpti
   data.has_several_regions = has_several_regions(mesh);
   if (!data.has_several_regions) {
     const SplitMesh whole{{}, {}, {}};
-    Builder(mesh, whole, options, data).run(std::move(complex));
+    Builder(mesh, options, data).run(whole, std::move(complex));
   } else {
     const SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
-    Builder(split.mesh, split, options, data).run(make_cell_complex(split.mesh, options.cancel));
+    Builder(split.mesh, options, data).run(split, make_cell_complex(split.mesh, options.cancel));
   }
   data.summary.control_vertices = mesh.vertex_count();
   data.summary.sharp_edges = mesh.sharp_edges.size();

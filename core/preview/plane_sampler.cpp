@@ -101,10 +101,13 @@ std::uint8_t PlaneSampler::number_at(std::uint32_t column, std::uint32_t row) co
 void PlaneSampler::narrow_tolerances() {
   std::vector<ValueRange> reached(channels_.size(),
                                   {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+  const CellIndex& index = solid_->index();
+  const bool may_be_ambiguous = index.fold_boxes.size() + index.overlap_boxes.size() > 0;
   for (std::uint32_t row = 0; row < rows_; row += kBlock) {
     target_->cancel.throw_if_cancelled();
     for (std::uint32_t column = 0; column < columns_; column += kBlock) {
       if (number_at(column, row) == 0) continue;
+      if (may_be_ambiguous && surroundings_of(column, row, kBlock) == Surroundings::kAmbiguous) continue;
       const std::uint32_t number = inverter_.invert(column, row);
       if (!inverter_.pixel(number).smooth) continue;
       for (std::size_t c = 0; c < channels_.size(); ++c) {

@@ -111,6 +111,17 @@ TEST(PreparationDisplay, DoesNotCallDoneWhatAnotherServerBeginsAnew) {
   EXPECT_THAT(text, Not(HasSubstr("1,000 of 1,000")));
 }
 
+TEST(PreparationDisplay, DoesNotCallDoneWhatWasUnderWayBeforeARestart) {
+  const std::string text = shown_on_terminal([] {
+    PreparationDisplay display(/*quiet=*/false);
+    display.update(at(v1::PREPARATION_PHASE_BUILDING, 500, 1000));
+    display.restart();
+    display.update(at(v1::PREPARATION_PHASE_SEARCHING_FOLDS, 10, 1000));
+  });
+  EXPECT_THAT(text, HasSubstr(" 500 of 1,000 cells"));
+  EXPECT_THAT(text, Not(HasSubstr("1,000 of 1,000")));
+}
+
 TEST(PreparationDisplay, IsQuietIfAsked) {
   EXPECT_THAT(shown_on_terminal([] { show_some(/*quiet=*/true); }), IsEmpty());
 }

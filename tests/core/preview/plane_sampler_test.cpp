@@ -126,6 +126,13 @@ TEST_P(SampledTinyMeshes, KeepTheToleranceInEveryPixel) {
   EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
 }
 
+TEST_P(SampledTinyMeshes, KeepARoughToleranceToo) {
+  const Errors errors = errors_of(oracle::tiny_meshes()[GetParam()].mesh, 48, true);
+  EXPECT_GT(errors.pixels, 200u);
+  EXPECT_LE(errors.beyond, errors.pixels / 1000) << errors.worst << " at " << errors.worst_at;
+  EXPECT_LE(errors.worst, 2) << errors.worst_at;
+}
+
 INSTANTIATE_TEST_SUITE_P(Catalogue, SampledTinyMeshes, testing::Range<std::size_t>(0, oracle::tiny_meshes().size()),
                          [](const auto& info) { return oracle::tiny_meshes()[info.param].name; });
 
@@ -165,8 +172,13 @@ TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
   const auto solid = LimitSolid::prepare(std::move(mesh));
   PlaneSampler sampler(solid);
   const std::size_t height = solid->channel_count() - 1;
-  for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(0.02, 0.01, 1)}) {
-    PaintedPlane plane(solid, normal, 0.52, 256, kTolerance);
+  struct Cut {
+    Vec3 normal;
+    std::uint32_t pixels;
+  };
+  // In the small one no corner of a block is inside.
+  for (const Cut& cut : {Cut{Vec3(0, 0, 1), 256}, Cut{Vec3(0.02, 0.01, 1), 256}, Cut{Vec3(0.02, 0.01, 1), 6}}) {
+    PaintedPlane plane(solid, cut.normal, 0.52, cut.pixels, kTolerance);
     plane.spec.channels = {plane.spec.channels[height]};
     LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
     sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, {.own_range = true});
@@ -175,7 +187,7 @@ TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
     double low = std::numeric_limits<double>::infinity(), high = -low, worst = 0;
     for (const VoxelRun& span : plane.spans) {
       for (std::uint32_t x = span.begin; x < span.end; ++x) {
-        const std::size_t at = std::size_t{256} * span.row + x;
+        const std::size_t at = std::size_t{cut.pixels} * span.row + x;
         const double value = value_at(exact.channels()[height], at);
         low = std::min(low, value);
         high = std::max(high, value);
