@@ -114,7 +114,10 @@ TEST(PreparationDisplay, DoesNotCallDoneWhatAnotherServerBeginsAnew) {
 TEST(PreparationDisplay, DoesNotCallDoneWhatWasUnderWayBeforeARestart) {
   const std::string text = shown_on_terminal([] {
     PreparationDisplay display(/*quiet=*/false);
-    display.update(at(v1::PREPARATION_PHASE_BUILDING, 500, 1000));
+    for (const std::uint64_t done : {400u, 500u}) {
+      display.update(at(v1::PREPARATION_PHASE_BUILDING, done, 1000));
+      std::this_thread::sleep_for(std::chrono::milliseconds(120));
+    }
     display.restart();
     display.update(at(v1::PREPARATION_PHASE_SEARCHING_FOLDS, 10, 1000));
   });
