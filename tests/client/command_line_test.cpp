@@ -459,7 +459,11 @@ TEST_F(CommandLine, ExplainsItself) {
 TEST_F(CommandLine, IsInterruptedWhileItOpensAFifo) {
   ASSERT_EQ(mkfifo(path("fifo.vtk").c_str(), 0600), 0);
   const auto process = start({"info", path("fifo.vtk")}, "");
-  std::this_thread::sleep_for(std::chrono::seconds(1));  // Nobody writes: it hangs by now.
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!process->catches(SIGINT) && std::chrono::steady_clock::now() < latest) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // Nobody writes: it hangs by now.
   const auto begin = std::chrono::steady_clock::now();
   process->send_signal(SIGINT);
   EXPECT_EQ(process->wait().exit_code, cli::kExitInterrupted);

@@ -50,6 +50,16 @@ Process::~Process() {
 
 void Process::send_signal(int signal) const { kill(pid_, signal); }
 
+bool Process::catches(int signal) const {
+  const std::string status = read_whole("/proc/" + std::to_string(pid_) + "/status");
+  for (const std::string mask : {"SigBlk:", "SigCgt:"}) {
+    const std::size_t at = status.find(mask);
+    if (at == std::string::npos) continue;
+    if (std::stoull(status.substr(at + mask.size()), nullptr, 16) >> (signal - 1) & 1) return true;
+  }
+  return false;
+}
+
 std::string Process::out_so_far() const { return read_whole(out_); }
 
 ProcessResult Process::wait() {

@@ -30,6 +30,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send_signal(int signal) const;
+  /// It won't die of the signal any more: it has a handler, or waits for it with the signal blocked.
+  bool catches(int signal) const;
   /// What it has written to standard output by now.
   std::string out_so_far() const;
   /// Waits for its end.
