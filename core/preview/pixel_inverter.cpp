@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kPatchCacheBytes = 24 << 20;
 constexpr int kMostSteps = 12;
 constexpr int kMostClipped = 2;  // Steps that would have left the cell: it is another one that holds the point.
-// Of a patch: a step below that is the last one. It takes values to first order, and slopes from where it begins.
+// A step below that share of a patch is the last one. It takes values to first order, and slopes from where it begins.
 constexpr double kNearForSlopes = 0.01, kNearForValues = 0.02, kNearForRoughValues = 0.1;
 constexpr double kFarthestHint = 0.05;                        // Beyond its cell, a guess says nothing about it.
 constexpr double kHintMargin = 0.02, kCandidateMargin = 0.1;  // Starts lie that far inside.
@@ -32,6 +32,8 @@ constexpr double kSoftClip = 0.1;  // Irregular cells: the share of the way to a
 constexpr std::size_t kMostCandidates = 8;
 constexpr std::uint32_t kHintBlock = 4;  // Pixels each way.
 constexpr std::array<std::array<int, 2>, 6> kBlocksAround = {{{0, 0}, {-1, 0}, {0, -1}, {1, -1}, {-1, -1}, {1, 0}}};
+
+std::uint32_t hint_blocks(std::uint32_t pixels) { return (pixels + kHintBlock - 1) / kHintBlock; }
 
 double beyond_cell(const Vec3& uvw) { return (uvw.array() - 0.5).abs().maxCoeff() - 0.5; }
 
@@ -101,8 +103,8 @@ void PixelInverter::start(const LayerTarget& target, const InterpolationSpec& sp
   const Vec3 scales = Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues();
   outside_mm_ = inversion_options_of(scales, spec.outside_mm).outside_mm;
   numbers_.assign(std::size_t{lattice_.width} * lattice_.height, 0);
-  hint_columns_ = (lattice_.width + kHintBlock - 1) / kHintBlock;
-  blocks_.assign(std::size_t{hint_columns_} * ((lattice_.height + kHintBlock - 1) / kHintBlock), 0);
+  hint_columns_ = hint_blocks(lattice_.width);
+  blocks_.assign(std::size_t{hint_columns_} * hint_blocks(lattice_.height), 0);
   pixels_.clear();
   samples_.clear();
   last_.reset();
@@ -168,7 +170,7 @@ bool PixelInverter::solve_near(std::uint32_t near, double farthest, const Vec3& 
 
 /// From a pixel of the blocks around, if the point is in its cell.
 bool PixelInverter::solve_beside(const Vec3& point, Pixel& pixel) {
-  const std::uint32_t rows = (lattice_.height + kHintBlock - 1) / kHintBlock;
+  const std::uint32_t rows = hint_blocks(lattice_.height);
   const std::uint32_t x = pixel.column / kHintBlock, y = pixel.row / kHintBlock;
   for (const auto& [across, up] : kBlocksAround) {
     const std::uint32_t column = x + static_cast<std::uint32_t>(across), row = y + static_cast<std::uint32_t>(up);
@@ -234,10 +236,9 @@ bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixe
       nearest_mm_ = residual.norm();
       nearest_ = {cell, uvw};
     }
-    const bool within = is_within(cell, step);
-    if (care_.rough && within) step.end_at(well_inside(step.uvw, 0), place);
+    if (care_.rough && is_within(cell, step)) step.end_at(well_inside(step.uvw, 0), place);
     if (step.local.cwiseAbs().maxCoeff() <= near_) {
-      if (!within) return false;
+      if (!is_within(cell, step)) return false;
       pixel.at = {cell, well_inside(step.uvw, 0)};
       keep(step, pixel);
       return true;

@@ -87,10 +87,10 @@ class PlanePainter::State {
 
   std::shared_ptr<const LimitSolid> solid_;
   PlaneSampler sampler_;
-  // Of the part's placement:
+  // These follow from the part's placement:
   std::optional<Placement> placement_;
   double scale_mm_ = 0;
-  // Of the plane's orientation:
+  // These follow from the plane's orientation, too:
   std::optional<Placement> under_plane_;
   std::shared_ptr<const ContourIndex> index_;
   std::optional<ContourTracer> tracer_;

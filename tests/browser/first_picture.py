@@ -24,7 +24,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "support"))
 from ccsliced_process import Server  # noqa: E402
-import packages  # noqa: E402
+import node_packages  # noqa: E402
 
 STEPS = ["address", "first", "full", "space"]
 
@@ -57,7 +57,7 @@ def main():
     parser.add_argument("--times", type=int, default=5)
     parser.add_argument("--most-ms", type=float, default=float("inf"))
     options = parser.parse_args()
-    packages.install()
+    node_packages.install(HERE)
     late = []
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)

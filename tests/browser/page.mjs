@@ -99,4 +99,3 @@ export async function space() {
   }, file);
   return { file, painted };
 }
-

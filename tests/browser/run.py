@@ -17,7 +17,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "support"))
 from ccsliced_process import Server  # noqa: E402
-import packages  # noqa: E402
+import node_packages  # noqa: E402
 
 
 def write_block(file):
@@ -39,7 +39,7 @@ def write_block(file):
 
 
 def main(ccsliced, ccslice, pictures=None):
-    packages.install()
+    node_packages.install(HERE)
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
         pictures = pathlib.Path(pictures or folder)

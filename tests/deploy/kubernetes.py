@@ -26,6 +26,7 @@ import yaml
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "support")]
 
+import node_packages  # noqa: E402
 import policies  # noqa: E402
 from breaks import BREAKS, GONE, QUEUE  # noqa: E402
 from free_port import free_port  # noqa: E402
@@ -124,21 +125,12 @@ def check_rendering():
 # --- Schemas ----------------------------------------------------------------------------------------------------------
 
 
-def install_schemas():
-    """Where they are missing."""
-    folder = HERE / "schemas"
-    installed, wanted = folder / "node_modules/.package-lock.json", folder / "package-lock.json"
-    if not installed.exists() or installed.stat().st_mtime < wanted.stat().st_mtime:
-        subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], check=True,
-                       cwd=folder, stdout=sys.stderr)
-
-
 def schema_findings(objects):
     return json.loads(output(["node", HERE / "schemas/check.js"], input=json.dumps(objects)).stdout)
 
 
 def check_schemas():
-    install_schemas()
+    node_packages.install(HERE / "schemas")
     found = [words for name in OVERLAYS for words in schema_findings(rendered(name))]
     broken = copy.deepcopy(Overlay("dev", rendered("dev")).get("Deployment", "ccsliced"))
     container = pod_of(broken)["containers"][0]

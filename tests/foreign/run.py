@@ -20,6 +20,7 @@ PROTO = HERE.parents[1] / "proto"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(HERE.parent / "support"))
 from ccsliced_process import Server  # noqa: E402
+import node_packages  # noqa: E402
 
 
 def json_of(command, **options):
@@ -60,19 +61,10 @@ def python_client(address, folder, _, *secured):
     return "stiffness", json_of(["/usr/bin/python3", HERE / "python/slice_bar.py", address, *secured], env=environment)
 
 
-def install_node_packages():
-    """Where they are missing."""
-    node = HERE / "node"
-    installed, wanted = node / "node_modules/.package-lock.json", node / "package-lock.json"
-    if not installed.exists() or installed.stat().st_mtime < wanted.stat().st_mtime:
-        install = ["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
-        subprocess.run(install, check=True, cwd=node, stdout=sys.stderr)
-
-
 def node_client(address, folder, ccslice, *secured):
     """Makes a sample, then runs the example with it."""
     node = HERE / "node"
-    install_node_packages()
+    node_packages.install(node)
     subprocess.run([ccslice, "models", "box", "-o", folder / "box.ccmesh", "--quiet"], check=True, stdout=sys.stderr)
     return "gradient", json_of(["node", node / "slice_file.js", address, folder / "box.ccmesh", "gradient", *secured])
 

@@ -16,10 +16,12 @@ import tempfile
 import numpy as np
 from PIL import Image
 
-sys.dont_write_bytecode = True
-from run import install_node_packages, json_of  # noqa: E402
-
 HERE = pathlib.Path(__file__).resolve().parent
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(HERE.parent / "support"))
+import node_packages  # noqa: E402
+from run import json_of  # noqa: E402
+
 # The library drops v:composite, and warns of it and of each of its mappings; its own files have none.
 UNKNOWN_ELEMENTS = 1
 MILLIMETRE = 1  # Of its eModelUnit.
@@ -89,7 +91,7 @@ def compare_with_probes(ccslice, mesh, layers, sheets, properties, channels):
 
 
 def main(ccslice):
-    install_node_packages()
+    node_packages.install(HERE / "node")
     for model, (options, channels) in MODELS.items():
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)

@@ -171,7 +171,7 @@ TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
   EXPECT_EQ(failure_of(reader->status).reason, "SERVER_SHUTTING_DOWN");
 }
 
-/// Of a stream of triangles: all of it put together, however it was cut into messages.
+/// Reads a stream of triangles and puts it together, however it was cut into messages.
 class SurfaceReader {
  public:
   SurfaceReader(std::unique_ptr<v1::SlicerService::Stub> stub, const std::string& mesh_id) : stub_(std::move(stub)) {

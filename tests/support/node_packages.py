@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
-"""What Node.js needs to drive Chromium."""
+"""What tests need of Node.js's packages."""
 
-import pathlib
 import subprocess
 import sys
 
-_HERE = pathlib.Path(__file__).resolve().parent
 
-
-def install():
-    """Where it is missing."""
-    installed, wanted = _HERE / "node_modules/.package-lock.json", _HERE / "package-lock.json"
+def install(folder):
+    """The packages of a folder's package-lock.json, where they are missing."""
+    installed, wanted = folder / "node_modules/.package-lock.json", folder / "package-lock.json"
     if not installed.exists() or installed.stat().st_mtime < wanted.stat().st_mtime:
         subprocess.run(["npm", "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], check=True,
-                       cwd=_HERE, stdout=sys.stderr)
+                       cwd=folder, stdout=sys.stderr)
