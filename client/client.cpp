@@ -69,8 +69,9 @@ v1::MeshSummary Client::get_mesh(const Endpoint& endpoint, const std::string& me
   return response.mesh();
 }
 
-v1::MeshSummary Client::mesh_summary(const std::string& mesh_id, const CallOptions& call) {
-  return with_retries(call, mesh_id, [&](const Endpoint& at) { return get_mesh(at, mesh_id, call); });
+v1::MeshSummary Client::mesh_summary(const std::string& mesh_id, const CallOptions& call,
+                                     const PreparationReport& preparation) {
+  return with_retries(call, mesh_id, [&](const Endpoint& at) { return get_mesh(at, mesh_id, call, preparation); });
 }
 
 std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
@@ -130,12 +131,7 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
     one.check(at.stub->FindMissingMeshes(&one.context(), request, &response));
     return response.missing_mesh_ids_size() > 0;
   });
-  if (!missing) {
-    // Held by the store that servers share, it may have to be prepared yet.
-    return {
-        with_retries(call, mesh->id(), [&](const Endpoint& at) { return get_mesh(at, mesh->id(), call, preparation); }),
-        true};
-  }
+  if (!missing) return {mesh_summary(mesh->id(), call, preparation), true};
   v1::UploadMeshResponse response = with_retries(
       call, mesh->id(), [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call, preparation); });
   return {std::move(*response.mutable_mesh()), response.already_cached()};

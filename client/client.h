@@ -142,7 +142,9 @@ class Client {
                                 const CallOptions& call = {}, const PreparationReport& preparation = {});
   /// Forgets the mesh and frees its bytes; the server keeps it. False if the client didn't remember it.
   bool forget(const std::string& mesh_id);
-  v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {});
+  /// A mesh that only the servers' store holds is prepared for that.
+  v1::MeshSummary mesh_summary(const std::string& mesh_id, const CallOptions& call = {},
+                               const PreparationReport& preparation = {});
   /// Of the first server that answers.
   std::vector<v1::MeshSummary> list_meshes(const CallOptions& call = {});
   /// On every server that answers. False if none held it.

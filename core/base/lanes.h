@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 
 namespace ccslice {
 
@@ -17,11 +18,21 @@ inline constexpr std::size_t kLanes = 4;
 /// Four doubles in one register; the compiler knows + - * / on them.
 using Lanes = double __attribute__((vector_size(8 * kLanes)));
 
+inline Lanes load_unaligned(const double* p) noexcept {
+  Lanes lanes;
+  std::memcpy(&lanes, p, sizeof lanes);
+  return lanes;
+}
+inline void store_unaligned(Lanes lanes, double* p) noexcept { std::memcpy(p, &lanes, sizeof lanes); }
+
 /// a * b + c. Fused on purpose: one instruction, one rounding, on every machine that runs this build.
 inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) noexcept { return _mm256_fmadd_pd(a, b, c); }
 inline Lanes multiply_add(Lanes a, double b, Lanes c) noexcept { return _mm256_fmadd_pd(a, _mm256_set1_pd(b), c); }
 
 inline Lanes round_up(Lanes lanes) noexcept { return _mm256_ceil_pd(lanes); }
+
+inline Lanes lesser(Lanes a, Lanes b) noexcept { return _mm256_min_pd(a, b); }
+inline Lanes greater(Lanes a, Lanes b) noexcept { return _mm256_max_pd(a, b); }
 
 inline Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/limit/cell_ranges.h"
+#include "core/limit/lane_box.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
@@ -17,13 +18,13 @@ namespace {
 
 constexpr double kSmallestDeterminant = 1e-12;  // Determinant of the Jacobian with unit columns.
 
-/// Calls visit(point) for points whose hull holds the cell: the Bezier nets of the outermost patches, and what holds
-/// the rest at the irregular place.
+/// Calls visit(point) for points, padded, whose hull holds the cell: the Bezier nets of the outermost patches,
+/// and what holds the rest at the irregular place.
 template <typename Visit>
 void visit_hull(const LimitCell& cell, PatchBuilder& builder, Visit visit) {
   const auto add_patch = [&](const PatchPath&, double* grid) {
     bspline_to_bezier(grid, 3, kPositionDimension);
-    for (std::size_t p = 0; p < 64; ++p) visit(Vec3::Map(grid + kPositionDimension * p).eval());
+    for (std::size_t p = 0; p < 64; ++p) visit(load_unaligned(grid + kPositionDimension * p));
   };
   builder.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) { rest.visit_hull(visit); });
 }
@@ -55,10 +56,15 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
     for (const LimitCellId c : range.cells) {
       CellMap& map = data.cell_maps[c];
       map = cell_map(data, data.cells[c], builder);
-      visit_hull(data.cells[c], builder, [&](const Vec3& point) {
-        boxes[c].extend(point);
-        map.hull.extend(map(point));
+      const LaneMap inverse_jacobian(map.inverse_jacobian);
+      const Lanes middle = to_lanes(map.middle);
+      LaneBox box, hull;
+      visit_hull(data.cells[c], builder, [&](Lanes point) {
+        box.extend(point);
+        hull.extend(0.5 + inverse_jacobian(point - middle));
       });
+      boxes[c] = box.box();
+      map.hull = hull.box();
     }
     options.count(range.cells.size());
   });

@@ -54,7 +54,7 @@ void append_parts(const CellMap& map, const LimitCell& cell, const PartSizes& si
   };
   builder.visit_patches(cell, sizes.levels, sizes.levels, on_patch, [&](const PatchRest& rest) {
     Box3 box;
-    rest.visit_hull([&](const Vec3& point) { box.extend(map(point)); });
+    rest.visit_hull([&](Lanes point) { box.extend(map(to_vec3(point))); });
     parts.append(box);
   });
 }

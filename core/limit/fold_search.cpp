@@ -8,13 +8,12 @@
 #include <limits>
 #include <utility>
 
+#include "core/limit/lane_box.h"
 #include "core/limit/patch.h"
 
 namespace ccslice {
 
 namespace {
-
-using Quad = Eigen::Vector4d;
 
 constexpr double kCoefficientRounding =
     1e-12;  // As a share of the largest coefficient: what computing them may get wrong, with room.
@@ -43,28 +42,35 @@ bool keeps_regular(const Mat3& s) {
   return m(0, 0) > 0 && m.topLeftCorner<2, 2>().determinant() > 0 && m.determinant() > 0;
 }
 
+/// Bounds of the differences along one axis.
+template <std::size_t kStride>
+LaneBox differences_of(const std::array<Lanes, 64>& net) noexcept {
+  LaneBox bounds;
+  for (std::size_t block = 0; block < net.size(); block += 4 * kStride) {
+    for (std::size_t p = block; p < block + kStride; ++p) {
+      const Lanes a = net[p], b = net[p + kStride], c = net[p + 2 * kStride], d = net[p + 3 * kStride];
+      bounds.extend(b - a);
+      bounds.extend(c - b);
+      bounds.extend(d - c);
+    }
+  }
+  return bounds;
+}
+
 /// True if det J has the sign of det J0 all over the net. J0^-1 J is enclosed entry by entry, C +- R: regular if C is,
 /// and so is everything within |C^-1| R of I.
 bool certainly_unfolded(const BezierVolume& net, const Mat3& jacobian) {
-  Eigen::Matrix<double, 4, 3> map = Eigen::Matrix<double, 4, 3>::Zero();
-  map.topRows<3>() = 3 * jacobian.inverse();
-  BezierVolume images;  // Images of the net's points, so that their differences are those of J0^-1 J.
-  for (std::size_t p = 0; p < 64; ++p) {
-    const Quad d = net[p] - net[0];
-    images[p] = d[0] * map.col(0) + d[1] * map.col(1) + d[2] * map.col(2);
-  }
+  const LaneMap map(3 * jacobian.inverse());
+  const Lanes origin = load_unaligned(net[0].data());
+  std::array<Lanes, 64> images;  // Images of the net's points, so that their differences are those of J0^-1 J.
+  for (std::size_t p = 0; p < images.size(); ++p) images[p] = map(load_unaligned(net[p].data()) - origin);
   Mat3 centre, radius;
+  const std::array<LaneBox, 3> bounds = {differences_of<1>(images), differences_of<4>(images),
+                                         differences_of<16>(images)};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t stride = stride_of(axis);
-    Quad low = Quad::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    for (std::size_t p = 0; p < 64; ++p) {
-      if ((p / stride) % 4 == 3) continue;
-      const Quad image = images[p + stride] - images[p];
-      low = low.cwiseMin(image);
-      high = high.cwiseMax(image);
-    }
-    centre.col(static_cast<Eigen::Index>(axis)) = ((high + low) / 2).head<3>();
-    radius.col(static_cast<Eigen::Index>(axis)) = ((high - low) / 2).head<3>();
+    const auto& [low, high] = bounds[axis];
+    centre.col(static_cast<Eigen::Index>(axis)) = to_vec3((high + low) / 2);
+    radius.col(static_cast<Eigen::Index>(axis)) = to_vec3((high - low) / 2);
   }
   if (!(centre.determinant() > 0)) return false;
   // Differences of a Bezier net, times the degree, are coefficients of its derivative, whose values lie in their hull.
@@ -192,8 +198,8 @@ void halve_net(const BezierVolume& net, std::size_t axis, BezierVolume& low, Bez
   for (std::size_t p = 0; p < 64; ++p) {
     if ((p / stride) % 4 != 0) continue;
     const std::size_t q = p + stride, r = q + stride, s = r + stride;
-    const Quad pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
-    const Quad pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
+    const Eigen::Vector4d pq = (net[p] + net[q]) / 2, qr = (net[q] + net[r]) / 2, rs = (net[r] + net[s]) / 2;
+    const Eigen::Vector4d pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
     low[p] = net[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
     high[q] = qrs, high[r] = rs, high[s] = net[s];
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/limit/lane_box.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 
@@ -184,19 +185,24 @@ const LineFolds::Weights& LineFolds::weights_of(std::uint32_t op) {
 
 FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers, Views views) {
   const Weights& all = weights_of(op);
-  const auto weights = all.leftCols(views == Views::kAll ? all.cols() : 3);
-  const Eigen::Index points = weights.rows();
-  const Vec3 origin = Vec3::Map(layers.data());                         // Derivatives are small beside coordinates.
-  std::vector<Curve> curves(static_cast<std::size_t>(weights.cols()));  // Position, then d/du and d/dv by view.
+  const Eigen::Index points = all.rows();
+  const Lanes padded_origin = load_unaligned(layers.data());
+  const Vec3 origin = to_vec3(padded_origin);  // Derivatives are small beside coordinates.
+  // Position, then d/du and d/dv by view.
+  std::vector<Curve> curves(views == Views::kAll ? static_cast<std::size_t>(all.cols()) : 3);
   // Weights of the position add up to 1 and those of derivatives to 0: so only positions know of the origin.
-  for (std::size_t layer = 0; layer < 4; ++layer) {
-    using Points = Eigen::Matrix<double, kPositionDimension, Eigen::Dynamic>;
-    const double* first = layers.data() + kPositionDimension * static_cast<std::size_t>(points) * layer;
-    const Eigen::Map<const Points> of_layer(first, kPositionDimension, points);
-    const Eigen::Matrix3Xd sums = (of_layer.topRows<3>().colwise() - origin) * weights;
-    for (std::size_t c = 0; c < curves.size(); ++c) curves[c][layer] = sums.col(static_cast<Eigen::Index>(c));
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    const double* weights = all.col(static_cast<Eigen::Index>(c)).data();
+    const double* point = layers.data();
+    for (Vec3& coefficient : curves[c]) {
+      Lanes sum = {0, 0, 0, 0};
+      for (Eigen::Index p = 0; p < points; ++p, point += kPositionDimension) {
+        sum += weights[p] * (load_unaligned(point) - padded_origin);
+      }
+      coefficient = to_vec3(sum);
+    }
+    curves[c] = to_bernstein(curves[c]);
   }
-  for (Curve& curve : curves) curve = to_bernstein(curve);
   const Curve& position = curves[0];
   Curve steps;
   for (std::size_t i = 0; i < 3; ++i) steps[i] = 3 * (position[i + 1] - position[i]);

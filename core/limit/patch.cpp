@@ -3,17 +3,14 @@
 
 #include "core/limit/patch.h"
 
-#include <cstring>
-
 #include "core/base/lanes.h"
+#include "core/limit/lane_box.h"
 
 namespace ccslice {
 
 namespace {
 
 Lanes load(const double* p) noexcept { return *reinterpret_cast<const Lanes*>(p); }
-
-Vec3 to_vec3(const Lanes& q) noexcept { return {q[0], q[1], q[2]}; }
 
 /// Visits the lines of a 4 x ... x 4 grid along `axis`: first point of each line, and the stride, both in points.
 template <typename Visit>
@@ -33,14 +30,6 @@ void to_bezier(Number& a, Number& b, Number& c, Number& d) noexcept {
   const Number bezier_c = (b + 2 * c) * (1.0 / 3), bezier_d = (b + 4 * c + d) * (1.0 / 6);
   a = bezier_a, b = bezier_b, c = bezier_c, d = bezier_d;
 }
-
-Lanes load_unaligned(const double* p) noexcept {
-  Lanes q;
-  std::memcpy(&q, p, sizeof q);
-  return q;
-}
-
-void store_unaligned(const Lanes& q, double* p) noexcept { std::memcpy(p, &q, sizeof q); }
 
 /// The lines along one axis of 4 x 4 x 4 points of four doubles.
 template <std::size_t kStride>

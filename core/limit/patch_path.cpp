@@ -200,10 +200,7 @@ std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept 
   for (int n = 0; n < levels; ++n) {
     const PlanarOperator& now = data_.operators.lines()[op];
     const ChildRows& next = now.children[0];
-    for (std::size_t layer = 0; layer < 4; ++layer) {
-      now.stencils.apply(next.first_row, next.count, a_.data() + layer * now.points * dimension_, dimension_,
-                         b_.data() + layer * next.count * dimension_);
-    }
+    now.stencils.apply_to_layers(next.first_row, next.count, a_.data(), now.points, dimension_, b_.data());
     std::swap(a_, b_);
     op = next.op;
   }
@@ -213,10 +210,7 @@ std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept 
 void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept {
   const PlanarOperator& now = data_.operators.lines()[op];
   const ChildRows& next = now.children[child];
-  for (std::size_t layer = 0; layer < 4; ++layer) {
-    now.stencils.apply(next.first_row, 16, a_.data() + layer * now.points * dimension_, dimension_,
-                       grid + layer * 16 * dimension_);
-  }
+  now.stencils.apply_to_layers(next.first_row, 16, a_.data(), now.points, dimension_, grid);
   fill_phantoms(grid, 3, dimension_, next.phantoms);
 }
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/limit/lane_box.h"
 #include "core/limit/patch.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/vertex_walk.h"
@@ -68,10 +69,10 @@ struct PatchRest {
   const VertexWalk* vertex = nullptr;  // The walk that goes on, unless a line does.
   std::span<const double> points;      // Points of the ring, or of its four layers, kPositionDimension doubles each.
 
-  /// Calls visit(point) for points whose hull holds the limit of what is left.
+  /// Calls visit(point) for points, padded, whose hull holds the limit of what is left.
   template <typename Visit>
   void visit_hull(Visit visit) const noexcept {
-    for (std::size_t i = 0; i < points.size(); i += kPositionDimension) visit(Vec3::Map(&points[i]).eval());
+    for (std::size_t i = 0; i < points.size(); i += kPositionDimension) visit(load_unaligned(&points[i]));
   }
 };
 

@@ -36,9 +36,7 @@ std::array<VertexId, 8> RingWalker::framed_vertices(const Framed& at) const {
 /// have the opposite bit a, although they lie farther on: its axis a is mirrored. The frame follows from where it has
 /// two of the shared corners, and the face between the cells.
 RingWalker::Framed RingWalker::cross(const Framed& from, unsigned a, unsigned side) const {
-  const Frame& f = from.frame;
-  const unsigned local_side = side ^ (f.origin >> f.axis[a] & 1u);
-  const HalfFaceId half_face = complex_.cell_half_faces(from.cell)[2u * f.axis[a] + local_side];
+  const HalfFaceId half_face = half_face_of(from, a, side);
   const CellId next = complex_.half_face_cell(opposite(half_face));
   if (next == kNone) return {next, {}};
   const auto vertices = complex_.cell_vertices(next);
@@ -117,12 +115,13 @@ std::vector<RingWalker::Framed> RingWalker::walk(const Framed& start, unsigned s
   seen_[start.cell] = walks_;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (unsigned side = 0; side < sides; ++side) {
-      const Framed next = cross(cells[i], side / 2, side & 1);
-      if (next.cell == kNone || seen_[next.cell] == walks_) continue;
-      const auto vertices = complex_.cell_vertices(next.cell);
+      // Most cells were met before; their vertices, on which a frame depends, are far away in memory.
+      const CellId next = complex_.half_face_cell(opposite(half_face_of(cells[i], side / 2, side & 1)));
+      if (next == kNone || seen_[next] == walks_) continue;
+      seen_[next] = walks_;
+      const auto vertices = complex_.cell_vertices(next);
       if (std::ranges::none_of(vertices, [&](VertexId v) { return core_[v] == walks_; })) continue;
-      seen_[next.cell] = walks_;
-      cells.push_back(next);
+      cells.push_back(cross(cells[i], side / 2, side & 1));
     }
   }
   return cells;

@@ -100,6 +100,12 @@ class RingWalker {
     return complex_.cell_vertices(at.cell)[at.frame.corner(corner)];
   }
   std::array<VertexId, 8> framed_vertices(const Framed& at) const;
+  /// The cell's side where framed axis a is `side`.
+  HalfFaceId half_face_of(const Framed& at, unsigned a, unsigned side) const {
+    const Frame& f = at.frame;
+    const unsigned local_side = side ^ (f.origin >> f.axis[a] & 1u);
+    return complex_.cell_half_faces(at.cell)[2u * f.axis[a] + local_side];
+  }
   /// The cell across the face where framed axis a is `side`; its cell is kNone on the boundary.
   Framed cross(const Framed& from, unsigned a, unsigned side) const;
   /// The cells that touch the `core` vertices and that a breadth-first walk reaches from the first one, always across

@@ -8,11 +8,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "core/base/lanes.h"
 
 namespace ccslice {
 
@@ -47,8 +50,8 @@ struct Stencils {
   /// Points of `dimension` doubles each. REQUIRES: out holds count * dimension, disjoint from `points`.
   void apply(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t dimension,
              double* out) const noexcept {
-    if (dimension == 4) {  // Positions with one channel, or padded: one register.
-      apply_quads(first_row, count, points, out);
+    if (dimension == kLanes) {  // Positions with one channel, or padded: one register.
+      apply_to_registers<1>(first_row, count, points, 0, out);
       return;
     }
     for (std::uint32_t r = 0; r < count; ++r, out += dimension) {
@@ -61,14 +64,31 @@ struct Stencils {
     }
   }
 
+  /// The same of four layers of `layer_points` points each, one after the other. REQUIRES: out holds 4 * count *
+  /// dimension.
+  void apply_to_layers(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t layer_points,
+                       std::size_t dimension, double* out) const noexcept {
+    if (dimension == kLanes) return apply_to_registers<4>(first_row, count, points, layer_points * kLanes, out);
+    for (std::size_t layer = 0; layer < 4; ++layer) {
+      apply(first_row, count, points + layer * layer_points * dimension, dimension, out + layer * count * dimension);
+    }
+  }
+
  private:
-  void apply_quads(std::uint32_t first_row, std::uint32_t count, const double* points, double* out) const noexcept {
-    for (std::uint32_t r = 0; r < count; ++r, out += 4) {
-      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-      for (std::uint32_t e = offsets[first_row + r]; e < offsets[first_row + r + 1]; ++e) {
-        sum += weights[e] * Eigen::Map<const Eigen::Vector4d>(points + std::size_t{indices[e]} * 4);
+  /// Goes through a row once for all layers: what it costs to find the points and where the row ends is as much as one
+  /// layer's sum.
+  template <std::size_t kLayers>
+  void apply_to_registers(std::uint32_t first_row, std::uint32_t count, const double* points, std::size_t layer,
+                          double* out) const noexcept {
+    const std::uint32_t *row = offsets.data() + first_row, *index = indices.data();
+    const double* weight = weights.data();
+    for (std::uint32_t r = 0; r < count; ++r) {
+      std::array<Lanes, kLayers> sums{};
+      for (std::uint32_t e = row[r]; e < row[r + 1]; ++e) {
+        const double* point = points + kLanes * index[e];
+        for (std::size_t l = 0; l < kLayers; ++l) sums[l] += weight[e] * load_unaligned(point + l * layer);
       }
-      Eigen::Map<Eigen::Vector4d>(out, 4) = sum;
+      for (std::size_t l = 0; l < kLayers; ++l) store_unaligned(sums[l], out + kLanes * (l * count + r));
     }
   }
 };

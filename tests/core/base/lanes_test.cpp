@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace ccslice {
@@ -26,6 +27,18 @@ TEST(Lanes, AreComparedBitByLane) {
   EXPECT_EQ(lanes_of(a > 0), 0b0011u);
   EXPECT_EQ(lanes_of(a < 0), 0b0100u);
   EXPECT_EQ(lanes_of(a == 0), 0b1000u);
+}
+
+TEST(Lanes, AreReadFromAndWrittenToAnyPlace) {
+  std::array<double, kLanes + 1> from = {9, 1, 2, 3, 4}, to = {};
+  store_unaligned(load_unaligned(from.data() + 1) + Lanes{1, 0, 0, 0}, to.data() + 1);
+  EXPECT_EQ(to, (std::array<double, kLanes + 1>{0, 2, 2, 3, 4}));
+}
+
+TEST(Lanes, HaveTheLesserAndTheGreaterLaneByLane) {
+  const Lanes a = {1, 5, -2, 0}, b = {2, 4, -3, 0};
+  EXPECT_EQ(sum(lesser(a, b) * Lanes{1, 10, 100, 1000}), 1 + 40 - 300);
+  EXPECT_EQ(sum(greater(a, b) * Lanes{1, 10, 100, 1000}), 2 + 50 - 200);
 }
 
 TEST(Lanes, KnowTheirLargestAndTheirSum) {

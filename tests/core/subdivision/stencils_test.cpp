@@ -30,6 +30,14 @@ TEST(Stencils, AreTheRowsOfAMatrix) {
     for (double& x : points.reshaped()) x = unit(random);
     stencils.apply(3, 4, points.data(), dimension, out.data());
     EXPECT_LT((out - matrix.middleRows(3, 4) * points).norm(), 1e-15) << "seed " << kSeed;
+    // Layers come to the same, to the last bit.
+    Points layers(4 * kPoints, dimension), of_layers = Points::Constant(4 * 4, dimension, 99);
+    for (double& x : layers.reshaped()) x = unit(random);
+    stencils.apply_to_layers(3, 4, layers.data(), kPoints, dimension, of_layers.data());
+    for (Eigen::Index layer = 0; layer < 4; ++layer) {
+      stencils.apply(3, 4, layers.middleRows(layer * kPoints, kPoints).eval().data(), dimension, out.data());
+      EXPECT_EQ(of_layers.middleRows(4 * layer, 4), out) << "seed " << kSeed << ", layer " << layer;
+    }
   }
 }
 
