@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/limit/cell_ranges.h"
+#include "core/limit/id_ranges.h"
 #include "core/limit/lane_box.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
@@ -51,9 +51,10 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   data.cell_maps.resize(count);
   const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
   options.begin(PreparationStep::kBounding, count);
-  for_each_range(count, options.threads, make_builder, [&](PatchBuilder& builder, const CellRange& range) {
+  const IdRange<LimitCellId> all(count);
+  for_each_range(all, options.threads, make_builder, [&](PatchBuilder& builder, const auto& range) {
     options.cancel.throw_if_cancelled();
-    for (const LimitCellId c : range.cells) {
+    for (const LimitCellId c : range.ids) {
       CellMap& map = data.cell_maps[c];
       map = cell_map(data, data.cells[c], builder);
       const LaneMap inverse_jacobian(map.inverse_jacobian);
@@ -66,7 +67,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
       boxes[c] = box.box();
       map.hull = hull.box();
     }
-    options.count(range.cells.size());
+    options.count(range.ids.size());
   });
   for (const LimitCellId c : IdRange<LimitCellId>(count)) {
     const bool is_regular = data.cells[c].cell_class == CellClass::kRegular;

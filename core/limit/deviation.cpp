@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "core/limit/id_ranges.h"
 #include "core/limit/prepare.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
@@ -174,42 +177,45 @@ BoundaryRings boundary_rings(const CellComplex& complex) {
 
 namespace {
 
-/// Calls visit(face, flux) for each of `faces`.
-template <typename Visit>
-void for_each_flux(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
-                   const CancellationToken& cancel, Visit visit) {
-  if (faces.empty()) return;
+/// By face. In whatever order they are found, they are summed up in theirs.
+std::vector<double> fluxes_of(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
+                              int threads, const CancellationToken& cancel) {
+  std::vector<double> fluxes(faces.size());
+  if (faces.empty()) return fluxes;
   const double floor = surface.hull_box(BoundaryFaceId{0}).center().z();
-  PeriodicPoll poll(cancel, 256);
-  IrregularCorner corner;
-  for (const BoundaryFaceId face : IdRange<BoundaryFaceId>(faces.size())) {
-    poll();
-    visit(faces[face], faces[face].regular ? flux(surface.regular_patch(face), floor)
-                                           : irregular_flux(surface, face, levels, floor, corner));
-  }
+  const auto make_corner = [] { return IrregularCorner(); };
+  const IdRange<BoundaryFaceId> all(faces.size());
+  for_each_range(all, threads, make_corner, [&](IrregularCorner& corner, const auto& range) {
+    cancel.throw_if_cancelled();
+    for (const BoundaryFaceId face : range.ids) {
+      fluxes[face] = faces[face].regular ? flux(surface.regular_patch(face), floor)
+                                         : irregular_flux(surface, face, levels, floor, corner);
+    }
+  });
+  return fluxes;
 }
 
 }  // namespace
 
-double limit_volume_mm3(const BoundarySurface& surface, int levels, const CancellationToken& cancel) {
-  double sum = 0;
-  for_each_flux(surface, surface.faces(), levels, cancel, [&](const BoundaryFace&, double flux) { sum += flux; });
-  return sum;
+double limit_volume_mm3(const BoundarySurface& surface, int levels, int threads, const CancellationToken& cancel) {
+  const std::vector<double> fluxes = fluxes_of(surface, surface.faces(), levels, threads, cancel);
+  return std::accumulate(fluxes.begin(), fluxes.end(), 0.0);
 }
 
 namespace {
 
-void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surface, const CancellationToken& cancel,
+void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surface, const PrepareOptions& options,
                           std::vector<CellRegionSummary>& regions) {
   regions.clear();
   for (const std::string& name : mesh.cell_region_names) regions.push_back({name, 0, 0});
   if (regions.empty()) return;
   for (const std::uint8_t region : mesh.cell_regions) ++regions[region].control_cells;
-  for_each_flux(surface, surface.faces_and_interfaces(), kVolumeLevels, cancel,
-                [&](const BoundaryFace& face, double flux) {
-                  regions[face.region].volume_mm3 += flux;
-                  if (face.beyond != kNoCellRegion) regions[face.beyond].volume_mm3 -= flux;
-                });
+  const auto faces = surface.faces_and_interfaces();
+  const std::vector<double> fluxes = fluxes_of(surface, faces, kVolumeLevels, options.threads, options.cancel);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    regions[faces[i].region].volume_mm3 += fluxes[i];
+    if (faces[i].beyond != kNoCellRegion) regions[faces[i].beyond].volume_mm3 -= fluxes[i];
+  }
 }
 
 /// Fills boundary_vertices and vertex_limits.
@@ -244,18 +250,18 @@ void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data)
 
 }  // namespace
 
-void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const CancellationToken& cancel,
+void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
                       LimitSolid::Data& data) {
-  find_vertex_limits(cancel, data);
+  find_vertex_limits(options.cancel, data);
   const BoundarySurface surface(data);
-  data.summary.bounding_box = bounding_box(surface, Placement::Identity(), cancel);
+  data.summary.bounding_box = bounding_box(surface, Placement::Identity(), options.cancel);
   Deviation& deviation = data.summary.deviation;
   deviation.interpolating = mesh.interpolating;
   deviation.control_volume_mm3 = control_volume_mm3(rings, data);
-  deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, cancel);
+  deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, options.threads, options.cancel);
   deviation.control_box = control_box(data, Placement::Identity());
   deviation.farthest = farthest_vertex(data, Mat3::Identity());
-  measure_cell_regions(mesh, surface, cancel, data.summary.cell_regions);
+  measure_cell_regions(mesh, surface, options, data.summary.cell_regions);
 }
 
 VertexLimit farthest_vertex(const LimitSolid& solid, const Mat3& map) { return farthest_vertex(solid.data(), map); }
@@ -276,7 +282,7 @@ LimitShape measure_limit(ControlMesh mesh, const PrepareOptions& options) {
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
   const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, data);
-  measure_boundary(mesh, rings, options.cancel, data);
+  measure_boundary(mesh, rings, options, data);
   return {data.summary.bounding_box, data.summary.deviation, data.summary.cell_regions};
 }
 

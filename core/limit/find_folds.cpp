@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/limit/cell_ranges.h"
 #include "core/limit/fold_search.h"
+#include "core/limit/id_ranges.h"
 #include "core/limit/line_folds.h"
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
@@ -100,13 +100,14 @@ void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   options.begin(PreparationStep::kFolding, count);
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
-  for_each_range(count, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const CellRange& range) {
-    search->start_range(range.cells.size());
-    for (const LimitCellId c : range.cells) {
+  const IdRange<LimitCellId> all(count);
+  for_each_range(all, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const auto& range) {
+    search->start_range(range.ids.size());
+    for (const LimitCellId c : range.ids) {
       const FoldFinding worst = search->examine(data.cells[c]);
       if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
     }
-    options.count(range.cells.size());
+    options.count(range.ids.size());
   });
   std::vector<Box3> boxes;
   for (const auto& range : found) {

@@ -36,7 +36,7 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   const BoundaryRings rings = boundary_rings(checked.complex);
   build_cells(mesh, std::move(checked.complex), options, *data);
   options.begin(PreparationStep::kMeasuring);
-  measure_boundary(mesh, rings, options.cancel, *data);
+  measure_boundary(mesh, rings, options, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->cells.shrink_to_fit();

@@ -30,7 +30,7 @@ void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOpti
 /// Fills boundary_vertices and vertex_limits, and the summary's bounding_box, deviation (deviation.h) and
 /// cell_regions. REQUIRES:
 /// faces; `rings`: the mesh's.
-void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const CancellationToken& cancel,
+void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
                       LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps and volumes.

@@ -42,7 +42,7 @@ COVERED = {
     "build_levels": ("limit_solid_test", "the levels that cells are built from; limit_oracle_test refines everything"),
     "find_folds": ("limit_solid_test", "folds are looked for there and in line_folds_test"),
     "byte_order": ("netcdf_file_test", "numbers of every type"),
-    "cell_ranges": ("limit_solid_test", "solids are the same for any number of threads"),
+    "id_ranges": ("limit_solid_test", "solids are the same for any number of threads"),
     "prepare": ("limit_solid_test", "declares the steps of preparing"),
     "patch_path": ("limit_evaluator_test", "each evaluation finds its patch by it; line_folds_test walks it"),
     "vertex_folds": ("line_folds_test", "cells at the ends of sharp edges are sampled there"),

@@ -187,14 +187,18 @@ std::vector<double> numbers_of(const LimitSolid& solid) {
     numbers.push_back(fold.determinant);
   }
   numbers.push_back(static_cast<double>(solid.summary().undecided_cells));
+  numbers.push_back(solid.summary().deviation.limit_volume_mm3);
+  for (const CellRegionSummary& region : solid.summary().cell_regions) numbers.push_back(region.volume_mm3);
   return numbers;
 }
 
-// Large enough for several ranges of cells, with folds and boundary.
+// Large enough for several ranges of cells and of faces, with folds, boundary and an interface.
 TEST(LimitSolid, IsTheSameForAnyNumberOfThreads) {
   ControlMesh mesh = oracle::box_mesh(9, 9, 9);
   oracle::jitter(mesh, 9, 5);
   mesh.allow_folds = true;
+  mesh.cell_region_names = {"core", "shell"};
+  for (std::uint32_t c = 0; c < mesh.cell_count(); ++c) mesh.cell_regions.push_back(c % 9 < 4 ? 0 : 1);
   const auto one = LimitSolid::prepare(mesh);
   EXPECT_GT(one->summary().folding_cells, 10u);
   const std::vector<double> expected = numbers_of(*one);

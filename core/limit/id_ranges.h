@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Work on all cells, one range after the other or several at a time. Ranges are the same for any number of threads, so
-// what depends on a range alone is, too.
+// Work on all cells, or on all faces, one range after the other or several at a time. Ranges are the same for any
+// number of threads, so what depends on a range alone is, too.
 //
 // Private to core/limit.
 
@@ -20,23 +20,24 @@
 namespace ccslice {
 
 /// The number-th range.
-struct CellRange {
+template <typename IdType>
+struct NumberedRange {
   std::uint32_t number;
-  IdRange<LimitCellId> cells;
+  IdRange<IdType> ids;
 };
 
-inline constexpr std::uint32_t kCellsPerRange = 256;
+inline constexpr std::uint32_t kIdsPerRange = 256;
 
-constexpr std::uint32_t range_count(std::uint32_t cells) { return (cells + kCellsPerRange - 1) / kCellsPerRange; }
+constexpr std::uint32_t range_count(std::uint32_t ids) { return (ids + kIdsPerRange - 1) / kIdsPerRange; }
 
 /// Calls work(worker, range) for all ranges. Each thread makes a worker of its own. Throws what they throw.
-template <typename MakeWorker, typename Work>
-void for_each_range(std::uint32_t cells, int threads, MakeWorker make_worker, Work work) {
+template <typename IdType, typename MakeWorker, typename Work>
+void for_each_range(IdRange<IdType> ids, int threads, MakeWorker make_worker, Work work) {
   const auto range = [&](std::uint32_t number) {
-    const std::uint32_t begin = number * kCellsPerRange;
-    return CellRange{number, {LimitCellId{begin}, LimitCellId{std::min(begin + kCellsPerRange, cells)}}};
+    const std::uint32_t begin = number * kIdsPerRange;
+    return NumberedRange<IdType>{number, {IdType{begin}, IdType{std::min(begin + kIdsPerRange, ids.size())}}};
   };
-  const std::uint32_t count = range_count(cells);
+  const std::uint32_t count = range_count(ids.size());
   if (threads <= 1 || count <= 1) {
     auto worker = make_worker();
     for (std::uint32_t number = 0; number < count; ++number) work(worker, range(number));
