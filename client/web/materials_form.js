@@ -62,11 +62,13 @@ export class MaterialsForm {
     this.changed();
   }
 
-  /** Another printing, with other inputs; the one with this id has the focus then. */
+  /** Another printing, with other inputs; the one with this id has the focus then, or the last material's if that one is
+   *  of no use any more: somebody with a keyboard stays where they are. */
   redo(change, focus) {
     change();
     this.show(this.printing, this.mesh);
-    $(focus).focus();
+    const wanted = $(focus);
+    (wanted.disabled ? $("materials").querySelector("tr:last-child button") : wanted).focus();
     this.changed();
   }
 

@@ -101,6 +101,19 @@ async function there_and_back() {
   assert.equal(await page.locator("#materials tr").count(), 2);
 }
 
+/** Once there are as many materials as may be, the button that adds them gives the focus to one that takes one away. */
+async function keep_the_focus() {
+  const add = page.locator("#add-material"), focused = () => page.evaluate(() => document.activeElement.ariaLabel);
+  while (await add.isEnabled()) await after(() => add.press("Enter"));
+  const name = await focused();
+  assert.match(name ?? "nothing", /^Remove material [0-9]+$/);
+  await after(() => page.keyboard.press("Enter"));
+  assert.ok(await add.evaluate((button) => button === document.activeElement), `${name} gives it back`);
+  while (await page.locator("#materials tr").count() > 2) {
+    await after(() => page.locator("#materials tr").last().getByRole("button").click());
+  }
+}
+
 /** `id`: of the block. The part that was shown before is shown again. */
 export async function print_in_materials(id) {
   const before = await page.locator("#mesh").inputValue();
@@ -111,6 +124,7 @@ export async function print_in_materials(id) {
   await by_region();
   await by_shares();
   await there_and_back();
+  await keep_the_focus();
   await after(() => page.locator("#show").selectOption("channel"));
   await after(() => page.locator("#mesh").selectOption(before));
   assert.deepEqual(await page.locator("#mixed-by option").allTextContents(), ["hardness", "the channels themselves"]);
