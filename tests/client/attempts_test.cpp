@@ -224,7 +224,8 @@ TEST_F(Fleet, ANameWhoseAddressesAllChangeIsFollowedAmidAJob) {
     };
   }
   EXPECT_THAT(slice_all(client), testing::ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_EQ(server(2).slice_requests.back().first_layer(), 3u);
+  // Layers that are on their way as their server stops may be lost.
+  EXPECT_LE(server(2).slice_requests.back().first_layer(), 3u);
   mover.join();
 }
 
