@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kSmallestDeterminant = 1e-12;  // Determinant of the Jacobian with unit columns.
 
-/// Calls visit(point) for points, padded, whose hull holds the cell: the Bezier nets of the outermost patches,
-/// and what holds the rest at the irregular place.
+/// Calls visit(point) for padded points whose hull holds the cell. They are the Bezier nets of the outermost patches,
+/// and points whose hull holds the rest at the irregular place.
 template <typename Visit>
 void visit_hull(const LimitCell& cell, PatchBuilder& builder, Visit visit) {
   const auto add_patch = [&](const PatchPath&, double* grid) {

@@ -177,7 +177,7 @@ BoundaryRings boundary_rings(const CellComplex& complex) {
 
 namespace {
 
-/// By face. In whatever order they are found, they are summed up in theirs.
+/// Gives the flux through each face. Callers add them up in the order of faces, whatever thread found which.
 std::vector<double> fluxes_of(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
                               int threads, const CancellationToken& cancel) {
   std::vector<double> fluxes(faces.size());

@@ -21,14 +21,15 @@
 #include "core/mesh/models.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
+#include "tests/bench/median.h"
 
 namespace ccslice::bench {
 namespace {
 
-constexpr double kLeastSeconds = 0.3;  // Of a run: a small mesh is prepared so often.
+constexpr double kLeastSeconds = 0.3;  // A run takes that long: small meshes are prepared again and again.
 constexpr double kMostTetrahedronUs = 150, kMostTetrahedronKb = 10;
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{4} << 30;
-constexpr double kLeastSpeedUp = 1.8;  // Of two threads.
+constexpr double kLeastSpeedUp = 1.8;  // Two threads are so many times as fast as one.
 
 struct Options {
   std::vector<std::string> models = {"ring", "coyote", "engine", "bracket", "grid"};
@@ -42,12 +43,7 @@ struct Subject {
   ControlMesh mesh;
 };
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-/// Of one preparation, among as many as fill a run.
+/// What one preparation takes, on average over as many as fill a run.
 struct Cost {
   double wall_seconds = 0, cpu_us = 0;
 };
@@ -63,7 +59,7 @@ Cost prepare(const ControlMesh& mesh, int threads, int times) {
   return {watch.seconds() / times, 1e-3 * cpu_ns / times};
 }
 
-bool has_tetrahedra(const ControlMesh& mesh) {
+bool is_tetrahedral(const ControlMesh& mesh) {
   const auto count = std::count(mesh.cell_kinds.begin(), mesh.cell_kinds.end(), CellKind::kTet);
   return 2 * static_cast<std::size_t>(count) > mesh.cell_count();
 }
@@ -81,7 +77,7 @@ void add_figures(const Subject& subject, int runs, BarTable& table) {
     two.push_back(prepare(subject.mesh, 2, times).wall_seconds);
   }
   const std::string& name = subject.name;
-  if (has_tetrahedra(subject.mesh)) {
+  if (is_tetrahedral(subject.mesh)) {
     table.add(name + ": time of one core a cell", median(cpu), "us", Bound::kAtMost, kMostTetrahedronUs);
     table.add(name + ": memory a cell", kb, "kB", Bound::kAtMost, kMostTetrahedronKb);
     table.note(name + ": two threads against one", median(one) / median(two), "times");

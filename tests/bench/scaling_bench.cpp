@@ -20,6 +20,7 @@
 #include "core/subdivision/refined_mesh.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
+#include "tests/bench/median.h"
 #include "tests/bench/our_method.h"
 #include "tests/bench/own_process.h"
 #include "tests/bench/printer_job.h"
@@ -43,11 +44,6 @@ struct Options {
   std::string child, mesh;
   int refinements = 0;
 };
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 /// Everything but encoding.
 StageCost slice_slabs(const PrinterJob& job, const std::vector<std::uint32_t>& slabs) {

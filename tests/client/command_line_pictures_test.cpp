@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ccslice program: layers in the terminal, pictures and previews.
+
+#include "tests/client/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "client/cli/exit_codes.h"
+
+namespace ccslice::client {
+namespace {
+
+using testing::HasSubstr;
+
+TEST_F(CommandLine, ShowsALayer) {
+  const ProcessResult result = run({"show", box_, "--channel", "gradient", "--width", "48"});
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("....."));
+  EXPECT_THAT(result.out, HasSubstr("@@@@@\n"));
+  EXPECT_THAT(result.out, HasSubstr("z = 4 mm"));
+}
+
+TEST_F(CommandLine, DrawsAPictureOfACutPart) {
+  const std::vector<std::string> command = {"picture",  box_,       "--channel", "gradient",      "--cut",
+                                            "x=0.5",    "--voxels", "24",        "--width",       "200",
+                                            "--rotate", "x=90",     "-o",        path("box.png"), "--json"};
+  const ProcessResult result = run(command);
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_EQ(json_at(result.out, "width").number_value(), 200);
+  EXPECT_THAT(read_whole(path("box.png")), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(run(command).exit_code, cli::kExitOutput) << "the file is there";
+  EXPECT_EQ(run({"picture", box_, "--cut", "x=0.5", "--voxels", "24", "--width", "100", "--material", "a=#ff0000",
+                 "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b", "-o", path("printed.png")})
+                .exit_code,
+            cli::kExitOk);
+  for (const char* cut : {"half", "x=2", "x=-0.1", "x=nan"}) {
+    EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cut", cut}).exit_code, cli::kExitUsage) << cut;
+  }
+  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--view", "30"}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"picture", box_, "-o", path("b.png"), "--cell-regions", "--channel", "gradient"}).exit_code,
+            cli::kExitUsage);
+}
+
+TEST_F(CommandLine, PreviewsPlanesAndLayers) {
+  const std::vector<std::string> plane = {"preview",   box_,      "--plane",  "z=4", "--channel", "gradient",
+                                          "--colours", "cividis", "--pixels", "100", "-o",        path("plane.png"),
+                                          "--json"};
+  const ProcessResult result = run(plane);
+  ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+  EXPECT_EQ(json_at(result.out, "width").number_value(), 100);
+  EXPECT_GT(json_at(result.out, "pixels_inside").number_value(), 1000);
+  EXPECT_EQ(json_at(result.out, "range").list_value().values_size(), 2);
+  EXPECT_THAT(read_whole(path("plane.png")), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(run(plane).exit_code, cli::kExitOutput) << "the file is there";
+  EXPECT_THAT(run({"preview", box_, "--plane", "z=400", "-o", path("off.png")}).out, HasSubstr("misses the part"));
+  std::vector<std::string> lined = plane;
+  lined.insert(lined.end(), {"--lines", "3", "--force"});
+  const std::string before = read_whole(path("plane.png"));
+  EXPECT_EQ(run(lined).exit_code, cli::kExitOk);
+  EXPECT_NE(read_whole(path("plane.png")), before);
+  const std::vector<std::string> materials = {"--material",   "soft=#ff0000", "--material",
+                                              "hard=#0000ff", "--map",        "blend:gradient:0=soft,1=hard"};
+  const auto with_materials = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), materials.begin(), materials.end());
+    return run(arguments);
+  };
+  EXPECT_EQ(with_materials({"preview", box_, "--plane", "0,0,4:1,0,1", "-o", path("mix.png")}).exit_code, cli::kExitOk);
+  const ProcessResult layer =
+      with_materials({"preview", box_, "--layer", "3", "--pitch", "0.5", "-o", path("layer.png")});
+  ASSERT_EQ(layer.exit_code, cli::kExitOk) << layer.err;
+  EXPECT_THAT(layer.out, testing::AllOf(HasSubstr("soft"), HasSubstr("hard"), HasSubstr("%")));
+}
+
+TEST_F(CommandLine, PreviewsSweepThroughThePart) {
+  ASSERT_EQ(run({"preview", box_, "--sweep", "7", "--channel", "gradient", "-o", path("sheet.png")}).exit_code,
+            cli::kExitOk);
+  const ProcessResult animated = run({"preview", box_, "--sweep", "5", "--plane", "x=0", "--animate", "--pixels", "64",
+                                      "--channel", "gradient", "-o", path("sweep.png")});
+  ASSERT_EQ(animated.exit_code, cli::kExitOk) << animated.err;
+  EXPECT_THAT(read_whole(path("sweep.png")), HasSubstr("acTL"));
+}
+
+TEST_F(CommandLine, PreviewsNameTheOptionThatIsWrong) {
+  const auto error_of = [&](std::vector<std::string> arguments, cli::ExitCode code = cli::kExitUsage) {
+    arguments.insert(arguments.begin(), {"preview", box_, "-o", path("p.png")});
+    const ProcessResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, code) << testing::PrintToString(arguments) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(error_of({}), HasSubstr("--plane z=12.5"));
+  EXPECT_THAT(error_of({"--plane", "up"}), HasSubstr("--plane takes"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--layer", "2"}), HasSubstr("one of the two"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--animate"}), HasSubstr("--sweep"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--lines", "17"}), HasSubstr("--lines"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--show", "mix"}), HasSubstr("--material"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--show", "channel"}), HasSubstr("--channel NAME"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--channel", "nothing"}, cli::kExitRefused), HasSubstr("--channel"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--channel", "gradient", "--range", "1,1"}), HasSubstr("--range"));
+  EXPECT_THAT(error_of({"--layer", "999", "--pitch", "1"}, cli::kExitRefused), HasSubstr("--layer"));
+  EXPECT_FALSE(fs::exists(path("p.png")));
+}
+
+}  // namespace
+}  // namespace ccslice::client
