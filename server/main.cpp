@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/echo.h"
 #include "core/base/engine_version.h"
 #include "server/rpc/health_client.h"
 #include "server/rpc/server.h"
@@ -90,7 +91,8 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
     options.listen_address = socket->address();
     options.shutdown_grace = std::chrono::milliseconds(0);  // Whoever calls has gone.
   }
-  Server server(options);
+  bool stops = false;  // Already while meshes are made ready.
+  Server server(options, [&] { return stops = stops || signals.wait(std::chrono::milliseconds(0)); });
   if (privately) serve_parent(server.address());
   spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", CCSLICE_SERVER_VERSION,
                kEngineVersion, server.address(), options.threads, options.cache_bytes);
@@ -102,7 +104,7 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
     spdlog::warn("whoever reaches {} may do everything: --token-file or --tls-client-ca says who may do what",
                  options.listen_address);
   }
-  attend(server, signals, std::chrono::steady_clock::time_point::max());
+  if (!stops) attend(server, signals, std::chrono::steady_clock::time_point::max());
   if (options.drain_delay.count() > 0) {
     spdlog::info("stopping in {} ms: health says so, calls are still taken", options.drain_delay.count());
     server.say_not_serving();
@@ -143,7 +145,7 @@ int run(const std::vector<std::string>& arguments, StopSignals& signals) {
     case Command::kHealthCheck: {
       std::string explanation;
       const bool healthy = check_health(parsed.health_check_address, explanation);
-      std::cout << explanation << "\n";
+      std::cout << harmless(explanation) << "\n";
       return healthy ? 0 : 1;
     }
     case Command::kHashToken: return hash_token(parsed.token_name, parsed.token_role);
@@ -161,10 +163,10 @@ int main(int argc, char** argv) {
   try {
     return ccslice::server::run({argv + 1, argv + argc}, signals);
   } catch (const ccslice::server::OptionError& error) {
-    std::cerr << "ccsliced: " << error.what() << "\n";
+    std::cerr << ccslice::harmless(std::string("ccsliced: ") + error.what()) << "\n";
     return 2;
   } catch (const std::exception& error) {
-    std::cerr << "ccsliced: " << error.what() << "\n";
+    std::cerr << ccslice::harmless(std::string("ccsliced: ") + error.what()) << "\n";
     return 1;
   }
 }

@@ -12,6 +12,7 @@
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/processors.h"
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
 #include "core/limit/deviation.h"
@@ -41,8 +42,14 @@ FileFacts facts_of(const ControlMesh& mesh) {
   for (const Vec3& position : mesh.positions) facts.box.extend(position);
   for (std::size_t c = 0; c < mesh.channel_count(); ++c) facts.channel_ranges.push_back(channel_range(mesh, c));
   PrepareOptions options;
+  options.threads = processors();
   options.reserve = [&](std::uint64_t bytes) { facts.preparation_bytes = bytes; };
-  facts.limit = measure_limit(mesh, options);
+  try {
+    facts.limit = measure_limit(mesh, options);
+  } catch (const std::bad_alloc&) {
+    print_note("a server takes at least " + show_bytes(facts.preparation_bytes) + " to prepare the mesh");
+    throw;
+  }
   return facts;
 }
 

@@ -6,6 +6,19 @@
 namespace ccslice::cli {
 namespace {
 
+/// In a phase that isn't counted; or nothing.
+const char* what_the_server_does(v1::PreparationPhase phase) {
+  switch (phase) {
+    case v1::PREPARATION_PHASE_WAITING: return "the server has other work first; the mesh waits for its turn";
+    case v1::PREPARATION_PHASE_READING: return "the server reads the mesh";
+    case v1::PREPARATION_PHASE_CHECKING: return "the server checks the mesh";
+    case v1::PREPARATION_PHASE_REFINING: return "the server refines the mesh";
+    case v1::PREPARATION_PHASE_MEASURING: return "the server measures the surface";
+    case v1::PREPARATION_PHASE_FINISHING: return "the server looks for overlaps";
+    default: return nullptr;
+  }
+}
+
 /// Newer servers may have more phases.
 const char* what_is_done(v1::PreparationPhase phase) {
   switch (phase) {
@@ -27,9 +40,8 @@ void PreparationDisplay::update(const v1::GetPreparationResponse& answer) {
     finish();
   }
   if (again || !same_phase) {
-    if (answer.phase() == v1::PREPARATION_PHASE_WAITING && !quiet_) {
-      print_note("the server has other work first; the mesh waits for its turn");
-    }
+    const char* note = what_the_server_does(answer.phase());
+    if (note != nullptr && !quiet_) print_note(note);
     if (answer.total_cells() > 0) {
       bar_.emplace(what_is_done(answer.phase()), "cells", answer.total_cells(), quiet_, answer.done_cells());
     }

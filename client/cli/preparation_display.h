@@ -12,7 +12,8 @@
 
 namespace ccslice::cli {
 
-/// A bar for each phase that is counted (Progress), and a note if the mesh has to wait. One thread at a time.
+/// A bar for each phase that is counted (Progress), and a note for each other one: short ones are hardly ever met. One
+/// thread at a time.
 class PreparationDisplay {
  public:
   explicit PreparationDisplay(bool quiet) : quiet_(quiet) {}

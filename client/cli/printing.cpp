@@ -107,18 +107,43 @@ void add_region_map(const std::string& region, v1::MaterialMap map, v1::Printing
   *own.mutable_map() = std::move(map);
 }
 
-/// One region's map, "core=blend:...", or materials of some: "core=hard,shell=soft".
+bool is_number(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Whether what follows the next comma belongs to a region's map, and doesn't begin another region. Maps by names of
+/// their own before '=' take all that follows.
+bool goes_on(std::string_view map, std::string_view piece) {
+  if (map.find(':') == std::string_view::npos) return false;  // A material.
+  const std::size_t equals = piece.find('=');
+  return equals == std::string_view::npos || map.starts_with("direct:") || map.starts_with("curve:") ||
+         (map.starts_with("blend:") && is_number(piece.substr(0, equals)));
+}
+
+/// Regions with a map or a material each: "core=blend:x:0=soft,1=hard,shell=hard".
 void parse_region_maps(const std::string& text, v1::Printing& printing) {
-  const std::size_t equals = text.find('=');
-  if (equals != std::string::npos && text.find(':', equals) != std::string::npos) {
-    if (equals == 0) throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + text + "'");
-    return add_region_map(text.substr(0, equals), parse_map(text.substr(equals + 1)), printing);
+  std::vector<std::pair<std::string, std::string>> regions;
+  for (const std::string& piece : split(text, ',')) {
+    if (!regions.empty() && goes_on(regions.back().second, piece)) {
+      regions.back().second += "," + piece;
+      continue;
+    }
+    const std::size_t equals = piece.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == piece.size()) {
+      throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + piece + "'");
+    }
+    regions.emplace_back(piece.substr(0, equals), piece.substr(equals + 1));
   }
-  for (const std::string& pair : split(text, ',')) {
-    const auto [region, material] = parse_pair("--map region", pair);
-    v1::MaterialMap map;
-    map.set_material(material);
-    add_region_map(region, std::move(map), printing);
+  for (const auto& [region, map] : regions) {
+    v1::MaterialMap own;
+    if (map.find(':') == std::string::npos) {
+      own.set_material(map);
+    } else {
+      own = parse_map(map);
+    }
+    add_region_map(region, std::move(own), printing);
   }
 }
 
@@ -166,7 +191,8 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
       .add_option("--map", options.maps,
                   "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
                   "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. May be "
-                  "repeated for cell regions: region:core=blend:..., or region:core=hard,shell=soft")
+                  "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or curve needs a "
+                  "--map of its own")
       ->allow_extra_args(false)
       ->needs(material)
       ->group("Materials");

@@ -120,15 +120,19 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
-  const unsigned boundary_sides = solid_->boundary_sides(cell);
+  const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell);
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
     const bool high = side % 2 != 0;
     const auto a = static_cast<Eigen::Index>(axis);
     const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
-    if (!at_side || !(boundary_sides >> side & 1)) continue;
-    piece.at_boundary = true;
-    if (is_steep_at(frame, axis, high, error)) piece.beyond.push_back(fit_beyond(axis, high));
+    if (!at_side) continue;
+    const bool at_boundary = boundary_sides >> side & 1;
+    piece.at_boundary = piece.at_boundary || at_boundary;
+    // Beyond an interface is another region, whose material need not go on from this one's.
+    if (interface_sides >> side & 1 || (at_boundary && is_steep_at(frame, axis, high, error))) {
+      piece.beyond.push_back(fit_beyond(axis, high));
+    }
   }
   return std::make_shared<const CellPiece>(std::move(piece));
 }

@@ -309,7 +309,8 @@ void Builder::add_boundary_faces(const PendingCell& pending) {
     record.region = region_of(mesh_, CellId{pending.control_cell});
     record.beyond = at.beyond.empty() ? kNoCellRegion : at.beyond[face];
     const bool is_interface = record.beyond != kNoCellRegion;
-    if (!is_interface) data_.cells.back().boundary_sides |= static_cast<std::uint8_t>(1u << side);
+    LimitCell& cell = data_.cells.back();
+    (is_interface ? cell.interface_sides : cell.boundary_sides) |= static_cast<std::uint8_t>(1u << side);
     (is_interface ? interfaces_ : data_.faces).push_back(record);
     (is_interface ? interface_rings_ : data_.face_rings)
         .push_back({ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), add_ring(at, ring.points),

@@ -139,6 +139,8 @@ class LimitSolid {
 
   /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
   std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
+  /// Likewise, of its sides that are between two cell regions.
+  std::uint8_t interface_sides(LimitCellId cell) const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;
   /// The region of a control cell; 0 in a mesh without named regions.

@@ -22,7 +22,8 @@ namespace ccslice {
 /// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or what the vertex's star lacks (vertex).
 struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
-  std::uint8_t boundary_sides = 0;  // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
+  std::uint8_t boundary_sides = 0;   // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
+  std::uint8_t interface_sides = 0;  // Likewise, between two cell regions.
   PhantomMask phantoms = 0;
   Frame frame;
   std::uint32_t op = kNone;

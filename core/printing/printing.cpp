@@ -160,8 +160,16 @@ void check_cell_region_maps(const Printing& printing, const SolidSummary& summar
   }
 }
 
-bool all_regions_mapped(const Printing& printing, const SolidSummary& summary) {
-  return !summary.cell_regions.empty() && printing.cell_region_maps.size() == summary.cell_regions.size();
+/// REQUIRES: the maps that are given passed check_cell_region_maps().
+void check_that_all_regions_are_mapped(const Printing& printing, const SolidSummary& summary) {
+  std::vector<bool> mapped(summary.cell_regions.size());
+  for (const CellRegionMap& own : printing.cell_region_maps) mapped[own.cell_region] = true;
+  const auto missing = std::find(mapped.begin(), mapped.end(), false);
+  if (missing == mapped.end()) return;
+  const auto region = static_cast<std::size_t>(missing - mapped.begin());
+  refuse(ErrorCode::kMaterialMapMissing, "printing.map",
+         "missing; cell region \"" + echoed(summary.cell_regions[region].name) +
+             "\" has no map of its own: give it one, or one for all that have none");
 }
 
 struct ChannelList {
@@ -275,8 +283,10 @@ void validate_printing(const Printing& printing, const SolidSummary& summary) {
   validate_materials(printing);
   check_cell_region_maps(printing, summary);
   const bool given = !std::holds_alternative<std::monostate>(printing.map.kind);
-  if (given || !all_regions_mapped(printing, summary)) {
+  if (given || printing.cell_region_maps.empty() || printing.materials.size() == 1) {
     std::visit(MapCheck(printing, summary, "printing.map"), printing.map.kind);
+  } else {
+    check_that_all_regions_are_mapped(printing, summary);
   }
   if (find_halftone(printing.halftone.method) != nullptr) return;
   refuse(ErrorCode::kEnumValueUnknown, "printing.halftone.method", "unknown; ask for " + choice_text(kHalftoneMethods));

@@ -43,7 +43,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
         caller_(caller_of(state.access, context, method)),
         client_(caller_.identity.client),
         place_(state.admission),
-        request_bytes_(state.uploads) {
+        request_bytes_(state.requests) {
     log_.set_client(client_);
   }
 

@@ -97,6 +97,7 @@ void add_calls(ServiceState& state, Families& families) {
 
 void add_memory(ServiceState& state, Families& families) {
   const std::vector<std::pair<std::string, const MemoryBudget*>> budgets = {{"uploads", &state.uploads},
+                                                                            {"requests", &state.requests},
                                                                             {"preparations", &state.preparations},
                                                                             {"streams", &state.streams},
                                                                             {"scratch", &state.scratch}};

@@ -14,11 +14,14 @@
 namespace ccslice::server {
 namespace {
 
+/// `bytes` are what is known so far: a preparation asks for more as it goes on.
 void reserve(MemoryBudget::Share& share, std::uint64_t bytes, const MemoryBudget& budget) {
+  constexpr std::uint64_t kMiB = 1 << 20;
   if (bytes > budget.capacity_bytes()) {
     throw ServiceError(ServiceErrorCode::kMeshExceedsMemory,
-                       "preparing the mesh takes about " + std::to_string(bytes >> 20) + " MiB, this server has " +
-                           std::to_string(budget.capacity_bytes() >> 20) +
+                       "preparing the mesh takes at least " + std::to_string((bytes + kMiB - 1) / kMiB) +
+                           " MiB ('ccslice info' says how much in all), this server has " +
+                           std::to_string(budget.capacity_bytes() / kMiB) +
                            " for it (--preparation-budget-bytes): ask its operator for more, use another server, or "
                            "split the part");
   }

@@ -94,17 +94,24 @@ void set_channel_arguments(const ServerOptions& options, grpc::ServerBuilder& bu
 
 /// Before the address is taken, so that clients go elsewhere meanwhile. Those that were used last are prepared last:
 /// the cache keeps them if it hasn't room for all.
-ServiceState& warmed_up(ServiceState& state) {
+ServiceState& warmed_up(ServiceState& state, const std::function<bool()>& stops) {
+  constexpr std::chrono::milliseconds kBetweenLooks(50);
   if (!state.store || state.options.warm_meshes == 0) return state;
   std::vector<std::string> ids = state.store->last_used(state.options.warm_meshes);
   std::reverse(ids.begin(), ids.end());
   std::size_t prepared = 0;
   for (const std::string& id : ids) {
     const auto promise = std::make_shared<std::promise<bool>>();
-    std::make_shared<MeshLoad>([promise](const MeshPtr& mesh, const std::exception_ptr&) {
-      promise->set_value(mesh != nullptr);
-    })->begin(state, id, "");
-    prepared += promise->get_future().get() ? 1 : 0;
+    const auto load = std::make_shared<MeshLoad>(
+        [promise](const MeshPtr& mesh, const std::exception_ptr&) { promise->set_value(mesh != nullptr); });
+    load->begin(state, id, "");
+    std::future<bool> has_mesh = promise->get_future();
+    while (has_mesh.wait_for(kBetweenLooks) != std::future_status::ready) {
+      if (!stops()) continue;
+      load->cancel();
+      return state;
+    }
+    prepared += has_mesh.get() ? 1 : 0;
   }
   spdlog::info("prepared {} of {} meshes of the store", prepared, ids.size());
   return state;
@@ -112,9 +119,9 @@ ServiceState& warmed_up(ServiceState& state) {
 
 }  // namespace
 
-Server::Server(const ServerOptions& options)
+Server::Server(const ServerOptions& options, const std::function<bool()>& stops)
     : state_(options),
-      service_(warmed_up(state_)),
+      service_(warmed_up(state_, stops)),
       listener_(options.listen_address, connection_limits(options, connection_descriptors())) {
   enable_extras();
   grpc::ServerBuilder builder;

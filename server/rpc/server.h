@@ -26,8 +26,10 @@ namespace ccslice::server {
 
 class Server {
  public:
-  /// Serves from here on. Throws std::runtime_error if it can't listen on the address.
-  explicit Server(const ServerOptions& options);
+  /// Serves from here on. `stops` is asked while meshes are made ready beforehand, and ends that. Throws
+  /// std::runtime_error if it can't listen on the address.
+  explicit Server(
+      const ServerOptions& options, const std::function<bool()>& stops = [] { return false; });
   /// Cancels what is running, and waits for clients to take what is being written to them.
   ~Server();
   Server(const Server&) = delete;

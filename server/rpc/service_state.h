@@ -44,6 +44,7 @@ struct ServiceState {
         executor(options.threads),
         cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
         uploads(options.upload_budget_bytes),
+        requests(options.connection_budget_bytes / 2),
         preparations(options.preparation_budget_bytes),
         streams(options.stream_budget_bytes, [this] { admission.retry(); }),
         scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),
@@ -56,8 +57,8 @@ struct ServiceState {
         idle_watch(options.idle_timeout),
         preview_watch(options.preview_idle_timeout),
         heap_trim([this] {
-          return uploads.given_back_bytes() + preparations.given_back_bytes() + streams.given_back_bytes() +
-                 scratch.given_back_bytes();
+          return uploads.given_back_bytes() + requests.given_back_bytes() + preparations.given_back_bytes() +
+                 streams.given_back_bytes() + scratch.given_back_bytes();
         }) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     if (options.mesh_store.place) {
@@ -79,7 +80,8 @@ struct ServiceState {
   std::uint64_t max_triangles;  // In one TessellateBoundary.
   Executor executor;
   MeshCache cache;
-  MemoryBudget uploads;                 // Bytes received.
+  MemoryBudget uploads;                 // Bytes of meshes that arrive.
+  MemoryBudget requests;                // Other requests, also while they wait: gRPC counts them with connections.
   std::unique_ptr<StoredMeshes> store;  // None: this server's meshes are its own.
   MemoryBudget preparations;            // Meshes on their way to solids.
   MemoryBudget streams;                 // Layers and triangles on their way to clients.

@@ -72,11 +72,25 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
       case v1::UploadMeshRequest::kStart: return start(request.start());
       case v1::UploadMeshRequest::kChunk:
         upload_->append(request.chunk());
-        pace_.count(request.chunk().size(), UploadPace::Clock::now());
+        keep_pace(request.chunk().size());
         return true;
       default: break;
     }
     throw ServiceError(ServiceErrorCode::kRequestMalformed, "part: a message with neither start nor chunk", "part");
+  }
+
+  void keep_pace(std::size_t bytes) {
+    const std::lock_guard lock(pace_mutex_);
+    pace_.count(bytes, UploadPace::Clock::now());
+  }
+
+  /// Nothing has come for a while: who sends too little ends here, as a chunk that never comes can't tell.
+  void shed() override {
+    try {
+      keep_pace(0);
+    } catch (...) {
+      if (end_armed_wait()) end(to_status(std::current_exception()));
+    }
   }
 
   bool start(const v1::UploadStart& message) {
@@ -163,7 +177,8 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   v1::UploadMeshResponse& response_;
   grpc::ByteBuffer raw_;
   std::shared_ptr<Upload> upload_;
-  UploadPace pace_;
+  std::mutex pace_mutex_;
+  UploadPace pace_;  // Counted as bytes come, and by the watch where none do.
   std::atomic<bool> stopped_{false};
   std::mutex ticket_mutex_;
   MeshCache::Ticket ticket_;

@@ -77,6 +77,16 @@ TEST(PrintingOptions, GiveCellRegionsMapsOfTheirOwn) {
   EXPECT_EQ(printing->cell_region_maps(1).cell_region(), "shell");
   EXPECT_EQ(printing->cell_region_maps(1).map().material(), "hard");
   EXPECT_EQ(printing->cell_region_maps(2).cell_region(), "2");
+  const auto in_one = parse_printing(
+      {.materials = {"soft=#102030"},
+       .maps = {"region:core=blend:x:0=soft,1.5=hard,shell=hard,rim=colour:r,g,b:255,2=soft,foot=direct:y=soft,z=hard"},
+       .background = ""});
+  ASSERT_EQ(in_one->cell_region_maps_size(), 5);
+  EXPECT_EQ(in_one->cell_region_maps(0).map().blend().stops_size(), 2);
+  EXPECT_EQ(in_one->cell_region_maps(1).map().material(), "hard");
+  EXPECT_EQ(in_one->cell_region_maps(2).map().colour().blue_channel(), "b");
+  EXPECT_EQ(in_one->cell_region_maps(3).cell_region(), "2");
+  EXPECT_EQ(in_one->cell_region_maps(4).map().direct().shares_size(), 2);
   for (const std::vector<std::string>& bad : {std::vector<std::string>{"region:"},
                                               {"region:core"},
                                               {"region:core="},

@@ -281,6 +281,36 @@ TEST(UploadMesh, SharesAnError) {
   EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
 }
 
+TEST(UploadMesh, ThatFallsSilentKeepsNobodyOutAndEndsForItsPace) {
+  ServerOptions options = test_options();
+  options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;
+  TestServer server(options);
+  const std::string id = server.upload_good(make_box(2, 10));
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server.stub().UploadMesh(&context, &response);
+  v1::UploadMeshRequest request;
+  request.mutable_start()->set_mesh_id(mesh_id_of("none"));
+  request.mutable_start()->set_size_bytes(options.max_mesh_bytes);
+  ASSERT_TRUE(writer->Write(request));
+  for (const std::size_t bytes : {2u << 20, (2u << 20) - 1}) {
+    request.set_chunk(std::string(bytes, 'x'));
+    ASSERT_TRUE(writer->Write(request));
+  }
+  const MemoryBudget& uploads = server.server().state().uploads;
+  ASSERT_TRUE(eventually([&] { return uploads.used_bytes() == options.max_mesh_bytes - 1; }, std::chrono::seconds(5)));
+  EXPECT_TRUE(server.slice(slice_request(id, 1, 0, 1)).status.ok()) << "a request found no room beside an upload";
+
+  const auto ended = [&] {
+    server.server().sweep();
+    return uploads.used_bytes() == 0;
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually(ended, std::chrono::seconds(30))) << "none but the idle watch would end it, after a minute";
+  EXPECT_GT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5)) << "it is given a while of 10 s";
+  EXPECT_EQ(failure_of(writer->Finish()).reason, "UPLOAD_TOO_SLOW");
+}
+
 TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
   TestServer probe;
   v1::UploadMeshResponse first;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "core/mesh/models.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -199,6 +201,52 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
     EXPECT_LE(found.worst, tolerance) << coarser;
     EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << coarser;
   }
+}
+
+/// A thin coat inside a ring, a region of its own: its channel is 1 there and 0 in the ring. All cells are regular.
+ControlMesh coated_ring() {
+  constexpr std::uint32_t kRound = 8, kLevels = 4;
+  const std::vector<double> radii = {19.5, 20, 24, 28};
+  const auto rings = static_cast<std::uint32_t>(radii.size());
+  const auto vertex = [&](std::uint32_t i, std::uint32_t ring, std::uint32_t level) {
+    return (level * rings + ring) * kRound + i % kRound;
+  };
+  ControlMesh mesh;
+  for (std::uint32_t level = 0; level < kLevels; ++level) {
+    for (const double radius : radii) {
+      for (std::uint32_t i = 0; i < kRound; ++i) {
+        const double angle = 2 * std::numbers::pi * i / kRound;
+        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 2.0 * level);
+      }
+    }
+  }
+  for (std::uint32_t level = 0; level + 1 < kLevels; ++level) {
+    for (std::uint32_t ring = 0; ring + 1 < rings; ++ring) {
+      for (std::uint32_t i = 0; i < kRound; ++i) {
+        mesh.cell_kinds.push_back(CellKind::kHex);
+        for (const std::uint32_t v :
+             {vertex(i, ring, level), vertex(i, ring + 1, level), vertex(i + 1, ring + 1, level),
+              vertex(i + 1, ring, level), vertex(i, ring, level + 1), vertex(i, ring + 1, level + 1),
+              vertex(i + 1, ring + 1, level + 1), vertex(i + 1, ring, level + 1)}) {
+          mesh.cell_vertices.push_back(v);
+        }
+      }
+    }
+  }
+  constexpr double kInTheCoat = 19.75;
+  mesh = oracle::with_regions(std::move(mesh), 2,
+                              [](const Vec3& middle) { return middle.head<2>().norm() < kInTheCoat ? 1 : 0; });
+  return oracle::with_jumping_channels(std::move(mesh), {"coat"}, [](std::uint32_t, std::uint8_t region) {
+    return std::vector<float>{static_cast<float>(region)};
+  });
+}
+
+// Flat triangles of the ring's pieces reach into the coat, whose cells are too small for pieces.
+TEST(SlabMaterials, PaintNothingBeyondAnInterface) {
+  const Solid solid = LimitSolid::prepare(coated_ring());
+  const Comparison found = compare(solid, job_of(solid, {0.15, 0.15, 0.3}));
+  EXPECT_LE(found.worst, kSlabTolerance);
+  EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
 }
 
 class PaintedSlabs : public testing::Test {

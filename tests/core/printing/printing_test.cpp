@@ -158,6 +158,18 @@ INSTANTIATE_TEST_SUITE_P(
                             ErrorCode::kEnumValueUnknown, "printing.halftone.method"}),
     [](const testing::TestParamInfo<Spoiled>& info) { return info.param.name; });
 
+TEST(ValidatePrinting, NamesACellRegionWithoutAMap) {
+  Printing printing = good_printing();
+  printing.map = {};
+  printing.cell_region_maps = {{1, {PureMap{1}}}};
+  try {
+    validate_printing(printing, four_channels());
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("\"core\" has no map"));
+  }
+}
+
 TEST(ValidatePrinting, TakesEveryKindOfMap) {
   Printing printing = good_printing();
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
