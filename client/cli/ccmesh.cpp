@@ -73,6 +73,9 @@ void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
                           [&] { return scanner.real_float("a channel's value in a region"); });
     case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(scanner.boolean("true or false"));
     case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(scanner.boolean("true or false"));
+    case v1::ControlMesh::kMissedVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_missed_vertices());
+    case v1::ControlMesh::kMissedPositionsMmFieldNumber:
+      return read_numbers(scanner, *mesh.mutable_missed_positions_mm(), [&] { return scanner.real("a coordinate"); });
     default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
   }
 }
@@ -165,6 +168,8 @@ std::string to_json(const v1::ControlMesh& mesh) {
   write_list(json, "regionValues", mesh.region_values(), write_real);
   if (mesh.allow_folds()) json.member("allowFolds", true);
   if (mesh.interpolating()) json.member("interpolating", true);
+  write_list(json, "missedVertices", mesh.missed_vertices(), write_plain);
+  write_list(json, "missedPositionsMm", mesh.missed_positions_mm(), write_real);
   return json.end_object().text();
 }
 

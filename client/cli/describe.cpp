@@ -38,13 +38,15 @@ std::string describe(const v1::Box3& box) {
 
 std::string describe(const v1::LimitDeviation& deviation) {
   const double control = deviation.control_volume_mm3(), limit = deviation.limit_volume_mm3();
-  std::string text = "\n  mesh size  " + describe(deviation.control_box());
-  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change_text(limit, control) + "), " +
-          (deviation.interpolating() ? "mesh that it interpolates " : "control mesh ") + show_number(control) + " mm^3";
-  text += "\n  moved      ";
   const v1::Vector3& place = deviation.farthest_vertex_mm();
   const double rounding = 1e-12 * (1 + std::abs(place.x()) + std::abs(place.y()) + std::abs(place.z()));
-  if (deviation.farthest_distance_mm() <= rounding) return text + "no boundary vertex";
+  const bool moved = deviation.farthest_distance_mm() > rounding;
+  const char* fitted = moved ? "mesh that it was fitted to " : "mesh that it interpolates ";
+  std::string text = "\n  mesh size  " + describe(deviation.control_box());
+  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change_text(limit, control) + "), " +
+          (deviation.interpolating() ? fitted : "control mesh ") + show_number(control) + " mm^3";
+  text += "\n  moved      ";
+  if (!moved) return text + "no boundary vertex";
   return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +
          std::to_string(deviation.farthest_vertex()) + " from " + describe_place(place) + " to its limit point " +
          describe_place(deviation.farthest_limit_mm());

@@ -61,6 +61,7 @@ ControlMesh meant_by(ControlMesh fitted) {
   const ConnectedMesh checked = validate_and_connect(fitted, {}, {});
   const SplitMesh split = split_cell_regions(fitted, checked.complex);
   fitted.interpolating = false;
+  fitted.missed_vertices.clear();
   take_from_copies(split, mesh_of_limit_points(split.mesh), fitted);
   return fitted;
 }

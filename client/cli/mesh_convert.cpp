@@ -63,6 +63,21 @@ std::vector<std::uint8_t> regions_from_proto(const google::protobuf::RepeatedFie
   return regions;
 }
 
+std::vector<MissedVertex> missed_from_proto(const v1::ControlMesh& message) {
+  if (message.missed_positions_mm_size() != 3 * std::int64_t{message.missed_vertices_size()}) {
+    throw Error(ErrorCode::kMeshArrayMismatch,
+                "missed_positions_mm has " + std::to_string(message.missed_positions_mm_size()) +
+                    " numbers, not 3 for each of the " + std::to_string(message.missed_vertices_size()) +
+                    " missed_vertices",
+                "missed_positions_mm");
+  }
+  std::vector<MissedVertex> missed;
+  for (int i = 0; i < message.missed_vertices_size(); ++i) {
+    missed.push_back({message.missed_vertices(i), Vec3::Map(&message.missed_positions_mm().Get(3 * i))});
+  }
+  return missed;
+}
+
 }  // namespace
 
 v1::ControlMesh to_proto(const ControlMesh& mesh) {
@@ -86,6 +101,10 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   message.mutable_region_values()->Assign(mesh.region_values.begin(), mesh.region_values.end());
   message.set_allow_folds(mesh.allow_folds);
   message.set_interpolating(mesh.interpolating);
+  for (const auto& [vertex, position] : mesh.missed_vertices) {
+    message.add_missed_vertices(vertex);
+    for (const double coordinate : position) message.add_missed_positions_mm(coordinate);
+  }
   return message;
 }
 
@@ -141,6 +160,7 @@ ControlMesh from_proto(const v1::ControlMesh& message) {
   mesh.region_values.assign(message.region_values().begin(), message.region_values().end());
   mesh.allow_folds = message.allow_folds();
   mesh.interpolating = message.interpolating();
+  mesh.missed_vertices = missed_from_proto(message);
   return mesh;
 }
 

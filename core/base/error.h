@@ -23,8 +23,8 @@ enum class ErrorCode : int {
   kMeshEmpty = 101,                 // No cells or no vertices.
   kMeshTooLarge = 102,              // More vertices, cells, channels, cell regions or bytes than the limits allow.
   kMeshNonFinite = 103,             // NaN or infinite position or channel value.
-  kMeshIndexOutOfRange = 104,       // A cell, sharp edge or sharp vertex names a vertex that doesn't exist.
-  kMeshRepeatedVertex = 105,        // A cell names the same vertex twice.
+  kMeshIndexOutOfRange = 104,       // A cell, sharp edge, sharp or missed vertex names a vertex that doesn't exist.
+  kMeshRepeatedVertex = 105,        // A cell names the same vertex twice, or missed vertices don't ascend.
   kMeshUnsupportedCell = 106,       // Pyramids and other cells that never refine to hexahedra.
   kMeshNonManifoldFace = 107,       // A face in more than two cells.
   kMeshNonManifoldEdge = 108,       // A boundary edge with other than two boundary faces.

@@ -248,11 +248,22 @@ void find_vertex_limits(const CancellationToken& cancel, LimitSolid::Data& data)
   }
 }
 
+void find_meant_positions(const ControlMesh& mesh, LimitSolid::Data& data) {
+  if (mesh.missed_vertices.empty()) return;
+  data.meant_positions = data.vertex_limits;
+  for (const auto& [vertex, position] : mesh.missed_vertices) {
+    const auto found = std::ranges::lower_bound(data.boundary_vertices, vertex);
+    if (found == data.boundary_vertices.end() || *found != vertex) continue;
+    data.meant_positions[static_cast<std::size_t>(found - data.boundary_vertices.begin())] = position;
+  }
+}
+
 }  // namespace
 
 void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
                       LimitSolid::Data& data) {
   find_vertex_limits(options.cancel, data);
+  find_meant_positions(mesh, data);
   const BoundarySurface surface(data);
   data.summary.bounding_box = bounding_box(surface, Placement::Identity(), options.cancel);
   Deviation& deviation = data.summary.deviation;

@@ -20,7 +20,8 @@
 // unless they are on the boundary, too: the figures are about the outside.
 //
 // INTERPOLATING meshes (ControlMesh::interpolating) mean the mesh of these limit points, and that is what the limit is
-// compared with: its volume, its box; no vertex is away from its limit point.
+// compared with: its volume, its box; no vertex is away from its limit point. But vertices that the fit missed are
+// meant to be where it was to take them (ControlMesh::missed_vertices).
 
 #pragma once
 

@@ -24,7 +24,7 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
          bytes_of(data.face_hulls) + bytes_of(data.cell_regions) + data.operators.memory_bytes() +
          data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
          data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
-         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits);
+         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
 }
 
 }  // namespace

@@ -54,14 +54,14 @@ struct VertexLimit {
   double distance_mm() const { return (limit - position).norm(); }
 };
 
-/// How far the limit volume is from its control mesh, or from the mesh that it interpolates (deviation.h has the
+/// How far the limit volume is from its control mesh, or from the mesh that it was fitted to (deviation.h has the
 /// definitions). mm, mm^3.
 struct Deviation {
   double control_volume_mm3 = 0;
   double limit_volume_mm3 = 0;
   Box3 control_box;            // Of the boundary's control points.
   VertexLimit farthest;        // The boundary vertex that is farthest from its limit point.
-  bool interpolating = false;  // ControlMesh::interpolating: for control points read the vertices' limit points.
+  bool interpolating = false;  // ControlMesh::interpolating: for control points read what they are meant to meet.
 };
 
 /// Cells with a name, and what their limit holds.

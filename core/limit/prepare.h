@@ -27,8 +27,8 @@ BoundaryRings boundary_rings(const CellComplex& complex);
 /// what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills boundary_vertices and vertex_limits, and the summary's bounding_box, deviation (deviation.h) and cell_regions.
-/// REQUIRES: faces; `rings`: the mesh's.
+/// Fills boundary_vertices, vertex_limits and meant_positions, and the summary's bounding_box, deviation (deviation.h)
+/// and cell_regions. REQUIRES: faces; `rings`: the mesh's.
 void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
                       LimitSolid::Data& data);
 

@@ -54,6 +54,7 @@ struct LimitSolid::Data : CellIndex {
   bool has_several_regions = false;              // More than one has cells.
   std::vector<std::uint32_t> boundary_vertices;  // Of the control mesh, ascending. Their points come first in `points`.
   std::vector<Vec3> vertex_limits;               // By boundary vertex: its limit point, mm.
+  std::vector<Vec3> meant_positions;             // Likewise, if a fit missed any: meant_position().
   SolidSummary summary;
 
   std::span<const std::uint32_t> ring(const LimitCell& cell) const {
@@ -81,8 +82,10 @@ struct LimitSolid::Data : CellIndex {
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
-  /// Where the n-th boundary vertex is meant to be: at its limit point, in an interpolating mesh.
+  /// Where the n-th boundary vertex is meant to be: in an interpolating mesh at its limit point, unless the fit missed
+  /// it.
   Vec3 meant_position(std::size_t n) const {
+    if (!meant_positions.empty()) return meant_positions[n];
     return summary.deviation.interpolating ? vertex_limits[n] : position(boundary_vertices[n]);
   }
 };

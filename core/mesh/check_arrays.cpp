@@ -9,6 +9,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/echo.h"
@@ -54,6 +55,9 @@ void check_sizes(const ControlMesh& mesh, const MeshLimits& limits) {
   check_limit(regions, limits.max_cell_regions, "cell regions", "cell_region_names");
   check_length(mesh.cell_regions.size(), regions == 0 ? 0 : cells, "cell_regions",
                regions == 0 ? "cells without named regions" : "the " + std::to_string(cells) + " cells");
+  if (!mesh.interpolating) {
+    check_length(mesh.missed_vertices.size(), 0, "missed_vertices", "meshes without 'interpolating'");
+  }
 }
 
 /// What is named in a mesh: channels, or regions of cells.
@@ -91,24 +95,38 @@ void check_cell_regions(const ControlMesh& mesh) {
                        "cell_region_names holds " + std::to_string(names) + " names, counted from 0", "cell_regions");
 }
 
-void check_positions(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+/// at(i): the i-th position and its vertex.
+template <typename At>
+void check_positions(std::size_t count, At at, const char* field, const MeshLimits& limits,
+                     const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Offenders non_finite, far;
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+  for (std::size_t i = 0; i < count; ++i) {
     poll();
-    const Vec3& p = mesh.positions[v];
+    const auto [v, p] = at(i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double coordinate = p[static_cast<Eigen::Index>(axis)];
       if (std::isfinite(coordinate) && std::abs(coordinate) <= limits.max_abs_coordinate_mm) continue;
-      (p.allFinite() ? far : non_finite).add(static_cast<std::int64_t>(v), 3 * v + axis);
+      (p.allFinite() ? far : non_finite).add(static_cast<std::int64_t>(v), 3 * i + axis);
       break;
     }
   }
   non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at", kVertices,
-                          "give finite millimetres", "positions_mm");
+                          "give finite millimetres", field);
   far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at", kVertices,
                    "positions are in mm, at most " + number_text(limits.max_abs_coordinate_mm) + " from the origin",
-                   "positions_mm");
+                   field);
+}
+
+/// With those of missed vertices.
+void check_all_positions(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
+  using Place = std::pair<std::size_t, const Vec3&>;
+  check_positions(
+      mesh.vertex_count(), [&](std::size_t v) { return Place(v, mesh.positions[v]); }, "positions_mm", limits, cancel);
+  const std::vector<MissedVertex>& missed = mesh.missed_vertices;
+  check_positions(
+      missed.size(), [&](std::size_t i) { return Place(missed[i].vertex, missed[i].position); }, "missed_positions_mm",
+      limits, cancel);
 }
 
 void check_channel_values(const ControlMesh& mesh, const CancellationToken& cancel) {
@@ -189,6 +207,18 @@ void check_sharp_indices(const ControlMesh& mesh, const std::string& bound) {
   vertices.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "out of range:", kSharpVertices, bound, "sharp_vertices");
 }
 
+void check_missed_vertices(const ControlMesh& mesh, const std::string& bound) {
+  const std::vector<MissedVertex>& missed = mesh.missed_vertices;
+  Offenders beyond, late;
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    if (missed[i].vertex >= mesh.vertex_count()) beyond.add(missed[i].vertex, i);
+    if (i > 0 && missed[i].vertex <= missed[i - 1].vertex) late.add(missed[i].vertex, i);
+  }
+  beyond.throw_if_any(ErrorCode::kMeshIndexOutOfRange, "out of range:", kVertices, bound, "missed_vertices");
+  late.throw_if_any(ErrorCode::kMeshRepeatedVertex, "missed again or too late:", kVertices,
+                    "list them in ascending order, each once", "missed_vertices");
+}
+
 }  // namespace
 
 void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
@@ -198,12 +228,13 @@ void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const Cance
   check_names(mesh.cell_region_names,
               {ErrorCode::kMeshBadCellRegion, "cell region", "cell_region_names", limits.max_cell_region_name_bytes});
   check_cell_regions(mesh);
-  check_positions(mesh, limits, cancel);
+  check_all_positions(mesh, limits, cancel);
   check_channel_values(mesh, cancel);
   const std::string bound = "vertex ids run from 0 to " + std::to_string(mesh.vertex_count() - 1);
   check_usage(check_corners(mesh, bound, cancel), limits);
   check_region_values(mesh);
   check_sharp_indices(mesh, bound);
+  check_missed_vertices(mesh, bound);
 }
 
 }  // namespace ccslice

@@ -18,6 +18,12 @@
 
 namespace ccslice {
 
+/// A vertex that the fit of an interpolating mesh missed, and where it was to be, mm.
+struct MissedVertex {
+  std::uint32_t vertex = 0;
+  Vec3 position = Vec3::Zero();
+};
+
 struct ControlMesh {
   std::vector<Vec3> positions;                            // n vertices, mm.
   std::vector<std::string> channel_names;                 // c >= 0, distinct, not empty.
@@ -37,6 +43,8 @@ struct ControlMesh {
   bool allow_folds = false;  // Inverted cells become a warning instead of an error.
   /// The control points were fitted: the mesh that is meant is that of the vertices' limit points, with these cells.
   bool interpolating = false;
+  /// ... but for these, which are meant to be elsewhere. Ascending, each vertex once; none unless interpolating.
+  std::vector<MissedVertex> missed_vertices;
 
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t cell_count() const { return cell_kinds.size(); }

@@ -80,6 +80,7 @@ std::size_t descendants(CellKind kind, int times) {
 
 ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationToken& cancel) {
   ControlMesh result = mesh;
+  result.missed_vertices.clear();
   for (int i = 0; i < times; ++i) {
     hand_down_regions(result);
     const CellComplex complex = make_cell_complex(result, cancel);
@@ -93,6 +94,7 @@ ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationTo
 ControlMesh mesh_of_limit_points(const ControlMesh& mesh, const CancellationToken& cancel) {
   ControlMesh result = mesh;
   result.interpolating = false;
+  result.missed_vertices.clear();
   set_points(apply(limit_masks(make_cell_complex(mesh, cancel), cancel), mesh), result);
   return result;
 }

@@ -16,8 +16,8 @@ namespace ccslice {
 
 /// The control mesh after so many refinements of every cell: hexahedra, the same limit. Children follow one another in
 /// the order of their cells, as many as a cell has corners, eight for each of them from then on. Channels are rounded
-/// to floats on the way; children are of their cells' regions. REQUIRES: a mesh as validate() leaves it, split where it
-/// has several regions (mesh/cell_regions.h). Throws Error{kCancelled}.
+/// to floats on the way; children are of their cells' regions. Missed vertices are forgotten. REQUIRES: a mesh as
+/// validate() leaves it, split where it has several regions (mesh/cell_regions.h). Throws Error{kCancelled}.
 ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationToken& cancel = {});
 
 /// How many cells that has.

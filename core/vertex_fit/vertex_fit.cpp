@@ -315,9 +315,10 @@ std::vector<std::uint8_t> VertexFit::around(const std::vector<ControlCellId>& ce
   return marked;
 }
 
-void VertexFit::measure(const ControlMesh& fitted, FitReport& report) const {
+void VertexFit::measure(ControlMesh& fitted, FitReport& report) const {
   const std::vector<Vec3> limits = limit_points(fitted);
   report = {};
+  fitted.missed_vertices.clear();
   double farthest = -1;
   for (std::uint32_t v = 0; v < limits.size(); ++v) {
     const VertexLimit limit{v, mesh_.positions[v], limits[v]};
@@ -327,11 +328,12 @@ void VertexFit::measure(const ControlMesh& fitted, FitReport& report) const {
       report.inside_mm = std::max(report.inside_mm, distance);
       continue;
     }
-    report.missed += !(distance <= met_mm_);
+    if (!(distance <= met_mm_)) fitted.missed_vertices.push_back({v, mesh_.positions[v]});
     if (distance <= farthest) continue;
     farthest = distance;
     report.farthest = limit;
   }
+  report.missed = fitted.missed_vertices.size();
   report.swelling = measure_swelling(fitted);
 }
 

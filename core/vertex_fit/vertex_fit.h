@@ -72,10 +72,11 @@ class VertexFit {
   /// Throws what validate() does, Error{kCancelled}.
   explicit VertexFit(const ControlMesh& mesh, const FitOptions& options = {});
 
-  /// The mesh with fitted positions: interpolating, cells in the order in which validate() leaves them, the channels
-  /// untouched. Takes some 10 us a vertex and as long as preparing the mesh, some times over where it would fold.
-  /// Throws Error{kMeshNotInterpolable} with the ids if kAll is asked for and no control points meet the vertices, or
-  /// only with folds; Error{kCancelled}, and what LimitSolid::prepare() does.
+  /// The mesh with fitted positions: interpolating, with the vertices of the boundary that the limit misses, cells in
+  /// the order in which validate() leaves them, the channels untouched. Takes some 10 us a vertex and as long as
+  /// preparing the mesh, some times over where it would fold. Throws Error{kMeshNotInterpolable} with the ids if kAll
+  /// is asked for and no control points meet the vertices, or only with folds; Error{kCancelled}, and what
+  /// LimitSolid::prepare() does.
   ControlMesh fit_positions(FittedVertices vertices, FitReport& report) const;
 
   /// The limit points of the vertices of a mesh of the same cells.
@@ -105,7 +106,8 @@ class VertexFit {
   void mark_copies(std::vector<std::uint8_t>& marked) const;
   std::uint32_t origin_of(VertexId copy) const { return origins_.empty() ? std::uint32_t{copy} : origins_[copy]; }
   const Vec3& position_of(VertexId copy) const { return mesh_.positions[origin_of(copy)]; }
-  void measure(const ControlMesh& fitted, FitReport& report) const;
+  /// Fills the report and missed_vertices.
+  void measure(ControlMesh& fitted, FitReport& report) const;
   Swelling measure_swelling(const ControlMesh& fitted) const;
 
   FitOptions options_;

@@ -99,6 +99,7 @@ class MeshReader {
     if (mesh_.cell_vertices.size() != corners) {
       mismatch("cell_vertices", mesh_.cell_vertices.size(), "cell_kinds asks for " + std::to_string(corners));
     }
+    join_missed();
     return std::move(mesh_);
   }
 
@@ -148,6 +149,10 @@ class MeshReader {
       case MeshMessage::kSharpVerticesFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_sharp_vertex(read_varint()); });
       case MeshMessage::kAllowFoldsFieldNumber: return read_flag(tag, mesh_.allow_folds);
+      case MeshMessage::kMissedVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] { add_missed_vertex(read_varint()); });
+      case MeshMessage::kMissedPositionsMmFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] { add_missed_number(read_fixed64()); });
       case MeshMessage::kInterpolatingFieldNumber: return read_flag(tag, mesh_.interpolating);
       default: unknown_field(tag);
     }
@@ -229,6 +234,16 @@ class MeshReader {
     mesh_.sharp_vertices.push_back(vertex);
   }
 
+  void add_missed_vertex(std::uint32_t vertex) {
+    require_room(missed_vertices_.size(), limits_.max_vertices, "missed_vertices", "missed vertices");
+    missed_vertices_.push_back(vertex);
+  }
+
+  void add_missed_number(double number) {
+    require_room(missed_numbers_.size(), 3 * limits_.max_vertices, "missed_positions_mm", "numbers");
+    missed_numbers_.push_back(number);
+  }
+
   void require_room_for_pair(std::size_t have, const char* field) const {
     require_room(have, 8 * limits_.max_cells, field, "pairs of vertices and regions");
   }
@@ -274,6 +289,17 @@ class MeshReader {
     flag = value != 0;
   }
 
+  void join_missed() {
+    if (missed_numbers_.size() != 3 * missed_vertices_.size()) {
+      mismatch("missed_positions_mm", missed_numbers_.size(), "give 3 for each of missed_vertices");
+    }
+    mesh_.missed_vertices.reserve(missed_vertices_.size());
+    for (std::size_t i = 0; i < missed_vertices_.size(); ++i) {
+      poll_();
+      mesh_.missed_vertices.push_back({missed_vertices_[i], Vec3::Map(&missed_numbers_[3 * i])});
+    }
+  }
+
   static void require_room(std::size_t have, std::size_t limit, const std::string& field, const char* what) {
     if (have < limit) return;
     throw Error(ErrorCode::kMeshTooLarge,
@@ -293,6 +319,8 @@ class MeshReader {
   ControlMesh mesh_;
   std::size_t numbers_ = 0;     // In positions_mm.
   std::size_t sharp_ends_ = 0;  // In sharp_edges.
+  std::vector<std::uint32_t> missed_vertices_;
+  std::vector<double> missed_numbers_;
 };
 
 }  // namespace

@@ -106,18 +106,22 @@ void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Devia
   if (change_mm3 <= kMostVolume * std::abs(deviation.control_volume_mm3) && voxels <= kMostVoxels) return;
   const std::string what = "what is printed is the limit, with " + volume_text(deviation) + " than the ";
   const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
-  if (deviation.interpolating) {
+  if (deviation.interpolating && voxels == 0) {
     add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
                 what + "mesh that it interpolates, from which it differs between the vertices." + remedy +
                     ", or use a finer mesh");
     return;
   }
+  const std::string vertex = "boundary vertex " + std::to_string(farthest.vertex);
+  const std::string distance = " is " + number_text(step.norm(), kDigits) + " mm, " + number_text(voxels, kDigits) +
+                               " voxels, from its limit point.";
   v1::PlanWarning& warning =
       add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
-                  what + "control mesh; boundary vertex " + std::to_string(farthest.vertex) + " is " +
-                      number_text(step.norm(), kDigits) + " mm, " + number_text(voxels, kDigits) +
-                      " voxels, from its limit point." + remedy +
-                      ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)");
+                  deviation.interpolating
+                      ? what + "mesh that it was fitted to; " + vertex + ", which the fit missed," + distance + remedy +
+                            ", or use a finer mesh"
+                      : what + "control mesh; " + vertex + distance + remedy +
+                            ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)");
   *warning.add_places_mm() = to_message(from);
 }
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <string>
 
+#include "client/cli/ccmesh.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/output_file.h"
@@ -18,6 +19,7 @@
 #include "core/limit/deviation.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/client/process.h"
+#include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::cli {
@@ -126,6 +128,44 @@ TEST_F(FittedFile, MayBeGradedAndSizedAfterwards) {
         MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .sharp = {.angle_deg = 40}}}) {
     EXPECT_THAT(error_of(again), HasSubstr("fitted.ccmesh are fitted already"));
   }
+}
+
+/// However it is written, sized, moved and graded afterwards.
+TEST_F(FittedFile, KnowsWhatItsFitMissed) {
+  ControlMesh dented = oracle::box_mesh(1, 1, 1, 10);
+  dented.positions[0] += Vec3(1, 1, 1);
+  const double missed_mm = std::sqrt(3.0) / 8, volume = measure_limit(dented).deviation.control_volume_mm3;
+  const LoadedMesh fitted = load_mesh({.mesh = file_of(dented), .interpolate = "boundary"});
+  const std::string json = (folder_.path() / "fitted.json").string();
+  write_file(json, to_json(to_proto(fitted.mesh)));
+  for (const std::string& path : {file_of(fitted.mesh, "fitted.ccmesh"), json}) {
+    const LoadedMesh read = load_mesh({.mesh = path});
+    EXPECT_EQ(read.bytes->id(), fitted.bytes->id());
+    const Deviation as_it_is = measure_limit(read.mesh).deviation;
+    EXPECT_NEAR(as_it_is.farthest.distance_mm(), missed_mm, 1e-6);
+    EXPECT_NEAR(as_it_is.control_volume_mm3, volume, 1e-6);
+    const LoadedMesh cm = load_mesh({.mesh = path, .grades = {"h=z"}, .size = {.units = "cm"}});
+    EXPECT_NEAR(measure_limit(cm.mesh).deviation.farthest.distance_mm(), 10 * missed_mm, 1e-5);
+    const LoadedMesh placed = load_mesh({.mesh = path, .size = {.size = "z=30", .center = true, .on_bed = true}});
+    const Deviation deviation = measure_limit(placed.mesh).deviation;
+    const double scale = std::cbrt(deviation.limit_volume_mm3 / as_it_is.limit_volume_mm3);
+    EXPECT_NE(scale, 1);
+    EXPECT_NEAR(deviation.farthest.distance_mm(), scale * missed_mm, 1e-5);
+    EXPECT_NEAR(deviation.control_volume_mm3, std::pow(scale, 3) * volume, 1e-4);
+  }
+  const LoadedMesh sized = load_mesh({.mesh = file_of(dented), .size = {.units = "in"}, .interpolate = "boundary"});
+  EXPECT_NEAR(measure_limit(sized.mesh).deviation.farthest.distance_mm(), 25.4 * missed_mm, 1e-5);
+}
+
+/// The mesh that its channels are measured on isn't the one that was fitted.
+TEST_F(FittedFile, OfSeveralRegionsMayBeGradedThoughItsFitMissed) {
+  ControlMesh box =
+      oracle::with_regions(oracle::box_mesh(2, 1, 1, 10), 2, [](const Vec3& p) { return p.x() < 10 ? 0 : 1; });
+  box.interpolating = true;
+  box.missed_vertices = {{0, Vec3(-1, 0, 0)}};
+  const LoadedMesh graded = load_mesh({.mesh = file_of(box), .grades = {"h=z", "d=distance"}});
+  ASSERT_EQ(graded.mesh.missed_vertices.size(), 1u);
+  EXPECT_EQ(graded.mesh.missed_vertices[0].position, Vec3(-1, 0, 0));
 }
 
 TEST_F(FittedFile, MistakesTeach) {

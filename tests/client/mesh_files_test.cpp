@@ -64,7 +64,10 @@ TEST(MeshFiles, JsonIsLossless) {
   mesh.channel_names[0] = "\"h\\\n\xc3\xa4\xf0\x9f\x92\x8e";
   mesh.sharp_vertices = {3};
   mesh.allow_folds = true;
+  mesh.interpolating = true;
+  mesh.missed_vertices = {{1, Vec3(0.1, -0.0, 1e300)}, {4, Vec3(1.0 / 3, 2, 5e-324)}};
   const v1::ControlMesh message = to_proto(mesh);
+  EXPECT_EQ(to_proto(from_proto(message)).SerializeAsString(), message.SerializeAsString());
   const std::string json = to_json(message);
   EXPECT_EQ(parse_ccmesh(json).SerializeAsString(), message.SerializeAsString());
   v1::ControlMesh by_protobuf;
@@ -150,6 +153,9 @@ TEST(MeshFiles, ErrorsNameTheRemedy) {
   EXPECT_THAT(error_of({.mesh = path}), HasSubstr("--allow-folds"));
   write_file(path, R"({"cellKinds": ["CELL_KIND_PYRAMID"]})");
   EXPECT_THAT(error_of({.mesh = path}), HasSubstr("cell 0 is a pyramid"));
+  write_file(path, R"({"cellKinds": [1], "missedVertices": [0, 1], "missedPositionsMm": [0, 0, 0]})");
+  EXPECT_THAT(error_of({.mesh = path}),
+              HasSubstr("missed_positions_mm has 3 numbers, not 3 for each of the 2 missed_vertices"));
 }
 
 class MutatedCcmeshes : public testing::TestWithParam<const char*> {};

@@ -64,6 +64,11 @@ void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
   EXPECT_TRUE(std::ranges::equal(mesh.region_value_vertices, message.region_value_vertices()));
   EXPECT_TRUE(std::ranges::equal(mesh.region_value_regions, message.region_value_regions()));
   EXPECT_TRUE(std::ranges::equal(mesh.region_values, message.region_values()));
+  EXPECT_TRUE(std::ranges::equal(mesh.missed_vertices, message.missed_vertices(), {}, &MissedVertex::vertex));
+  ASSERT_EQ(3 * mesh.missed_vertices.size(), static_cast<std::size_t>(message.missed_positions_mm_size()));
+  for (int i = 0; i < message.missed_positions_mm_size(); ++i) {
+    EXPECT_EQ(mesh.missed_vertices[static_cast<std::size_t>(i / 3)].position[i % 3], message.missed_positions_mm(i));
+  }
 }
 
 v1::ControlMesh some_mesh() {
@@ -79,6 +84,8 @@ v1::ControlMesh some_mesh() {
   for (const std::uint32_t vertex : {0u, 77u, 0xffffffffu}) mesh.add_region_value_vertices(vertex);
   for (const std::uint32_t region : {254u, 3u}) mesh.add_region_value_regions(region);
   for (const float value : {0.5f, -3e38f}) mesh.add_region_values(value);
+  for (const std::uint32_t vertex : {7u, 0xffffffffu}) mesh.add_missed_vertices(vertex);
+  for (const double number : {0.25, -0.0, 1e300, 4., 5., 6.}) mesh.add_missed_positions_mm(number);
   return mesh;
 }
 
@@ -153,7 +160,10 @@ TEST(MeshReader, RefusesWhatIsNoMesh) {
   EXPECT_EQ(code_of("\x0a\x07" + std::string(7, 'x')), ErrorCode::kMeshMalformed) << "not whole doubles";
   EXPECT_EQ(code_of("\x0a\xff\xff\xff\xff\x0f"), ErrorCode::kMeshMalformed) << "a length of 4 GiB";
   EXPECT_EQ(code_of(std::string("\x00", 1)), ErrorCode::kMeshMalformed);
-  EXPECT_EQ(code_of("\x7a\x01x"), ErrorCode::kMeshUnknownField) << "an unknown field";
+  EXPECT_EQ(code_of("\x8a\x01\x01x"), ErrorCode::kMeshUnknownField) << "an unknown field";
+  EXPECT_EQ(code_of("\x78\x05"), ErrorCode::kMeshArrayMismatch) << "a missed vertex without its place";
+  EXPECT_EQ(code_of("\x82\x01\x08" + std::string(8, 'x')), ErrorCode::kMeshArrayMismatch) << "and half a place alone";
+  EXPECT_EQ(code_of("\x82\x01\x07" + std::string(7, 'x')), ErrorCode::kMeshMalformed) << "not whole doubles";
   EXPECT_EQ(code_of("\x12\x01\xff"), ErrorCode::kMeshMalformed) << "not UTF-8";
   EXPECT_EQ(code_of("\x22\x01\x04"), ErrorCode::kMeshUnsupportedCell) << "a pyramid";
   EXPECT_EQ(code_of("\x22\x01\x05"), ErrorCode::kMeshUnknownCellKind);
@@ -164,6 +174,12 @@ TEST(MeshReader, KeepsTheLimitsWhileItReads) {
   MeshLimits limits;
   limits.max_vertices = 20;
   EXPECT_EQ(code_of(make_block(2, 10).SerializeAsString(), limits), ErrorCode::kMeshTooLarge);
+  v1::ControlMesh missed;
+  missed.mutable_missed_vertices()->Resize(21, 0);
+  EXPECT_EQ(code_of(missed.SerializeAsString(), limits), ErrorCode::kMeshTooLarge);
+  missed.clear_missed_vertices();
+  missed.mutable_missed_positions_mm()->Resize(61, 0);
+  EXPECT_EQ(code_of(missed.SerializeAsString(), limits), ErrorCode::kMeshTooLarge);
   limits = {};
   limits.max_cells = 7;
   EXPECT_EQ(code_of(make_block(2, 10).SerializeAsString(), limits), ErrorCode::kMeshTooLarge);

@@ -180,6 +180,33 @@ TEST_F(PlanSlices, ComparesInterpolatingMeshesWithWhatTheyInterpolate) {
   EXPECT_EQ(found->places_mm_size(), 0);
 }
 
+// A box, sharp all over, whose corner was to be 0.25 mm further out along x; its volume grows by a 600th.
+TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
+  v1::ControlMesh mesh = make_box(2, 10);
+  mesh.set_interpolating(true);
+  mesh.add_missed_vertices(0);
+  for (const double number : {-0.25, 0., 0.}) mesh.add_missed_positions_mm(number);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.51);
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const v1::LimitDeviation& deviation = response_.deviation();
+  EXPECT_EQ(deviation.farthest_vertex(), 0u);
+  EXPECT_EQ(deviation.farthest_vertex_mm().x(), -0.25);
+  EXPECT_NEAR(deviation.farthest_distance_mm(), 0.25, 1e-12);
+  EXPECT_NEAR(deviation.limit_volume_mm3(), 1000, 1e-9);
+  EXPECT_NEAR(deviation.control_volume_mm3(), 1000 + 0.25 * 25 / 4, 1e-9) << "a face of 5 mm bulges";
+  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.49);
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const auto& warnings = response_.warnings();
+  const auto found = std::ranges::find(warnings, v1::PLAN_WARNING_KIND_DEVIATION, &v1::PlanWarning::kind);
+  ASSERT_NE(found, warnings.end());
+  EXPECT_THAT(found->message(),
+              HasSubstr("than the mesh that it was fitted to; boundary vertex 0, which the fit missed, "
+                        "is 0.25 mm, 0.5102 voxels, from its limit point."));
+  ASSERT_EQ(found->places_mm_size(), 1);
+  EXPECT_EQ(found->places_mm(0).x(), -0.25);
+}
+
 // Smooth cubes of cells of 0.5 mm: their volume is within 0.5 %, and their corners move by 0.217 mm.
 TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
   request_.set_mesh_id(server_.upload_good(make_block(20, 10)));

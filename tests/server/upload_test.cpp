@@ -193,45 +193,93 @@ void add_cell_beyond(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t>
   for (const int order : {0, 4, 6, 2, 1, 5, 7, 3}) mesh.add_cell_vertices(corner[static_cast<std::size_t>(order)]);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    UploadMesh, RefusedMesh,
-    ::testing::Values(
-        BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
-                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, kNotANumber); }},
-        BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
-                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, std::numeric_limits<double>::infinity()); }},
-        BadMesh{"MESH_NON_FINITE", "channel_values[4]",
-                [](v1::ControlMesh& mesh) { mesh.set_channel_values(4, std::numeric_limits<float>::infinity()); }},
-        BadMesh{"MESH_COORDINATE_OUT_OF_RANGE", "positions_mm[4]",
-                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, 1e30); }},
-        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "cell_vertices[5]",
-                [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(5, 4'000'000'000); }},
-        BadMesh{"MESH_INDEX_OUT_OF_RANGE", "sharp_vertices[0]",
-                [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(27); }},
-        BadMesh{"MESH_REPEATED_VERTEX", "cell_vertices[1]",
-                [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(1, mesh.cell_vertices(0)); }},
-        BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds[3]",
-                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_PYRAMID); }},
-        BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
-                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, static_cast<v1::CellKind>(77)); }},
-        BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
-                [](v1::ControlMesh& mesh) { mesh.set_cell_kinds(3, v1::CELL_KIND_UNSPECIFIED); }},
-        BadMesh{"MESH_ARRAY_MISMATCH", "positions_mm", [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
-        BadMesh{"MESH_ARRAY_MISMATCH", "cell_vertices", [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
-        BadMesh{"MESH_ARRAY_MISMATCH", "sharp_edges", [](v1::ControlMesh& mesh) { mesh.add_sharp_edges(1); }},
-        BadMesh{"MESH_ARRAY_MISMATCH", "channel_values", [](v1::ControlMesh& mesh) { mesh.add_channel_values(1); }},
-        BadMesh{"MESH_BAD_CHANNEL", "channel_names[0]", [](v1::ControlMesh& mesh) { mesh.set_channel_names(0, ""); }},
-        BadMesh{"MESH_ISOLATED_VERTEX", "positions_mm[81]",
-                [](v1::ControlMesh& mesh) {
-                  for (int i = 0; i < 3; ++i) mesh.add_positions_mm(99);
-                  mesh.add_channel_values(0);
-                }},
-        BadMesh{"MESH_INVERTED_CELL", "cell_vertices",
-                [](v1::ControlMesh& mesh) { mesh.set_positions_mm(3 * 13, 40); }},
-        BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices[0]",
-                [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(13); }},
-        BadMesh{"MESH_NON_MANIFOLD_VERTEX", "cell_vertices",
-                [](v1::ControlMesh& mesh) { add_cell_beyond(mesh, {26}); }}));
+void add_missed(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t> vertices) {
+  mesh.set_interpolating(true);
+  for (const std::uint32_t vertex : vertices) {
+    mesh.add_missed_vertices(vertex);
+    for (int i = 0; i < 3; ++i) mesh.add_missed_positions_mm(1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(UploadMesh, RefusedMesh,
+                         ::testing::Values(BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_positions_mm(4, kNotANumber);
+                                                   }},
+                                           BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_positions_mm(4, std::numeric_limits<double>::infinity());
+                                                   }},
+                                           BadMesh{"MESH_NON_FINITE", "channel_values[4]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_channel_values(4, std::numeric_limits<float>::infinity());
+                                                   }},
+                                           BadMesh{"MESH_COORDINATE_OUT_OF_RANGE", "positions_mm[4]",
+                                                   [](v1::ControlMesh& mesh) { mesh.set_positions_mm(4, 1e30); }},
+                                           BadMesh{
+                                               "MESH_INDEX_OUT_OF_RANGE", "cell_vertices[5]",
+                                               [](v1::ControlMesh& mesh) { mesh.set_cell_vertices(5, 4'000'000'000); }},
+                                           BadMesh{"MESH_INDEX_OUT_OF_RANGE", "sharp_vertices[0]",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(27); }},
+                                           BadMesh{"MESH_INDEX_OUT_OF_RANGE", "missed_vertices[0]",
+                                                   [](v1::ControlMesh& mesh) { add_missed(mesh, {27}); }},
+                                           BadMesh{"MESH_REPEATED_VERTEX", "missed_vertices[1]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_missed(mesh, {3, 3});
+                                                   }},
+                                           BadMesh{"MESH_NON_FINITE", "missed_positions_mm[4]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_missed(mesh, {3, 5});
+                                                     mesh.set_missed_positions_mm(4, kNotANumber);
+                                                   }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "missed_positions_mm",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_missed(mesh, {3});
+                                                     mesh.add_missed_positions_mm(1);
+                                                   }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "missed_vertices",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_missed(mesh, {3});
+                                                     mesh.set_interpolating(false);
+                                                   }},
+                                           BadMesh{"MESH_REPEATED_VERTEX", "cell_vertices[1]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_cell_vertices(1, mesh.cell_vertices(0));
+                                                   }},
+                                           BadMesh{"MESH_UNSUPPORTED_CELL", "cell_kinds[3]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_cell_kinds(3, v1::CELL_KIND_PYRAMID);
+                                                   }},
+                                           BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_cell_kinds(3, static_cast<v1::CellKind>(77));
+                                                   }},
+                                           BadMesh{"MESH_UNKNOWN_CELL_KIND", "cell_kinds[3]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_cell_kinds(3, v1::CELL_KIND_UNSPECIFIED);
+                                                   }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "positions_mm",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "cell_vertices",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "sharp_edges",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_sharp_edges(1); }},
+                                           BadMesh{
+                                               "MESH_ARRAY_MISMATCH", "channel_values",
+                                               [](v1::ControlMesh& mesh) { mesh.add_channel_values(1); }},
+                                           BadMesh{"MESH_BAD_CHANNEL", "channel_names[0]",
+                                                   [](v1::ControlMesh& mesh) { mesh.set_channel_names(0, ""); }},
+                                           BadMesh{"MESH_ISOLATED_VERTEX", "positions_mm[81]",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     for (int i = 0; i < 3; ++i) mesh.add_positions_mm(99);
+                                                     mesh.add_channel_values(0);
+                                                   }},
+                                           BadMesh{"MESH_INVERTED_CELL", "cell_vertices",
+                                                   [](v1::ControlMesh& mesh) { mesh.set_positions_mm(3 * 13, 40); }},
+                                           BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices[0]",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_sharp_vertices(13); }},
+                                           BadMesh{"MESH_NON_MANIFOLD_VERTEX", "cell_vertices",
+                                                   [](v1::ControlMesh& mesh) { add_cell_beyond(mesh, {26}); }}));
 
 TEST(UploadMesh, NamesTheOffendingIds) {
   TestServer server;

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/validate.h"
+#include "core/subdivision/refined_mesh.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -222,6 +224,42 @@ TEST(Deviation, FindsTheFarthestLimitPoint) {
     const Vec3 limit = oracle::limit_point(brute, topology, farthest.vertex).head<3>();
     EXPECT_LT((farthest.limit - limit).norm(), 1e-9) << name;
   }
+}
+
+/// The mesh that is meant, built apart: limit points, and missed vertices where they were to be.
+TEST(Deviation, ComparesWithWhatAFitMissed) {
+  for (const char* name : {"box_3", "sharp_hex_wedge_tet"}) {
+    ControlMesh mesh = oracle::tiny_mesh(name);
+    mesh.allow_folds = true;
+    mesh.interpolating = true;
+    validate(mesh);
+    ControlMesh meant = mesh_of_limit_points(mesh);
+    const std::uint32_t vertex = deviation_of(mesh).farthest.vertex;
+    const Vec3 limit = meant.positions[vertex];
+    meant.positions[vertex] += Vec3(1, -2, 3);
+    mesh.missed_vertices = {{vertex, meant.positions[vertex]}};
+    const Deviation found = deviation_of(mesh), expected = deviation_of(meant);
+    EXPECT_EQ(found.farthest.vertex, vertex) << name;
+    EXPECT_EQ(found.farthest.position, meant.positions[vertex]);
+    EXPECT_LT((found.farthest.limit - limit).norm(), 1e-9);
+    EXPECT_NEAR(found.farthest.distance_mm(), std::sqrt(14.0), 1e-9);
+    EXPECT_NEAR(found.control_volume_mm3, expected.control_volume_mm3, 1e-9 * expected.control_volume_mm3);
+    EXPECT_TRUE(found.control_box.isApprox(expected.control_box));
+    const Placement twice = Placement(Eigen::Scaling(2.0));
+    EXPECT_NEAR(placed_deviation(*LimitSolid::prepare(mesh), twice).farthest.distance_mm(), 2 * std::sqrt(14.0), 1e-9);
+  }
+}
+
+TEST(Deviation, CountsNoMissedVerticesInside) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2);
+  mesh.interpolating = true;
+  const Deviation before = deviation_of(mesh);
+  const auto centre = std::find(mesh.positions.begin(), mesh.positions.end(), Vec3(10, 10, 10));
+  ASSERT_NE(centre, mesh.positions.end());
+  mesh.missed_vertices = {{static_cast<std::uint32_t>(centre - mesh.positions.begin()), Vec3(100, 100, 100)}};
+  const Deviation after = deviation_of(mesh);
+  EXPECT_EQ(after.farthest.distance_mm(), 0);
+  EXPECT_EQ(after.control_volume_mm3, before.control_volume_mm3);
 }
 
 TEST(Deviation, IsPlaced) {

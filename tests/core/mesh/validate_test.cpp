@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/tiny_meshes.h"
@@ -127,6 +130,38 @@ TEST(Validate, TakesInterpolatingMeshesByTheirTopology) {
   EXPECT_EQ(mesh.cell_vertices, before.cell_vertices);
   std::swap_ranges(mesh.cell_vertices.begin(), mesh.cell_vertices.begin() + 4, mesh.cell_vertices.begin() + 4);
   EXPECT_THROW(validate(mesh), Error);
+}
+
+TEST(Validate, RefusesBadMissedVertices) {
+  const auto refuse = [](std::vector<MissedVertex> missed, ErrorCode code, const std::string& text,
+                         const std::string& field) {
+    ControlMesh mesh = box_mesh(2, 2, 2);
+    mesh.interpolating = true;
+    mesh.missed_vertices = std::move(missed);
+    expect_error([&] { validate(mesh); }, code, text);
+    try {
+      validate(mesh);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.field(), field);
+    }
+  };
+  const Vec3 place(1, 2, 3);
+  refuse({{2, place}, {27, place}}, ErrorCode::kMeshIndexOutOfRange,
+         "out of range: vertex 27: vertex ids run from 0 to 26", "missed_vertices[1]");
+  refuse({{2, place}, {2, place}}, ErrorCode::kMeshRepeatedVertex, "missed again or too late: vertex 2",
+         "missed_vertices[1]");
+  refuse({{2, place}, {5, place}, {4, place}}, ErrorCode::kMeshRepeatedVertex,
+         "list them in ascending order, each once", "missed_vertices[2]");
+  refuse({{2, place}, {3, Vec3(0, std::nan(""), 0)}}, ErrorCode::kMeshNonFinite, "position at vertex 3",
+         "missed_positions_mm[4]");
+  refuse({{2, Vec3(0, 0, -1e7)}}, ErrorCode::kMeshCoordinateOutOfRange, "beyond the limit at vertex 2",
+         "missed_positions_mm[2]");
+  ControlMesh mesh = box_mesh(2, 2, 2);
+  mesh.missed_vertices = {{2, place}};
+  expect_error([&] { validate(mesh); }, ErrorCode::kMeshArrayMismatch,
+               "missed_vertices holds 1 numbers, but meshes without 'interpolating' need 0");
+  mesh.interpolating = true;
+  EXPECT_NO_THROW(validate(mesh));
 }
 
 TEST(Validate, ChecksLimitsBeforeAnythingElse) {

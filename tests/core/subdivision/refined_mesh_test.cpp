@@ -48,6 +48,15 @@ TEST(RefinedMesh, OfLimitPointsHasThePointsAndChannelsOfBruteForce) {
   EXPECT_EQ(limit.cell_vertices, mesh.cell_vertices);
 }
 
+/// Limit points are no control points, nor are children the vertices that a fit was to meet.
+TEST(RefinedMesh, ForgetsWhatAFitMissed) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 2);
+  mesh.interpolating = true;
+  mesh.missed_vertices = {{0, Vec3(-1, -1, -1)}};
+  EXPECT_TRUE(refine_mesh(mesh, 1).missed_vertices.empty());
+  EXPECT_TRUE(mesh_of_limit_points(mesh).missed_vertices.empty());
+}
+
 /// Away from a sharp, straight boundary nothing moves: children are where their control cell is.
 TEST(RefinedMesh, KnowsTheControlCellsOfItsCells) {
   ControlMesh mesh = oracle::box_mesh(3, 1, 1);

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/limit/deviation.h"
@@ -159,6 +161,7 @@ TEST(VertexFit, MeansTheMeshThatItInterpolates) {
   EXPECT_NEAR(deviation.control_volume_mm3, 216, 1e-8);
   EXPECT_LT((deviation.control_box.sizes() - Vec3(6, 6, 6)).norm(), 1e-9);
   EXPECT_EQ(deviation.farthest.distance_mm(), 0);
+  EXPECT_TRUE(fitted.missed_vertices.empty());
   EXPECT_GT(deviation.limit_volume_mm3, 216) << "smooth, it swells between the corners";
   const ControlMesh meant = mesh_of_limit_points(fitted);
   EXPECT_FALSE(meant.interpolating);
@@ -208,17 +211,43 @@ TEST(VertexFit, OfTheBoundaryFoldsNothingAndSaysWhatStaysBehind) {
   EXPECT_EQ(folding_cells(fitted), 0u);
   const auto limits = brute_limits(fitted);
   const CellComplex complex = make_cell_complex(mesh);
-  std::size_t missed = 0;
+  std::vector<std::uint32_t> missed;
   double farthest = 0;
   for (const VertexId v : complex.vertices()) {
     if (!complex.vertex_on_boundary(v)) continue;
     const double distance = (limits[v].head<3>() - mesh.positions[v]).norm();
-    missed += distance > 1e-6;
+    if (distance > 1e-6) missed.push_back(v);
     farthest = std::max(farthest, distance);
   }
-  EXPECT_EQ(report.missed, missed);
-  EXPECT_GT(missed, 0u);
+  EXPECT_EQ(report.missed, missed.size());
+  EXPECT_GT(missed.size(), 0u);
   EXPECT_NEAR(report.farthest.distance_mm(), farthest, 1e-9);
+  ASSERT_EQ(fitted.missed_vertices.size(), missed.size());
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    EXPECT_EQ(fitted.missed_vertices[i].vertex, missed[i]);
+    EXPECT_EQ(fitted.missed_vertices[i].position, mesh.positions[missed[i]]);
+  }
+}
+
+/// What was missed belongs to the mesh that is meant: the limit is compared with the box, whole as it came.
+TEST(VertexFit, RemembersWhatItMissed) {
+  FitReport report;
+  const ControlMesh fitted = VertexFit(uneven_box()).fit_positions(FittedVertices::kBoundary, report);
+  ASSERT_GT(report.missed, 0u);
+  const Deviation deviation = measure_limit(fitted).deviation;
+  EXPECT_EQ(deviation.farthest.position, uneven_box().positions[deviation.farthest.vertex]) << "one of several alike";
+  EXPECT_NEAR(deviation.farthest.distance_mm(), report.farthest.distance_mm(), 1e-9);
+  EXPECT_NEAR(deviation.control_volume_mm3, 27, 1e-5);
+  EXPECT_LT((deviation.control_box.sizes() - Vec3(3, 3, 3)).norm(), 1e-6);
+}
+
+TEST(VertexFit, ForgetsWhatAnotherFitMissed) {
+  ControlMesh mesh = oracle::box_mesh(3, 3, 3, 2);
+  mesh.interpolating = true;
+  mesh.missed_vertices = {{0, Vec3(1, 2, 3)}, {5, Vec3(4, 5, 6)}};
+  FitReport report;
+  EXPECT_TRUE(VertexFit(mesh).fit_positions(FittedVertices::kAll, report).missed_vertices.empty());
+  EXPECT_EQ(report.missed, 0u);
 }
 
 TEST(VertexFit, LeavesFoldsThatWereThere) {
