@@ -11,7 +11,11 @@
 //     read -> accept -> begin -> (on a worker) answer -> write -> ...
 //
 // All but the answering happens under the call's mutex, in go_on(), whoever comes there. A call waits for a message if
-// there are no batches, for its reader while a write is under way, and else for its own workers.
+// there are no batches, for its reader while a write is under way, and else for a place or for its own workers.
+//
+// Most of the time such a call does nothing. So it has a place among the running ones only while there is a batch to be
+// computed, and asks for another one when the next batch has come. Where its client doesn't read for a while it SHEDS:
+// it begins no batch until the client reads on, and gives back what it holds for that.
 
 #pragma once
 
@@ -19,6 +23,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <deque>
 #include <exception>
@@ -56,11 +61,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void begin() {
     if (const auto refused = this->open_call()) return this->end(*refused);
     this->watch();
-    this->when_admitted([this] {
-      const auto self = this->shared_from_this();
-      std::unique_lock lock(mutex_);
-      go_on(lock);
-    });
+    std::unique_lock lock(mutex_);
+    go_on(lock);
   }
 
  private:
@@ -76,15 +78,17 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   };
   using BatchPtr = std::shared_ptr<Batch>;
   using SolverPtr = std::shared_ptr<Solver>;
+  using Clock = std::chrono::steady_clock;
+  enum class Has { kNoPlace, kAskedForPlace, kPlace };
 
   // What follows down to the workers' part holds the mutex.
 
-  /// Does what there is to be done. Unlocks if the call ends.
+  /// Does what there is to be done. May unlock: last.
   void go_on(std::unique_lock<std::mutex>& lock) {
     if (is_over_) return;
     const bool answered = !batches_.empty() && batches_.front()->is_done;
     if (!is_writing_) {
-      if (answered && batches_.front()->failure) return finish(lock, status_of(batches_.front()->failure));
+      if (answered && batches_.front()->failure) return fail_call(lock, batches_.front()->failure);
       if (cancel_.cancelled()) return finish(lock, this->status_of_stop());
       if (batches_.empty() && reads_done_) return finish(lock, grpc::Status::OK);
       if (batches_.empty()) return wait_for_batch();
@@ -96,24 +100,70 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     if (cancel_.cancelled()) return;
     begin_batches();
     read_on();
+    if (working_ > 0 || has_ == Has::kAskedForPlace) return;
+    const bool has_work = !has_shed_ && has_batch_to_begin();
+    if (has_work && has_ == Has::kNoPlace) return ask_for_place(lock);
+    if (!has_work) give_place_back();
   }
 
   void wait_for_batch() {
+    give_place_back();
     is_waiting_ = true;
     this->wait_for_message([this] { read_on(); });
   }
 
-  /// Until the mesh is known, one message is enough.
+  /// Until the mesh is known, one message is enough, and while it can't be worked on.
   void read_on() {
     const std::size_t window = mesh_ ? most_solvers_ + kBatchesAhead : 1;
     if (is_reading_ || reads_done_ || batches_.size() >= window) return;
+    if (has_shed_ || (has_ != Has::kPlace && has_batch_to_begin())) return;
     is_reading_ = true;
     this->StartRead(&raw_);
   }
 
-  void begin_batches() {
+  /// Those behind one that failed aren't worth it.
+  bool has_batch_to_begin() const {
     for (const BatchPtr& batch : batches_) {
-      if (batch->is_begun || batch->is_done) continue;
+      if (batch->failure) return false;
+      if (!batch->is_begun) return true;
+    }
+    return false;
+  }
+
+  /// Not while the lock is held: the place may be there at once.
+  void ask_for_place(std::unique_lock<std::mutex>& lock) {
+    has_ = Has::kAskedForPlace;
+    lock.unlock();
+    Base::ask_for_place(
+        [this, self = this->shared_from_this(), since = Clock::now()](const std::exception_ptr& refusal) {
+          std::unique_lock held(mutex_);
+          take_place(held, refusal, Clock::now() - since);
+        });
+    if (cancel_.cancelled()) leave_queue();  // Cancelled before there was anything to leave.
+  }
+
+  void take_place(std::unique_lock<std::mutex>& lock, const std::exception_ptr& refusal, Clock::duration waited) {
+    has_ = refusal ? Has::kNoPlace : Has::kPlace;
+    if (is_over_) return give_place_back();
+    if (!refusal && !std::exchange(had_place_, true)) log_.note_place(waited);
+    if (refusal) {
+      const auto first = std::ranges::find_if(batches_, [](const BatchPtr& batch) { return !batch->is_begun; });
+      fail(**first, refusal);
+    }
+    go_on(lock);
+  }
+
+  void give_place_back() {
+    if (has_ != Has::kPlace) return;
+    has_ = Has::kNoPlace;
+    Base::give_place_back();
+  }
+
+  void begin_batches() {
+    if (has_ != Has::kPlace || has_shed_) return;
+    for (const BatchPtr& batch : batches_) {
+      if (batch->failure) return;
+      if (batch->is_begun) continue;
       if (idle_solvers_.empty() && !may_add_solver()) return;
       SolverPtr solver;  // None yet: it is made on the worker.
       if (idle_solvers_.empty()) {
@@ -123,6 +173,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
         idle_solvers_.pop_back();
       }
       batch->is_begun = true;
+      ++working_;
       lane_.post([this, self = this->shared_from_this(), batch, solver] { work(batch, solver); });
     }
   }
@@ -164,12 +215,17 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   /// Nothing after it counts.
   void fail(Batch& batch, const std::exception_ptr& failure) {
     batch.failure = failure;
-    batch.is_done = true;
+    batch.is_begun = batch.is_done = true;
     reads_done_ = true;
   }
 
   grpc::Status status_of(const std::exception_ptr& failure) const {
     return cancel_.cancelled() ? this->status_of_stop() : to_status(failure);
+  }
+
+  void fail_call(std::unique_lock<std::mutex>& lock, const std::exception_ptr& failure) {
+    this->add_pushback(failure);
+    finish(lock, status_of(failure));
   }
 
   void finish(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
@@ -197,7 +253,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     const auto self = this->shared_from_this();
     std::unique_lock lock(mutex_);
     if (!this->end_wait() || is_over_) return;
-    is_writing_ = false;
+    is_writing_ = has_shed_ = false;
     if (!ok) return finish(lock, this->status_of_stop());
     batches_.pop_front();
     go_on(lock);
@@ -206,7 +262,15 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void OnCancel() override {
     const auto self = this->shared_from_this();
     stop();
-    this->end_if_waiting();
+    leave_queue();
+  }
+
+  /// A call that waits for its place does nothing else that would come to an end.
+  void leave_queue() {
+    if (!this->leave_place_queue()) return;
+    std::unique_lock lock(mutex_);
+    has_ = Has::kNoPlace;
+    go_on(lock);
   }
 
   void stop() override {
@@ -221,6 +285,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     dropped = std::move(idle_solvers_);
     idle_solvers_.clear();
     freed = forget_solvers(dropped.size());
+    if (is_over_ || !is_writing_) return;
+    has_shed_ = true;
+    if (working_ == 0) give_place_back();
   }
 
   // On workers, without the mutex.
@@ -256,6 +323,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     MemoryBudget::Share freed;
     SolverPtr dropped;
     std::unique_lock lock(mutex_);
+    --working_;
     if (failure) {
       fail(*batch, failure);
     } else {
@@ -276,10 +344,14 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
 
   std::mutex mutex_;  // Guards what follows.
   bool is_over_ = false, is_waiting_ = false, is_reading_ = false, is_writing_ = false, reads_done_ = false;
+  bool has_shed_ = false;  // The client hasn't read for a while.
+  Has has_ = Has::kNoPlace;
+  bool had_place_ = false;
   grpc::ByteBuffer raw_;  // The read's.
   MeshPtr mesh_;          // Once there, it stays.
   typename Solver::Setting setting_;
   std::deque<BatchPtr> batches_;  // Neither failed nor answered yet.
+  std::size_t working_ = 0;       // Of those, that workers have.
   std::vector<SolverPtr> idle_solvers_;
   std::size_t solvers_ = 0;    // Those at work included.
   MemoryBudget::Share share_;  // For all of them but one.

@@ -83,7 +83,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   void when_admitted(Begin begin, bool is_long = false) {
     const auto decided = [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
       if (!refusal) {
-        self->log_.note_place();
+        self->log_.note_place(self->log_.elapsed());
         return begin();
       }
       self->add_pushback(refusal);
@@ -91,6 +91,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     };
     state_.admission.request(place_, decided, is_long);
   }
+  /// For a call that does nothing most of the time: a place for what there is to do now, and for that alone.
+  void ask_for_place(Admission::Decision decided) { state_.admission.request(place_, std::move(decided)); }
+  /// Whether it was waiting for that. Then `decided` never runs.
+  [[nodiscard]] bool leave_place_queue() { return state_.admission.leave_queue(place_); }
   /// Memory for a call that runs, or for one that shed its own: admission.h. `decided` keeps the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
     state_.admission.request_memory(place_, std::move(memory), std::move(decided));

@@ -104,10 +104,10 @@ void CallLog::note_layers(std::uint32_t first, std::uint32_t count) {
   noted_.push_back({"layers", std::uint64_t{count}});
 }
 
-void CallLog::note_place() {
-  metrics_.seconds_in_queue.add(elapsed());
+void CallLog::note_place(std::chrono::nanoseconds waited) {
+  metrics_.seconds_in_queue.add(waited);
   const std::lock_guard lock(mutex_);
-  noted_.push_back({"queue_ms", ms_of(elapsed())});
+  noted_.push_back({"queue_ms", ms_of(waited)});
 }
 
 std::vector<LogField> CallLog::fields_locked(const grpc::Status& status) const {

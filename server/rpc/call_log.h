@@ -34,8 +34,8 @@ class CallLog {
   void note_mesh(const std::string& mesh_id);
   void note_layers(std::uint32_t first, std::uint32_t count);
   void add_bytes(std::uint64_t bytes);
-  /// The call has waited for a place until now.
-  void note_place();
+  /// How long the call has waited for its place, the first one of several.
+  void note_place(std::chrono::nanoseconds waited);
   /// Failures that are the server's own are errors; everything else is information.
   void finish(const grpc::Status& status) const;
 

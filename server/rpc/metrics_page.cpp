@@ -78,7 +78,8 @@ void add_calls(ServiceState& state, Families& families) {
   for (const auto& [key, count] : metrics.calls.counts()) {
     families.add(count, {{"method", key.first}, {"reason", key.second}});
   }
-  families.histogram("queue_seconds", "From the begin of calls to their place among the running ones.",
+  families.histogram("queue_seconds",
+                     "From the begin of calls, or the first batch of points, to their place among the running ones.",
                      metrics.seconds_in_queue);
   families.histogram("first_layer_seconds", "From the begin of SliceRange calls to their first layer.",
                      metrics.seconds_to_first_layer);

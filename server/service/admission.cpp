@@ -70,7 +70,7 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
     const bool had_place = place.state_ == Place::State::kRunning;
     if (had_place) stop_running(place);
     if (memory.reserve) place.is_long_ = !memory.is_short;
-    const bool is_refused = draining_ && turn != Place::Turn::kResumes;
+    const bool is_refused = draining_ && !is_under_way(place, turn);
     const bool has_place = (had_place || !is_refused) && has_place_for(place);
     if (has_place && has_memory_for(turn, memory)) {
       run(place);
@@ -90,6 +90,11 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
   for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
 }
 
+/// Such a call may end in its own time when calls drain.
+bool Admission::is_under_way(const Place& place, Place::Turn turn) {
+  return turn == Place::Turn::kResumes || (turn == Place::Turn::kIsNew && place.has_run_);
+}
+
 /// REQUIRES: the lock.
 bool Admission::has_place_for(const Place& place) const {
   return running_ < limits_.running + limits_.short_more && (!place.is_long_ || long_running_ < limits_.running);
@@ -107,6 +112,7 @@ bool Admission::has_memory_for(Place::Turn turn, const Memory& memory) const {
 /// REQUIRES: the lock.
 void Admission::run(Place& place) {
   place.state_ = Place::State::kRunning;
+  place.has_run_ = true;
   ++running_;
   if (place.is_long_) ++long_running_;
 }
@@ -221,7 +227,7 @@ void Admission::drain() {
     draining_ = true;
     for (auto at = queue_.begin(); at != queue_.end();) {
       Place& place = **at++;
-      if (place.turn_ == Place::Turn::kResumes) continue;
+      if (is_under_way(place, place.turn_)) continue;
       refused.push_back(std::move(place.decision_));
       take_out(place);
     }

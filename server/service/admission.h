@@ -65,6 +65,7 @@ class Admission {
     Admission& admission_;
     State state_ = State::kNone;
     Turn turn_ = Turn::kIsNew;
+    bool has_run_ = false;
     Memory memory_;      // While it waits.
     Decision decision_;  // Likewise.
     bool is_long_ = false;
@@ -78,7 +79,8 @@ class Admission {
   Admission(const Admission&) = delete;
   Admission& operator=(const Admission&) = delete;
 
-  /// REQUIRES: the first time for this place.
+  /// REQUIRES: the place neither runs nor waits. One that ran before, and gave itself back between two pieces of its
+  /// call's work, waits like a new one but is let in even while calls drain: its call is under way.
   void request(Place& place, Decision decision, bool is_long = false);
   /// Memory for a call that runs, and for a long one that began as a short one a place among the long ones. It goes on
   /// running if that is there; otherwise it gives its place to others, and waits for both. Refused as in request():
@@ -97,7 +99,7 @@ class Admission {
   /// Ends a run, and begins that of a call that waits. Does nothing for a place that isn't running. A run that ends
   /// while this begins it is followed by the next one only after its decision has returned.
   void give_back(Place& place);
-  /// Refuses those who wait, and all who come from now on; but none that resumes.
+  /// Refuses those who wait, and all who come from now on; but none that resumes, or asks again for a place.
   void drain();
 
   std::size_t running() const;
@@ -107,6 +109,7 @@ class Admission {
   using Clock = std::chrono::steady_clock;
 
   void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
+  static bool is_under_way(const Place& place, Place::Turn turn);
   bool has_place_for(const Place& place) const;
   bool has_memory_for(Place::Turn turn, const Memory& memory) const;
   void run(Place& place);

@@ -53,7 +53,7 @@ class CallCounts {
 
 struct Metrics {
   CallCounts calls;
-  DurationHistogram seconds_in_queue;        // From the call's begin to its place.
+  DurationHistogram seconds_in_queue;        // From the call's begin to its place; of points, from the first batch.
   DurationHistogram seconds_to_first_layer;  // From the begin of a SliceRange.
   DurationHistogram seconds_in_all;          // Of all calls but previews and points, whose clients decide, and polls.
   std::atomic<std::uint64_t> layers{0}, voxels{0}, layer_bytes{0};  // Layers on their way to clients.

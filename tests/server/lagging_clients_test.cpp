@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <thread>
@@ -169,6 +170,81 @@ TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
   state().calls.cut_off_all();
   reads_on.join();
   EXPECT_EQ(failure_of(reader->status).reason, "SERVER_SHUTTING_DOWN");
+}
+
+/// Sends many batches and reads none of their answers before it is told to.
+class UnreadPoints {
+ public:
+  static constexpr int kBatches = 30;
+
+  UnreadPoints(std::unique_ptr<v1::SlicerService::Stub> stub, const std::string& mesh_id) : stub_(std::move(stub)) {
+    stream_ = stub_->EvaluatePoints(&context);
+    writer_ = std::thread([this, mesh_id] {
+      for (int i = 0; i < kBatches; ++i) {
+        if (!stream_->Write(request(mesh_id, i))) return;
+      }
+      stream_->WritesDone();
+    });
+  }
+  ~UnreadPoints() { writer_.join(); }
+
+  /// Whether they come in the order of their batches.
+  grpc::Status read_all(bool& in_order) {
+    v1::EvaluatePointsResponse response;
+    int batch = 0;
+    in_order = true;
+    while (stream_->Read(&response)) {
+      if (batch == 0) position_mm_ = response.positions_mm(0);
+      const double offset_mm = response.positions_mm(0) - position_mm_;
+      in_order = in_order && response.positions_mm_size() == 3 * 4096 && std::abs(offset_mm - batch) < 1e-9;
+      ++batch;
+    }
+    in_order = in_order && batch == kBatches;
+    return stream_->Finish();
+  }
+
+  grpc::ClientContext context;
+
+ private:
+  /// Each moved on by a millimetre.
+  static v1::EvaluatePointsRequest request(const std::string& mesh_id, int batch) {
+    v1::EvaluatePointsRequest request;
+    if (batch == 0) request.set_mesh_id(mesh_id);
+    for (const double number : {1.0, 0.0, 0.0, 1.0 * batch, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}) {
+      request.mutable_placement()->add_matrix(number);
+    }
+    for (int i = 0; i < 4096; ++i) {
+      request.add_limit_cells(0);
+      for (int axis = 0; axis < 3; ++axis) request.add_uvw(0.5);
+    }
+    return request;
+  }
+
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>> stream_;
+  std::thread writer_;
+  double position_mm_ = 0;
+};
+
+TEST_F(LaggingClients, OfPointsKeepNoPlaceAndGoOnInOrder) {
+  UnreadPoints reader(server_.new_narrow_stub(), id_);
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 1 && state().admission.running() > 0; }, 5s));
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0 && state().scratch.used_bytes() == 0; }));
+  EXPECT_EQ(state().calls.open(), 1u);
+  bool in_order = false;
+  const grpc::Status status = reader.read_all(in_order);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_TRUE(in_order);
+}
+
+TEST_F(LaggingClients, OfPointsEndWhereTheyAreStopped) {
+  UnreadPoints reader(server_.new_narrow_stub(), id_);
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 1 && state().admission.running() > 0; }, 5s));
+  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  reader.context.TryCancel();
+  bool in_order = false;
+  EXPECT_EQ(reader.read_all(in_order).error_code(), grpc::StatusCode::CANCELLED);
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 2s));
 }
 
 /// Reads a stream of triangles and puts it together, however it was cut into messages.

@@ -185,6 +185,30 @@ TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
   EXPECT_EQ(failure_of(server.stub().PlanSlices(&context, request, &response)).reason, "SERVER_BUSY");
 }
 
+TEST(Resources, PointCallsThatSendNothingTakeNoPlace) {
+  TestServer server;
+  const std::string id = server.upload_good(make_block(1, 10));
+  ServiceState& state = server.server().state();
+  EXPECT_TRUE(eventually([&] { return state.calls.open() == 0; }, 2s));
+  grpc::ClientContext probe_contexts[40], evaluate_contexts[40];
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>>> probes;
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::EvaluatePointsRequest, v1::EvaluatePointsResponse>>>
+      evaluations;
+  for (auto& context : probe_contexts) probes.push_back(server.stub().ProbePoints(&context));
+  for (auto& context : evaluate_contexts) evaluations.push_back(server.stub().EvaluatePoints(&context));
+  EXPECT_TRUE(eventually([&] { return state.calls.open() == 80; }, 5s));
+  EXPECT_EQ(state.admission.running(), 0u);
+  EXPECT_EQ(state.admission.waiting(), 0u);
+  EXPECT_TRUE(server.slice(slice_request(id, 1, 0, 2)).status.ok());
+  for (const auto& probe : probes) probe->WritesDone();
+  for (const auto& probe : probes) EXPECT_TRUE(probe->Finish().ok());
+  for (auto& context : evaluate_contexts) context.TryCancel();
+  for (const auto& evaluation : evaluations) {
+    EXPECT_EQ(evaluation->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  EXPECT_TRUE(eventually([&] { return state.calls.open() == 0; }, 2s));
+}
+
 TEST(Resources, ACancelledPlanIsAnsweredWhileTheWorkersAreBusy) {
   TestServer server;
   ServiceState& state = server.server().state();

@@ -11,6 +11,7 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -185,6 +186,128 @@ TEST_F(WaitingCalls, MoreThanMayWaitAreRefusedWithAPushback) {
     ASSERT_NE(pushback, trailers.end()) << name;
     EXPECT_GE(std::stoi(std::string(pushback->second.data(), pushback->second.size())), 1000) << name;
   }
+}
+
+/// A call of ProbePoints, a point at a time.
+class PointTalk {
+ public:
+  explicit PointTalk(std::unique_ptr<v1::SlicerService::Stub> stub)
+      : stub_(std::move(stub)), stream_(stub_->ProbePoints(&context)) {}
+
+  /// Its mesh goes without saying but for the first one.
+  bool send(double x_mm, const std::string& mesh_id = "") {
+    v1::ProbePointsRequest request;
+    request.set_mesh_id(mesh_id);
+    for (const double number : {x_mm, 5.0, 5.0}) request.add_points_mm(number);
+    return stream_->Write(request);
+  }
+  /// The channel's value there, which is x; nothing if the call has ended.
+  std::optional<double> read() {
+    v1::ProbePointsResponse response;
+    if (!stream_->Read(&response)) return std::nullopt;
+    return response.materials(0);
+  }
+  std::optional<double> ask(double x_mm, const std::string& mesh_id = "") {
+    return send(x_mm, mesh_id) ? read() : std::nullopt;
+  }
+  grpc::Status finish() {
+    stream_->WritesDone();
+    return stream_->Finish();
+  }
+
+  grpc::ClientContext context;
+
+ private:
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>> stream_;
+};
+
+/// Calls that have been answered, while somebody else has the only place.
+class PointTalks : public WaitingCalls {
+ protected:
+  explicit PointTalks(std::chrono::milliseconds wait = 1h) : WaitingCalls(wait) { place_ = nullptr; }
+
+  std::unique_ptr<PointTalk> answered_once() {
+    auto call = std::make_unique<PointTalk>(server_.new_stub());
+    const auto answer = call->ask(2, mesh_id_);
+    EXPECT_TRUE(answer.has_value());
+    EXPECT_NEAR(answer.value_or(0), 2, 1e-5);
+    EXPECT_TRUE(eventually([this] { return admission().running() == 0; }, 2s)) << "between two batches";
+    return call;
+  }
+  /// One that waits for its place again.
+  std::unique_ptr<PointTalk> waiting_again() {
+    auto call = answered_once();
+    take_place();
+    EXPECT_TRUE(call->send(3));
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s));
+    return call;
+  }
+  void expect_nothing_is_left() {
+    EXPECT_TRUE(
+        eventually([this] { return server_.server().state().calls.open() == 0 && admission().waiting() == 0; }, 2s));
+    place_ = nullptr;
+    EXPECT_TRUE(eventually([this] { return admission().running() == 0; }, 2s));
+  }
+};
+
+TEST_F(PointTalks, TakeTurnsWithMoreOfThemThanThereArePlaces) {
+  std::vector<std::unique_ptr<PointTalk>> open;
+  for (int i = 0; i < 4; ++i) open.push_back(answered_once());
+  for (int round = 0; round < 3; ++round) {
+    for (const auto& call : open) EXPECT_NEAR(call->ask(3 + round).value_or(0), 3 + round, 1e-5);
+    grpc::ClientContext context;
+    EXPECT_TRUE(calls().at("PlanSlices")(context).ok()) << "as others do";
+  }
+  for (const auto& call : open) EXPECT_TRUE(call->finish().ok());
+  expect_nothing_is_left();
+}
+
+TEST_F(PointTalks, GoOnInOrderWhenTheyHaveWaitedAgain) {
+  const auto call = waiting_again();
+  for (const double x_mm : {4, 5, 6}) EXPECT_TRUE(call->send(x_mm));
+  place_ = nullptr;
+  for (const double x_mm : {3, 4, 5, 6}) EXPECT_NEAR(call->read().value_or(0), x_mm, 1e-5);
+  EXPECT_TRUE(call->finish().ok());
+  expect_nothing_is_left();
+}
+
+TEST_F(PointTalks, MayGoOnWhileCallsDrain) {
+  const auto call = waiting_again();
+  admission().drain();
+  EXPECT_EQ(admission().waiting(), 1u);
+  place_ = nullptr;
+  EXPECT_NEAR(call->read().value_or(0), 3, 1e-5);
+  EXPECT_NEAR(call->ask(4).value_or(0), 4, 1e-5);
+  EXPECT_TRUE(call->finish().ok());
+}
+
+TEST_F(PointTalks, AreCancelledWhileTheyWaitAgain) {
+  const auto call = waiting_again();
+  call->context.TryCancel();
+  EXPECT_EQ(call->finish().error_code(), grpc::StatusCode::CANCELLED);
+  expect_nothing_is_left();
+}
+
+TEST_F(PointTalks, AreCutOffWhileTheyWaitAgain) {
+  const auto call = waiting_again();
+  for (int i = 0; i < 20; ++i) server_.server().state().calls.cut_off_all();
+  EXPECT_FALSE(call->read());
+  EXPECT_EQ(failure_of(call->finish()).reason, "SERVER_SHUTTING_DOWN");
+  expect_nothing_is_left();
+}
+
+class ImpatientPointTalks : public PointTalks {
+ protected:
+  ImpatientPointTalks() : PointTalks(100ms) {}
+};
+
+TEST_F(ImpatientPointTalks, AreToldInTheirTurnThatTheServerIsBusy) {
+  const auto call = waiting_again();
+  EXPECT_FALSE(call->read());
+  EXPECT_EQ(failure_of(call->finish()).reason, "SERVER_BUSY");
+  EXPECT_EQ(call->context.GetServerTrailingMetadata().count("grpc-retry-pushback-ms"), 1u);
+  expect_nothing_is_left();
 }
 
 class ImpatientCalls : public WaitingCalls {

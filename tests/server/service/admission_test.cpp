@@ -95,6 +95,31 @@ TEST(Admission, TheRetryDelayFollowsTheQueue) {
   EXPECT_LT(delay_of(few, 1), delay_of(many, 20));
 }
 
+TEST(Admission, APlaceMayBeAskedForAgainAndIsGivenToThoseWhoRanBeforeWhileCallsDrain) {
+  Admission admission({.running = 1, .waiting = 2, .longest_wait = 1h});
+  Admission::Place again(admission);
+  std::size_t runs = 0;
+  const auto decided = [&runs](const std::exception_ptr& refusal) {
+    EXPECT_FALSE(refusal);
+    ++runs;
+  };
+  admission.request(again, decided);
+  admission.give_back(again);
+  Caller other(admission), fresh(admission);
+  EXPECT_TRUE(other.runs());
+  admission.request(again, decided);
+  EXPECT_EQ(admission.waiting(), 2u) << "behind those who came before";
+  admission.drain();
+  EXPECT_TRUE(fresh.refusal());
+  EXPECT_EQ(admission.waiting(), 1u);
+  other.end();
+  EXPECT_EQ(runs, 2u);
+  admission.give_back(again);
+  admission.request(again, decided);
+  EXPECT_EQ(runs, 3u) << "and is asked for while they drain";
+  EXPECT_TRUE(Caller(admission).refusal());
+}
+
 TEST(Admission, TimeInWhichNobodyWaitedDoesNotLengthenTheRetryDelay) {
   Admission admission({.running = 1, .waiting = 20, .longest_wait = 1h});
   Caller(admission).end();
