@@ -15,7 +15,11 @@
 //
 // Most of the time such a call does nothing. So it has a place among the running ones only while there is a batch to be
 // computed, and asks for another one when the next batch has come. Where its client doesn't read for a while it SHEDS:
-// it begins no batch until the client reads on, and gives back what it holds for that.
+// it begins no batch until the client reads on, and gives back all but the answer that is being sent, which counts
+// nowhere, and the requests behind. Their answers are computed anew, to the same bytes.
+//
+// Batches and solvers hold memory for scratch. What is read ahead, and each solver beside the first, needs room before;
+// one batch at a time can go on always, or waits for memory: while others wait for some, it does so for each batch.
 
 #pragma once
 
@@ -27,14 +31,17 @@
 #include <cstddef>
 #include <deque>
 #include <exception>
+#include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/rpc/call.h"
 #include "server/rpc/unknown_fields.h"
+#include "server/service/limits.h"
 
 namespace ccslice::server {
 
@@ -44,6 +51,8 @@ namespace ccslice::server {
 ///     static void accept(const Request&, const LimitSolid&, const SliceLimits&, Setting&);   // Throws.
 ///     void answer(const Setting&, const Request&, Response&, const CancellationToken&);      // Throws.
 ///     static constexpr std::uint64_t kBytes;                                                 // What it holds, about.
+///     static std::size_t points(const Request&);
+///     static std::uint64_t answer_bytes(std::size_t points, std::size_t channels);
 ///
 /// An answer follows from its batch and its setting, whichever solver gives it.
 template <class Solver>
@@ -55,14 +64,14 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       : Base(state, context, method),
         most_solvers_(std::min(kMostSolvers, state.executor.threads())),
         lane_(this->make_lane(Pieces::kInteractive)),
-        share_(state.scratch) {}
+        read_share_(state.scratch) {}
 
   /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
     if (const auto refused = this->open_call()) return this->end(*refused);
     this->watch();
-    std::unique_lock lock(mutex_);
-    go_on(lock);
+    Hold hold(mutex_);
+    go_on(hold);
   }
 
  private:
@@ -70,6 +79,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   static constexpr std::size_t kBatchesAhead = 2;  // Read beside those that are worked on.
 
   struct Batch {
+    explicit Batch(MemoryBudget& scratch) : share(scratch) {}
+
+    MemoryBudget::Share share;  // For its request and its answer. Goes after them.
     typename Solver::Request request;
     typename Solver::Response response;
     typename Solver::Setting setting;
@@ -77,80 +89,165 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     bool is_begun = false, is_done = false;
   };
   using BatchPtr = std::shared_ptr<Batch>;
-  using SolverPtr = std::shared_ptr<Solver>;
+  /// Where a batch is worked on: a solver, and its part of the memory.
+  struct Bench {
+    explicit Bench(MemoryBudget& scratch) : share(scratch) {}
+
+    MemoryBudget::Share share;     // Goes after the solver.
+    std::optional<Solver> solver;  // Made by the first worker.
+  };
+  using BenchPtr = std::shared_ptr<Bench>;
   using Clock = std::chrono::steady_clock;
-  enum class Has { kNoPlace, kAskedForPlace, kPlace };
+  enum class Has { kNoPlace, kAskedForPlace, kAskedForMemory, kPlace };
+
+  /// The call's mutex, held. What the call has no use for any more goes when it isn't any longer: whoever waits for
+  /// that memory may begin on this thread.
+  struct Hold {
+    explicit Hold(std::mutex& mutex) : lock(mutex) {}
+
+    std::vector<MemoryBudget::Share> shares;
+    std::vector<BenchPtr> benches;
+    BatchPtr batch;
+    std::unique_lock<std::mutex> lock;  // Goes first.
+  };
 
   // What follows down to the workers' part holds the mutex.
 
   /// Does what there is to be done. May unlock: last.
-  void go_on(std::unique_lock<std::mutex>& lock) {
+  void go_on(Hold& hold) {
     if (is_over_) return;
     const bool answered = !batches_.empty() && batches_.front()->is_done;
     if (!is_writing_) {
-      if (answered && batches_.front()->failure) return fail_call(lock, batches_.front()->failure);
-      if (cancel_.cancelled()) return finish(lock, this->status_of_stop());
-      if (batches_.empty() && reads_done_) return finish(lock, grpc::Status::OK);
-      if (batches_.empty()) return wait_for_batch();
-      if (answered) {
-        is_writing_ = true;
-        this->wait_for_reader([this] { this->StartWrite(&batches_.front()->response); });
-      }
+      if (answered && batches_.front()->failure) return fail_call(hold, batches_.front()->failure);
+      if (cancel_.cancelled()) return finish(hold, this->status_of_stop());
+      if (batches_.empty() && reads_done_) return finish(hold, grpc::Status::OK);
+      if (batches_.empty()) return wait_for_batch(hold);
+      if (answered) write();
     }
     if (cancel_.cancelled()) return;
     begin_batches();
     read_on();
-    if (working_ > 0 || has_ == Has::kAskedForPlace) return;
-    const bool has_work = !has_shed_ && has_batch_to_begin();
-    if (has_work && has_ == Has::kNoPlace) return ask_for_place(lock);
-    if (!has_work) give_place_back();
+    if (working_ > 0 || has_ == Has::kAskedForPlace || has_ == Has::kAskedForMemory) return;
+    const BatchPtr next = has_shed_ ? nullptr : batch_to_begin();
+    if (!next) return give_place_back();
+    if (has_ == Has::kPlace || resumes_) return ask_for_memory(hold, next);
+    ask_for_place(hold);
   }
 
-  void wait_for_batch() {
+  void wait_for_batch(Hold& hold) {
     give_place_back();
+    hold.shares.push_back(read_share_.split_off_beyond(0));
     is_waiting_ = true;
     this->wait_for_message([this] { read_on(); });
   }
 
-  /// Until the mesh is known, one message is enough, and while it can't be worked on.
+  /// It won't be computed anew.
+  void write() {
+    Batch& first = *batches_.front();
+    first.request = typename Solver::Request();
+    is_writing_ = true;
+    this->wait_for_reader([this, &first] { this->StartWrite(&first.response); });
+  }
+
+  /// Until the mesh is known, one message is enough, and while it can't be worked on. What is read ahead has room; one
+  /// alone waits for it when it has come.
   void read_on() {
     const std::size_t window = mesh_ ? most_solvers_ + kBatchesAhead : 1;
     if (is_reading_ || reads_done_ || batches_.size() >= window) return;
-    if (has_shed_ || (has_ != Has::kPlace && has_batch_to_begin())) return;
+    if (has_shed_ || (has_ != Has::kPlace && batch_to_begin())) return;
+    if (!batches_.empty() && (others_wait() || !read_share_.resize(largest_batch_bytes()))) return;
     is_reading_ = true;
     this->StartRead(&raw_);
   }
 
+  bool others_wait() const { return state_.admission.wants_memory(); }
+
+  /// No budget is too small for one batch and one solver.
+  std::uint64_t within_half(std::uint64_t bytes) const { return std::min(bytes, state_.scratch.capacity_bytes() / 2); }
+  std::size_t channels() const { return mesh_->solid()->channel_count(); }
+  std::uint64_t largest_batch_bytes() const {
+    return within_half(Solver::answer_bytes(kMaxPointsPerMessage, channels()) + kMaxRequestBytes);
+  }
+  std::uint64_t bytes_of(const Batch& batch) const {
+    const std::size_t points = std::min<std::size_t>(Solver::points(batch.request), kMaxPointsPerMessage);
+    return within_half(Solver::answer_bytes(points, channels()) + batch.request.SpaceUsedLong());
+  }
+
   /// Those behind one that failed aren't worth it.
-  bool has_batch_to_begin() const {
+  BatchPtr batch_to_begin() const {
     for (const BatchPtr& batch : batches_) {
-      if (batch->failure) return false;
-      if (!batch->is_begun) return true;
+      if (batch->failure) return nullptr;
+      if (!batch->is_begun) return batch;
     }
-    return false;
+    return nullptr;
   }
 
   /// Not while the lock is held: the place may be there at once.
-  void ask_for_place(std::unique_lock<std::mutex>& lock) {
+  void ask_for_place(Hold& hold) {
     has_ = Has::kAskedForPlace;
-    lock.unlock();
+    hold.lock.unlock();
     Base::ask_for_place(
         [this, self = this->shared_from_this(), since = Clock::now()](const std::exception_ptr& refusal) {
-          std::unique_lock held(mutex_);
-          take_place(held, refusal, Clock::now() - since);
+          Hold held(mutex_);
+          if (!refusal && !is_over_ && !std::exchange(had_place_, true)) log_.note_place(Clock::now() - since);
+          decided(held, refusal);
         });
     if (cancel_.cancelled()) leave_queue();  // Cancelled before there was anything to leave.
   }
 
-  void take_place(std::unique_lock<std::mutex>& lock, const std::exception_ptr& refusal, Clock::duration waited) {
-    has_ = refusal ? Has::kNoPlace : Has::kPlace;
-    if (is_over_) return give_place_back();
-    if (!refusal && !std::exchange(had_place_, true)) log_.note_place(waited);
-    if (refusal) {
-      const auto first = std::ranges::find_if(batches_, [](const BatchPtr& batch) { return !batch->is_begun; });
-      fail(**first, refusal);
+  /// For one batch and a solver, likewise; after the call has shed, for a place too. Whoever waits holds nothing that
+  /// others could wait for.
+  void ask_for_memory(Hold& hold, const BatchPtr& batch) {
+    const bool has_place = has_ == Has::kPlace;
+    has_ = Has::kAskedForMemory;
+    drop_benches(hold);
+    hold.shares.push_back(read_share_.split_off_beyond(0));
+    for (const BatchPtr& read : batches_) {
+      if (!read->is_begun) hold.shares.push_back(read->share.split_off_beyond(0));
     }
-    go_on(lock);
+    const BenchPtr bench = take_bench();
+    const std::uint64_t bytes = bytes_of(*batch);
+    hold.lock.unlock();
+    hold.benches.clear();
+    hold.shares.clear();
+    Admission::Memory memory{
+        .reserve = [this, on = batch.get(), at = bench.get(), bytes] { return reserve(*on, *at, bytes); },
+        .is_short = true};
+    const auto got_it = [this, self = this->shared_from_this(), batch, bench](const std::exception_ptr& refusal) {
+      Hold held(mutex_);
+      if (refusal) {
+        held.benches.push_back(bench);
+        --benches_;
+      } else if (!is_over_) {
+        begin(batch, bench);
+      }
+      decided(held, refusal);
+    };
+    if (has_place) {
+      Base::ask_for_memory(std::move(memory), got_it);
+    } else {
+      this->resume(std::move(memory), got_it);
+    }
+    if (cancel_.cancelled()) leave_queue();
+  }
+
+  /// Both or nothing. Nobody else has anything to do with them at that time.
+  bool reserve(Batch& batch, Bench& bench, std::uint64_t batch_bytes) const {
+    const std::uint64_t before = batch.share.bytes();
+    if (!batch.share.resize(std::max(before, batch_bytes))) return false;
+    if (bench.share.resize(within_half(Solver::kBytes))) return true;
+    (void)batch.share.resize(before);
+    return false;
+  }
+
+  /// There is a place, and memory if that was asked for; or none.
+  void decided(Hold& hold, const std::exception_ptr& refusal) {
+    has_ = Has::kPlace;
+    if (is_over_ || refusal) give_place_back();
+    if (is_over_) return;
+    resumes_ = has_shed_;
+    if (refusal) fail(*batch_to_begin(), refusal);
+    go_on(hold);
   }
 
   void give_place_back() {
@@ -164,30 +261,46 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     for (const BatchPtr& batch : batches_) {
       if (batch->failure) return;
       if (batch->is_begun) continue;
-      if (idle_solvers_.empty() && !may_add_solver()) return;
-      SolverPtr solver;  // None yet: it is made on the worker.
-      if (idle_solvers_.empty()) {
-        ++solvers_;
-      } else {
-        solver = std::move(idle_solvers_.back());
-        idle_solvers_.pop_back();
-      }
-      batch->is_begun = true;
-      ++working_;
-      lane_.post([this, self = this->shared_from_this(), batch, solver] { work(batch, solver); });
+      if (!mesh_) return load_mesh(batch);
+      if (idle_benches_.empty() && (benches_ == most_solvers_ || others_wait())) return;
+      if (batch->share.bytes() == 0 && others_wait()) return;
+      const BenchPtr bench = take_bench();
+      if (!reserve(*batch, *bench, bytes_of(*batch))) return put_back(bench);
+      begin(batch, bench);
     }
   }
 
-  /// One solver is always there, as it is for calls that have but one thread.
-  bool may_add_solver() {
-    if (solvers_ == 0) return true;
-    return mesh_ && solvers_ < most_solvers_ && share_.resize(solvers_ * Solver::kBytes);
+  BenchPtr take_bench() {
+    if (idle_benches_.empty()) {
+      ++benches_;
+      return std::make_shared<Bench>(state_.scratch);
+    }
+    const BenchPtr bench = idle_benches_.back();
+    idle_benches_.pop_back();
+    return bench;
+  }
+  void drop_benches(Hold& hold) {
+    benches_ -= idle_benches_.size();
+    std::move(idle_benches_.begin(), idle_benches_.end(), std::back_inserter(hold.benches));
+    idle_benches_.clear();
+  }
+  /// Where there is none to be had for it.
+  void put_back(const BenchPtr& bench) {
+    if (bench->share.bytes() > 0) return idle_benches_.push_back(bench);
+    --benches_;
   }
 
-  /// Takes them off the count; what they occupied is given back when the result goes, which MUST be without the lock.
-  [[nodiscard]] MemoryBudget::Share forget_solvers(std::size_t count) {
-    solvers_ -= count;
-    return share_.split_off_beyond(solvers_ > 1 ? (solvers_ - 1) * Solver::kBytes : 0);
+  void begin(const BatchPtr& batch, const BenchPtr& bench) {
+    batch->is_begun = true;
+    ++working_;
+    lane_.post([this, self = this->shared_from_this(), batch, bench] { answer(batch, bench); });
+  }
+
+  /// For the call's first batch, its only one until then.
+  void load_mesh(const BatchPtr& batch) {
+    batch->is_begun = true;
+    ++working_;
+    lane_.post([this, self = this->shared_from_this(), batch] { load(batch); });
   }
 
   void accept(Batch& batch) {
@@ -200,8 +313,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   }
 
   /// The message that was read, as the last batch.
-  void take_message() {
-    const auto batch = std::make_shared<Batch>();
+  void take_message(Hold& hold) {
+    const auto batch = std::make_shared<Batch>(state_.scratch);
+    std::swap(batch->share, read_share_);
     batches_.push_back(batch);
     try {
       parse_request(raw_, batch->request);
@@ -210,6 +324,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     } catch (...) {
       fail(*batch, std::current_exception());
     }
+    raw_.Clear();
+    const std::uint64_t needed = batch->failure || !mesh_ ? 0 : bytes_of(*batch);
+    hold.shares.push_back(batch->share.split_off_beyond(std::min(needed, batch->share.bytes())));
   }
 
   /// Nothing after it counts.
@@ -223,21 +340,21 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     return cancel_.cancelled() ? this->status_of_stop() : to_status(failure);
   }
 
-  void fail_call(std::unique_lock<std::mutex>& lock, const std::exception_ptr& failure) {
+  void fail_call(Hold& hold, const std::exception_ptr& failure) {
     this->add_pushback(failure);
-    finish(lock, status_of(failure));
+    finish(hold, status_of(failure));
   }
 
-  void finish(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
+  void finish(Hold& hold, const grpc::Status& status) {
     is_over_ = true;
     cancel_.cancel();  // For batches that are worked on.
-    lock.unlock();
+    hold.lock.unlock();
     this->end(status);
   }
 
   void OnReadDone(bool ok) override {
     const auto self = this->shared_from_this();
-    std::unique_lock lock(mutex_);
+    Hold hold(mutex_);
     is_reading_ = false;
     if (is_over_) return;
     if (is_waiting_) {
@@ -245,18 +362,19 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       is_waiting_ = false;
     }
     if (!ok) reads_done_ = true;
-    if (!reads_done_) take_message();
-    go_on(lock);
+    if (!reads_done_) take_message(hold);
+    go_on(hold);
   }
 
   void OnWriteDone(bool ok) override {
     const auto self = this->shared_from_this();
-    std::unique_lock lock(mutex_);
+    Hold hold(mutex_);
     if (!this->end_wait() || is_over_) return;
     is_writing_ = has_shed_ = false;
-    if (!ok) return finish(lock, this->status_of_stop());
+    if (!ok) return finish(hold, this->status_of_stop());
+    hold.batch = std::move(batches_.front());
     batches_.pop_front();
-    go_on(lock);
+    go_on(hold);
   }
 
   void OnCancel() override {
@@ -265,12 +383,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     leave_queue();
   }
 
-  /// A call that waits for its place does nothing else that would come to an end.
+  /// A call that waits for a place or for memory does nothing else that would come to an end.
   void leave_queue() {
-    if (!this->leave_place_queue()) return;
-    std::unique_lock lock(mutex_);
+    if (!Base::leave_queue()) return;
+    Hold hold(mutex_);
     has_ = Has::kNoPlace;
-    go_on(lock);
+    go_on(hold);
   }
 
   void stop() override {
@@ -279,63 +397,72 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   }
 
   void shed() override {
-    std::vector<SolverPtr> dropped;
-    MemoryBudget::Share freed;
-    const std::lock_guard lock(mutex_);
-    dropped = std::move(idle_solvers_);
-    idle_solvers_.clear();
-    freed = forget_solvers(dropped.size());
-    if (is_over_ || !is_writing_) return;
-    has_shed_ = true;
+    Hold hold(mutex_);
+    if (is_over_) return;
+    drop_benches(hold);
+    if (!is_writing_) return;
+    if (!has_shed_) ++state_.metrics.shed;
+    has_shed_ = resumes_ = true;
+    hold.shares.push_back(read_share_.split_off_beyond(0));
+    hold.shares.push_back(batches_.front()->share.split_off_beyond(0));
+    for (auto behind = batches_.begin() + 1; behind != batches_.end(); ++behind) {
+      if ((**behind).is_done && !(**behind).failure) forget_answer(hold, **behind);
+    }
     if (working_ == 0) give_place_back();
+  }
+
+  void forget_answer(Hold& hold, Batch& batch) {
+    batch.response = typename Solver::Response();
+    batch.is_begun = batch.is_done = false;
+    hold.shares.push_back(batch.share.split_off_beyond(0));
   }
 
   // On workers, without the mutex.
 
-  void work(const BatchPtr& batch, const SolverPtr& solver) {
-    if (mesh_) return answer(batch, solver, nullptr);
-    // The call's first batch, and its only one until the mesh is there.
-    this->with_mesh(lane_, batch->request.mesh_id(), [this, batch](const MeshPtr& mesh, std::exception_ptr error) {
-      try {
-        if (error) std::rethrow_exception(error);
-        const std::lock_guard lock(mutex_);
-        mesh_ = mesh;
-        if (!is_over_) log_.note_mesh(mesh->id());
-        accept(*batch);
-        if (!is_over_ && !cancel_.cancelled()) read_on();
-      } catch (...) {
-        error = std::current_exception();
-      }
-      answer(batch, nullptr, error);
-    });
+  void load(const BatchPtr& batch) {
+    this->with_mesh(lane_, batch->request.mesh_id(),
+                    [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) {
+                      Hold hold(mutex_);
+                      --working_;
+                      batch->is_begun = false;
+                      try {
+                        if (error) std::rethrow_exception(error);
+                        mesh_ = mesh;
+                        if (!is_over_) log_.note_mesh(mesh->id());
+                        accept(*batch);
+                      } catch (...) {
+                        fail(*batch, std::current_exception());
+                      }
+                      go_on(hold);
+                    });
     if (cancel_.cancelled()) this->stop_loading();  // Cancelled before there was anything to stop.
   }
 
-  void answer(const BatchPtr& batch, SolverPtr solver, std::exception_ptr failure) {
+  void answer(const BatchPtr& batch, const BenchPtr& bench) {
+    std::exception_ptr failure;
     try {
-      if (failure) std::rethrow_exception(failure);
       cancel_.throw_if_cancelled();
-      if (!solver) solver = std::make_shared<Solver>(mesh_);
-      solver->answer(batch->setting, batch->request, batch->response, cancel_);
+      if (!bench->solver) bench->solver.emplace(mesh_);
+      bench->solver->answer(batch->setting, batch->request, batch->response, cancel_);
     } catch (...) {
       failure = std::current_exception();
     }
-    MemoryBudget::Share freed;
-    SolverPtr dropped;
-    std::unique_lock lock(mutex_);
+    Hold hold(mutex_);
     --working_;
     if (failure) {
       fail(*batch, failure);
+    } else if (has_shed_ && batch != batches_.front()) {
+      forget_answer(hold, *batch);
     } else {
       batch->is_done = true;
     }
-    if (solver && !is_over_ && (solvers_ == 1 || !state_.admission.wants_memory())) {
-      idle_solvers_.push_back(std::move(solver));
+    if (is_over_ || has_shed_ || others_wait()) {
+      hold.benches.push_back(bench);
+      --benches_;
     } else {
-      dropped = std::move(solver);
-      freed = forget_solvers(1);
+      idle_benches_.push_back(bench);
     }
-    go_on(lock);
+    go_on(hold);
   }
 
   const std::size_t most_solvers_;
@@ -345,6 +472,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   std::mutex mutex_;  // Guards what follows.
   bool is_over_ = false, is_waiting_ = false, is_reading_ = false, is_writing_ = false, reads_done_ = false;
   bool has_shed_ = false;  // The client hasn't read for a while.
+  bool resumes_ = false;   // Nor has the call worked since.
   Has has_ = Has::kNoPlace;
   bool had_place_ = false;
   grpc::ByteBuffer raw_;  // The read's.
@@ -352,9 +480,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   typename Solver::Setting setting_;
   std::deque<BatchPtr> batches_;  // Neither failed nor answered yet.
   std::size_t working_ = 0;       // Of those, that workers have.
-  std::vector<SolverPtr> idle_solvers_;
-  std::size_t solvers_ = 0;    // Those at work included.
-  MemoryBudget::Share share_;  // For all of them but one.
+  std::vector<BenchPtr> idle_benches_;
+  std::size_t benches_ = 0;         // All of them.
+  MemoryBudget::Share read_share_;  // For the message that is being read.
   using Base::log_;
   using Base::state_;
 };

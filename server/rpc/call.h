@@ -93,8 +93,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   /// For a call that does nothing most of the time: a place for what there is to do now, and for that alone.
   void ask_for_place(Admission::Decision decided) { state_.admission.request(place_, std::move(decided)); }
-  /// Whether it was waiting for that. Then `decided` never runs.
-  [[nodiscard]] bool leave_place_queue() { return state_.admission.leave_queue(place_); }
   /// Memory for a call that runs, or for one that shed its own: admission.h. `decided` keeps the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
     state_.admission.request_memory(place_, std::move(memory), std::move(decided));
@@ -104,6 +102,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   /// Stops waiting for memory.
   void leave_memory_queue() { state_.admission.leave_memory_queue(place_); }
+  /// Whether the call was waiting, for a place or for memory. Then `decided` never runs.
+  [[nodiscard]] bool leave_queue() {
+    return state_.admission.leave_queue(place_) || state_.admission.leave_memory_queue(place_);
+  }
   void give_place_back() { state_.admission.give_back(place_); }
 
   /// `then` runs once with the mesh, or with why there is none: now if the cache holds it, else in the lane when it has

@@ -5,15 +5,14 @@
 
 #include <prometheus/metric_family.h>
 #include <prometheus/text_serializer.h>
-#include <unistd.h>
 
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/base/engine_version.h"
+#include "server/service/heap_trim.h"
 #include "server/service/logging.h"
 
 namespace ccslice::server {
@@ -63,13 +62,6 @@ class Families {
  private:
   std::vector<MetricFamily> families_;
 };
-
-std::uint64_t resident_memory_bytes() {
-  std::ifstream file("/proc/self/statm");
-  std::uint64_t pages = 0, resident = 0;
-  file >> pages >> resident;
-  return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-}
 
 void add_calls(ServiceState& state, Families& families) {
   const Metrics& metrics = state.metrics;

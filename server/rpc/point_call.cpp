@@ -57,6 +57,11 @@ class ProbeSolver {
 
   explicit ProbeSolver(MeshPtr mesh) : mesh_(std::move(mesh)) {}
 
+  static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.points_mm_size()) / 3; }
+  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels) {
+    return points * (3 * sizeof(std::int32_t) + (3 + channels + 1) * sizeof(double));
+  }
+
   static void accept(const Request& request, const LimitSolid& solid, const SliceLimits& limits, Setting& setting) {
     if (request.has_placement()) {
       setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
@@ -154,6 +159,11 @@ class EvaluateSolver {
   explicit EvaluateSolver(MeshPtr mesh)
       : mesh_(std::move(mesh)), evaluator_(*mesh_->solid()), materials_(mesh_->solid()->channel_count()) {}
 
+  static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.limit_cells_size()); }
+  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels) {
+    return points * (3 + channels + 9) * sizeof(double);
+  }
+
   static void accept(const Request& request, const LimitSolid& solid, const SliceLimits& limits, Setting& setting) {
     if (!request.has_placement()) return;
     setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
@@ -161,6 +171,9 @@ class EvaluateSolver {
 
   void answer(const Setting& setting, const Request& request, Response& response, const CancellationToken& cancel) {
     require_batch(request.uvw_size(), request.limit_cells_size(), "uvw");
+    response.mutable_positions_mm()->Reserve(3 * request.limit_cells_size());
+    response.mutable_materials()->Reserve(static_cast<int>(materials_.size()) * request.limit_cells_size());
+    response.mutable_jacobians_mm()->Reserve(9 * request.limit_cells_size());
     for (int p = 0; p < request.limit_cells_size(); ++p) {
       cancel.throw_if_cancelled();
       evaluate(parameter(request, p), setting.placement, response);

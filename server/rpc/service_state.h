@@ -56,10 +56,7 @@ struct ServiceState {
                    .longest_wait = options.admission_wait}),
         idle_watch(options.idle_timeout),
         preview_watch(options.preview_idle_timeout),
-        heap_trim([this] {
-          return uploads.given_back_bytes() + requests.given_back_bytes() + preparations.given_back_bytes() +
-                 streams.given_back_bytes() + scratch.given_back_bytes();
-        }) {
+        heap_trim([this] { return heap_figures(); }) {
     slice_limits.max_layer_bytes = std::min(slice_limits.max_layer_bytes, options.stream_window_bytes);
     if (options.mesh_store.place) {
       store = std::make_unique<StoredMeshes>(open_mesh_store(options.mesh_store), uploads,
@@ -72,6 +69,17 @@ struct ServiceState {
   ~ServiceState() {
     store.reset();
     executor.wait_idle();
+  }
+
+  HeapTrim::Figures heap_figures() {
+    HeapTrim::Figures figures{.known_bytes = cache.use().used_bytes,
+                              .resident_bytes = resident_memory_bytes(),
+                              .is_idle = admission.running() == 0};
+    for (const MemoryBudget* budget : {&uploads, &requests, &preparations, &streams, &scratch}) {
+      figures.freed_bytes += budget->given_back_bytes();
+      figures.known_bytes += budget->used_bytes();
+    }
+    return figures;
   }
 
   const ServerOptions options;

@@ -261,7 +261,8 @@ const std::vector<OptionSpec>& option_specs() {
                   "(--admission-wait)."),
       size_option(
           "--scratch-budget-bytes", &ServerOptions::scratch_budget_bytes, {16 * kMiB},
-          "Memory that slicing and tessellating may take together, by estimate, besides what comes of it. A call works "
+          "Memory that slicing and tessellating may take together, by estimate, besides what comes of it; batches of "
+          "points and what comes of them, too. A call works "
           "with as many slicers as fit, and waits where not even one does (--admission-wait). One that could "
           "never begin is refused (JOB_EXCEEDS_MEMORY). Some is kept for short ranges. By default what the other "
           "budgets leave of --memory, less 256MiB for the process, but at least 256MiB or a quarter of --memory."),

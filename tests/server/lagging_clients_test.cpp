@@ -42,6 +42,8 @@ class LaggingClients : public ::testing::Test {
     }
   };
 
+  explicit LaggingClients(const ServerOptions& server_options = options()) : server_(server_options) {}
+
   static ServerOptions options() {
     ServerOptions options = test_options();
     options.stream_window_bytes = 4 << 20;
@@ -75,7 +77,7 @@ class LaggingClients : public ::testing::Test {
   }
   ServiceState& state() { return server_.server().state(); }
 
-  TestServer server_{options()};
+  TestServer server_;
   std::string id_;
 };
 
@@ -226,11 +228,12 @@ class UnreadPoints {
   double position_mm_ = 0;
 };
 
-TEST_F(LaggingClients, OfPointsKeepNoPlaceAndGoOnInOrder) {
+TEST_F(LaggingClients, OfPointsKeepTheAnswerBeingSentAndGoOnInOrder) {
   UnreadPoints reader(server_.new_narrow_stub(), id_);
-  EXPECT_TRUE(eventually([this] { return state().calls.open() == 1 && state().admission.running() > 0; }, 5s));
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
   EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0 && state().scratch.used_bytes() == 0; }));
   EXPECT_EQ(state().calls.open(), 1u);
+  EXPECT_EQ(state().metrics.shed.load(), 1u);
   bool in_order = false;
   const grpc::Status status = reader.read_all(in_order);
   EXPECT_TRUE(status.ok()) << status.error_message();
@@ -239,12 +242,46 @@ TEST_F(LaggingClients, OfPointsKeepNoPlaceAndGoOnInOrder) {
 
 TEST_F(LaggingClients, OfPointsEndWhereTheyAreStopped) {
   UnreadPoints reader(server_.new_narrow_stub(), id_);
-  EXPECT_TRUE(eventually([this] { return state().calls.open() == 1 && state().admission.running() > 0; }, 5s));
-  EXPECT_TRUE(comes_true([this] { return state().admission.running() == 0; }));
+  EXPECT_TRUE(comes_true([this] { return state().metrics.shed.load() == 1; }));
   reader.context.TryCancel();
   bool in_order = false;
   EXPECT_EQ(reader.read_all(in_order).error_code(), grpc::StatusCode::CANCELLED);
   EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 2s));
+}
+
+/// Of a server with memory for the solvers of three calls.
+class CrampedLaggingClients : public LaggingClients {
+ protected:
+  CrampedLaggingClients() : LaggingClients(cramped()) {}
+
+ private:
+  static ServerOptions cramped() {
+    ServerOptions cramped = options();
+    cramped.scratch_budget_bytes = 16 << 20;
+    return cramped;
+  }
+};
+
+TEST_F(CrampedLaggingClients, OfPointsTakeTurns) {
+  std::vector<std::unique_ptr<UnreadPoints>> readers;
+  for (int i = 0; i < 10; ++i) readers.push_back(std::make_unique<UnreadPoints>(server_.new_narrow_stub(), id_));
+  EXPECT_TRUE(comes_true(
+      [this] {
+        return state().metrics.shed.load() == 10 && state().admission.running() == 0 &&
+               state().admission.waiting() == 0 && state().scratch.used_bytes() == 0;
+      },
+      20s));
+  std::vector<std::thread> threads;
+  for (const auto& reader : readers) {
+    threads.emplace_back([&reader] {
+      bool in_order = false;
+      const grpc::Status status = reader->read_all(in_order);
+      EXPECT_TRUE(status.ok()) << status.error_message();
+      EXPECT_TRUE(in_order);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 2s));
 }
 
 /// Reads a stream of triangles and puts it together, however it was cut into messages.

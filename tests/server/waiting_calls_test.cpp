@@ -297,6 +297,90 @@ TEST_F(PointTalks, AreCutOffWhileTheyWaitAgain) {
   expect_nothing_is_left();
 }
 
+/// Whose solvers have gone, and all memory with them.
+class PointTalksWithoutMemory : public PointTalks {
+ protected:
+  explicit PointTalksWithoutMemory(std::chrono::milliseconds wait = 1h) : PointTalks(wait) {}
+
+  ServiceState& state() { return server_.server().state(); }
+  std::unique_ptr<PointTalk> waiting_for_memory() {
+    auto call = answered_once();
+    EXPECT_GE(state().scratch.used_bytes(), 16u << 20) << "the first solver counts, too";
+    EXPECT_TRUE(eventually(
+        [this] {
+          state().idle_watch.sweep();
+          return state().scratch.used_bytes() == 0;
+        },
+        10s));
+    EXPECT_TRUE(all_.resize(state().scratch.capacity_bytes()));
+    EXPECT_TRUE(call->send(3));
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s));
+    EXPECT_EQ(admission().running(), 0u) << "others have its place";
+    return call;
+  }
+  void expect_nothing_is_held() {
+    expect_nothing_is_left();
+    all_.give_back();
+    EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 2s));
+  }
+
+  MemoryBudget::Share all_{state().scratch};
+};
+
+TEST_F(PointTalksWithoutMemory, WaitForIt) {
+  const auto call = waiting_for_memory();
+  all_.give_back();
+  EXPECT_NEAR(call->read().value_or(0), 3, 1e-5);
+  EXPECT_TRUE(call->finish().ok());
+  expect_nothing_is_held();
+}
+
+TEST_F(PointTalksWithoutMemory, AreCancelledThen) {
+  const auto call = waiting_for_memory();
+  call->context.TryCancel();
+  EXPECT_EQ(call->finish().error_code(), grpc::StatusCode::CANCELLED);
+  expect_nothing_is_held();
+}
+
+TEST_F(PointTalksWithoutMemory, AreCutOffThen) {
+  const auto call = waiting_for_memory();
+  for (int i = 0; i < 20; ++i) state().calls.cut_off_all();
+  EXPECT_FALSE(call->read());
+  EXPECT_EQ(failure_of(call->finish()).reason, "SERVER_SHUTTING_DOWN");
+  expect_nothing_is_held();
+}
+
+/// The one that waits gets the memory of the other one, which asks for it again.
+TEST_F(PointTalksWithoutMemory, TakeTurnsWhereThereIsEnoughForOne) {
+  const auto first = answered_once();
+  EXPECT_TRUE(all_.resize(state().scratch.capacity_bytes() - state().scratch.used_bytes() - (1 << 20)));
+  PointTalk second(server_.new_stub());
+  for (int round = 0; round < 4; ++round) {
+    EXPECT_TRUE(second.send(4, mesh_id_));
+    EXPECT_TRUE(eventually([this] { return admission().waiting() == 1; }, 2s)) << round;
+    EXPECT_TRUE(first->send(3, mesh_id_));
+    EXPECT_NEAR(second.read().value_or(0), 4, 1e-5);
+    EXPECT_NEAR(first->read().value_or(0), 3, 1e-5);
+  }
+  EXPECT_TRUE(first->finish().ok());
+  EXPECT_TRUE(second.finish().ok());
+  expect_nothing_is_held();
+}
+
+class ImpatientPointTalksWithoutMemory : public PointTalksWithoutMemory {
+ protected:
+  ImpatientPointTalksWithoutMemory() : PointTalksWithoutMemory(300ms) {}
+};
+
+TEST_F(ImpatientPointTalksWithoutMemory, AreToldThatTheServerIsBusy) {
+  const auto call = waiting_for_memory();
+  EXPECT_FALSE(call->read());
+  const Failure failure = failure_of(call->finish());
+  EXPECT_EQ(failure.reason, "SERVER_BUSY");
+  EXPECT_NE(failure.message.find("all memory"), std::string::npos) << failure.message;
+  expect_nothing_is_held();
+}
+
 class ImpatientPointTalks : public PointTalks {
  protected:
   ImpatientPointTalks() : PointTalks(100ms) {}

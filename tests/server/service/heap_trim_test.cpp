@@ -8,9 +8,11 @@
 namespace ccslice::server {
 namespace {
 
+using namespace std::chrono_literals;
+
 TEST(HeapTrim, IsWorthItAfterMuchWasFreedAndOnceMore) {
   std::uint64_t freed_bytes = 0;
-  HeapTrim trim([&] { return freed_bytes; });
+  HeapTrim trim([&] { return HeapTrim::Figures{.freed_bytes = freed_bytes}; });
   EXPECT_FALSE(trim.sweep());
   freed_bytes += 1 << 20;
   EXPECT_FALSE(trim.sweep());
@@ -21,6 +23,49 @@ TEST(HeapTrim, IsWorthItAfterMuchWasFreedAndOnceMore) {
   freed_bytes += 1 << 20;
   EXPECT_FALSE(trim.sweep());
 }
+
+constexpr std::uint64_t kMiB = 1 << 20;
+
+TEST(HeapTrim, IsWorthItWhereFarMoreIsHeldThanAnybodyKnowsOf) {
+  HeapTrim::Figures figures{.known_bytes = 100 * kMiB, .resident_bytes = 250 * kMiB};
+  HeapTrim trim([&] { return figures; }, 0ms);
+  EXPECT_FALSE(trim.sweep()) << "as it has been from the beginning";
+  figures.resident_bytes += 200 * kMiB;
+  figures.known_bytes += 190 * kMiB;
+  EXPECT_FALSE(trim.sweep()) << "somebody holds it";
+  figures.known_bytes -= 190 * kMiB;
+  EXPECT_TRUE(trim.sweep());
+  EXPECT_FALSE(trim.sweep()) << "again for what it couldn't give back";
+  figures.resident_bytes -= 100 * kMiB;
+  EXPECT_FALSE(trim.sweep());
+  figures.resident_bytes += 70 * kMiB;
+  EXPECT_TRUE(trim.sweep()) << "since it can be less";
+}
+
+TEST(HeapTrim, IsWorthItForLessWhenNothingRuns) {
+  HeapTrim::Figures figures{.resident_bytes = 100 * kMiB};
+  HeapTrim trim([&] { return figures; }, 0ms);
+  EXPECT_FALSE(trim.sweep());
+  figures.resident_bytes += 20 * kMiB;
+  EXPECT_FALSE(trim.sweep());
+  figures.is_idle = true;
+  EXPECT_TRUE(trim.sweep());
+  EXPECT_FALSE(trim.sweep());
+}
+
+TEST(HeapTrim, HasARestBetweenSuchSweeps) {
+  HeapTrim::Figures figures{.resident_bytes = 100 * kMiB};
+  HeapTrim trim([&] { return figures; }, 1h);
+  EXPECT_FALSE(trim.sweep());
+  figures.resident_bytes += 100 * kMiB;
+  EXPECT_TRUE(trim.sweep());
+  figures.resident_bytes += 100 * kMiB;
+  EXPECT_FALSE(trim.sweep());
+  figures.freed_bytes += 100 * kMiB;
+  EXPECT_TRUE(trim.sweep()) << "but for what is known to be free";
+}
+
+TEST(HeapTrim, KnowsWhatTheProcessHolds) { EXPECT_GT(resident_memory_bytes(), kMiB); }
 
 }  // namespace
 }  // namespace ccslice::server
