@@ -3,27 +3,28 @@
 
 #include "server/rpc/raw_request.h"
 
+#include <google/protobuf/descriptor.h>
 #include <grpcpp/support/proto_buffer_reader.h>
 
-#include <memory>
-#include <mutex>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "ccslice/v1/service.pb.h"
 #include "core/base/error.h"
+#include "server/rpc/parsed_size.h"
 #include "server/service/limits.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
+using google::protobuf::DescriptorPool;
 using google::protobuf::Message;
 
-ServiceError too_large(const google::protobuf::Descriptor& type, const std::string& what, std::size_t bytes,
-                       std::size_t most) {
-  return ServiceError(ServiceErrorCode::kBatchTooLarge, what + " " + std::to_string(bytes) + " bytes, and a " +
-                                                            type.name() + " may have " + std::to_string(most) +
-                                                            ": send less at a time");
+ServiceError too_large(const google::protobuf::Descriptor& type, const std::string& what, std::size_t most) {
+  return ServiceError(ServiceErrorCode::kBatchTooLarge,
+                      what + ", and a " + type.name() + " may have " + std::to_string(most) + ": send less at a time");
 }
 
 /// A printing job has maps for its cell regions, with tables of their own. Chunks of uploads have gRPC's limit.
@@ -33,13 +34,35 @@ std::size_t most_bytes(const google::protobuf::Descriptor& type) {
   return job ? kMaxJobRequestBytes : kMaxRequestBytes;
 }
 
-void parse(const grpc::ByteBuffer& bytes, Message& request) {
-  grpc::ByteBuffer same(bytes);  // The reader wants one that it may change.
-  grpc::ProtoBufferReader reader(&same);
-  if (reader.status().ok() && request.ParseFromZeroCopyStream(&reader)) return;
-  throw ServiceError(ServiceErrorCode::kRequestMalformed, "a message of " + std::to_string(bytes.Length()) +
-                                                              " bytes isn't a " + request.GetDescriptor()->name() +
-                                                              " of ccslice.v1: send what protobuf makes of one");
+/// Of what protobuf makes of the bytes. A chunk of an upload stays as large as it is.
+std::size_t most_parsed_bytes(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
+  return kMaxParsedBytes + (&type == v1::UploadMeshRequest::descriptor() ? bytes.Length() : 0);
+}
+
+std::map<const google::protobuf::Descriptor*, ParsedSize> sizes_of_requests() {
+  std::map<const google::protobuf::Descriptor*, ParsedSize> sizes;
+  const auto& service = *DescriptorPool::generated_pool()->FindServiceByName("ccslice.v1.SlicerService");
+  for (int i = 0; i < service.method_count(); ++i) {
+    const google::protobuf::Descriptor& type = *service.method(i)->input_type();
+    sizes.try_emplace(&type, type);
+  }
+  return sizes;
+}
+
+ServiceError not_a_request(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
+  return ServiceError(ServiceErrorCode::kRequestMalformed, "a message of " + std::to_string(bytes.Length()) +
+                                                               " bytes isn't a " + type.name() +
+                                                               " of ccslice.v1: send what protobuf makes of one");
+}
+
+void require_parsed_size(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
+  static const auto kSizes = sizes_of_requests();
+  const std::size_t most = most_parsed_bytes(bytes, type);
+  const std::optional<std::size_t> parsed_bytes = kSizes.at(&type).at_most(bytes, most);
+  if (!parsed_bytes) throw not_a_request(bytes, type);
+  if (*parsed_bytes > most) {
+    throw too_large(type, "unpacked, the message takes more than " + std::to_string(most) + " bytes", most);
+  }
 }
 
 }  // namespace
@@ -47,24 +70,17 @@ void parse(const grpc::ByteBuffer& bytes, Message& request) {
 void require_request_size(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
   if (!bytes.Valid()) throw Error(ErrorCode::kCancelled, "the call ended before its request had come");
   const std::size_t most = most_bytes(type);
-  if (bytes.Length() > most) throw too_large(type, "the message has", bytes.Length(), most);
+  if (bytes.Length() <= most) return;
+  throw too_large(type, "the message has " + std::to_string(bytes.Length()) + " bytes", most);
 }
 
-/// Large ones are parsed one after the other: nobody knows before what will come of one.
 void parse_request(const grpc::ByteBuffer& bytes, Message& request) {
   const google::protobuf::Descriptor& type = *request.GetDescriptor();
   require_request_size(bytes, type);
-  if (bytes.Length() <= kSmallRequestBytes || &type == v1::UploadMeshRequest::descriptor()) {
-    return parse(bytes, request);
-  }
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
-  const std::unique_ptr<Message> parsed(request.New());
-  parse(bytes, *parsed);
-  const std::size_t memory_bytes = parsed->SpaceUsedLong();
-  if (memory_bytes > kMaxParsedBytes)
-    throw too_large(type, "unpacked, the message takes", memory_bytes, kMaxParsedBytes);
-  request.GetReflection()->Swap(&request, parsed.get());
+  require_parsed_size(bytes, type);
+  grpc::ByteBuffer same(bytes);  // The reader wants one that it may change.
+  grpc::ProtoBufferReader reader(&same);
+  if (!reader.status().ok() || !request.ParseFromZeroCopyStream(&reader)) throw not_a_request(bytes, type);
 }
 
 }  // namespace ccslice::server

@@ -16,11 +16,9 @@ namespace ccslice::server {
 inline constexpr std::size_t kClientMessageBytes = 4u << 20;
 
 /// Requests: those of a job hold up to 255 maps of materials with up to 256 points each; points come by the 4096. What
-/// protobuf makes of the largest of them takes 4 MB (48 bytes for each point). Small ones, whatever they hold, take no
-/// more than that either.
+/// protobuf makes of the largest of them takes 4 MB (56 bytes for each point), in the count of parsed_size.h.
 inline constexpr std::size_t kMaxJobRequestBytes = 2u << 20;
 inline constexpr std::size_t kMaxRequestBytes = 256u << 10;
-inline constexpr std::size_t kSmallRequestBytes = 64u << 10;
 inline constexpr std::size_t kMaxParsedBytes = 8u << 20;
 /// Of uploads: gRPC's own limit (--max-message-bytes) comes first.
 inline constexpr std::size_t kMaxMessageBytes = 2047u << 20;

@@ -3,7 +3,7 @@
 //
 // Calls of every method with messages of arbitrary bytes, to a real server that holds a small mesh and slices small
 // layers only: each request through its parser and its converter, and what it asks for. They end with an answer or an
-// error that has a reason, and soon.
+// error that has a reason, and soon. What the parser makes of a message takes no more than was known before.
 //
 // Byte 0: bits 0-3 are the method, bit 7 says that mesh_id stays as it is; otherwise it becomes the id of the mesh that
 // the server holds. Then come the messages.
@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "client/cli/mesh_convert.h"
+#include "server/rpc/parsed_size.h"
 #include "server/service/logging.h"
 #include "tests/fuzz/byte_reader.h"
 #include "tests/server/test_server.h"
@@ -88,6 +89,19 @@ class SmallServer {
   std::string mesh_id_;
 };
 
+/// Expects the bound of what the parser makes of the bytes to be one, and to refuse none that it takes.
+void check_parsed_size(const std::string& bytes, const MethodDescriptor& method) {
+  auto& factory = *google::protobuf::MessageFactory::generated_factory();
+  const std::unique_ptr<Message> message(factory.GetPrototype(method.input_type())->New());
+  if (!message->ParseFromString(bytes)) return;
+  const grpc::Slice slice(bytes);
+  constexpr std::size_t kNoLimit = 1u << 30;
+  const auto bound = server::ParsedSize(*method.input_type()).at_most(grpc::ByteBuffer(&slice, 1), kNoLimit);
+  if (bound && *bound >= message->SpaceUsedLong()) return;
+  std::fprintf(stderr, "a %s takes more than was said\n", method.input_type()->name().c_str());
+  std::abort();
+}
+
 /// The same message for the mesh with this id, if it is one that names a mesh.
 std::string with_mesh_id(const std::string& bytes, const MethodDescriptor& method, const std::string& mesh_id) {
   const auto* const field = method.input_type()->FindFieldByName("mesh_id");
@@ -127,6 +141,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::vector<std::string> messages;
   do {
     const std::string message = bytes.message();
+    check_parsed_size(message, method);
     messages.push_back(own_id ? message : with_mesh_id(message, method, mesh_id));
   } while (!bytes.at_end());
   check(server.call(method, messages));

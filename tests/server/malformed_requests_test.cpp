@@ -8,10 +8,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
+#include <functional>
+#include <future>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/printing/printing.h"
 #include "server/service/limits.h"
 #include "server/service/mesh_id.h"
 #include "tests/server/test_meshes.h"
@@ -63,12 +67,8 @@ class MalformedRequests : public testing::Test {
   TestServer server_;
 };
 
-/// Empty sub-messages of a field with this number.
-std::string empty_messages(int field, std::size_t count) {
-  std::string bytes;
-  for (std::size_t i = 0; i < count; ++i) bytes += {static_cast<char>(field << 3 | 2), '\0'};
-  return bytes;
-}
+/// 2 MiB, less a bit, of empty planes.
+std::string growing_request() { return repeated("\x32\0"sv, (kMaxJobRequestBytes - 4096) / 2); }
 
 TEST_F(MalformedRequests, EndEveryCallWithTheirReason) {
   for (const char* const method : kMethods) {
@@ -114,27 +114,71 @@ TEST_F(MalformedRequests, AreRefusedBeforeTheyAreParsedWhereTheyAreTooLarge) {
 }
 
 TEST_F(MalformedRequests, AreRefusedWhereTheyGrowTooMuch) {
-  expect(call("SliceRange", {empty_messages(6, 500'000)}), 0, "BATCH_TOO_LARGE");
-  expect(call("PlanSlices", {empty_messages(4, 500'000)}), 0, "BATCH_TOO_LARGE");
+  const std::string groups = repeated("\x7b\x7c", kMaxRequestBytes / 2);  // Of a field that no request has.
+  for (const char* const method : kMethods) {
+    SCOPED_TRACE(method);
+    const End end = call(method, {groups});
+    expect(end, 0, "BATCH_TOO_LARGE");
+    EXPECT_TRUE(end.failure.message.starts_with("unpacked, the message takes more than ")) << end.failure.message;
+  }
+  expect(call("SliceRange", {growing_request()}), 0, "BATCH_TOO_LARGE");
+  expect(call("PlanSlices", {repeated("\x22\0"sv, 500'000)}), 0, "BATCH_TOO_LARGE");
+}
+
+TEST_F(MalformedRequests, ThatGrowKeepNobodyElseFromSlicing) {
+  const std::string id = server_.upload_good(make_block(1, 10)), bytes = growing_request();
+  std::atomic<bool> is_over = false;
+  std::vector<std::future<int>> growing;
+  for (int i = 0; i < 8; ++i) {
+    growing.push_back(std::async(std::launch::async, [&] {
+      int refused = 0;
+      while (!is_over) refused += call("SliceRange", {bytes}).failure.reason == "BATCH_TOO_LARGE";
+      return refused;
+    }));
+  }
+  for (int i = 0; i < 50; ++i) {
+    const Failure failure = server_.slice_failure(slice_request(id, 1, 0, 1));
+    EXPECT_EQ(failure.code, grpc::StatusCode::OK) << failure.message;
+  }
+  is_over = true;
+  for (std::future<int>& each : growing) EXPECT_GT(each.get(), 0);
 }
 
 TEST_F(MalformedRequests, AreNotTheLargestJobsThereAre) {
-  v1::SliceRangeRequest request = slice_request(server_.upload_good(make_block(1, 10)), 1, 0, 1);
-  v1::Printing& printing = *request.mutable_printing();
-  for (int region = 0; region < 255; ++region) {
-    v1::CellRegionMap& map = *printing.add_cell_region_maps();
-    map.set_cell_region("region " + std::to_string(region));
-    v1::CurveMap& curve = *map.mutable_map()->mutable_curve();
-    for (int i = 0; i < 256; ++i) {
-      v1::CurvePoint& point = *curve.add_points();
-      point.set_property(i + 1);
+  const std::string id = server_.upload_good(make_block(1, 10)), name(64, 'm');
+  const auto expect_parsed = [&](std::size_t least_bytes, const std::function<void(v1::MaterialMap&)>& fill) {
+    v1::SliceRangeRequest request = slice_request(id, 1, 0, 1);
+    for (int region = 0; region < 255; ++region) {
+      v1::CellRegionMap& map = *request.mutable_printing()->add_cell_region_maps();
+      map.set_cell_region("region " + std::to_string(region) + std::string(240, 'r'));
+      fill(*map.mutable_map());
+    }
+    ASSERT_GT(request.ByteSizeLong(), least_bytes);
+    const Failure failure = call("SliceRange", {request.SerializeAsString()}).failure;
+    EXPECT_NE(failure.reason, "BATCH_TOO_LARGE") << failure.message;
+    EXPECT_NE(failure.reason, "REQUEST_MALFORMED") << failure.message;
+  };
+  expect_parsed(1'300'000, [](v1::MaterialMap& map) {
+    for (std::size_t i = 0; i < kMaxCurvePoints; ++i) {
+      v1::CurvePoint& point = *map.mutable_curve()->add_points();
+      point.set_property(static_cast<double>(i + 1));
       point.set_fraction(0.5);
     }
-  }
-  ASSERT_GT(request.ByteSizeLong(), 1u << 20);
-  const Failure failure = call("SliceRange", {request.SerializeAsString()}).failure;
-  EXPECT_NE(failure.reason, "BATCH_TOO_LARGE") << failure.message;
-  EXPECT_NE(failure.reason, "REQUEST_MALFORMED") << failure.message;
+  });
+  expect_parsed(1'200'000, [&](v1::MaterialMap& map) {
+    for (std::size_t i = 0; i < kMaxBlendStops; ++i) {
+      v1::BlendStop& stop = *map.mutable_blend()->add_stops();
+      stop.set_value(static_cast<double>(i + 1));
+      stop.set_material(name);
+    }
+  });
+  expect_parsed(300'000, [&](v1::MaterialMap& map) {
+    for (std::size_t i = 0; i < kMaxPrintMaterials; ++i) {
+      v1::DirectShare& share = *map.mutable_direct()->add_shares();
+      share.set_channel(name);
+      share.set_material(name);
+    }
+  });
 }
 
 }  // namespace

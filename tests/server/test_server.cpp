@@ -158,6 +158,12 @@ v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm,
   return request;
 }
 
+std::string repeated(std::string_view bytes, std::size_t count) {
+  std::string result;
+  for (std::size_t i = 0; i < count; ++i) result += bytes;
+  return result;
+}
+
 std::size_t resident_bytes() {
   std::ifstream file("/proc/self/statm");
   std::size_t pages = 0;

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -84,6 +85,9 @@ class TestServer {
 /// Occupancy of all layers at this pitch in all directions.
 v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm, std::uint32_t first,
                                     std::uint32_t count);
+
+/// So many times the same bytes.
+std::string repeated(std::string_view bytes, std::size_t count);
 
 /// Memory of this process.
 std::size_t resident_bytes();
