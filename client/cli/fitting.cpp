@@ -89,6 +89,15 @@ void add_range_notes(const ControlMesh& meant, const ControlMesh& fitted, std::v
   }
 }
 
+std::string ringing_note(const ControlMesh& meant, const ChannelRinging& ringing) {
+  const auto [low, high] = channel_range(meant, ringing.channel);
+  return "channel " + meant.channel_names[ringing.channel] + " rings: it is " + show_number(low) + " to " +
+         show_number(high) + " at vertices, and the limit reaches " + show_number(ringing.value) +
+         " between them, near " + show_place({ringing.place.x(), ringing.place.y(), ringing.place.z()}) +
+         " mm: use a grade that changes over more cells, or a finer mesh there; without --interpolate channels stay "
+         "within the range of their vertices";
+}
+
 }  // namespace
 
 void add_fit_option(CLI::App& command, std::string& interpolate) {
@@ -129,11 +138,12 @@ ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
     notes.push_back(met_note(*vertices_, report_));
     if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling));
   }
-  const double miss = fit_.fit_channels(meant_, fitted_);
+  const ChannelFit channels = fit_.fit_channels(meant_, fitted_);
   add_range_notes(meant_, fitted_, notes);
-  if (miss > kRounding) {
-    notes.push_back("no control points give every vertex its channels: they are up to " + show_number(100 * miss) +
-                    " % of a channel's range off; use a finer mesh");
+  for (const ChannelRinging& ringing : channels.ringing) notes.push_back(ringing_note(meant_, ringing));
+  if (channels.miss > kRounding) {
+    notes.push_back("no control points give every vertex its channels: they are up to " +
+                    show_number(100 * channels.miss) + " % of a channel's range off; use a finer mesh");
   }
   return std::move(fitted_);
 }

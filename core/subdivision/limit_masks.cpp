@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -321,10 +322,14 @@ Stencils boundary_face_masks(const CellComplex& complex, const CancellationToken
 }
 
 Stencils limit_masks(const CellComplex& complex, const CancellationToken& cancel) {
+  return limit_masks(complex, complex.vertices().to_vector(), cancel);
+}
+
+Stencils limit_masks(const CellComplex& complex, std::span<const VertexId> vertices, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel, 64);
   MaskBuilder builder(complex);
   Stencils masks;
-  for (const VertexId v : complex.vertices()) {
+  for (const VertexId v : vertices) {
     poll();
     builder.append(v, masks);
   }

@@ -20,6 +20,8 @@
 
 #pragma once
 
+#include <span>
+
 #include "core/base/cancellation.h"
 #include "core/mesh/cell_complex.h"
 #include "core/subdivision/stencils.h"
@@ -29,6 +31,9 @@ namespace ccslice {
 /// Row v: the limit point of vertex v from the control points. Weights are good to 1e-14. Takes some microseconds for a
 /// vertex, some tens where irregular lines meet. REQUIRES: no cut-out. Throws Error{kCancelled}.
 Stencils limit_masks(const CellComplex& complex, const CancellationToken& cancel = {});
+/// Row n: that of vertices[n]. REQUIRES: they are complete.
+Stencils limit_masks(const CellComplex& complex, std::span<const VertexId> vertices,
+                     const CancellationToken& cancel = {});
 
 /// Row n: the limit of the middle of the n-th face of the boundary, by number, where its point of the next refinement
 /// goes. REQUIRES: no cut-out. Throws Error{kCancelled}.

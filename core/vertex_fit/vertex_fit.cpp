@@ -4,6 +4,7 @@
 #include "core/vertex_fit/vertex_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -15,6 +16,7 @@
 #include "core/base/number_text.h"
 #include "core/limit/cell_index.h"
 #include "core/mesh/cell_regions.h"
+#include "core/mesh/channels.h"
 #include "core/mesh/offenders.h"
 #include "core/mesh/region_values.h"
 #include "core/subdivision/limit_masks.h"
@@ -123,14 +125,31 @@ ControlMesh VertexFit::fit_positions(FittedVertices vertices, FitReport& report)
   return fitted;
 }
 
-double VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
+ChannelFit VertexFit::fit_channels(const ControlMesh& meant, ControlMesh& fitted) const {
   fitted.channel_names = meant.channel_names;
-  if (meant.channel_names.empty()) return 0;
-  if (region_value_count(meant) > 0) return fit_jumping_channels(meant, fitted);
+  if (meant.channel_names.empty()) return {};
+  const bool jumps = region_value_count(meant) > 0;
+  const double miss = jumps ? fit_jumping_channels(meant, fitted) : fit_even_channels(meant, fitted);
+  return {miss, find_ringing_of(meant, fitted)};
+}
+
+double VertexFit::fit_even_channels(const ControlMesh& meant, ControlMesh& fitted) const {
   const Values values = channels_of(meant), copies = of_copies(values);
   const Values solved = values + of_vertices(system_.solve(copies - system_.limits(copies)));
   fitted.channel_values = floats_of(solved);
   return largest_miss(limits_of(solved), values);
+}
+
+std::vector<ChannelRinging> VertexFit::find_ringing_of(const ControlMesh& meant, const ControlMesh& fitted) const {
+  std::vector<std::array<double, 2>> ranges;
+  for (std::size_t c = 0; c < meant.channel_count(); ++c) {
+    const auto [low, high] = channel_range(meant, c);
+    ranges.push_back({low, high});
+  }
+  const Values positions = of_copies(positions_of(fitted)), channels = jumping_channels_of(fitted);
+  Values points(positions.rows(), positions.cols() + channels.cols());
+  points << positions, channels;
+  return find_ringing(complex_, points, ranges, options_.cancel);
 }
 
 /// Every copy of a vertex has values of its own.

@@ -17,6 +17,9 @@
 // system is solved again. With no share left anywhere it is the mesh as it came, so this ends; five rounds did for
 // every mesh met. Only cells are looked at: a limit that swells across a narrow gap may run into itself.
 //
+// CHANNELS have no folds that could keep them back, and ring beside steps. The fit tells which ones do, and where
+// (channel_ringing.h).
+//
 // CELL REGIONS are fitted as they are refined, each with vertices of its own on the interfaces (mesh/cell_regions.h),
 // which count as boundary. A limit point on an interface depends on the interface's control points alone, so all copies
 // of a vertex move alike; they get the mean of their moves, whose rounding differs.
@@ -31,6 +34,7 @@
 #include "core/limit/limit_solid.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
+#include "core/vertex_fit/channel_ringing.h"
 #include "core/vertex_fit/vertex_system.h"
 
 namespace ccslice {
@@ -53,6 +57,13 @@ struct FitReport {
   std::size_t inside_missed = 0;  // Vertices inside that the limit doesn't pass through.
   double inside_mm = 0;           // The largest distance of a vertex inside from its limit point.
   Swelling swelling;              // Where the limit swells most.
+};
+
+struct ChannelFit {
+  /// The largest miss of a vertex as a share of its channel's range, which is rounding unless the mesh is singular
+  /// (vertex_system.h).
+  double miss = 0;
+  std::vector<ChannelRinging> ringing;  // The channels that ring, ascending.
 };
 
 /// A vertex is met if its limit point is within this share of the diagonal of the mesh's box.
@@ -83,15 +94,17 @@ class VertexFit {
   std::vector<Vec3> limit_points(const ControlMesh& mesh) const;
 
   /// Fits the channels of control points, so that the limit has the channels of `meant` at each vertex. REQUIRES:
-  /// meshes of the same cells as that of the constructor. Returns the largest miss as a share of its channel's range,
-  /// which is rounding unless the mesh is singular (vertex_system.h).
-  double fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
+  /// meshes of the same cells as that of the constructor, `fitted` in its positions, which tell where channels ring.
+  /// Throws Error{kCancelled}.
+  ChannelFit fit_channels(const ControlMesh& meant, ControlMesh& fitted) const;
 
  private:
   VertexSystem::Values of_copies(const VertexSystem::Values& of_vertices) const;
   VertexSystem::Values of_vertices(const VertexSystem::Values& of_copies) const;
   VertexSystem::Values limits_of(const VertexSystem::Values& of_vertices) const;
   double fit_jumping_channels(const ControlMesh& meant, ControlMesh& fitted) const;
+  double fit_even_channels(const ControlMesh& meant, ControlMesh& fitted) const;
+  std::vector<ChannelRinging> find_ringing_of(const ControlMesh& meant, const ControlMesh& fitted) const;
   std::uint8_t copy_region(VertexId copy) const;
   VertexSystem::Values jumping_channels_of(const ControlMesh& mesh) const;
   void set_jumping_channels(const VertexSystem::Values& of_copies, ControlMesh& mesh) const;

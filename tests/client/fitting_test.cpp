@@ -26,9 +26,11 @@ namespace ccslice::cli {
 namespace {
 
 using client::TemporaryFolder;
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 class FittedFile : public testing::Test {
  protected:
@@ -166,6 +168,28 @@ TEST_F(FittedFile, OfSeveralRegionsMayBeGradedThoughItsFitMissed) {
   const LoadedMesh graded = load_mesh({.mesh = file_of(box), .grades = {"h=z", "d=distance"}});
   ASSERT_EQ(graded.mesh.missed_vertices.size(), 1u);
   EXPECT_EQ(graded.mesh.missed_vertices[0].position, Vec3(-1, 0, 0));
+}
+
+TEST_F(FittedFile, SaysWhichChannelsRingAndWhere) {
+  ControlMesh box = oracle::box_mesh(6, 3, 3, 10);
+  box.channel_names = {"step", "slope"};
+  for (const Vec3& p : box.positions) {
+    for (const double value : {p.x() < 25 ? 20.0 : 30.0, p.x()})
+      box.channel_values.push_back(static_cast<float>(value));
+  }
+  const std::string path = file_of(box);
+  const auto rings = HasSubstr("rings: it is 20 to 30 at vertices, and the limit reaches ");
+  const LoadedMesh fitted = load_mesh({.mesh = path, .sharp = {.angle_deg = 40}, .interpolate = "all"});
+  EXPECT_THAT(fitted.warnings, Contains(AllOf(HasSubstr("channel step "), rings, HasSubstr(") mm: use a grade"))));
+  EXPECT_THAT(fitted.warnings, Not(Contains(HasSubstr("channel slope"))));
+  // The remedies that the note names.
+  EXPECT_THAT(load_mesh({.mesh = path, .sharp = {.angle_deg = 40}}).warnings, Not(Contains(rings)));
+  for (std::size_t v = 0; v < box.vertex_count(); ++v) {
+    box.channel_values[2 * v] = static_cast<float>(20 + std::clamp((box.positions[v].x() - 10) / 4, 0.0, 10.0));
+  }
+  const LoadedMesh wider =
+      load_mesh({.mesh = file_of(box, "wider.ccmesh"), .sharp = {.angle_deg = 40}, .interpolate = "all"});
+  EXPECT_THAT(wider.warnings, Not(Contains(rings)));
 }
 
 TEST_F(FittedFile, MistakesTeach) {

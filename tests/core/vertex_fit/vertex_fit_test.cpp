@@ -62,7 +62,7 @@ TEST(VertexFit, PassesThroughEveryVertexWithItsChannels) {
       const VertexFit fit(mesh);
       FitReport report;
       ControlMesh fitted = fit.fit_positions(FittedVertices::kAll, report);
-      const double miss = fit.fit_channels(mesh, fitted);
+      const double miss = fit.fit_channels(mesh, fitted).miss;
       EXPECT_TRUE(fitted.interpolating);
       EXPECT_EQ(report.missed, 0u);
       if (report.inside_missed > 0) continue;
@@ -112,7 +112,7 @@ std::size_t count_fits(const std::vector<oracle::RegionMesh>& meshes) {
         const VertexFit fit(mesh);
         FitReport report;
         ControlMesh fitted = fit.fit_positions(vertices, report);
-        const double miss = fit.fit_channels(mesh, fitted);
+        const double miss = fit.fit_channels(mesh, fitted).miss;
         if (report.missed + report.inside_missed > 0 || miss > 1e-6) continue;
         expect_limits_of_regions(mesh, fitted);
         ++fits;
@@ -276,9 +276,9 @@ TEST(VertexFit, SaysHowFarChannelsMiss) {
   mesh.channel_values = {1, 0, 0, 0, 0, 0, 0, 0};
   const VertexFit fit(mesh);
   ControlMesh fitted = mesh;
-  EXPECT_NEAR(fit.fit_channels(mesh, fitted), 0.125, 1e-6);
+  EXPECT_NEAR(fit.fit_channels(mesh, fitted).miss, 0.125, 1e-6);
   mesh.channel_values.assign(8, 3);
-  EXPECT_EQ(fit.fit_channels(mesh, fitted), 0);
+  EXPECT_EQ(fit.fit_channels(mesh, fitted).miss, 0);
   EXPECT_THAT(fitted.channel_values, testing::Each(3));
 }
 
