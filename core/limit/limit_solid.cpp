@@ -60,9 +60,7 @@ CellClass LimitSolid::cell_class(LimitCellId cell) const noexcept { return data_
 ControlCellId LimitSolid::control_cell(LimitCellId cell) const noexcept { return data_->cells[cell].control_cell; }
 
 std::uint8_t LimitSolid::boundary_sides(LimitCellId cell) const noexcept { return data_->cells[cell].boundary_sides; }
-std::uint8_t LimitSolid::interface_sides(LimitCellId cell) const noexcept {
-  return data_->cells[cell].interface_sides;
-}
+std::uint8_t LimitSolid::interface_sides(LimitCellId cell) const noexcept { return data_->cells[cell].interface_sides; }
 bool LimitSolid::has_several_regions() const noexcept { return data_->has_several_regions; }
 std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
   return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];

@@ -24,7 +24,9 @@ namespace ccslice::server {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using SteadyClock = std::chrono::steady_clock;
 
 /// Occupancy of a block of 10 mm, uncompressed.
@@ -238,6 +240,9 @@ TEST(ServerProcess, RefusesWrongOptionsAndAddressesWithAMessage) {
   const client::ProcessResult taken = run_ccsliced({"--listen", server.address()});
   EXPECT_EQ(taken.exit_code, 1);
   EXPECT_THAT(taken.err, HasSubstr("can't listen on " + server.address()));
+  const client::ProcessResult escaped = run_ccsliced({"--token-file", "tokens\033[31m"});
+  EXPECT_EQ(escaped.exit_code, 1);
+  EXPECT_THAT(escaped.err, AllOf(HasSubstr("tokens?[31m"), Not(HasSubstr("\033"))));
 }
 
 TEST(ServerProcess, LogsJsonLines) {

@@ -241,6 +241,14 @@ TEST_F(MeshStoreRpcs, WarmsUpBeforeItServes) {
   EXPECT_EQ(server.server().state().cache.use().meshes, 2u);
 }
 
+TEST_F(MeshStoreRpcs, StopsWarmingUpWhenItIsToStop) {
+  TestServer(options_of(store())).upload_good(make_box(20, 10));
+  ServerOptions options = options_of(store());
+  options.warm_meshes = 1;
+  Server server(options, [] { return true; });
+  EXPECT_EQ(server.state().cache.use().meshes, 0u);
+}
+
 TEST_F(MeshStoreRpcs, AWrongFolderIsToldAtTheStart) {
   std::ofstream(folder_ / "file") << "x";
   EXPECT_THROW(TestServer(options_of(store() + "/file")), std::runtime_error);
