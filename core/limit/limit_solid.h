@@ -139,7 +139,7 @@ class LimitSolid {
 
   /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
   std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
-  /// Likewise, of its sides that are between two cell regions.
+  /// A cell's sides that are between two cell regions: bits as those of boundary_sides().
   std::uint8_t interface_sides(LimitCellId cell) const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;

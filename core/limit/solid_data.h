@@ -23,7 +23,7 @@ namespace ccslice {
 struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
   std::uint8_t boundary_sides = 0;   // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
-  std::uint8_t interface_sides = 0;  // Likewise, between two cell regions.
+  std::uint8_t interface_sides = 0;  // Bit s: side s is between two cell regions.
   PhantomMask phantoms = 0;
   Frame frame;
   std::uint32_t op = kNone;

@@ -173,7 +173,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     return within_half(Solver::answer_bytes(points, channels()) + batch.request.SpaceUsedLong());
   }
 
-  /// Those behind one that failed aren't worth it.
+  /// The first batch that isn't begun. Nothing, if one before it has failed: the call ends with that.
   BatchPtr batch_to_begin() const {
     for (const BatchPtr& batch : batches_) {
       if (batch->failure) return nullptr;

@@ -34,7 +34,7 @@ std::size_t most_bytes(const google::protobuf::Descriptor& type) {
   return job ? kMaxJobRequestBytes : kMaxRequestBytes;
 }
 
-/// Of what protobuf makes of the bytes. A chunk of an upload stays as large as it is.
+/// What a message may take once it is parsed. A chunk of an upload stays as large as it is.
 std::size_t most_parsed_bytes(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
   return kMaxParsedBytes + (&type == v1::UploadMeshRequest::descriptor() ? bytes.Length() : 0);
 }
