@@ -263,7 +263,8 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     if (cells.tile_voxels > 0) slicer += kParticles;
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }
-  return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer)};
+  return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer),
+          static_cast<std::uint64_t>(boundary.rows)};
 }
 
 }  // namespace ccslice

@@ -23,6 +23,7 @@ namespace ccslice {
 struct SlicerMemory {
   std::uint64_t shared_bytes = 0;  // Of all slicers of the job together.
   std::uint64_t slicer_bytes = 0;  // Of each.
+  std::uint64_t crossings = 0;     // Of rows with the boundary, in the fullest layer: finding them takes time, too.
 };
 
 /// At most, with the layer that is being made, and without the solid. Takes about a microsecond for every face and

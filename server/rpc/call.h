@@ -42,7 +42,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
         log_(context, method, state.metrics),
         caller_(caller_of(state.access, context, method)),
         client_(caller_.identity.client),
-        place_(state.admission),
+        place_(state.admission, client_),
         request_bytes_(state.requests) {
     log_.set_client(client_);
   }

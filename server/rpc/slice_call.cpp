@@ -26,15 +26,17 @@
 namespace ccslice::server {
 namespace {
 
-/// Ranges of so many bytes of samples are interactive.
-constexpr std::uint64_t kInteractiveBytes = 4u << 20;
+/// Ranges of so many bytes of samples are interactive, where rows cross the boundary no more often than this: some tens
+/// of milliseconds' work.
+constexpr std::uint64_t kInteractiveBytes = 4u << 20, kInteractiveCrossings = 4u << 20;
 
 /// Contours take time too, though no samples: they count like occupancy.
-Pieces pieces_of(const SliceJob& job, std::uint32_t layers) {
+Pieces pieces_of(const SliceJob& job, const SlicerMemory& memory, std::uint32_t layers) {
   const GridExtent extent = region_of(job).extent;
   const std::uint64_t bits = std::uint64_t{extent.columns} * extent.rows;
   const std::uint64_t samples = std::max(layer_bytes(job), bits / 8);
-  return samples * layers <= kInteractiveBytes ? Pieces::kInteractive : Pieces::kBatch;
+  const bool is_small = samples * layers <= kInteractiveBytes && memory.crossings * layers <= kInteractiveCrossings;
+  return is_small ? Pieces::kInteractive : Pieces::kBatch;
 }
 
 class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
@@ -64,7 +66,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     log_.note_layers(range_.first, range_.count);
     write_header(job);
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
-    pieces_ = pieces_of(job, range_.count);
+    pieces_ = pieces_of(job, memory_, range_.count);
     require_scratch("slicing a layer", scratch_bytes(), "ask for a region, fewer planes or a coarser pitch");
     ask_for_work();
   }

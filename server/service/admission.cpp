@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -63,6 +64,7 @@ void Admission::resume(Place& place, Memory memory, Decision decision) {
 
 void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision decision) {
   std::exception_ptr refusal;
+  Refusal other;
   std::vector<Decision> admitted;
   bool waits = false;
   {
@@ -70,16 +72,19 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
     const bool had_place = place.state_ == Place::State::kRunning;
     if (had_place) stop_running(place);
     if (memory.reserve) place.is_long_ = !memory.is_short;
+    place.turn_ = turn;
+    place.memory_ = std::move(memory);
     const bool is_refused = draining_ && !is_under_way(place, turn);
     const bool has_place = (had_place || !is_refused) && has_place_for(place);
-    if (has_place && has_memory_for(turn, memory)) {
+    if (has_place && has_memory_for(place)) {
       run(place);
-    } else if (!is_refused && (turn == Place::Turn::kResumes || expiring_ < limits_.waiting)) {
+    } else if (!is_refused && (turn == Place::Turn::kResumes || make_room_in_queue(place, other))) {
       waits = true;
-      insert(place, turn, std::move(memory), std::move(decision), /*lacks_memory=*/has_place);
+      insert(place, std::move(decision), /*lacks_memory=*/has_place);
       if (had_place) admit(admitted);  // To the place that it had.
     } else {
       refusal = is_refused ? draining() : busy(/*for_memory=*/has_place);
+      place.memory_ = {};
       if (had_place) {
         place.is_long_ = false;
         run(place);
@@ -87,6 +92,7 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
     }
   }
   if (!waits) decision(refusal);
+  if (other.decision) run_in_turn([other = std::move(other)] { other.decision(other.reason); });
   for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
 }
 
@@ -100,11 +106,29 @@ bool Admission::has_place_for(const Place& place) const {
   return running_ < limits_.running + limits_.short_more && (!place.is_long_ || long_running_ < limits_.running);
 }
 
+Admission::Rank Admission::rank_of(const Place& place) {
+  switch (place.turn_) {
+    case Place::Turn::kResumes: return Rank::kResumes;
+    case Place::Turn::kHasBegun: return place.memory_.is_short ? Rank::kHasBegunShort : Rank::kHasBegun;
+    case Place::Turn::kIsNew: break;
+  }
+  return Rank::kIsNew;
+}
+
+/// Whether the client of `a` comes before that of `b`, which came before it. REQUIRES: the lock.
+bool Admission::comes_first(const Place& a, const Place& b) {
+  const Client &of_a = clients_[a.client_], &of_b = clients_[b.client_];
+  return std::pair(of_a.running, of_a.served) < std::pair(of_b.running, of_b.served);
+}
+
 /// Takes it if so. REQUIRES: the lock.
-bool Admission::has_memory_for(Place::Turn turn, const Memory& memory) const {
+bool Admission::has_memory_for(const Place& place) {
+  const Memory& memory = place.memory_;
   if (!memory.reserve) return true;
+  const Rank rank = rank_of(place);
   const bool others_come_first = std::ranges::any_of(queue_, [&](const Place* other) {
-    return other->turn_ <= turn && other->lacks_memory_ && (other->memory_.is_short || !memory.is_short);
+    return other->lacks_memory_ && (other->memory_.is_short || !memory.is_short) &&
+           (other->rank_ < rank || (other->rank_ == rank && !comes_first(place, *other)));
   });
   return !others_come_first && memory.reserve();
 }
@@ -113,36 +137,59 @@ bool Admission::has_memory_for(Place::Turn turn, const Memory& memory) const {
 void Admission::run(Place& place) {
   place.state_ = Place::State::kRunning;
   place.has_run_ = true;
+  place.memory_ = {};
   ++running_;
   if (place.is_long_) ++long_running_;
+  Client& client = clients_[place.client_];
+  ++client.running;
+  client.served = ++served_;
 }
 
 /// REQUIRES: the lock.
 void Admission::stop_running(Place& place) {
+  constexpr std::size_t kManyClients = 100;
   place.state_ = Place::State::kNone;
   --running_;
   if (place.is_long_) --long_running_;
+  --clients_[place.client_].running;
+  if (clients_.size() > kManyClients) std::erase_if(clients_, [](const auto& each) { return each.second.is_idle(); });
+}
+
+/// Where the queue is full, takes out the newest call of the client with most calls there, among those that haven't run
+/// yet. False if no client has more than the place's own would have. REQUIRES: the lock.
+bool Admission::make_room_in_queue(const Place& place, Refusal& refused) {
+  if (expiring_ < limits_.waiting) return true;
+  std::size_t most = clients_[place.client_].expiring + 2;
+  Place* newest = nullptr;
+  for (auto& [name, client] : clients_) {
+    if (client.expiring < most) continue;
+    const auto fresh = std::ranges::find(client.of(Rank::kIsNew).rbegin(), client.of(Rank::kIsNew).rend(), false,
+                                         [](const Place* other) { return other->has_run_; });
+    if (fresh == client.of(Rank::kIsNew).rend()) continue;
+    most = client.expiring + 1;
+    newest = *fresh;
+  }
+  if (newest == nullptr) return false;
+  refused = {std::move(newest->decision_), busy(/*for_memory=*/false)};
+  take_out(*newest);
+  return true;
 }
 
 /// REQUIRES: the lock.
-void Admission::insert(Place& place, Place::Turn turn, Memory memory, Decision decision, bool lacks_memory) {
+void Admission::insert(Place& place, Decision decision, bool lacks_memory) {
   place.state_ = Place::State::kWaiting;
-  place.turn_ = turn;
-  place.memory_ = std::move(memory);
   place.decision_ = std::move(decision);
   place.since_ = Clock::now();
-  auto behind = queue_.end();
-  if (turn != Place::Turn::kIsNew) {
-    // Short ones before long ones: else these would take turns with the memory that one of those needs.
-    const bool goes_first = turn == Place::Turn::kHasBegun && place.memory_.is_short;
-    behind = std::ranges::find_if(queue_, [&](const Place* other) {
-      return other->turn_ > turn || (goes_first && other->turn_ == turn && !other->memory_.is_short);
-    });
-  }
-  place.position_ = queue_.insert(behind, &place);
+  place.rank_ = rank_of(place);
+  Client& client = clients_[place.client_];
+  std::list<Place*>& of_client = client.of(place.rank_);
+  place.position_of_client_ = of_client.insert(of_client.end(), &place);
+  place.position_ = queue_.insert(queue_.end(), &place);
   note_lack_of_memory(place, lacks_memory);
   if (queue_.size() == 1) last_end_ = place.since_;  // What ended while nobody waited says nothing of the pace.
-  if (turn != Place::Turn::kResumes && ++expiring_ == 1) changed_.notify_all();
+  if (place.turn_ == Place::Turn::kResumes) return;
+  ++client.expiring;
+  if (++expiring_ == 1) changed_.notify_all();
 }
 
 /// REQUIRES: the lock.
@@ -171,15 +218,37 @@ bool Admission::leave(Place& place, bool is_new) {
 
 /// Begins what may begin. REQUIRES: the lock.
 void Admission::admit(std::vector<Decision>& admitted) {
-  bool is_awaited = false, is_awaited_by_short = false;  // Memory, by those before.
-  for (auto at = queue_.begin(); at != queue_.end() && running_ < limits_.running + limits_.short_more;) {
-    Place& place = **at++;
+  is_awaited_ = is_awaited_by_short_ = false;
+  for (const Rank rank : {Rank::kResumes, Rank::kHasBegunShort, Rank::kHasBegun, Rank::kIsNew}) {
+    admit_of_rank(rank, admitted);
+  }
+}
+
+/// Clients in turn. REQUIRES: the lock.
+void Admission::admit_of_rank(Rank rank, std::vector<Decision>& admitted) {
+  struct Waiting {
+    Client* client;
+    std::list<Place*>::iterator next;
+    auto order() const { return std::tuple(client->running, client->served, (*next)->since_); }
+  };
+  if (running_ >= limits_.running + limits_.short_more) return;
+  std::vector<Waiting> all;
+  for (auto& [name, client] : clients_) {
+    if (!client.of(rank).empty()) all.push_back({&client, client.of(rank).begin()});
+  }
+  while (!all.empty() && running_ < limits_.running + limits_.short_more) {
+    const auto first = std::ranges::min_element(all, {}, &Waiting::order);
+    Place& place = **first->next++;
+    if (first->next == first->client->of(rank).end()) {
+      *first = all.back();
+      all.pop_back();
+    }
     if (!has_place_for(place)) continue;
     const Memory& memory = place.memory_;
-    if (memory.reserve && ((memory.is_short ? is_awaited_by_short : is_awaited) || !memory.reserve())) {
+    if (memory.reserve && ((memory.is_short ? is_awaited_by_short_ : is_awaited_) || !memory.reserve())) {
       note_lack_of_memory(place, true);
-      is_awaited = true;
-      is_awaited_by_short = is_awaited_by_short || memory.is_short;
+      is_awaited_ = true;
+      is_awaited_by_short_ = is_awaited_by_short_ || memory.is_short;
       continue;
     }
     admitted.push_back(std::move(place.decision_));
@@ -268,24 +337,24 @@ void Admission::expire_waits() {
   }
 }
 
-/// All wait for the same time, so of each turn the first one's ends first. REQUIRES: the lock.
+/// All wait for the same time, so it is the one that came first. REQUIRES: the lock.
 Admission::Place* Admission::next_to_expire() const {
-  Place* first = nullptr;
-  for (Place* const place : queue_) {
-    if (place->turn_ == Place::Turn::kResumes) continue;
-    if (first == nullptr || place->since_ < first->since_) first = place;
-    if (place->turn_ == Place::Turn::kIsNew) break;
-  }
-  return first;
+  const auto first =
+      std::ranges::find_if(queue_, [](const Place* place) { return place->turn_ != Place::Turn::kResumes; });
+  return first == queue_.end() ? nullptr : *first;
 }
 
 /// REQUIRES: the lock, and a place that waits.
 void Admission::take_out(Place& place) {
+  Client& client = clients_[place.client_];
+  client.of(place.rank_).erase(place.position_of_client_);
   queue_.erase(place.position_);
   place.state_ = Place::State::kNone;
   note_lack_of_memory(place, false);
   place.memory_ = {};
-  if (place.turn_ != Place::Turn::kResumes) --expiring_;
+  if (place.turn_ == Place::Turn::kResumes) return;
+  --client.expiring;
+  --expiring_;
 }
 
 std::exception_ptr Admission::busy(bool for_memory) const {

@@ -12,18 +12,28 @@
 // those that come new. Who waits for memory holds up nobody who needs none. Calls that gave back all that they had in
 // their middle RESUME: before all others, and they wait for as long as it takes, since their clients have begun to
 // read.
+//
+// Among those whose turn it is equally, the client comes first of whom fewest calls run, then the one who was served
+// longest ago, then who waits longest. Where the queue is full, a client who has fewer calls in it than another one
+// takes the place of that one's newest. So a client with one call needn't wait for all of one who makes hundreds.
 
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <list>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace ccslice::server {
@@ -52,7 +62,8 @@ class Admission {
   /// A call's place. Gives it back when it goes.
   class Place {
    public:
-    explicit Place(Admission& admission) : admission_(admission) {}
+    /// `client`: who makes the call (client_id.h).
+    explicit Place(Admission& admission, std::string client = {}) : admission_(admission), client_(std::move(client)) {}
     ~Place() { admission_.give_back(*this); }
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
@@ -61,17 +72,23 @@ class Admission {
     friend class Admission;
     enum class State { kNone, kWaiting, kRunning };
     enum class Turn { kResumes, kHasBegun, kIsNew };  // Who comes first.
+    /// Among calls that have begun short ones come before long ones: else these would take turns with the memory that
+    /// one of those needs.
+    enum class Rank : std::size_t { kResumes, kHasBegunShort, kHasBegun, kIsNew, kCount };
 
     Admission& admission_;
+    const std::string client_;
     State state_ = State::kNone;
     Turn turn_ = Turn::kIsNew;
     bool has_run_ = false;
-    Memory memory_;      // While it waits.
-    Decision decision_;  // Likewise.
+    Memory memory_;      // While it asks or waits.
+    Decision decision_;  // While it waits.
     bool is_long_ = false;
     bool lacks_memory_ = false;  // While it waits: there was a place.
     std::chrono::steady_clock::time_point since_;
-    std::list<Place*>::iterator position_;  // In the queue, while it waits.
+    Rank rank_ = Rank::kIsNew;              // While it waits: where
+    std::list<Place*>::iterator position_;  // in the queue, and among those of its client.
+    std::list<Place*>::iterator position_of_client_;
   };
 
   explicit Admission(const AdmissionLimits& limits);
@@ -107,14 +124,33 @@ class Admission {
 
  private:
   using Clock = std::chrono::steady_clock;
+  using Rank = Place::Rank;
+  struct Client {
+    std::size_t running = 0;
+    std::uint64_t served = 0;  // How many runs had begun in all when the last one of its own did.
+    std::size_t expiring = 0;  // Of those that wait.
+    std::array<std::list<Place*>, static_cast<std::size_t>(Rank::kCount)> waiting;  // By rank, as they came.
+    std::list<Place*>& of(Rank rank) { return waiting[static_cast<std::size_t>(rank)]; }
+    bool is_idle() const {
+      return running == 0 && std::ranges::all_of(waiting, [](const auto& places) { return places.empty(); });
+    }
+  };
+  struct Refusal {
+    Decision decision;
+    std::exception_ptr reason;
+  };
 
   void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
   static bool is_under_way(const Place& place, Place::Turn turn);
   bool has_place_for(const Place& place) const;
-  bool has_memory_for(Place::Turn turn, const Memory& memory) const;
+  bool has_memory_for(const Place& place);
+  static Rank rank_of(const Place& place);
+  bool comes_first(const Place& a, const Place& b);
+  void admit_of_rank(Rank rank, std::vector<Decision>& admitted);
   void run(Place& place);
   void stop_running(Place& place);
-  void insert(Place& place, Place::Turn turn, Memory memory, Decision decision, bool lacks_memory);
+  bool make_room_in_queue(const Place& place, Refusal& refused);
+  void insert(Place& place, Decision decision, bool lacks_memory);
   bool leave(Place& place, bool is_new);
   void admit(std::vector<Decision>& admitted);
   void expire_waits();
@@ -127,10 +163,13 @@ class Admission {
   const AdmissionLimits limits_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<Place*> queue_;   // By turn, then in the order in which they came.
+  std::list<Place*> queue_;   // In the order in which they came.
   std::size_t expiring_ = 0;  // Of those, all but the ones that resume.
   std::atomic<std::size_t> memory_waiters_{0};
   std::size_t running_ = 0, long_running_ = 0;
+  std::unordered_map<std::string, Client> clients_;
+  std::uint64_t served_ = 0;                               // Runs that have begun.
+  bool is_awaited_ = false, is_awaited_by_short_ = false;  // Memory, by those whom admit() met.
   bool draining_ = false, over_ = false;
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.
   double pace_s_ = 1;                          // Between the ends of runs while calls wait, smoothed.

@@ -82,6 +82,17 @@ TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) {
   }
 }
 
+TEST(SlicerMemory, TellsOfWhatRowsCross) {
+  const Solid solid = LimitSolid::prepare(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
+  SliceJob job = job_of(solid, pitch_for(solid, 100));
+  const std::uint64_t rows = job.grid.extent.rows, crossings = slicer_memory(solid, job).crossings;
+  EXPECT_GE(crossings, 2 * rows);
+  EXPECT_LE(crossings, 8 * rows) << "each of the cube's faces may be met in each row, its hull at least";
+  job.grid.pitch.y_mm /= 50;
+  job.grid.extent.rows *= 50;
+  EXPECT_GE(slicer_memory(solid, job).crossings, 50 * crossings / 2);
+}
+
 TEST(SlicerMemory, StopsWhenCancelled) {
   const Solid solid = LimitSolid::prepare(make_grid());
   const CancellationToken cancel = CancellationToken::make();

@@ -10,6 +10,7 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -23,7 +24,8 @@ using namespace std::chrono_literals;
 /// A call that asks for a place and remembers what came of it.
 class Caller {
  public:
-  explicit Caller(Admission& admission) : admission_(admission), place_(admission) {
+  explicit Caller(Admission& admission, const std::string& client = {})
+      : admission_(admission), place_(admission, client) {
     admission.request(place_, [this](const std::exception_ptr& refusal) {
       refused_ = refusal;
       decided_ = true;
@@ -82,6 +84,35 @@ TEST(Admission, RefusesWhoFindsTheQueueFullAndSaysWhenToComeAgain) {
   ASSERT_TRUE(third.refusal()->retry_delay());
   EXPECT_GE(*third.refusal()->retry_delay(), 1s);
   EXPECT_LE(*third.refusal()->retry_delay(), 30s);
+}
+
+TEST(Admission, TakesClientsInTurnHoweverManyCallsOneMakes) {
+  Admission admission({.running = 2, .waiting = 10, .longest_wait = 1h});
+  Caller first(admission, "many"), second(admission, "many"), third(admission, "many"), fourth(admission, "many");
+  Caller one(admission, "one"), other(admission, "one"), last(admission, "last");
+  first.end();
+  EXPECT_TRUE(one.runs()) << "as none of that client's runs";
+  second.end();
+  EXPECT_TRUE(last.runs()) << "as neither runs one of the last client's, nor of the first one's, which had its turn";
+  one.end();
+  EXPECT_TRUE(third.runs());
+  last.end();
+  EXPECT_TRUE(other.runs());
+  third.end();
+  EXPECT_TRUE(fourth.runs());
+}
+
+TEST(Admission, LetsAClientTakeAPlaceInAFullQueueOfOneWhoHasMoreOfThem) {
+  Admission admission({.running = 1, .waiting = 3, .longest_wait = 1h});
+  Caller runs(admission, "many"), first(admission, "many"), second(admission, "many"), third(admission, "many");
+  Caller one(admission, "one");
+  EXPECT_TRUE(third.refusal());
+  EXPECT_FALSE(one.decided() || first.decided() || second.decided());
+  Caller last(admission, "last");
+  EXPECT_TRUE(second.refusal());
+  EXPECT_FALSE(last.decided());
+  EXPECT_TRUE(Caller(admission, "one").refusal()) << "none has more than this client would have";
+  EXPECT_TRUE(Caller(admission, "more").refusal()) << "each has one";
 }
 
 TEST(Admission, TheRetryDelayFollowsTheQueue) {
