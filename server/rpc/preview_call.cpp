@@ -5,9 +5,12 @@
 // else the call does is one of four things, guarded by its mutex:
 //
 //   idle        waits for a request. No place among the running calls, no thread; after a while no memory either;
-//   admission   waits for a place;
+//   admission   waits for a place, or for memory;
 //   painting    on a worker. A newer request cancels the full picture, and waits as the only one;
 //   writing     the pictures that are done are written. The next request is begun when all are.
+//
+// A call whose client doesn't read SHEDS when it has painted: it keeps the message that is being sent, and gives back
+// its place, its memory and the rest of the pictures. They are painted again when the client reads on.
 //
 // Whoever takes the call from one of them to the next does what has to be done then, so Finish is called once.
 
@@ -16,7 +19,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -33,6 +35,7 @@
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/preview_painter.h"
+#include "server/rpc/preview_parts.h"
 #include "server/rpc/side_watch.h"
 #include "server/rpc/unknown_fields.h"
 
@@ -64,7 +67,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       };
     };
     memory_watch_ = std::make_shared<SideWatch>([] {}, when_open(&PreviewCall::give_memory_back));
-    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), [] {});
+    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), when_open(&PreviewCall::note_lag));
     state_.idle_watch.add(memory_watch_);
     state_.idle_watch.add(write_watch_);
     const std::lock_guard lock(mutex_);
@@ -102,6 +105,24 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (doing_ == Doing::kOver) return;
     reset_stream(context_, stalled_status());
     finish(lock, stalled_status());
+  }
+
+  /// The client hasn't read for a while.
+  void note_lag() {
+    std::unique_lock lock(mutex_);
+    lags_ = is_writing_;
+    shed_if_lagging(lock);
+  }
+
+  /// Once there is something to shed. Ends with the lock given back if it does.
+  void shed_if_lagging(std::unique_lock<std::mutex>& lock) {
+    if (!lags_ || doing_ != Doing::kWriting || !work_place_) return;
+    parts_.drop();
+    give_back_place();
+    ++state_.metrics.shed;
+    const std::shared_ptr<PreviewPainter> painter = std::move(painter_);
+    if (painter) painter_bytes_ = painter->reserved_bytes();
+    lock.unlock();  // The painter goes without it.
   }
 
   void OnReadDone(bool ok) override {
@@ -165,12 +186,41 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   /// Most of the time a preview does nothing.
   bool is_limited() const override { return false; }
 
-  void ask_for_place(std::unique_lock<std::mutex>& lock) {
+  /// `ask` asks for what is waited for, a place to begin with, with what decided() follows.
+  template <typename Ask>
+  void wait_for_admission(std::unique_lock<std::mutex>& lock, const Ask& ask) {
     doing_ = Doing::kAdmission;
-    work_place_.emplace(state_.admission);
+    if (!work_place_) work_place_.emplace(state_.admission, client_);
     lock.unlock();
-    state_.admission.request(*work_place_, [self = std::static_pointer_cast<PreviewCall>(shared_from_this())](
-                                               const std::exception_ptr& refusal) { self->decided(refusal); });
+    ask([self = std::static_pointer_cast<PreviewCall>(shared_from_this())](const std::exception_ptr& refusal) {
+      self->decided(refusal);
+    });
+    lock.lock();
+    if (stopped_) leave_admission(lock);  // Stopped before there was anything to leave.
+  }
+  void ask_for_place(std::unique_lock<std::mutex>& lock) {
+    wait_for_admission(lock,
+                       [this](Admission::Decision then) { state_.admission.request(*work_place_, std::move(then)); });
+  }
+  /// For a picture that is to be painted again. Meanwhile the call holds nothing that others could wait for. `resumes`:
+  /// it has given its place back.
+  void ask_for_memory(std::unique_lock<std::mutex>& lock, std::uint64_t bytes, bool resumes) {
+    again_ = true;
+    const std::shared_ptr<PreviewPainter> without = std::exchange(painter_, new_painter());
+    wait_for_admission(lock, [this, bytes, resumes, painter = painter_](Admission::Decision then) {
+      Admission::Memory memory{.reserve = [painter, bytes] { return painter->reserve(bytes); }, .is_short = true};
+      if (resumes) return state_.admission.resume(*work_place_, std::move(memory), std::move(then));
+      state_.admission.request_memory(*work_place_, std::move(memory), std::move(then));
+    });
+    if (lock.owns_lock()) lock.unlock();  // What goes tells others, without the lock.
+  }
+
+  /// Where it waits for a place or memory.
+  void leave_admission(std::unique_lock<std::mutex>& lock) {
+    if (doing_ != Doing::kAdmission) return;
+    if (state_.admission.leave_queue(*work_place_) || state_.admission.leave_memory_queue(*work_place_)) {
+      finish(lock, status_of_stop());
+    }
   }
 
   void decided(const std::exception_ptr& refusal) {
@@ -184,8 +234,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void start_painting() {
     doing_ = Doing::kPainting;
-    has_picture_ = false;
+    has_picture_ = again_ && parts_.has_sent_all(v1::PREVIEW_STAGE_COARSE);
     full_cancel_ = Executor::make_token();
+    if (has_picture_ && waiting_) full_cancel_.cancel();
     lane_.post([self = std::static_pointer_cast<PreviewCall>(shared_from_this())] { self->paint_next(); });
   }
 
@@ -195,8 +246,17 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     CancellationToken full_cancel;
     {
       const std::lock_guard lock(mutex_);
-      request = std::move(*waiting_);
-      waiting_.reset();
+      const bool is_outrun =
+          waiting_ && !parts_.has_sent_any(v1::PREVIEW_STAGE_COARSE) && !parts_.has_sent_any(v1::PREVIEW_STAGE_FULL);
+      if (again_ && is_outrun) ++dropped_;
+      if (std::exchange(again_, false) && !is_outrun) {
+        parts_.begin_again();
+      } else {
+        parts_.begin();
+        answered_ = std::move(*waiting_);
+        waiting_.reset();
+      }
+      request = answered_;
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
@@ -211,14 +271,18 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void paint_and_go_on(const Request& request, const CancellationToken& full_cancel, const std::exception_ptr& error) {
     std::exception_ptr failed;
+    std::uint64_t missing_bytes = 0;
     try {
       if (error) std::rethrow_exception(error);
       paint(request, full_cancel);
+    } catch (const PreviewMemoryMissing& missing) {
+      missing_bytes = missing.bytes;
     } catch (...) {
       failed = std::current_exception();
     }
     std::unique_lock lock(mutex_);
     if (doing_ == Doing::kOver) return;
+    if (missing_bytes > 0 && !stopped_) return ask_for_memory(lock, missing_bytes, /*resumes=*/false);
     if (failed && !cancel_.cancelled()) {
       if (full_cancel.cancelled()) {
         ++stopped_pictures_;
@@ -227,7 +291,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       }
     }
     doing_ = Doing::kWriting;
-    if (!is_writing_) go_on(lock);
+    if (!is_writing_) return go_on(lock);
+    shed_if_lagging(lock);
   }
 
   void paint(const Request& request, const CancellationToken& full_cancel) {
@@ -245,20 +310,30 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       return deliver(v1::PREVIEW_STAGE_FULL, layer->show, picture, begun);
     }
     const auto& job = std::get<PreviewJob>(work);
-    if (request.message.coarse()) {
-      deliver(v1::PREVIEW_STAGE_COARSE, job.show, painter->paint(job, PreviewStage::kCoarse, cancel_), begun);
-      full_cancel.throw_if_cancelled();
+    bool is_coarse_there = false, is_full_begun = false;  // At the client.
+    {
+      const std::lock_guard lock(mutex_);
+      is_full_begun = parts_.has_sent_any(v1::PREVIEW_STAGE_FULL);
+      is_coarse_there = is_full_begun || parts_.has_sent_all(v1::PREVIEW_STAGE_COARSE);
     }
+    if (request.message.coarse() && !is_coarse_there) {
+      deliver(v1::PREVIEW_STAGE_COARSE, job.show, painter->paint(job, PreviewStage::kCoarse, cancel_), begun);
+    }
+    if (request.message.coarse() && !is_full_begun) full_cancel.throw_if_cancelled();
     const auto from = SteadyClock::now();
-    const CancellationToken& cancel = request.message.coarse() ? full_cancel : cancel_;
+    const CancellationToken& cancel = request.message.coarse() && !is_full_begun ? full_cancel : cancel_;
     deliver(v1::PREVIEW_STAGE_FULL, job.show, painter->paint(job, PreviewStage::kFull, cancel), from);
   }
 
   /// A call that is ended in the middle of a picture leaves its painter to whoever paints.
   std::shared_ptr<PreviewPainter> painter_of_mesh() {
     const std::lock_guard lock(mutex_);
-    if (!painter_) painter_ = std::make_shared<PreviewPainter>(mesh_, state_.scratch);
+    if (!painter_) painter_ = new_painter();
     return painter_;
+  }
+  std::shared_ptr<PreviewPainter> new_painter() const {
+    return std::make_shared<PreviewPainter>(mesh_, state_.scratch,
+                                            [&admission = state_.admission] { return admission.wants_memory(); });
   }
 
   void take_settings(const v1::PreviewRequest& message) {
@@ -312,10 +387,11 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       part.set_stage(stage);
     }
     const std::lock_guard lock(mutex_);
-    for (v1::PreviewResponse& part : parts) to_write_.push_back(std::move(part));
-    ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
-    oldest_ms_ = std::max(oldest_ms_, ms_between(request.arrived, SteadyClock::now()));
-    ++state_.metrics.preview_pictures;
+    if (parts_.add(stage, std::move(parts))) {
+      ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
+      oldest_ms_ = std::max(oldest_ms_, ms_between(request.arrived, SteadyClock::now()));
+      ++state_.metrics.preview_pictures;
+    }
     has_picture_ = true;
     if (waiting_) full_cancel_.cancel();
     write_next();
@@ -323,10 +399,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   /// Writes the next part, unless one is being written.
   void write_next() {
-    if (is_writing_ || to_write_.empty() || stopped_ || doing_ == Doing::kOver) return;
+    if (is_writing_ || parts_.empty() || stopped_ || doing_ == Doing::kOver) return;
     is_writing_ = true;
-    written_ = std::move(to_write_.front());
-    to_write_.pop_front();
+    written_ = parts_.take();
     write_watch_->start([this] { this->StartWrite(&written_); });
   }
 
@@ -334,23 +409,24 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     const auto self = shared_from_this();
     std::unique_lock lock(mutex_);
     if (!write_watch_->end() || doing_ == Doing::kOver) return;
-    is_writing_ = false;
+    is_writing_ = lags_ = false;
     if (!ok) {
       cancel_.cancel();
       full_cancel_.cancel();
-      to_write_.clear();
+      parts_.drop();
       failure_ = status_of_stop();
     }
-    if (!to_write_.empty() && !stopped_) return write_next();
+    if (!parts_.empty() && !stopped_) return write_next();
     if (doing_ == Doing::kWriting) go_on(lock);
   }
 
   /// When a request has been answered.
   void go_on(std::unique_lock<std::mutex>& lock) {
-    if (!to_write_.empty() && !stopped_ && !failure_) return write_next();
+    if (!parts_.empty() && !stopped_ && !failure_) return write_next();
     if (stopped_ || cancel_.cancelled()) return finish(lock, status_of_stop());
     if (failure_) return finish(lock, *failure_);
-    if (waiting_) return start_painting();
+    if (parts_.lacks_any()) return ask_for_memory(lock, painter_bytes_, /*resumes=*/true);
+    if (waiting_) return work_place_ ? start_painting() : ask_for_place(lock);
     give_back_place();
     if (reads_done_) return finish(lock, grpc::Status::OK);
     wait_idle([] {});
@@ -377,7 +453,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     const auto self = shared_from_this();
     stop();
     std::unique_lock lock(mutex_);
-    if (doing_ == Doing::kAdmission && state_.admission.leave_queue(*work_place_)) finish(lock, status_of_stop());
+    leave_admission(lock);
   }
 
   void stop() override {
@@ -405,10 +481,14 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   CancellationToken full_cancel_ = Executor::make_token();
   bool has_picture_ = false;  // The request at hand has got its first picture.
   bool is_writing_ = false;
-  std::deque<v1::PreviewResponse> to_write_;
+  bool lags_ = false;            // The write takes long.
+  Request answered_;             // The request at hand, or the last one,
+  PreviewParts parts_;           // its pictures,
+  bool again_ = false;           // to be painted again.
   v1::PreviewResponse written_;  // The write's.
   SteadyClock::time_point idle_since_;
   std::shared_ptr<PreviewPainter> painter_;
+  std::uint64_t painter_bytes_ = 0;  // Of the one that was given back.
   // Of the log:
   std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
   double oldest_ms_ = 0;

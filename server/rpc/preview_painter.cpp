@@ -3,7 +3,7 @@
 
 #include "server/rpc/preview_painter.h"
 
-#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "core/slicer/slicer_memory.h"
@@ -11,14 +11,20 @@
 
 namespace ccslice::server {
 
-PreviewPainter::PreviewPainter(MeshPtr mesh, MemoryBudget& scratch)
-    : mesh_(std::move(mesh)), planes_(mesh_->solid()), share_(scratch) {}
+PreviewPainter::PreviewPainter(MeshPtr mesh, MemoryBudget& scratch, std::function<bool()> is_crowded)
+    : mesh_(std::move(mesh)),
+      scratch_(scratch),
+      is_crowded_(std::move(is_crowded)),
+      planes_(mesh_->solid()),
+      share_(scratch) {}
+
+bool PreviewPainter::reserve(std::uint64_t bytes) noexcept { return share_.resize(bytes); }
 
 PreviewPicture PreviewPainter::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
   SliceJob layer;
   layer.placement = under_plane(job.plane, job.placement);
   layer.grid = grid_of(job.plane);
-  reserve(layer, cancel);
+  require_memory(layer, cancel);
   return planes_.paint(job, stage, cancel);
 }
 
@@ -26,7 +32,7 @@ PreviewPicture PreviewPainter::paint(const LayerPreview& preview, const std::str
                                      const CancellationToken& cancel) {
   if (!layers_ || key != layers_key_) {
     layers_.reset();
-    reserve(preview.job, cancel);
+    require_memory(preview.job, cancel);
     layers_.emplace(mesh_->solid(), preview.job, preview.show, cancel);
     layers_key_ = key;
   }
@@ -35,7 +41,7 @@ PreviewPicture PreviewPainter::paint(const LayerPreview& preview, const std::str
 
 /// Of the solid a picture takes about the same wherever its plane lies, so that is estimated once, and of each picture
 /// its pixels.
-void PreviewPainter::reserve(const SliceJob& layer, const CancellationToken& cancel) {
+void PreviewPainter::require_memory(const SliceJob& layer, const CancellationToken& cancel) {
   constexpr std::uint64_t kBytesAPixel = 24;
   if (solid_bytes_ == 0) {
     const SlicerMemory memory = slicer_memory(mesh_->solid(), layer, cancel);
@@ -43,11 +49,13 @@ void PreviewPainter::reserve(const SliceJob& layer, const CancellationToken& can
   }
   const std::uint64_t pixels = std::uint64_t{layer.grid.extent.columns} * layer.grid.extent.rows;
   const std::uint64_t wanted = solid_bytes_ + kBytesAPixel * pixels;
-  if (wanted > reserved_bytes_ && !share_.resize(wanted)) {
-    throw ServiceError(ServiceErrorCode::kServerBusy,
-                       "other calls hold all memory for slicing: try again later, or ask for a smaller picture");
+  if (wanted <= share_.bytes()) return;
+  if (wanted > scratch_.capacity_bytes()) {
+    throw job_exceeds_memory(
+        "a picture of " + std::to_string(layer.grid.extent.columns) + " x " + std::to_string(layer.grid.extent.rows),
+        wanted, scratch_.capacity_bytes(), "ask for a smaller one", "--scratch-budget-bytes");
   }
-  reserved_bytes_ = std::max(reserved_bytes_, wanted);
+  if (is_crowded_() || !reserve(wanted)) throw PreviewMemoryMissing{wanted};
 }
 
 }  // namespace ccslice::server

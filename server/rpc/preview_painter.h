@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,24 +19,36 @@
 
 namespace ccslice::server {
 
+/// A picture takes so much memory, and there isn't that much now.
+struct PreviewMemoryMissing {
+  std::uint64_t bytes = 0;
+};
+
 /// One thread at a time. What planes of one orientation and layers of one job share is kept from picture to picture.
-/// paint() throws ServiceError{kServerBusy} where there is no memory, and what the painters of the core throw.
+/// paint() throws PreviewMemoryMissing, ServiceError{kJobExceedsMemory} where there will never be enough, and what the
+/// painters of the core throw.
 class PreviewPainter {
  public:
-  PreviewPainter(MeshPtr mesh, MemoryBudget& scratch);
+  /// `is_crowded`: whether others wait for the memory, so that it mustn't be taken without waiting too.
+  PreviewPainter(MeshPtr mesh, MemoryBudget& scratch, std::function<bool()> is_crowded);
 
+  /// Takes the memory of a picture, if there is as much.
+  [[nodiscard]] bool reserve(std::uint64_t bytes) noexcept;
+  std::uint64_t reserved_bytes() const noexcept { return share_.bytes(); }
   PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel);
   /// `key`: equal for requests whose layers are of one job.
   PreviewPicture paint(const LayerPreview& preview, const std::string& key, const CancellationToken& cancel);
 
  private:
-  void reserve(const SliceJob& layer, const CancellationToken& cancel);
+  void require_memory(const SliceJob& layer, const CancellationToken& cancel);
 
   MeshPtr mesh_;
+  const MemoryBudget& scratch_;
+  const std::function<bool()> is_crowded_;
   PlanePainter planes_;
   std::optional<LayerPainter> layers_;
   std::string layers_key_;
-  std::uint64_t solid_bytes_ = 0, reserved_bytes_ = 0;
+  std::uint64_t solid_bytes_ = 0;
   MemoryBudget::Share share_;
 };
 

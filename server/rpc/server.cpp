@@ -101,6 +101,7 @@ ServiceState& warmed_up(ServiceState& state, const std::function<bool()>& stops)
   std::reverse(ids.begin(), ids.end());
   std::size_t prepared = 0;
   for (const std::string& id : ids) {
+    if (stops()) return state;
     const auto promise = std::make_shared<std::promise<bool>>();
     const auto load = std::make_shared<MeshLoad>(
         [promise](const MeshPtr& mesh, const std::exception_ptr&) { promise->set_value(mesh != nullptr); });

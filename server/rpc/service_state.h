@@ -63,7 +63,7 @@ struct ServiceState {
                                              StoredMeshes::Options{.max_mesh_bytes = options.max_mesh_bytes,
                                                                    .mark_every = mark_every(options.mesh_store)});
     }
-    max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / kTriangleMemoryBytes);
+    max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / triangle_memory_bytes(/*channels=*/0));
   }
   /// Work that is still running uses the other members.
   ~ServiceState() {

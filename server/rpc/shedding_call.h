@@ -46,10 +46,7 @@ class SheddingCall : public StreamCall<Response> {
   /// Refuses what could never begin. `what`: the work takes so much `scratch_bytes`. Throws ServiceError.
   void require_scratch(const std::string& what, std::uint64_t scratch_bytes, const std::string& remedy) const {
     if (scratch_bytes <= state_.scratch.capacity_bytes()) return;
-    throw ServiceError(ServiceErrorCode::kJobExceedsMemory,
-                       what + " takes about " + show_mib(scratch_bytes) + ", and the server has " +
-                           show_mib(state_.scratch.capacity_bytes()) + " for that: " + remedy +
-                           ", or raise --scratch-budget-bytes");
+    throw job_exceeds_memory(what, scratch_bytes, state_.scratch.capacity_bytes(), remedy, "--scratch-budget-bytes");
   }
 
   /// Of the memory for scratch, what long work that needs `scratch_bytes` leaves to short work, unless it couldn't
@@ -113,9 +110,6 @@ class SheddingCall : public StreamCall<Response> {
   std::mutex work_mutex_;  // Guards what derived classes say it does, too.
 
  private:
-  /// Rounded up.
-  static std::string show_mib(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
-
   /// It may have been stopped when nobody could take it out of the queue yet.
   void leave_if_stopped() {
     if (cancel_.cancelled()) this->leave_memory_queue();

@@ -71,7 +71,8 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
     placement_ = to_placement(request_.placement(), solid.summary().bounding_box, state_.slice_limits);
     channels_ = solid.channel_count();
     options_.tolerance_mm = tolerance_mm();
-    options_.max_triangles = state_.max_triangles;
+    const std::uint64_t held = state_.options.stream_window_bytes / triangle_memory_bytes(channels_);
+    options_.max_triangles = std::min(state_.max_triangles, held);
     options_.cancel = cancel_;
     bound_ = bound_tessellation(solid, placement_, options_);
     require_scratch("finding the triangles", bound_.scratch_bytes, "choose a larger chord_tolerance_mm");
@@ -122,7 +123,13 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
 
   void make_room(Surface& surface, const TessellationSummary& whole) {
     const std::uint64_t bytes = Surface::bytes_of(whole, channels_);
-    if (bytes > share_.bytes() && !share_.resize(bytes)) throw stream_memory_used_up();
+    if (bytes > share_.bytes() && !share_.resize(bytes)) {
+      if (bytes > state_.streams.capacity_bytes()) {
+        throw job_exceeds_memory("the surface with its channels", bytes, state_.streams.capacity_bytes(),
+                                 "choose a larger chord_tolerance_mm", "--stream-budget-bytes");
+      }
+      throw stream_memory_used_up();
+    }
     share_.split_off_beyond(bytes).give_back();
     surface.reserve(whole, channels_);
   }

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -41,10 +42,13 @@ inline constexpr std::size_t kMaxPageBytes = 3u << 20;
 /// Ids and places listed in a summary or a warning.
 inline constexpr std::size_t kMaxListedItems = 32;
 
-/// Triangles of one TessellateBoundary: as many as the memory of a stream holds at this much each, but no more than the
-/// maximum.
+/// Triangles of one TessellateBoundary: as many as the memory of a stream holds, but no more than the maximum. They have
+/// half as many vertices, or somewhat more, with three numbers and a value for each channel.
 inline constexpr std::uint64_t kMaxTriangles = 20'000'000;
-inline constexpr std::uint64_t kTriangleMemoryBytes = 64;
+constexpr std::uint64_t triangle_memory_bytes(std::size_t channels) {
+  const std::uint64_t vertex = 3 * sizeof(double) + channels * sizeof(float);
+  return std::max<std::uint64_t>(64, 3 * sizeof(std::uint32_t) + vertex * 5 / 8);
+}
 inline constexpr double kMinChordToleranceMm = 1e-5;
 inline constexpr double kMaxChordToleranceMm = 1e3;
 inline constexpr double kDefaultChordToleranceMm = 0.05;

@@ -41,4 +41,12 @@ std::string_view reason(ServiceErrorCode code) {
   return "INTERNAL";
 }
 
+ServiceError job_exceeds_memory(const std::string& what, std::uint64_t bytes, std::uint64_t capacity_bytes,
+                                const std::string& remedy, const std::string& option) {
+  const auto mib = [](std::uint64_t count) { return std::to_string((count + (1u << 20) - 1) >> 20) + " MiB"; };
+  return ServiceError(ServiceErrorCode::kJobExceedsMemory, what + " takes about " + mib(bytes) +
+                                                               ", and the server has " + mib(capacity_bytes) +
+                                                               " for that: " + remedy + ", or raise " + option);
+}
+
 }  // namespace ccslice::server

@@ -95,7 +95,11 @@ TEST_F(LaggingClients, ShedWhenOthersWaitForMemory) {
   const auto reader = call(request(400));
   ASSERT_TRUE(reader->read());
   EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 2s));
-  state().executor.wait_idle();  // Else what it gives back as it comes to a stop might serve the other one.
+  // Until it has come to a stop: what it gives back before might serve the other one.
+  for (int k = 0; k < 3; ++k) {
+    std::this_thread::sleep_for(100ms);
+    state().executor.wait_idle();
+  }
   MemoryBudget::Share rest(state().scratch);
   EXPECT_TRUE(rest.resize(state().scratch.capacity_bytes() - state().scratch.used_bytes()));
   std::this_thread::sleep_for(2 * LagTimes{}.in_need);

@@ -242,11 +242,15 @@ TEST_F(MeshStoreRpcs, WarmsUpBeforeItServes) {
 }
 
 TEST_F(MeshStoreRpcs, StopsWarmingUpWhenItIsToStop) {
-  TestServer(options_of(store())).upload_good(make_box(20, 10));
+  {
+    TestServer server(options_of(store()));
+    for (const int size : {10, 20}) server.upload_good(make_box(20, size));
+  }
   ServerOptions options = options_of(store());
-  options.warm_meshes = 1;
-  Server server(options, [] { return true; });
-  EXPECT_EQ(server.state().cache.use().meshes, 0u);
+  options.warm_meshes = 2;
+  EXPECT_EQ(Server(options, [] { return true; }).state().cache.use().meshes, 0u);
+  int looks = 0;
+  EXPECT_LE(Server(options, [&looks] { return ++looks > 1; }).state().cache.use().meshes, 1u);
 }
 
 TEST_F(MeshStoreRpcs, AWrongFolderIsToldAtTheStart) {

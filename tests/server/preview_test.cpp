@@ -426,6 +426,121 @@ TEST_F(Preview, IsEndedByAServerThatStops) {
 }
 
 /// A server that looks often for silent clients.
+/// Pictures far larger than what the transport holds, of a client that reads their first part and no more.
+class LaggingPreview : public Preview {
+ protected:
+  LaggingPreview() : stub_(server_.new_narrow_stub()), stream_(stub_->Preview(&context_)) {}
+
+  v1::PreviewRequest large(std::uint64_t number, bool coarse = true) const {
+    v1::PreviewRequest asked = request(number);
+    asked.set_width(1500);
+    asked.set_height(1500);
+    asked.mutable_plane()->mutable_free()->set_across_mm_per_pixel(0.01);
+    asked.set_coarse(coarse);
+    return asked;
+  }
+  ServiceState& state() { return server_.server().state(); }
+  /// Sweeps until all has been given back.
+  bool sheds() {
+    return eventually(
+        [this] {
+          state().idle_watch.sweep();
+          return state().scratch.used_bytes() == 0 && state().admission.running() == 0;
+        },
+        10s);
+  }
+  /// All but what says when it was painted.
+  static void expect_equal(const Shown& got, const Shown& want) {
+    EXPECT_EQ(got.stage, want.stage);
+    EXPECT_TRUE(got.bytes == want.bytes);
+    EXPECT_EQ(got.header.pixels_inside(), want.header.pixels_inside());
+  }
+
+  grpc::ClientContext context_;
+  std::unique_ptr<v1::SlicerService::Stub> stub_;
+  std::unique_ptr<Stream> stream_;
+};
+
+TEST_F(LaggingPreview, KeepsTheMessageBeingSentAndGoesOnWithTheSamePicture) {
+  const std::vector<Shown> whole = shown({large(1)});
+  stream_->Write(large(1));
+  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
+  ASSERT_TRUE(sheds());
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
+  stream_->WritesDone();
+  const std::vector<Shown> got = read_all(*stream_);
+  EXPECT_TRUE(stream_->Finish().ok());
+  ASSERT_EQ(got.size(), whole.size());
+  for (std::size_t k = 0; k < got.size(); ++k) expect_equal(got[k], whole[k]);
+  EXPECT_GE(state().metrics.shed.load(), 1u);
+}
+
+TEST_F(LaggingPreview, EndsAPictureOfWhichTheClientHasSomeBeforeANewerOne) {
+  const std::vector<Shown> whole = shown({large(1, /*coarse=*/false)});
+  stream_->Write(large(1, /*coarse=*/false));
+  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
+  ASSERT_TRUE(sheds());
+  stream_->Write(request(2));
+  stream_->WritesDone();
+  const std::vector<Shown> got = read_all(*stream_);
+  EXPECT_TRUE(stream_->Finish().ok());
+  ASSERT_EQ(got.size(), 2u);
+  expect_equal(got[0], whole[0]);
+  EXPECT_EQ(got[1].number, 2u);
+}
+
+TEST_F(LaggingPreview, EndsWhenItIsStopped) {
+  stream_->Write(large(1));
+  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
+  ASSERT_TRUE(sheds());
+  context_.TryCancel();
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+}
+
+TEST_F(Preview, WaitsForMemoryThatOthersHave) {
+  ServiceState& state = server_.server().state();
+  MemoryBudget::Share all(state.scratch);
+  ASSERT_TRUE(all.resize(state.scratch.capacity_bytes()));
+  grpc::ClientContext context, stopped;
+  const auto stream = server_.stub().Preview(&context), other = server_.stub().Preview(&stopped);
+  stream->Write(request(1));
+  other->Write(request(1));
+  ASSERT_TRUE(eventually([&state] { return state.admission.waiting() == 2; }, 5s));
+  EXPECT_EQ(state.admission.running(), 0u);
+  stopped.TryCancel();
+  EXPECT_TRUE(eventually([&state] { return state.admission.waiting() == 1; }, 5s));
+  stream->Write(request(2));
+  std::this_thread::sleep_for(100ms);
+  all.give_back();
+  stream->WritesDone();
+  const std::vector<Shown> got = read_all(*stream);
+  EXPECT_TRUE(stream->Finish().ok());
+  ASSERT_FALSE(got.empty());
+  EXPECT_EQ(got.back().number, 2u) << "the latest wins";
+}
+
+/// A server with memory for small pictures.
+class CrampedPreview : public Preview {
+ protected:
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.scratch_budget_bytes = 32 << 20;
+    return options;
+  }
+  CrampedPreview() : Preview(options()) {}
+};
+
+TEST_F(CrampedPreview, RefusesWhatWillNeverFit) {
+  v1::PreviewRequest asked = request(1);
+  asked.set_width(2000);
+  asked.set_height(2000);
+  const Failure refused = failure(asked);
+  EXPECT_EQ(refused.reason, "JOB_EXCEEDS_MEMORY");
+  EXPECT_FALSE(refused.retry);
+  EXPECT_THAT(refused.message, HasSubstr("a picture of 2000 x 2000 takes about"));
+  EXPECT_THAT(refused.message, HasSubstr("ask for a smaller one, or raise --scratch-budget-bytes"));
+}
+
 class PreviewPatience : public Preview {
  protected:
   static ServerOptions impatient() {
