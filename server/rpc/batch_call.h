@@ -118,7 +118,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     if (is_over_) return;
     const bool answered = !batches_.empty() && batches_.front()->is_done;
     if (!is_writing_) {
-      if (answered && batches_.front()->failure) return fail_call(hold, batches_.front()->failure);
+      if (answered && batches_.front()->failure) return finish(hold, status_of(batches_.front()->failure));
       if (cancel_.cancelled()) return finish(hold, this->status_of_stop());
       if (batches_.empty() && reads_done_) return finish(hold, grpc::Status::OK);
       if (batches_.empty()) return wait_for_batch(hold);
@@ -338,11 +338,6 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
 
   grpc::Status status_of(const std::exception_ptr& failure) const {
     return cancel_.cancelled() ? this->status_of_stop() : to_status(failure);
-  }
-
-  void fail_call(Hold& hold, const std::exception_ptr& failure) {
-    this->add_pushback(failure);
-    finish(hold, status_of(failure));
   }
 
   void finish(Hold& hold, const grpc::Status& status) {

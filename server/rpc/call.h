@@ -86,7 +86,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
         self->log_.note_place(self->log_.elapsed());
         return begin();
       }
-      self->add_pushback(refusal);
       self->refuse(to_status(refusal));
     };
     state_.admission.request(place_, decided, is_long);
@@ -139,18 +138,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     if (load) load->cancel();
   }
 
-  /// Clients of gRPC's that retry by themselves look for this trailer. Before end().
-  void add_pushback(const std::exception_ptr& refusal) {
-    try {
-      std::rethrow_exception(refusal);
-    } catch (const ServiceError& error) {
-      if (!error.retry_delay()) return;
-      const std::chrono::milliseconds delay = *error.retry_delay();
-      context_.AddTrailingMetadata("grpc-retry-pushback-ms", std::to_string(delay.count()));
-    } catch (...) {
-      return;  // No refusal.
-    }
-  }
   /// Whether the call counts among those of its client that may be open at the same time.
   virtual bool is_limited() const { return true; }
   virtual void refuse(const grpc::Status& status) { end(status); }
@@ -194,6 +181,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     state_.admission.give_back(place_);  // Before the client knows: it may call again at once.
     client_share_ = {};
     log_.finish(status);
+    add_pushback(context_, status);
     this->Finish(status);
   }
 

@@ -23,19 +23,16 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
-#include "core/output/png.h"
 #include "server/rpc/call.h"
-#include "server/rpc/convert.h"
 #include "server/rpc/convert_preview.h"
-#include "server/rpc/convert_printing.h"
 #include "server/rpc/preview_painter.h"
 #include "server/rpc/preview_parts.h"
+#include "server/rpc/preview_session.h"
 #include "server/rpc/side_watch.h"
 #include "server/rpc/unknown_fields.h"
 
@@ -46,10 +43,6 @@ using SteadyClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kKeepMemory = 10s;  // Of an idle call.
-
-double ms_between(SteadyClock::time_point from, SteadyClock::time_point to) {
-  return std::chrono::duration<double, std::milli>(to - from).count();
-}
 
 class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
  public:
@@ -225,10 +218,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void decided(const std::exception_ptr& refusal) {
     std::unique_lock lock(mutex_);
-    if (refusal) {
-      add_pushback(refusal);
-      return finish(lock, to_status(refusal));
-    }
+    if (refusal) return finish(lock, to_status(refusal));
     start_painting();
   }
 
@@ -263,10 +253,16 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (mesh_) return paint_and_go_on(request, full_cancel, nullptr);
     with_mesh(lane_, request.message.mesh_id(),
               [this, request, full_cancel](const MeshPtr& mesh, const std::exception_ptr& error) {
-                mesh_ = mesh;
+                take_mesh(mesh);
                 paint_and_go_on(request, full_cancel, error);
               });
     if (cancel_.cancelled()) stop_loading();  // Stopped before there was anything to stop.
+  }
+
+  void take_mesh(const MeshPtr& mesh) {
+    mesh_ = mesh;
+    const std::lock_guard lock(mutex_);
+    if (mesh && doing_ != Doing::kOver) log_.note_mesh(mesh->id());
   }
 
   void paint_and_go_on(const Request& request, const CancellationToken& full_cancel, const std::exception_ptr& error) {
@@ -298,15 +294,15 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void paint(const Request& request, const CancellationToken& full_cancel) {
     const auto begun = SteadyClock::now();
     cancel_.throw_if_cancelled();
-    take_settings(request.message);
-    const PreviewWork work = to_preview(request.message, setting_, *mesh_->solid(), state_.slice_limits, cancel_);
+    session_.begin(mesh_, request.message, state_.slice_limits);
+    const PreviewWork work = session_.work(request.message, state_.slice_limits, cancel_);
     const std::shared_ptr<PreviewPainter> painter = painter_of_mesh();
     const auto deliver = [&](v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
                              SteadyClock::time_point from) {
-      send(request, stage, show, picture, {begun, from});
+      send(request, stage, show, picture, {request.arrived, begun, from});
     };
     if (const auto* layer = std::get_if<LayerPreview>(&work)) {
-      const PreviewPicture picture = painter->paint(*layer, layers_key(request.message), cancel_);
+      const PreviewPicture picture = painter->paint(*layer, session_.layers_key(request.message), cancel_);
       return deliver(v1::PREVIEW_STAGE_FULL, layer->show, picture, begun);
     }
     const auto& job = std::get<PreviewJob>(work);
@@ -336,60 +332,13 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
                                             [&admission = state_.admission] { return admission.wants_memory(); });
   }
 
-  void take_settings(const v1::PreviewRequest& message) {
-    if (!is_mesh_noted_) {
-      is_mesh_noted_ = true;
-      const std::lock_guard lock(mutex_);
-      if (doing_ != Doing::kOver) log_.note_mesh(mesh_->id());
-    } else if (!message.mesh_id().empty() && message.mesh_id() != mesh_->id()) {
-      throw ServiceError(ServiceErrorCode::kRequestMalformed,
-                         "mesh_id changes within the call: make another call for another mesh", "mesh_id");
-    }
-    const SolidSummary& solid = mesh_->solid()->summary();
-    if (message.has_placement()) {
-      setting_.placement = to_placement(message.placement(), solid.bounding_box, state_.slice_limits);
-      placement_bytes_ = message.placement().SerializeAsString();
-    }
-    if (message.has_printing()) {
-      setting_.printing = std::make_shared<const Printing>(to_printing(message.printing(), solid));
-      printing_bytes_ = message.printing().SerializeAsString();
-    }
-  }
-
-  /// Layers of one job differ in their numbers only.
-  std::string layers_key(const v1::PreviewRequest& message) const {
-    v1::PreviewLayer layer = message.plane().layer();
-    if (!layer.has_region()) layer.clear_layer();  // A region of one layer is a job of its own.
-    return placement_bytes_ + '\n' + printing_bytes_ + '\n' + layer.SerializeAsString() + '\n' +
-           message.content().SerializeAsString() + (message.contours() ? "c" : "");
-  }
-
-  struct Times {
-    SteadyClock::time_point begun, painting;  // The request; this picture.
-  };
-
   void send(const Request& request, v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
-            const Times& times) {
-    std::vector<std::uint8_t> encoded;
-    std::span<const std::uint8_t> bytes = picture.rgba;
-    if (request.message.encoding() != v1::PREVIEW_ENCODING_RGBA) {
-      encoded = png_.colours(picture.columns, picture.rows, picture.rgba, cancel_);
-      bytes = encoded;
-    }
-    v1::PreviewHeader header = to_header(picture, show);
-    header.set_queued_ms(ms_between(request.arrived, times.begun));
-    header.set_worked_ms(ms_between(times.painting, SteadyClock::now()));
-    std::vector<v1::PreviewResponse> parts = to_parts(std::move(header), bytes);
-    if (request.message.contours()) add_outlines(picture.outlines, parts);
-    parts.back().set_last(true);
-    for (v1::PreviewResponse& part : parts) {
-      part.set_number(request.message.number());
-      part.set_stage(stage);
-    }
+            const PreviewTimes& times) {
+    std::vector<v1::PreviewResponse> parts = session_.answer(request.message, stage, show, picture, times, cancel_);
     const std::lock_guard lock(mutex_);
     if (parts_.add(stage, std::move(parts))) {
       ++(stage == v1::PREVIEW_STAGE_FULL ? full_pictures_ : coarse_pictures_);
-      oldest_ms_ = std::max(oldest_ms_, ms_between(request.arrived, SteadyClock::now()));
+      oldest_ms_ = std::max(oldest_ms_, milliseconds_between(request.arrived, SteadyClock::now()));
       ++state_.metrics.preview_pictures;
     }
     has_picture_ = true;
@@ -495,10 +444,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   // The worker's:
   MeshPtr mesh_;
-  bool is_mesh_noted_ = false;
-  PreviewSetting setting_;
-  std::string placement_bytes_, printing_bytes_;
-  PngEncoder png_;
+  PreviewSession session_;
 };
 
 }  // namespace

@@ -71,9 +71,10 @@ ServerUnaryReactor* answer(ServiceState& state, CallbackServerContext* context, 
   const Caller caller = caller_of(state.access, *context, method);
   log->set_client(caller.identity.client);
   const auto ticket = std::make_shared<CallRegistry::Ticket>();  // Drains wait for what the store is asked.
-  const auto answered = [log, reactor, ticket](const std::exception_ptr& error) {
+  const auto answered = [log, context, reactor, ticket](const std::exception_ptr& error) {
     const grpc::Status status = error ? to_status(error) : grpc::Status::OK;
     log->finish(status);
+    add_pushback(*context, status);
     reactor->Finish(status);
   };
   try {

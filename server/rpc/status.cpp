@@ -5,6 +5,7 @@
 
 #include <grpc/grpc.h>
 
+#include <algorithm>
 #include <new>
 
 #include "core/base/echo.h"
@@ -159,6 +160,13 @@ bool is_passing_shortage(ServiceErrorCode code) {
          code == ServiceErrorCode::kStoreUnavailable || code == ServiceErrorCode::kClientLimit;
 }
 
+template <class Detail>
+bool find_detail(const grpc::Status& status, Detail& detail) {
+  google::rpc::Status all;
+  if (!all.ParseFromString(status.error_details())) return false;
+  return std::ranges::any_of(all.details(), [&](const google::protobuf::Any& any) { return any.UnpackTo(&detail); });
+}
+
 }  // namespace
 
 grpc::Status to_status(const Error& error) {
@@ -221,13 +229,14 @@ void reset_stream(grpc::CallbackServerContext& context, const grpc::Status& stat
 }
 
 std::string reason_of(const grpc::Status& status) {
-  google::rpc::Status all;
   google::rpc::ErrorInfo info;
-  if (!all.ParseFromString(status.error_details())) return "";
-  for (const google::protobuf::Any& detail : all.details()) {
-    if (detail.UnpackTo(&info)) return info.reason();
-  }
-  return "";
+  return find_detail(status, info) ? info.reason() : "";
+}
+
+void add_pushback(grpc::CallbackServerContext& context, const grpc::Status& status) {
+  google::rpc::RetryInfo retry;
+  if (!find_detail(status, retry)) return;
+  context.AddTrailingMetadata("grpc-retry-pushback-ms", std::to_string(1000 * retry.retry_delay().seconds()));
 }
 
 }  // namespace ccslice::server

@@ -129,7 +129,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
       if (stopped()) return stop_and_end(this->status_of_stop());
       switch (next_guarded()) {
         case Next::kMessage: return this->wait_for_reader([this] { this->StartWrite(&message_); });
-        case Next::kEnd: return failure_ ? fail() : stop_and_end(grpc::Status::OK);
+        case Next::kEnd: return stop_and_end(failure_ ? to_status(failure_) : grpc::Status::OK);
         case Next::kPending: break;
       }
       std::lock_guard lock(mutex_);
@@ -149,11 +149,6 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
       failure_ = std::current_exception();
       return Next::kEnd;
     }
-  }
-
-  void fail() {
-    this->add_pushback(failure_);
-    stop_and_end(to_status(failure_));
   }
 
   /// Nothing pumps any more after this.

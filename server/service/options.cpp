@@ -30,27 +30,43 @@ constexpr std::size_t kMostConnections = 1'000'000;
 /// Below, the budgets' own minima take more.
 constexpr std::uint64_t kLeastMemory = 256 * kMiB;
 
-/// Of what the other budgets leave, so much is for the process itself (130 MB with OpenImageIO) and for work that isn't
-/// counted; the rest is for slicers, but at least so much, or a quarter of a small memory.
-constexpr std::uint64_t kProcessMemory = 256 * kMiB;
-constexpr std::uint64_t kLeastScratch = 256 * kMiB;
+/// So much is for the process itself (130 MB with OpenImageIO) and for work that isn't counted, and at least so much for
+/// slicers, or a quarter each of a small memory.
+constexpr std::uint64_t process_memory(std::uint64_t memory) { return std::min(256 * kMiB, memory / 4); }
+constexpr std::uint64_t least_scratch(std::uint64_t memory) { return std::min(256 * kMiB, memory / 4); }
 
-/// Three quarters of the memory go to what comes and stays, the last one to the process itself and to what workers need
-/// while they compute.
+constexpr std::uint64_t connection_memory(std::uint64_t memory) {
+  return std::clamp(memory / 32, std::min(64 * kMiB, memory / 8), 512 * kMiB);
+}
+
+/// For uploads, and for streams.
+constexpr std::uint64_t passing_memory(std::uint64_t memory, std::uint64_t least) {
+  return std::max(memory / 16, least);
+}
+constexpr std::uint64_t kLeastMeshBytes = 16 * kMiB, kLeastStreamWindow = 32 * kMiB;
+
+/// What prepared meshes and preparations share, three to two: five eighths, or what all others leave of a small memory.
+constexpr std::uint64_t mesh_memory(std::uint64_t memory) {
+  const std::uint64_t others = process_memory(memory) + least_scratch(memory) + connection_memory(memory) +
+                               passing_memory(memory, kLeastMeshBytes) + passing_memory(memory, kLeastStreamWindow);
+  return std::min(memory / 8 * 5, memory - std::min(memory, others));
+}
+
+/// The sum of all budgets and of what the process takes is the memory.
 ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
   ServerOptions options;
   options.threads = cpus;
   options.memory_bytes = memory;
-  options.cache_bytes = std::max(memory / 8 * 3, 64 * kMiB);
+  options.cache_bytes = mesh_memory(memory) - mesh_memory(memory) / 5 * 2;
   options.max_concurrent_calls = 32;
   options.max_waiting_calls = kFourTimes;
-  options.stream_window_bytes = std::clamp(memory / 32, 32 * kMiB, 2 * kGiB);
+  options.stream_window_bytes = std::clamp(memory / 32, kLeastStreamWindow, 2 * kGiB);
   options.mesh_store.folder_bytes = 16 * kGiB;
-  options.max_mesh_bytes = std::clamp(memory / 16, 16 * kMiB, kGiB);
-  options.preparation_budget_bytes = std::max(memory / 4, 64 * kMiB);
+  options.max_mesh_bytes = std::clamp(memory / 16, kLeastMeshBytes, kGiB);
+  options.preparation_budget_bytes = mesh_memory(memory) / 5 * 2;
   options.max_message_bytes = kClientMessageBytes;
   options.min_upload_rate = 16 * 1024;
-  options.connection_budget_bytes = std::clamp(memory / 32, 64 * kMiB, 512 * kMiB);
+  options.connection_budget_bytes = connection_memory(memory);
   options.max_connections_per_address = kThreeQuarters;
   options.connection_idle = std::chrono::minutes(10);
   options.idle_timeout = std::chrono::seconds(60);
@@ -84,9 +100,10 @@ void settle_budgets(ServerOptions& options) {
                 "--stream-window-bytes");
   if (options.scratch_budget_bytes == 0) {
     const std::uint64_t others = options.cache_bytes + options.preparation_budget_bytes + options.upload_budget_bytes +
-                                 options.stream_budget_bytes + options.connection_budget_bytes + kProcessMemory;
-    options.scratch_budget_bytes = std::max(options.memory_bytes - std::min(others, options.memory_bytes),
-                                            std::min(kLeastScratch, options.memory_bytes / 4));
+                                 options.stream_budget_bytes + options.connection_budget_bytes +
+                                 process_memory(options.memory_bytes);
+    options.scratch_budget_bytes =
+        std::max(options.memory_bytes - std::min(others, options.memory_bytes), least_scratch(options.memory_bytes));
   }
 }
 

@@ -329,6 +329,25 @@ TEST(UploadMesh, SharesAnError) {
   EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
 }
 
+TEST(UploadMesh, ThatFindsNoMemoryIsToldWhenToComeAgainAsClientsOfGrpcLookForIt) {
+  ServerOptions options = test_options();
+  options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;
+  TestServer server(options);
+  MemoryBudget::Share all(server.server().state().uploads);
+  ASSERT_TRUE(all.resize(options.upload_budget_bytes));
+  grpc::ClientContext context;
+  v1::UploadMeshResponse response;
+  const auto writer = server.stub().UploadMesh(&context, &response);
+  v1::UploadMeshRequest request;
+  request.mutable_start()->set_mesh_id(mesh_id_of("none"));
+  request.mutable_start()->set_size_bytes(1 << 20);
+  writer->Write(request);
+  request.set_chunk("x");
+  writer->Write(request);
+  EXPECT_EQ(failure_of(writer->Finish()).reason, "SERVER_BUSY");
+  EXPECT_EQ(context.GetServerTrailingMetadata().count("grpc-retry-pushback-ms"), 1u);
+}
+
 TEST(UploadMesh, ThatFallsSilentKeepsNobodyOutAndEndsForItsPace) {
   ServerOptions options = test_options();
   options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;

@@ -47,8 +47,13 @@ TEST(Options, FollowTheMachineByDefault) {
 }
 
 TEST(Options, LeaveMemoryForTheProcessItself) {
-  for (const std::uint64_t memory : {512ull << 20, 1ull << 30, 16ull << 30, 512ull << 30}) {
+  for (const std::uint64_t memory : {256ull << 20, 512ull << 20, 1ull << 30, 2ull << 30, 16ull << 30, 512ull << 30}) {
     const ServerOptions o = parse({}, {}, {.cpus = 2, .memory_bytes = memory}).options;
+    const std::uint64_t process = std::min<std::uint64_t>(256 << 20, memory / 4);
+    EXPECT_LE(o.cache_bytes + o.preparation_budget_bytes + o.upload_budget_bytes + o.stream_budget_bytes +
+                  o.connection_budget_bytes + o.scratch_budget_bytes + process,
+              memory)
+        << memory;
     EXPECT_LE(o.cache_bytes + o.preparation_budget_bytes + o.upload_budget_bytes + o.stream_budget_bytes,
               memory / 4 * 3)
         << memory;
