@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The pictures of one request on their way to the client, message by message. They may be dropped in their middle, to be
-// painted again when the client reads on: what it has already is left out then.
+// The pictures of one request on their way to the client, message by message. They may be dropped in their middle, to
+// be painted again when the client reads on: what it has already is left out then.
 
 #pragma once
 

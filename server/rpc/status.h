@@ -48,8 +48,8 @@ void reset_stream(grpc::CallbackServerContext& context, const grpc::Status& stat
 /// ErrorInfo.reason of a status of ours; empty if it has none.
 std::string reason_of(const grpc::Status& status);
 
-/// Of a status with a RetryInfo, adds the trailer `grpc-retry-pushback-ms` too: clients of gRPC's that retry by themselves
-/// look for that. Before Finish().
+/// Of a status with a RetryInfo, adds the trailer `grpc-retry-pushback-ms` too: clients of gRPC's that retry by
+/// themselves look for that. Before Finish().
 void add_pushback(grpc::CallbackServerContext& context, const grpc::Status& status);
 
 }  // namespace ccslice::server

@@ -42,8 +42,8 @@ inline constexpr std::size_t kMaxPageBytes = 3u << 20;
 /// Ids and places listed in a summary or a warning.
 inline constexpr std::size_t kMaxListedItems = 32;
 
-/// Triangles of one TessellateBoundary: as many as the memory of a stream holds, but no more than the maximum. They have
-/// half as many vertices, or somewhat more, with three numbers and a value for each channel.
+/// Triangles of one TessellateBoundary: as many as the memory of a stream holds, but no more than the maximum. They
+/// have half as many vertices, or somewhat more, with three numbers and a value for each channel.
 inline constexpr std::uint64_t kMaxTriangles = 20'000'000;
 constexpr std::uint64_t triangle_memory_bytes(std::size_t channels) {
   const std::uint64_t vertex = 3 * sizeof(double) + channels * sizeof(float);

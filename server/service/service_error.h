@@ -108,8 +108,8 @@ class ServiceError : public std::runtime_error {
   std::optional<std::chrono::seconds> retry_delay_;
 };
 
-/// JOB_EXCEEDS_MEMORY: `what` takes so much, and the server has so much for that, whoever else is there. `remedy`: beside
-/// raising the option.
+/// JOB_EXCEEDS_MEMORY: `what` takes so much, and the server has so much for that, whoever else is there. `remedy`:
+/// what helps beside raising the option.
 [[nodiscard]] ServiceError job_exceeds_memory(const std::string& what, std::uint64_t bytes,
                                               std::uint64_t capacity_bytes, const std::string& remedy,
                                               const std::string& option);
