@@ -80,7 +80,9 @@ TEST(Drain, CutsOffWhatOutlastsTheGraceAndSaysWhy) {
 }
 
 TEST(Drain, CutsOffAPreparationAndSaysWhy) {
-  TestServer server;
+  ServerOptions options = test_options();
+  options.preparation_budget_bytes = 1 << 30;
+  TestServer server(options);
   grpc::Status status;
   std::thread client([&] { status = server.upload(make_block(60, 10)); });
   EXPECT_TRUE(eventually([&] { return server.server().state().admission.running() == 1; }, 5s));
