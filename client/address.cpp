@@ -12,6 +12,7 @@
 #include <charconv>
 #include <memory>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
@@ -48,6 +49,17 @@ bool is_host(std::string_view text) {
          (bracketed || inside.find(':') == std::string_view::npos);
 }
 
+/// gRPC takes any number for a port, and says no more than that nobody is there. A name's port may be left out.
+void require_ports(const std::string& text) {
+  if (text.starts_with("unix") || text.starts_with("xds:")) return;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::string port = part.substr(part.rfind(':') + 1);
+    const bool is_number = !port.empty() && port.find_first_not_of("0123456789") == std::string::npos;
+    if (is_number && !is_port(port)) refuse_address("there is no port " + port + ", as in '" + text + "'");
+  }
+}
+
 using SocketAddresses = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
 SocketAddresses socket_addresses(const std::string& host, const std::string& port) {
@@ -72,7 +84,10 @@ std::string number_of(const addrinfo& address) {
 }  // namespace
 
 Address parse_address(const std::string& text) {
-  if (has_grpc_scheme(text)) return {text, "", "", false};
+  if (has_grpc_scheme(text)) {
+    require_ports(text);
+    return {text, "", "", false};
+  }
   Address address;
   address.tls = text.starts_with(kTlsScheme);
   address.target = address.tls ? text.substr(kTlsScheme.size()) : text;

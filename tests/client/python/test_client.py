@@ -86,6 +86,11 @@ class Values(unittest.TestCase):
     def tearDownClass(cls):
         cls.client.close()
 
+    def test_a_port_that_does_not_exist_is_told(self):
+        for address in ("localhost:65536", "dns:///slicer:0"):
+            with self.assertRaisesRegex(ValueError, "there is no port"):
+                ccslice.Client(address)
+
     def test_upload_says_what_the_mesh_is(self):
         summary = self.client.upload(self.mesh)
         self.assertEqual(summary.mesh_id, self.mesh.id)
