@@ -173,7 +173,7 @@ TEST_F(WaitingCalls, EndOnceHoweverOftenTheyAreStopped) {
 TEST_F(WaitingCalls, MoreThanMayWaitAreRefusedWithAPushback) {
   std::vector<std::unique_ptr<Admission::Place>> others;
   for (int i = 0; i < 2; ++i) {
-    others.push_back(std::make_unique<Admission::Place>(admission()));
+    others.push_back(std::make_unique<Admission::Place>(admission(), std::to_string(i)));  // None has two.
     admission().request(*others.back(), [](const std::exception_ptr&) {});
   }
   for (const auto& [name, call] : calls()) {
