@@ -53,7 +53,8 @@ CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const Interpolat
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       channels_(spec.channels),
-      blocks_(*solid_, spec) {}
+      blocks_(*solid_, spec),
+      surroundings_(solid_, spec) {}
 
 void CellFitter::examine(LimitCellId cell, std::vector<CellNode>& nodes, std::uint32_t node) {
   sample(cell, nodes[node].parameters);
@@ -130,7 +131,8 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
     const bool at_boundary = boundary_sides >> side & 1;
     piece.at_boundary = piece.at_boundary || at_boundary;
     // Beyond an interface is another region, whose material need not go on from this one's.
-    if (interface_sides >> side & 1 || (at_boundary && is_steep_at(frame, axis, high, error))) {
+    if (interface_sides >> side & 1 || (at_boundary && is_steep_at(frame, axis, high, error)) ||
+        surroundings_.may_differ({cell, points_, shape, frame, polynomials_}, side)) {
       piece.beyond.push_back(fit_beyond(axis, high));
     }
   }

@@ -16,7 +16,8 @@
 // Just outside of what it is fitted to a cubic's errors grow fast. A node's voxels are told by flat triangles, which
 // miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
 // tolerance puts inside take what the boundary has, so where materials are steep at the boundary a node knows what is
-// beyond it.
+// beyond it. So it does where the triangles reach into other cells whose materials may be others
+// (interpolation/face_surroundings.h).
 //
 // Nodes that would get smaller than some dozen voxels, and all that lies near folds and overlaps, are left out: HOLES.
 //
@@ -36,6 +37,7 @@
 #include "core/interpolation/block_shape.h"
 #include "core/interpolation/cell_block.h"
 #include "core/interpolation/cubic_polynomial.h"
+#include "core/interpolation/face_surroundings.h"
 #include "core/interpolation/interpolation_spec.h"
 #include "core/interpolation/residual_bound.h"
 #include "core/interpolation/voxel_blocks.h"
@@ -63,8 +65,8 @@ struct CellPiece {
   bool at_boundary = false;                  // A side of it is on the boundary.
   BlockPoints points;                        // Voxels,
   std::size_t step;                          // BlockShape::step.
-  std::vector<CubicPolynomial> beyond;       // One for each face on the boundary where materials are steep: positive
-                                             // outside of the face, and just inside.
+  std::vector<CubicPolynomial> beyond;       // One for each of the cell's faces beyond which the piece mustn't paint:
+                                             // positive outside of the face, and just inside.
 };
 
 /// A box of a cell's parameters.
@@ -115,6 +117,7 @@ class CellFitter {
   const double outside_mm_;
   const std::vector<ChannelTolerance> channels_;
   VoxelBlocks blocks_;
+  FaceSurroundings surroundings_;
 
   // The node at hand.
   BlockPlacesInVoxels places_;

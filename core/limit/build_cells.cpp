@@ -364,6 +364,12 @@ void Builder::summarize() {
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data) {
   data.cell_regions = mesh.cell_regions;
   data.has_several_regions = has_several_regions(mesh);
+  data.control_corners = mesh.cell_vertices;
+  data.first_corners.reserve(mesh.cell_count() + 1);
+  data.first_corners.push_back(0);
+  for (const CellKind kind : mesh.cell_kinds) {
+    data.first_corners.push_back(data.first_corners.back() + static_cast<std::uint32_t>(corner_count(kind)));
+  }
   if (!data.has_several_regions) {
     const SplitMesh whole{{}, {}, {}};
     Builder(mesh, options, data).run(whole, std::move(complex));

@@ -3,6 +3,8 @@
 
 #include "core/limit/limit_solid.h"
 
+#include <algorithm>
+#include <span>
 #include <utility>
 
 #include "core/limit/prepare.h"
@@ -21,10 +23,11 @@ std::size_t bytes_of(const std::vector<T>& v) {
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
          bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
-         bytes_of(data.face_hulls) + bytes_of(data.cell_regions) + data.operators.memory_bytes() +
-         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
-         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
-         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
+         bytes_of(data.face_hulls) + bytes_of(data.cell_regions) + bytes_of(data.control_corners) +
+         bytes_of(data.first_corners) + data.operators.memory_bytes() + data.cell_boxes.memory_bytes() +
+         data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() +
+         data.overlap_boxes.memory_bytes() + bytes_of(data.parts) + bytes_of(data.boundary_vertices) +
+         bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
 }
 
 }  // namespace
@@ -61,6 +64,10 @@ ControlCellId LimitSolid::control_cell(LimitCellId cell) const noexcept { return
 
 std::uint8_t LimitSolid::boundary_sides(LimitCellId cell) const noexcept { return data_->cells[cell].boundary_sides; }
 std::uint8_t LimitSolid::interface_sides(LimitCellId cell) const noexcept { return data_->cells[cell].interface_sides; }
+bool LimitSolid::touch(LimitCellId a, LimitCellId b) const noexcept {
+  const std::span<const std::uint32_t> of_a = data_->corners(control_cell(a)), of_b = data_->corners(control_cell(b));
+  return std::ranges::find_first_of(of_a, of_b) != of_a.end();
+}
 bool LimitSolid::has_several_regions() const noexcept { return data_->has_several_regions; }
 std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
   return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];

@@ -141,6 +141,8 @@ class LimitSolid {
   std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
   /// A cell's sides that are between two cell regions: bits as those of boundary_sides().
   std::uint8_t interface_sides(LimitCellId cell) const noexcept;
+  /// Their control cells are the same or share a vertex.
+  bool touch(LimitCellId a, LimitCellId b) const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;
   /// The region of a control cell; 0 in a mesh without named regions.

@@ -51,6 +51,8 @@ struct LimitSolid::Data : CellIndex {
   std::vector<SurfaceFaceRing> face_rings;
   std::vector<Box3> face_hulls;                  // Boxes of the rings' points.
   std::vector<std::uint8_t> cell_regions;        // By control cell, as in the control mesh.
+  std::vector<std::uint32_t> control_corners;    // Vertices of the control cells, one cell after the other,
+  std::vector<std::uint32_t> first_corners;      // and where they begin. And the end.
   bool has_several_regions = false;              // More than one has cells.
   std::vector<std::uint32_t> boundary_vertices;  // Of the control mesh, ascending. Their points come first in `points`.
   std::vector<Vec3> vertex_limits;               // By boundary vertex: its limit point, mm.
@@ -79,6 +81,9 @@ struct LimitSolid::Data : CellIndex {
       for (const std::uint32_t id : star(cell)) visit(n++, id);
     }
     for (const std::uint32_t id : ring(cell)) visit(n++, id);
+  }
+  std::span<const std::uint32_t> corners(ControlCellId cell) const {
+    return std::span(control_corners).subspan(first_corners[cell], first_corners[cell + 1] - first_corners[cell]);
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }

@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -23,6 +25,7 @@ namespace ccslice {
 namespace {
 
 constexpr double kSlabTolerance = 1.0 / 1024;  // Of a job that has none.
+constexpr double kRoundingOfFloats = 1e-7;
 
 struct Comparison {
   std::uint64_t voxels = 0, interpolated = 0;
@@ -203,40 +206,54 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
   }
 }
 
-/// A thin coat inside a ring, a region of its own: its channel is 1 there and 0 in the ring. All cells are regular.
-ControlMesh coated_ring() {
-  constexpr std::uint32_t kRound = 8, kLevels = 4;
-  const std::vector<double> radii = {19.5, 20, 24, 28};
-  const auto rings = static_cast<std::uint32_t>(radii.size());
-  const auto vertex = [&](std::uint32_t i, std::uint32_t ring, std::uint32_t level) {
-    return (level * rings + ring) * kRound + i % kRound;
-  };
-  ControlMesh mesh;
-  for (std::uint32_t level = 0; level < kLevels; ++level) {
-    for (const double radius : radii) {
-      for (std::uint32_t i = 0; i < kRound; ++i) {
-        const double angle = 2 * std::numbers::pi * i / kRound;
-        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 2.0 * level);
-      }
-    }
-  }
-  for (std::uint32_t level = 0; level + 1 < kLevels; ++level) {
-    for (std::uint32_t ring = 0; ring + 1 < rings; ++ring) {
-      for (std::uint32_t i = 0; i < kRound; ++i) {
-        mesh.cell_kinds.push_back(CellKind::kHex);
-        for (const std::uint32_t v :
-             {vertex(i, ring, level), vertex(i, ring + 1, level), vertex(i + 1, ring + 1, level),
-              vertex(i + 1, ring, level), vertex(i, ring, level + 1), vertex(i, ring + 1, level + 1),
-              vertex(i + 1, ring + 1, level + 1), vertex(i + 1, ring, level + 1)}) {
-          mesh.cell_vertices.push_back(v);
+/// Rings of eight hexes each, side by side and on top of each other.
+struct Rings {
+  std::uint32_t radii = 0, levels = 0;                      // Of vertices.
+  std::function<Vec3(std::uint32_t, std::uint32_t)> place;  // Radius, 0, height.
+  std::function<bool(std::uint32_t, std::uint32_t)> has_cells = [](auto, auto) { return true; };
+  std::function<double(std::uint32_t, std::uint32_t)> value = [](auto, auto) { return 0.0; };
+
+  ControlMesh mesh() const {
+    constexpr std::uint32_t kRound = 8;
+    const auto vertex = [&](std::uint32_t i, std::uint32_t ring, std::uint32_t level) {
+      return (level * radii + ring) * kRound + i % kRound;
+    };
+    ControlMesh mesh;
+    mesh.channel_names = {"m"};
+    for (std::uint32_t level = 0; level < levels; ++level) {
+      for (std::uint32_t ring = 0; ring < radii; ++ring) {
+        for (std::uint32_t i = 0; i < kRound; ++i) {
+          const Eigen::AngleAxisd turn(2 * std::numbers::pi * i / kRound, Vec3::UnitZ());
+          mesh.positions.push_back(turn * place(ring, level));
+          mesh.channel_values.push_back(static_cast<float>(value(ring, level)));
         }
       }
     }
+    for (std::uint32_t level = 0; level + 1 < levels; ++level) {
+      for (std::uint32_t ring = 0; ring + 1 < radii; ++ring) {
+        for (std::uint32_t i = 0; i < kRound && has_cells(ring, level); ++i) {
+          mesh.cell_kinds.push_back(CellKind::kHex);
+          for (const std::uint32_t v :
+               {vertex(i, ring, level), vertex(i, ring + 1, level), vertex(i + 1, ring + 1, level),
+                vertex(i + 1, ring, level), vertex(i, ring, level + 1), vertex(i, ring + 1, level + 1),
+                vertex(i + 1, ring + 1, level + 1), vertex(i + 1, ring, level + 1)}) {
+            mesh.cell_vertices.push_back(v);
+          }
+        }
+      }
+    }
+    return mesh;
   }
+};
+
+/// A thin coat inside a ring, a region of its own: its channel is 1 there and 0 in the ring. All cells are regular.
+ControlMesh coated_ring() {
+  constexpr std::array kRadii = {19.5, 20.0, 24.0, 28.0};
+  const Rings rings{kRadii.size(), 4, [&](auto ring, auto level) { return Vec3(kRadii[ring], 0, 2 * level); }};
   constexpr double kInTheCoat = 19.75;
-  mesh = oracle::with_regions(std::move(mesh), 2,
-                              [](const Vec3& middle) { return middle.head<2>().norm() < kInTheCoat ? 1 : 0; });
-  return oracle::with_jumping_channels(std::move(mesh), {"coat"}, [](std::uint32_t, std::uint8_t region) {
+  const ControlMesh mesh = oracle::with_regions(
+      rings.mesh(), 2, [](const Vec3& middle) { return middle.head<2>().norm() < kInTheCoat ? 1 : 0; });
+  return oracle::with_jumping_channels(mesh, {"coat"}, [](std::uint32_t, std::uint8_t region) {
     return std::vector<float>{static_cast<float>(region)};
   });
 }
@@ -247,6 +264,41 @@ TEST(SlabMaterials, PaintNothingBeyondAnInterface) {
   const Comparison found = compare(solid, job_of(solid, {0.15, 0.15, 0.3}));
   EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
+}
+
+// One body: a plate holds a tube of small cells and, `gap` around it, a ring of large ones, whose faces flat triangles
+// miss by more than that. Both lobes have materials of their own.
+TEST(SlabMaterials, PaintNothingBeyondASlit) {
+  constexpr std::uint32_t kSlit = 3;
+  for (const double gap : {0.03, 0.005}) {
+    const std::array<double, 7> radii = {18.5 - gap, 19 - gap, 19.5 - gap, 20 - gap, 20, 24, 28};
+    const Rings rings{radii.size(), 5, [&](auto ring, auto level) { return Vec3(radii[ring], 0, 2 * level); },
+                      [](auto ring, auto level) { return ring != kSlit || level < 1; },
+                      [](auto ring, auto level) { return ring <= kSlit && level >= 2 ? 1 : 0; }};
+    const Solid solid = LimitSolid::prepare(rings.mesh());
+    const Comparison found = compare(solid, job_of(solid, {0.15, 0.15, 0.4}));
+    EXPECT_LE(found.worst, kSlabTolerance) << gap;
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << gap;
+  }
+}
+
+// A smooth material that is constant in the large cells of a ring and begins to rise in a coat of small ones, of which
+// some lie within the large ones' bulge. Upwards the coat gets thinner.
+TEST(SlabMaterials, FollowNoSmoothMaterialIntoThinCells) {
+  for (const double thinnest : {0.1, 1.0}) {
+    constexpr std::array kRadii = {19.6, 19.7, 19.8, 19.9, 20.0, 24.0, 28.0};
+    const Rings rings{kRadii.size(), 3,
+                      [&](auto ring, auto level) {
+                        return Vec3(20 + (kRadii[ring] - 20) * (1 - (1 - thinnest) * level / 2), 0, 2 * level);
+                      },
+                      [](auto, auto) { return true; }, [](auto ring, auto) { return ring <= 2 ? 1 : 0; }};
+    const Solid solid = LimitSolid::prepare(rings.mesh());
+    SliceJob job = job_of(solid, {0.15, 0.15, 0.15});
+    job.material_tolerance = 1.0 / 65536;
+    const Comparison found = compare(solid, job);
+    EXPECT_LE(found.worst, 1.0 / 65536 + kRoundingOfFloats) << thinnest;
+    EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << thinnest;
+  }
 }
 
 class PaintedSlabs : public testing::Test {

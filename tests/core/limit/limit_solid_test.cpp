@@ -74,6 +74,17 @@ TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
   }
 }
 
+// Twelve cubes in a row, some of which are refined.
+TEST(LimitSolid, CellsTouchIfTheirControlCellsShareAVertex) {
+  const auto solid = LimitSolid::prepare(oracle::box_mesh(12, 1, 1));
+  for (const LimitCellId a : solid->cells()) {
+    for (const LimitCellId b : solid->cells()) {
+      const auto in_row = [&](LimitCellId cell) { return static_cast<int>(solid->control_cell(cell)); };
+      EXPECT_EQ(solid->touch(a, b), std::abs(in_row(a) - in_row(b)) <= 1);
+    }
+  }
+}
+
 TEST(LimitSolid, SummarizesWhatItHolds) {
   ControlMesh fan = oracle::fan_mesh(5, 2, 3);
   oracle::add_random_channels(fan, 2, 5);

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The SHELL of a block's face: where the flat triangles that stand for the face (interpolation/block_raster.h) lie
+// outside of it. Who finds the block's voxels by the triangles takes the shell's voxels for the block's own.
+//
+// A face that is flat, or bulges out of the block, has no shell.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "core/interpolation/block_nodes.h"
+#include "core/interpolation/block_shape.h"
+
+namespace ccslice {
+
+/// Memory is kept from face to face.
+class BlockShell {
+ public:
+  /// A place on a triangle, half way between two of its corners: there triangles are farthest from the face.
+  struct Place {
+    Vec3 voxel;
+    double depth;  // How far it is outside, as a share of the block's thickness across the face. > 0.
+  };
+  /// A quadrilateral of triangles of which some part is outside.
+  struct Quad {
+    std::array<std::size_t, 4> corners;  // Nodes.
+    double depth = 0;                    // Of its deepest place.
+  };
+
+  /// `side`: 2 * axis + (at its end). REQUIRES: shape is shape_of(points), and not flat.
+  void find(const BlockPoints& points, const BlockShape& shape, std::size_t side);
+
+  const std::vector<Place>& places() const { return places_; }
+  const std::vector<Quad>& quads() const { return quads_; }
+  /// Of the deepest place; 0 if there is no shell.
+  double depth() const { return depth_; }
+
+ private:
+  double depth_ = 0;
+  std::vector<Place> places_;
+  std::vector<Quad> quads_;
+};
+
+}  // namespace ccslice

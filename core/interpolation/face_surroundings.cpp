@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/face_surroundings.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/field/material_field.h"
+#include "core/interpolation/shares.h"
+#include "core/interpolation/voxel_blocks.h"
+#include "core/limit/cell_index.h"
+
+namespace ccslice {
+namespace {
+
+constexpr double kMostJump = 8.0 / 6;      // Of third derivatives, as a share of the range, by the cube of the depth.
+constexpr double kDeeper = 1.25;           // Shells may be so much deeper than at the places looked at.
+constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
+constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
+
+/// Where a jump of third derivatives comes to what pieces' bounds leave of the tolerance, as a share of a cell.
+double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> channels) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ChannelTolerance& channel : channels) {
+    const ChannelRange& range = solid.summary().channels[channel.channel];
+    const double left = (1 - kPieceShare) * channel.tolerance;
+    least = std::min(least, std::cbrt(left / (kMostJump * (range.max - range.min))));  // Infinite for constants.
+  }
+  return least;
+}
+
+}  // namespace
+
+FaceSurroundings::FaceSurroundings(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+    : solid_(std::move(solid)),
+      voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
+      mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
+      channels_(spec.channels),
+      inversion_(
+          inversion_options_of(Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues(), spec.outside_mm)),
+      sure_share_(sure_share(*solid_, channels_)),
+      values_(solid_->channel_count()) {}
+
+/// Triangles lie within the box of the cell's points.
+void FaceSurroundings::collect(LimitCellId cell) {
+  if (cell_ == cell) return;
+  cell_ = cell;
+  touching_.clear();
+  others_.clear();
+  least_thickness_mm_ = std::numeric_limits<double>::infinity();
+  const CellIndex& index = solid_->index();
+  index.cell_boxes.any_meeting(index.cell_boxes.box(cell), [&](std::uint32_t met) {
+    const LimitCellId other{met};
+    if (other == cell) return false;
+    if (solid_->touch(cell, other)) {
+      touching_.push_back(other);
+      least_thickness_mm_ = std::min(least_thickness_mm_, index.cell_maps[other].thickness_mm());
+    } else {
+      others_.push_back(other);
+    }
+    return false;
+  });
+}
+
+bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
+  collect(piece.cell);
+  const auto axis = static_cast<Eigen::Index>(side / 2);
+  const double thickness_mm = 1 / (piece.shape.inverse_axes.row(axis) * voxel_of_mesh_.linear()).norm();
+  const double sure_mm = sure_share_ * least_thickness_mm_;
+  if (others_.empty() && piece.shape.miss * thickness_mm <= sure_mm) return false;  // No shell is deeper than that.
+  shell_.find(piece.points, piece.shape, side);
+  if (shell_.depth() == 0) return false;
+  if (meets_others(piece, mesh_of_voxel_.linear() * piece.shape.inverse_axes.inverse().col(axis))) return true;
+  if (shell_.depth() * thickness_mm <= sure_mm) return false;
+  return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
+    const double depth_mm = place.depth * thickness_mm;
+    if (depth_mm <= sure_mm) return false;
+    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * place.voxel, depth_mm);
+    return there && differs_at(piece, place.voxel, *there);
+  });
+}
+
+/// The shell may meet a cell that doesn't touch the piece's. `across`: the piece's thickness, mm of the mesh.
+bool FaceSurroundings::meets_others(const Piece& piece, const Vec3& across) const {
+  if (others_.empty()) return false;
+  Box3 box;
+  for (const BlockShell::Quad& quad : shell_.quads()) {
+    for (const std::size_t corner : quad.corners) box.extend(mesh_of_voxel_ * piece.points[corner]);
+  }
+  const Vec3 margin = kDeeper * shell_.depth() * across.cwiseAbs();
+  box = Box3(box.min() - margin, box.max() + margin);
+  // What it learns of a cell makes its later answers closer. They mustn't depend on earlier pieces.
+  std::optional<CellDistance> distance;
+  return std::ranges::any_of(others_, [&](LimitCellId other) {
+    if (!solid_->index().cell_boxes.box(other).intersects(box)) return false;
+    return std::ranges::any_of(shell_.quads(), [&](const BlockShell::Quad& quad) {
+      std::array<Vec3, 4> corners;
+      for (std::size_t k = 0; k < 4; ++k) corners[k] = mesh_of_voxel_ * piece.points[quad.corners[k]];
+      return meets(other, corners, kDeeper * quad.depth * across, kMostQuarterings, distance);
+    });
+  });
+}
+
+/// A part of the shell may meet a cell: a quadrilateral, and so far before it. In the parameters that the cell's map
+/// guesses, where the cell is nearly a cube, boxes are compared. Bent cells are looked at more closely, and quarters of
+/// the part.
+bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
+                             std::optional<CellDistance>& distance) const {
+  const CellMap& map = solid_->index().cell_maps[other];
+  Box3 box, guesses;
+  for (const Vec3& corner : corners) {
+    box.extend(corner);
+    guesses.extend(map(corner));
+  }
+  const Vec3 margin = (map.inverse_jacobian * depth).cwiseAbs() + Vec3::Constant(kRoundingOfGuess);
+  if (!Box3(guesses.min() - margin, guesses.max() + margin).intersects(map.hull)) return false;
+  if (!distance) distance.emplace(*solid_);
+  if (distance->exceeds(other, box.center(), 0.5 * box.diagonal().norm() + depth.norm())) return false;
+  if (quarterings == 0) return true;
+  const auto& [a, b, c, d] = corners;
+  const Vec3 ab = 0.5 * (a + b), ac = 0.5 * (a + c), bd = 0.5 * (b + d), cd = 0.5 * (c + d), middle = 0.5 * (ab + cd);
+  const auto quarter = [&](const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+    return meets(other, {p, q, r, s}, depth, quarterings - 1, distance);
+  };
+  return quarter(a, ab, ac, middle) || quarter(ab, b, middle, bd) || quarter(ac, middle, c, cd) ||
+         quarter(middle, bd, cd, d);
+}
+
+/// About the parameter of a point that is so far beyond the face, in a cell that touches the piece's and is thin enough
+/// for that to matter. Nothing if there is none.
+std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point, double depth_mm) const {
+  std::optional<CellParam> nearest;
+  double nearest_distance = std::numeric_limits<double>::infinity();
+  for (const LimitCellId cell : touching_) {
+    const CellMap& map = solid_->index().cell_maps[cell];
+    const Vec3 guess = map(point);
+    if (depth_mm <= sure_share_ * map.thickness_mm() || !map.may_hold(guess, 0)) continue;
+    const double distance = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();
+    if (distance >= nearest_distance) continue;
+    nearest_distance = distance;
+    nearest = CellParam{cell, guess.cwiseMax(0).cwiseMin(1)};
+  }
+  return nearest;
+}
+
+bool FaceSurroundings::differs_at(const Piece& piece, const Vec3& voxel, const CellParam& hint) {
+  if (!inverter_) inverter_.emplace(*solid_, inversion_);
+  const auto found = inverter_->invert(mesh_of_voxel_ * voxel, hint);
+  if (!found || found->at.cell == piece.cell) return false;
+  inverter_->evaluator().mat(found->at, values_);
+  const Vec3 at = piece.frame(voxel);
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double error = values_[channels_[c].channel] - value_at(piece.polynomials[c], at);
+    if (!(std::abs(error) <= kPieceShare * channels_[c].tolerance)) return true;
+  }
+  return false;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What may lie beyond a face: whether a piece's polynomials hold in the shell of one of its faces.
+//
+// A piece paints what is inside its flat triangles, and where these are outside of the cell's face
+// (interpolation/block_shell.h) that is another cell's, or nothing. Three kinds of cells may be met there:
+//
+// - Cells that TOUCH the piece's own, by control cells that share a vertex, and whose material goes on from it with two
+//   continuous derivatives. Only the third ones jump: by 8 times a channel's range at most a parameter of the cell
+//   beyond, as third differences of control values are within 4 times. At the depth s of that cell's thickness that is
+//   8 s^3 / 6 of the range. While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
+//   Deeper shells are looked at: the deepest places are inverted, and what lies there is compared with the polynomials.
+// - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
+//   If one of them may reach into the shell, the polynomials don't hold there.
+// - None. Nobody asks for voxels there.
+//
+// An answer depends on the solid, the spec and the piece alone.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/interpolation/block_nodes.h"
+#include "core/interpolation/block_shape.h"
+#include "core/interpolation/block_shell.h"
+#include "core/interpolation/cubic_polynomial.h"
+#include "core/interpolation/interpolation_spec.h"
+#include "core/inversion/point_inverter.h"
+#include "core/limit/cell_distance.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// One thread.
+class FaceSurroundings {
+ public:
+  FaceSurroundings(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+
+  /// A piece of a cell: its nodes, in voxels, and one polynomial a channel.
+  struct Piece {
+    LimitCellId cell;
+    const BlockPoints& points;
+    const BlockShape& shape;
+    const VoxelFrame& frame;
+    std::span<const CubicPolynomial> polynomials;
+  };
+
+  /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
+  /// REQUIRES: the side is on the cell's own (LimitSolid::boundary_sides()), and the piece isn't flat.
+  bool may_differ(const Piece& piece, std::size_t side);
+
+ private:
+  void collect(LimitCellId cell);
+  bool meets_others(const Piece& piece, const Vec3& across) const;
+  bool meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
+             std::optional<CellDistance>& distance) const;
+  std::optional<CellParam> guess_in_thin_cell(const Vec3& point, double depth_mm) const;
+  bool differs_at(const Piece& piece, const Vec3& voxel, const CellParam& hint);
+
+  std::shared_ptr<const LimitSolid> solid_;
+  const Placement voxel_of_mesh_, mesh_of_voxel_;
+  const std::vector<ChannelTolerance> channels_;
+  const InversionOptions inversion_;
+  double sure_share_;  // Shells less deep, as a share of the thickness of what lies there, need no look.
+  std::optional<PointInverter> inverter_;  // Where it is needed.
+  std::vector<double> values_;
+
+  // About the cell at hand: those whose boxes meet its own.
+  std::optional<LimitCellId> cell_;
+  std::vector<LimitCellId> touching_, others_;
+  double least_thickness_mm_ = 0;  // Of those that touch it.
+  BlockShell shell_;
+};
+
+}  // namespace ccslice

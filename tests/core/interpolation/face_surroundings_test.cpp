@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/interpolation/face_surroundings.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/interpolation/cell_fitter.h"
+#include "core/slicer/channel_tolerances.h"
+#include "tests/core/slicer/test_jobs.h"
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+/// A row of boxes, bent to an arc of 90 degrees: along x cubes of 20 mm of arc, along z one, along the radius cells
+/// between these radii, without those that keep() refuses.
+ControlMesh arc_of(const std::vector<double>& radii, const oracle::KeepCell& keep = {}) {
+  ControlMesh mesh = oracle::box_mesh(2, static_cast<int>(radii.size()) - 1, 3, 1, keep);
+  oracle::sharpen_by_cells(mesh, 1);
+  for (Vec3& p : mesh.positions) {
+    const double angle = std::numbers::pi / 4 * p.x();
+    const double radius = radii[static_cast<std::size_t>(std::lround(p.y()))];
+    p = Vec3(radius * std::sin(angle), radius * std::cos(angle), 8 * p.z());
+  }
+  return mesh;
+}
+
+using Material = std::function<double(const Vec3&)>;
+
+/// Control cells of which a piece has a side that its polynomials may be off beyond.
+std::set<std::uint32_t> cells_that_may_differ(ControlMesh mesh, const Material& material,
+                                              double tolerance = 1.0 / 65536) {
+  mesh.channel_names = {"m"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
+  const Solid solid = LimitSolid::prepare(mesh);
+  SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
+  job.material_tolerance = tolerance;
+  const InterpolationSpec spec = interpolation_spec_of(job, solid->summary().channels);
+  CellFitter fitter(solid, spec);
+  FaceSurroundings surroundings(solid, spec);
+  std::set<std::uint32_t> found;
+  for (const LimitCellId cell : solid->cells()) {
+    std::vector<CellNode> nodes(1);
+    nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
+    for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
+    for (const CellNode& node : nodes) {
+      if (!node.piece) continue;
+      const BlockShape shape = shape_of(node.piece->points);
+      for (std::size_t side = 0; side < 6; ++side) {
+        const auto axis = static_cast<Eigen::Index>(side / 2);
+        if (side % 2 != 0 ? node.parameters.high[axis] != 1 : node.parameters.low[axis] != 0) continue;
+        if (surroundings.may_differ({cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials},
+                                    side)) {
+          found.insert(solid->control_cell(cell));
+        }
+      }
+    }
+  }
+  return found;
+}
+
+double none(const Vec3&) { return 0; }
+double along_z(const Vec3& p) { return p.z() / 24; }
+
+TEST(FaceSurroundings, AreAirAroundASingleBody) {
+  EXPECT_TRUE(cells_that_may_differ(arc_of({20, 24, 28}), none).empty());
+  EXPECT_TRUE(cells_that_may_differ(arc_of({20, 24, 28}), along_z).empty());
+}
+
+/// Between an inner lobe, of cells that are 1 mm thick, and an outer one; closed in the lowest layer.
+ControlMesh slit(double width) {
+  return arc_of({18 - width, 19 - width, 20 - width, 20, 24, 28}, [](int, int y, int z) { return y != 2 || z < 1; });
+}
+
+TEST(FaceSurroundings, OfALobeAreTheOneAcrossASlit) {
+  EXPECT_FALSE(cells_that_may_differ(slit(0.01), none).empty());
+  EXPECT_TRUE(cells_that_may_differ(slit(4), none).empty());  // Nothing reaches as far as that.
+}
+
+TEST(FaceSurroundings, AreCellsBehindThinOnes) {
+  EXPECT_FALSE(cells_that_may_differ(arc_of({19.94, 19.96, 19.98, 20, 24, 28}), along_z).empty());
+}
+
+// It rises with the cube of the depth from the large cells on, in which it is constant.
+TEST(FaceSurroundings, AreThinCellsInWhichAMaterialBegins) {
+  const std::vector<double> coated = {19, 19.5, 20, 24, 28};
+  const auto begins = [](const Vec3& p) { return p.head<2>().norm() < 19.25 ? 1.0 : 0.0; };
+  EXPECT_FALSE(cells_that_may_differ(arc_of(coated), begins, 1e-6).empty());
+  EXPECT_TRUE(cells_that_may_differ(arc_of(coated), along_z, 1e-6).empty());  // This one goes on.
+}
+
+}  // namespace
+}  // namespace ccslice
