@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_complex.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/validate.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/support/brute_force.h"
@@ -248,6 +250,34 @@ TEST(Deviation, ComparesWithWhatAFitMissed) {
     const Placement twice = Placement(Eigen::Scaling(2.0));
     EXPECT_NEAR(placed_deviation(*LimitSolid::prepare(mesh), twice).farthest.distance_mm(), 2 * std::sqrt(14.0), 1e-9);
   }
+}
+
+/// Cells of one region touch the boundary along a reentrant edge alone, those of another one nowhere. Fitted, they are
+/// compared with the limit points of the mesh's vertices, whatever copies of them the regions have.
+TEST(Deviation, ComparesFittedRegionsThatHardlyTouchTheBoundary) {
+  ControlMesh mesh = oracle::box_mesh(5, 5, 5, 10, [](int i, int j, int) { return i > 0 || j > 0; });
+  const CellComplex complex = validate_and_connect(mesh, {}, {}).complex;
+  for (const CellId c : complex.cells()) {
+    Vec3 low = Vec3::Constant(100);
+    for (const VertexId v : complex.cell_vertices(c)) low = low.cwiseMin(mesh.positions[v]);
+    const bool beside = low.x() < 5, opposite = low.head<2>() == Vec3(10, 10, 0).head<2>();
+    mesh.cell_regions.push_back(beside ? 0 : opposite ? 1 : low == Vec3(30, 30, 30) ? 2 : 3);
+  }
+  mesh.cell_region_names = {"beside", "opposite", "nowhere", "rest"};
+  oracle::jitter(mesh, 1, 7);
+  mesh.interpolating = true;
+  const SplitMesh split = split_cell_regions(mesh, complex);
+  ASSERT_GT(split.mesh.vertex_count(), mesh.vertex_count());
+  ControlMesh meant = mesh;
+  take_from_copies(split, mesh_of_limit_points(split.mesh), meant);
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); v += 5) {
+    if (!complex.vertex_on_boundary(VertexId{v})) continue;
+    meant.positions[v] += Vec3(1, -2, 3);
+    mesh.missed_vertices.push_back({v, meant.positions[v]});
+  }
+  const Deviation found = deviation_of(mesh);
+  EXPECT_NEAR(found.control_volume_mm3, Polygons(meant).volume(), 1e-9 * found.control_volume_mm3);
+  EXPECT_NEAR(found.farthest.distance_mm(), std::sqrt(14.0), 1e-9);
 }
 
 TEST(Deviation, CountsNoMissedVerticesInside) {
