@@ -216,10 +216,10 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       .add_option(
           "--regions-from", options.regions_from,
           "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
-          "the name of an array of cell data in .vtk and .vtu, 'reference' in MEDIT .mesh, 'entity' in Gmsh "
-          ".msh, 'block' in Exodus; or of sets of cells, NAME,NAME,... or 'sets' for all: element sets in Abaqus "
-          ".inp, physical groups in Gmsh .msh, element blocks in Exodus; or of 'materials', which sections give to "
-          "element sets in .inp")
+          "the name of an array of cell data in .vtk and .vtu, of a property of cells in .ovm, 'reference' in MEDIT "
+          ".mesh, 'entity' in Gmsh .msh, 'block' in Exodus; or of sets of cells, NAME,NAME,... or 'sets' for all: "
+          "element sets in Abaqus .inp, physical groups in Gmsh .msh, element blocks in Exodus; or of 'materials', "
+          "which sections give to element sets in .inp")
       ->group("Mesh");
   command
       .add_option(

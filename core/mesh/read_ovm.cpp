@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/polyhedra.h"
 #include "core/mesh/text_scanner.h"
@@ -165,10 +166,9 @@ class OvmReader {
     const std::optional<std::string_view> quoted = between_quotes(rest);
     if (!quoted) scanner_.fail("a name in quotation marks", rest);
     const std::string name(*quoted);
-    const bool of_vertices = equals_ignoring_case(entity, "VProp");
-    if (const std::size_t components = component_count(type); of_vertices && components > 0) {
-      return read_channels(name, components);
-    }
+    const std::size_t components = component_count(type);
+    if (equals_ignoring_case(entity, "VProp") && components > 0) return read_channels(name, components);
+    if (equals_ignoring_case(entity, "CProp") && keeps_numbers(name, components)) return read_numbers(name, components);
     while (!scanner_.at_end() && !opens_property(scanner_.peek())) scanner_.rest_of_line();
     file_.warnings.push_back("property '" + printable(name) + "' (" + printable(entity) + " " + printable(type) +
                              ") left out");
@@ -186,6 +186,25 @@ class OvmReader {
       }
     }
     std::move(channels.begin(), channels.end(), std::back_inserter(channels_));
+  }
+
+  bool keeps_numbers(const std::string& name, std::size_t components) const {
+    const std::vector<CellNumbers>& all = file_.cell_numbers;
+    const std::string first = component_name(name, components, 0);
+    return components > 0 && components <= kMostCellNumbers - all.size() && !name.empty() &&
+           std::ranges::find(all, first, &CellNumbers::name) == all.end();
+  }
+
+  void read_numbers(const std::string& name, std::size_t components) {
+    const std::size_t first = file_.cell_numbers.size();
+    for (std::size_t i = 0; i < components; ++i) {
+      file_.cell_numbers.push_back({component_name(name, components, i), {}});
+    }
+    for (std::size_t cell = 0; cell < file_.mesh.cell_count(); ++cell) {
+      for (std::size_t i = 0; i < components; ++i) {
+        file_.cell_numbers[first + i].of_cells.push_back(scanner_.any_real("a value"));
+      }
+    }
   }
 
   static constexpr std::uint64_t kMostHalves = std::uint64_t{1} << 32;  // Half-edges or half-faces.

@@ -8,8 +8,11 @@
 //
 // Properties follow: a line `VProp float "name"`, then a line for each vertex. Those of vertices of the types int,
 // uint, short, ushort, long, ulong, bool, float and double become material channels; so do vectors of them (vec2f ...
-// vec4d), one channel for each component ("name.0", "name.1", ...). All others are left out and reported. Refused:
-// polyhedra that are neither hexahedra nor tetrahedra nor wedges, and the binary kind .ovmb.
+// vec4d), one channel for each component ("name.0", "name.1", ...). Those of cells (CProp) of the same types become
+// MeshFile::cell_numbers, the first kMostCellNumbers of them; OpenVolumeMesh writes and reads them like those of
+// vertices, a line for each cell in the order of Polyhedra [src/OpenVolumeMesh/FileManager/FileManagerT_impl.hh]. All
+// others are left out and reported. Refused: polyhedra that are neither hexahedra nor tetrahedra nor wedges, and the
+// binary kind .ovmb.
 
 #pragma once
 

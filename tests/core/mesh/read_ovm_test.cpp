@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <random>
 #include <sstream>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "core/mesh/cell_kind.h"
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/validate.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/tiny_meshes.h"
@@ -156,6 +158,46 @@ TEST(ReadOvm, NumbersOfVerticesBecomeChannels) {
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("fixed", "u v.0", "u v.1"));
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(0, 0, 1, 1, 2, 3, 1, 4, 5, 0, 6, 7));
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("'label'"), HasSubstr("'area'"), HasSubstr("'odd'")));
+}
+
+/// Two tetrahedra that share the face of vertices 1, 2, 3.
+const std::string kOvmTwoTets =
+    "OVM ASCII\nVertices\n5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\nEdges\n9\n0 1\n1 2\n2 0\n0 3\n1 3\n2 3\n1 4\n2 4\n3 4\n"
+    "Faces\n7\n3 0 2 4\n3 0 8 7\n3 2 10 9\n3 4 6 11\n3 2 14 13\n3 10 16 15\n3 8 16 13\n"
+    "Polyhedra\n2\n4 1 2 4 6\n4 5 9 11 12\n";
+
+TEST(ReadOvm, NumbersOfCellsBecomeRegionsOrChannels) {
+  MeshFile file = read_ovm(kOvmTwoTets +
+                           "CProp int \"material\"\n7\n-3\ncprop vec2d \"grain\"\n1 0.5\n2 nan\n"
+                           "CProp double \"density\"\n0.25\n0.75\nCProp string \"label\"\n1\na\n1\nb\n"
+                           "CProp int \"material\"\n1\n2\nCProp int \"\"\n1\n2\nVProp float \"heat\"\n1\n2\n3\n4\n5\n");
+  ASSERT_EQ(file.cell_numbers.size(), 4u);
+  EXPECT_EQ(file.cell_numbers[0].name, "material");
+  EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(7, -3));
+  EXPECT_EQ(file.cell_numbers[1].name, "grain.0");
+  EXPECT_THAT(file.cell_numbers[1].of_cells, ElementsAre(1, 2));
+  EXPECT_EQ(file.cell_numbers[2].name, "grain.1");
+  EXPECT_TRUE(std::isnan(file.cell_numbers[2].of_cells[1]));
+  EXPECT_THAT(file.cell_numbers[3].of_cells, ElementsAre(0.25, 0.75));
+  EXPECT_THAT(file.warnings,
+              ElementsAre(HasSubstr("property 'label'"), HasSubstr("property 'material'"), HasSubstr("property ''")));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4, 5));
+  make_cell_regions("material", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("-3", "7"));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(1, 0));
+  EXPECT_NO_THROW(validate(file.mesh));
+}
+
+TEST(ReadOvm, KeepsSoManyNumbersOfCellsOnly) {
+  std::string text = kOvmTwoTets;
+  for (int i = 0; i < 20; ++i) text += "CProp float \"n" + std::to_string(i) + "\"\n1\n2\n";
+  const MeshFile file = read_ovm(text);
+  EXPECT_EQ(file.cell_numbers.size(), kMostCellNumbers);
+  EXPECT_EQ(file.warnings.size(), 20 - kMostCellNumbers);
+  expect_error([] { read_ovm(kOvmTwoTets + "CProp int \"material\"\n1\n"); }, ErrorCode::kFileSyntax,
+               "expected a value, found the end of the file");
+  expect_error([] { read_ovm(kOvmTwoTets + "CProp int \"material\"\n1\nx\n"); }, ErrorCode::kFileSyntax,
+               "line 35: expected a value, found 'x'");
 }
 
 std::string changed(const std::string& from, const std::string& to) {
