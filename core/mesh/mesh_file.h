@@ -37,6 +37,9 @@ struct MeshFile {
   std::vector<CellSet> cell_materials{};    // The same of the materials that sections give to elements.
 };
 
+/// What errors say of files without volume cells, such as those of surfaces.
+inline const std::string kNeedsVolumeCells = "a solid needs volume cells: mesh the inside too, as `gmsh -3` does";
+
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kExodus, kUnknown };
 
 MeshFileKind mesh_file_kind(std::string_view bytes);

@@ -107,7 +107,7 @@ MeshFile AbaqusReader::read() {
   require_whole_cell();
   if (nodes_ == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no *NODE; write the nodes into it");
   if (cells_ == 0) {
-    throw Error(ErrorCode::kMeshEmpty, "the file has no solid elements (C3D4, C3D6, C3D8, ...); a solid needs them");
+    throw Error(ErrorCode::kMeshEmpty, "the file has no solid elements (C3D4, C3D6, C3D8, ...); " + kNeedsVolumeCells);
   }
   place_all();
   const AbaqusSets::LeftOut left_out = sets_.finish(placed_, file_);

@@ -43,7 +43,7 @@ class ExodusReader {
     read_coordinates();
     read_blocks();
     if (file_.mesh.cell_kinds.empty()) {
-      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
+      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
     }
     read_element_sets();
     for (CellSet& set : file_.cell_sets) sort_unique(set.cells);
@@ -97,7 +97,8 @@ class ExodusReader {
 
 const NetcdfVariable& ExodusReader::require(const std::string& name) const {
   const NetcdfVariable* variable = netcdf_.variable(name);
-  if (variable == nullptr) throw Error(ErrorCode::kFileSyntax, "the file has no variable '" + name + "'");
+  if (variable == nullptr)
+    throw Error(ErrorCode::kFileSyntax, "the file has no variable '" + name + "'; write the file anew");
   return *variable;
 }
 
@@ -140,7 +141,7 @@ void ExodusReader::read_coordinates() {
   }
   if (*axes != 3) {
     throw Error(ErrorCode::kMeshEmpty,
-                "the file's mesh has " + std::to_string(*axes) + " dimensions; a solid needs volume cells");
+                "the file's mesh has " + std::to_string(*axes) + " dimensions; " + kNeedsVolumeCells);
   }
   if (*nodes > limits_.max_vertices) {
     throw Error(ErrorCode::kMeshTooLarge, "the file has " + std::to_string(*nodes) + " nodes, at most " +

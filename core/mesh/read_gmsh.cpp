@@ -43,10 +43,9 @@ class GmshReader {
     read_format();
     while (!scanner_.text().at_end()) read_section();
     refuse_unsupported();
-    if (nodes_.size() == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no $Nodes");
+    if (nodes_.size() == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no $Nodes; save the mesh with Gmsh anew");
     if (kinds_.empty()) {
-      throw Error(ErrorCode::kMeshEmpty,
-                  "the file has no hexahedra, tetrahedra or prisms; a solid needs volume cells (gmsh -3)");
+      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or prisms; " + kNeedsVolumeCells);
     }
     connect();
     const std::vector<bool> used = used_vertices(file_.mesh);
@@ -114,7 +113,8 @@ void GmshReader::read_format() {
   const std::uint64_t is_binary = text.count_up_to("0 (ASCII) or 1 (binary)", 1);
   const std::uint64_t data_size = text.count("the size of numbers, 8");
   if (data_size != 8) {
-    text.fail_with(ErrorCode::kFileUnsupported, "numbers of " + std::to_string(data_size) + " bytes; 8 are read");
+    text.fail_with(ErrorCode::kFileUnsupported,
+                   "numbers of " + std::to_string(data_size) + " bytes; 8 are read: save the mesh with Gmsh anew");
   }
   if (is_binary == 1) scanner_.set_binary();
   scanner_.close_section("MeshFormat");

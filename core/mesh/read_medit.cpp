@@ -43,9 +43,10 @@ class MeditReader {
   MeshFile read() {
     read_header();
     while (!scanner_.at_end() && !equals_ignoring_case(scanner_.peek(), "End")) read_section();
-    if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no Vertices");
+    if (file_.mesh.positions.empty())
+      throw Error(ErrorCode::kMeshEmpty, "the file has no Vertices; save the mesh anew");
     if (file_.mesh.cell_kinds.empty()) {
-      throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; a solid needs volume cells");
+      throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; " + kNeedsVolumeCells);
     }
     check_cell_vertices(file_.mesh);
     leave_out_unused_vertices(unfit_, scanner_, file_);
@@ -59,7 +60,8 @@ class MeditReader {
     if (!equals_ignoring_case(magic, "MeshVersionFormatted")) scanner_.fail("'MeshVersionFormatted'", magic);
     const std::uint64_t version = scanner_.count("a format version");
     if (version < 1 || version > 4) {
-      scanner_.fail_with(ErrorCode::kFileUnsupported, "MEDIT version " + std::to_string(version) + " is not known");
+      scanner_.fail_with(ErrorCode::kFileUnsupported,
+                         "MEDIT version " + std::to_string(version) + " is not known; save it as 2 or 3");
     }
   }
 
@@ -88,8 +90,8 @@ class MeditReader {
   void read_dimension() {
     const std::uint64_t dimension = scanner_.count("the dimension, 3");
     if (dimension != 3) {
-      scanner_.fail_with(ErrorCode::kFileUnsupported,
-                         "dimension " + std::to_string(dimension) + "; a solid needs three");
+      scanner_.fail_with(ErrorCode::kFileUnsupported, "dimension " + std::to_string(dimension) +
+                                                          "; a solid needs three: save the mesh of the volume");
     }
   }
 

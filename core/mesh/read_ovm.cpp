@@ -148,7 +148,7 @@ class OvmReader {
       file_.mesh.cell_kinds.push_back(found->kind);
       file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), found->corners.begin(), found->corners.end());
     }
-    if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no polyhedra; a solid needs volume cells");
+    if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no polyhedra; " + kNeedsVolumeCells);
   }
 
   /// "VProp", and the like for edges, half-edges, faces, half-faces, cells and the mesh.
@@ -178,7 +178,8 @@ class OvmReader {
     std::vector<NamedChannel> channels = open_channels(name, components);
     if (channels_.size() + components > limits_.max_channels) {
       scanner_.fail_with(ErrorCode::kMeshTooLarge, "property '" + printable(name) + "' makes more than " +
-                                                       std::to_string(limits_.max_channels) + " channels");
+                                                       std::to_string(limits_.max_channels) +
+                                                       " channels; save fewer arrays");
     }
     for (std::size_t vertex = 0; vertex < file_.mesh.vertex_count(); ++vertex) {
       for (NamedChannel& channel : channels) {

@@ -183,7 +183,7 @@ class VtkReader {
   }
 
   void finish_cells() {
-    if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no POINTS");
+    if (file_.mesh.positions.empty()) throw Error(ErrorCode::kMeshEmpty, "the file has no POINTS; save the mesh anew");
     const std::size_t cell_count = cells_.offsets.empty() ? 0 : cells_.offsets.size() - 1;
     if (cell_count != cells_.types.size()) {
       scanner_.fail_at(types_place_, ErrorCode::kFileSyntax,
@@ -193,7 +193,7 @@ class VtkReader {
     const std::vector<std::uint32_t> appended = append_cells(cells_, scanner_, file_.mesh, file_.warnings);
     keep_numbers_of(appended, cell_count);
     if (file_.mesh.cell_kinds.empty()) {
-      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
+      throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
     }
     check_cell_vertices(file_.mesh);
   }

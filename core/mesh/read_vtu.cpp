@@ -86,9 +86,9 @@ MeshFile VtuReader::read() {
   for (const pugi::xml_node piece : document_.grid().children("Piece")) {
     if (has_points(piece)) read_piece(piece);
   }
-  if (pieces_ == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no Piece with points; a solid needs volume cells");
+  if (pieces_ == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no Piece with points; " + kNeedsVolumeCells);
   if (file_.mesh.cell_kinds.empty()) {
-    throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; a solid needs volume cells");
+    throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
   }
   append_file_channels(std::move(channels_), limits_, file_);
   leave_out_unused_vertices(unfit_, document_.place(), file_);
@@ -260,9 +260,9 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
   std::vector<NamedChannel*> channels;
   const std::vector<NamedChannel> opened = open_channels(name, components);
   if (pieces_ == 0 && channels_.size() + components > limits_.max_channels) {
-    document_.fail(
-        array, ErrorCode::kMeshTooLarge,
-        "point data '" + printable(name) + "' makes more than " + std::to_string(limits_.max_channels) + " channels");
+    document_.fail(array, ErrorCode::kMeshTooLarge,
+                   "point data '" + printable(name) + "' makes more than " + std::to_string(limits_.max_channels) +
+                       " channels; save fewer arrays");
   }
   const std::size_t known = channels_.size();
   if (pieces_ == 0) channels_.insert(channels_.end(), opened.begin(), opened.end());

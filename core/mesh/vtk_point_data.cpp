@@ -203,7 +203,7 @@ class AttributeReader {
     if (unfit_ == nullptr) return read_numbers(name, components, tuples);
     if (found_.channels.size() + components > max_channels_) {
       scanner_.fail_with(ErrorCode::kMeshTooLarge, "point data '" + printable(name) + "' makes more than " +
-                                                       std::to_string(max_channels_) + " channels");
+                                                       std::to_string(max_channels_) + " channels; save fewer arrays");
     }
     std::vector<NamedChannel> channels = open_channels(name, components);
     for (std::uint64_t tuple = 0; tuple < tuples; ++tuple) {

@@ -75,7 +75,9 @@ void VtkScanner::open_array(std::string_view type) {
   const Type* known = std::find_if(std::begin(kTypes), std::end(kTypes),
                                    [&](const Type& known) { return equals_ignoring_case(type, known.name); });
   if (known == std::end(kTypes)) {
-    text_.fail_with(ErrorCode::kFileUnsupported, "data type " + in_quotes(printable(type)) + " is not known");
+    text_.fail_with(ErrorCode::kFileUnsupported,
+                    "data type " + in_quotes(printable(type)) +
+                        " is not known; arrays of int, float and double are read, and of other whole numbers");
   }
   type_ = *known;
   bits_left_ = 0;

@@ -23,6 +23,24 @@ MeshFile read_shared(const std::string& name) {
   return read_mesh(read_file_bytes((fs::path(CCSLICE_SHARED_MESHES_DIR) / name).string(), kMaxBytes));
 }
 
+TEST(MeshFile, OfASurfaceIsRefusedWithARemedy) {
+  const std::string triangle = "0 0 0\n1 0 0\n0 1 0\n";
+  for (const std::string& text :
+       {"# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 float\n" + triangle +
+            "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n5\n",
+        std::string(
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 0\n"
+            "End\n"),
+        std::string("OVM ASCII\nVertices\n3\n") + triangle +
+            "Edges\n3\n0 1\n1 2\n2 0\nFaces\n1\n3 0 2 4\nPolyhedra\n0\n",
+        std::string("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n"),
+        std::string(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n$Elements\n1\n"
+            "1 2 2 1 1 1 2 3\n$EndElements\n")}) {
+    expect_error([&] { read_mesh(text); }, ErrorCode::kMeshEmpty, "mesh the inside too, as `gmsh -3` does");
+  }
+}
+
 TEST(MeshFile, TellsKindsFromTheirFirstLine) {
   EXPECT_EQ(mesh_file_kind("# vtk DataFile Version 2.0\n"), MeshFileKind::kVtk);
   EXPECT_EQ(mesh_file_kind("\n# comment\nMeshVersionFormatted 1"), MeshFileKind::kMedit);
