@@ -21,11 +21,13 @@ std::string describe_fold(const v1::FoldPlace& fold) {
          describe_place(fold.position_mm()) + " mm";
 }
 
+constexpr const char* kNoChange = "the same";
+
 /// "+1.23 %".
 std::string change_text(double value, double from) {
   if (!(from > 0)) return "no part to compare with";
   const double percent = std::round(1e4 * (value / from - 1)) / 100;
-  return percent == 0 ? "the same" : (percent > 0 ? "+" : "") + show_number(percent) + " %";
+  return percent == 0 ? kNoChange : (percent > 0 ? "+" : "") + show_number(percent) + " %";
 }
 
 }  // namespace
@@ -41,10 +43,16 @@ std::string describe(const v1::LimitDeviation& deviation) {
   const v1::Vector3& place = deviation.farthest_vertex_mm();
   const double rounding = 1e-12 * (1 + std::abs(place.x()) + std::abs(place.y()) + std::abs(place.z()));
   const bool moved = deviation.farthest_distance_mm() > rounding;
-  const char* fitted = moved ? "mesh that it was fitted to " : "mesh that it interpolates ";
+  const std::string change = change_text(limit, control);
   std::string text = "\n  mesh size  " + describe(deviation.control_box());
-  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change_text(limit, control) + "), " +
-          (deviation.interpolating() ? fitted : "control mesh ") + show_number(control) + " mm^3";
+  text += "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), ";
+  if (!deviation.interpolating()) {
+    text += "control mesh " + show_number(control) + " mm^3";
+  } else {
+    text +=
+        std::string("mesh that it ") + (moved ? "was fitted to " : "interpolates ") + show_number(control) + " mm^3";
+    if (change != kNoChange) text += "; between vertices the mesh is flat, and the limit round";
+  }
   text += "\n  moved      ";
   if (!moved) return text + "no boundary vertex";
   return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +

@@ -25,6 +25,7 @@ namespace {
 
 using google::protobuf::Struct;
 using google::protobuf::Value;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -125,6 +126,10 @@ TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
     EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
                                          HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
   }
+  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary"}).out,
+              ContainsRegex("mesh that it (interpolates|was fitted to) [0-9.]+ mm\\^3; between vertices the mesh is "
+                            "flat, and the limit round\n"));
+  EXPECT_THAT(run_alone({"info", box_, "--interpolate"}).out, Not(HasSubstr("is flat"))) << "sharp";
   EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
               testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
                              HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
