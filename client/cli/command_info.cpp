@@ -9,6 +9,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
 #include "client/cli/json.h"
+#include "client/cli/local_preparation.h"
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
@@ -36,14 +37,19 @@ struct FileFacts {
   std::uint64_t preparation_bytes = 0;  // What a server reserves to prepare it.
 };
 
-FileFacts facts_of(const ControlMesh& mesh) {
+FileFacts facts_of(const ControlMesh& mesh, bool quiet) {
   FileFacts facts;
   for (const CellKind kind : mesh.cell_kinds) ++facts.cells_by_kind[static_cast<std::size_t>(kind)];
   for (const Vec3& position : mesh.positions) facts.box.extend(position);
   for (std::size_t c = 0; c < mesh.channel_count(); ++c) facts.channel_ranges.push_back(channel_range(mesh, c));
+  LocalPreparation preparing("", quiet);
   PrepareOptions options;
   options.threads = processors();
-  options.reserve = [&](std::uint64_t bytes) { facts.preparation_bytes = bytes; };
+  options.progress = preparing.begin();
+  options.reserve = [&](std::uint64_t bytes) {
+    facts.preparation_bytes = bytes;
+    preparing.tell_memory(bytes);
+  };
   try {
     facts.limit = measure_limit(mesh, options);
   } catch (const std::bad_alloc&) {
@@ -53,8 +59,8 @@ FileFacts facts_of(const ControlMesh& mesh) {
   return facts;
 }
 
-std::string file_as_json(const LoadedMesh& loaded) {
-  const FileFacts facts = facts_of(loaded.mesh);
+std::string file_as_json(const LoadedMesh& loaded, bool quiet) {
+  const FileFacts facts = facts_of(loaded.mesh, quiet);
   JsonWriter json;
   json.begin_object().member("mesh_id", loaded.bytes->id()).member("size_bytes", loaded.bytes->bytes().size());
   json.member("vertices", loaded.mesh.vertex_count());
@@ -82,8 +88,8 @@ std::string file_as_json(const LoadedMesh& loaded) {
   return json.end_object().text();
 }
 
-std::string file_as_text(const std::string& name, const LoadedMesh& loaded) {
-  const FileFacts facts = facts_of(loaded.mesh);
+std::string file_as_text(const std::string& name, const LoadedMesh& loaded, bool quiet) {
+  const FileFacts facts = facts_of(loaded.mesh, quiet);
   std::string text = name + ": a valid control mesh\n  id         " + loaded.bytes->id();
   text += "\n  cells      ";
   for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
@@ -131,7 +137,8 @@ void run_info(Session& session, const InfoOptions& options) {
     return print_message(session, session.client().mesh_summary(options.mesh.mesh, session.call()));
   }
   const LoadedMesh loaded = load_mesh(options.mesh, session.quiet());
-  print_line(session.options().json ? file_as_json(loaded) : file_as_text(options.mesh.mesh, loaded));
+  print_line(session.options().json ? file_as_json(loaded, session.quiet())
+                                    : file_as_text(options.mesh.mesh, loaded, session.quiet()));
 }
 
 }  // namespace

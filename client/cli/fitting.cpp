@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <utility>
 
 #include "client/cli/console.h"
+#include "client/cli/local_preparation.h"
 #include "client/cli/processors.h"
 #include "client/cli/text_values.h"
 #include "core/mesh/cell_regions.h"
@@ -18,9 +20,15 @@
 namespace ccslice::cli {
 namespace {
 
-FitOptions fit_options() {
+/// Shows its progress.
+FitOptions fit_options(bool quiet) {
+  const auto display = std::make_shared<LocalPreparation>("fitting", quiet);
   FitOptions options;
   options.threads = processors();
+  options.progress.preparing = [display] { return display->begin(); };
+  options.progress.sampling = [display](std::size_t done, std::size_t total) {
+    display->count("sampling channels", done, total);
+  };
   return options;
 }
 
@@ -117,14 +125,14 @@ std::optional<FittedVertices> parse_fit(const std::string& interpolate) {
   throw UsageError("--interpolate takes nothing, or =boundary, not '" + interpolate + "'");
 }
 
-FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices)
-    : fit_(mesh, fit_options()), vertices_(vertices), meant_(mesh) {
+FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices, bool quiet)
+    : fit_(mesh, fit_options(quiet)), vertices_(vertices), meant_(mesh) {
   fitted_ = fit_.fit_positions(vertices, report_);
   if (report_.missed + report_.inside_missed > 0) meant_.positions = fit_.limit_points(fitted_);
 }
 
-FittedMesh::FittedMesh(const ControlMesh& fitted)
-    : fit_(fitted, fit_options()), fitted_(fitted), meant_(meant_by(fitted)) {}
+FittedMesh::FittedMesh(const ControlMesh& fitted, bool quiet)
+    : fit_(fitted, fit_options(quiet)), fitted_(fitted), meant_(meant_by(fitted)) {}
 
 void FittedMesh::place(const Similarity& similarity) {
   similarity.apply(fitted_);

@@ -25,10 +25,10 @@ std::optional<FittedVertices> parse_fit(const std::string& interpolate);
 /// changed: what has to do with the part, such as grades, is done to the latter.
 class FittedMesh {
  public:
-  /// Fits the positions. Throws what VertexFit does.
-  FittedMesh(const ControlMesh& mesh, FittedVertices vertices);
+  /// Fits the positions. Throws what VertexFit does. Unless quiet, shows its progress, as finish() does.
+  FittedMesh(const ControlMesh& mesh, FittedVertices vertices, bool quiet);
   /// Takes a mesh that was fitted before.
-  explicit FittedMesh(const ControlMesh& fitted);
+  FittedMesh(const ControlMesh& fitted, bool quiet);
 
   const ControlMesh& fitted() const { return fitted_; }
   ControlMesh& meant() { return meant_; }

@@ -137,8 +137,8 @@ std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, b
   if (changes.fit && mesh.vertex_count() >= kManyVertices && !quiet) {
     print_note("fitting control points to " + show_count(mesh.vertex_count()) + " vertices");
   }
-  if (changes.fit) return FittedMesh(mesh, *changes.fit);
-  if (mesh.interpolating && !changes.grades.empty()) return FittedMesh(mesh);
+  if (changes.fit) return FittedMesh(mesh, *changes.fit, quiet);
+  if (mesh.interpolating && !changes.grades.empty()) return FittedMesh(mesh, quiet);
   return std::nullopt;
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_kind.h"
 #include "core/subdivision/refine.h"
 
 namespace ccslice {
@@ -29,7 +30,7 @@ class LevelBuilder {
       : mesh_(mesh), split_(split), cancel_(options.cancel), memory_(memory), data_(data) {}
 
   std::deque<Level> run(CellComplex complex) {
-    memory_.reserve_cells(mesh_.cell_count(), 0);
+    memory_.reserve_control_cells();
     add_control_level(std::move(complex));
     std::vector<CellId> cells = levels_.front().complex.cells().to_vector();
     std::size_t limit_cells = 0;  // So far.
@@ -194,6 +195,19 @@ void LevelBuilder::hand_down_interfaces(const Refinement& refined, Level& level)
 
 }  // namespace
 
+void BuildingMemory::reserve_control_cells() {
+  std::size_t once = 0, twice = 0;
+  for (const CellKind kind : mesh_.cell_kinds) {
+    constexpr std::size_t kChildren = 8;  // Of a hexahedron.
+    if (kind == CellKind::kHex) {
+      ++once;
+    } else {
+      twice += kChildren * static_cast<std::size_t>(corner_count(kind));
+    }
+  }
+  reserve_cells(once, twice);
+}
+
 void BuildingMemory::reserve_cells(std::size_t cells, std::size_t twice_refined_cells) {
   cells_ = cells;
   twice_refined_cells_ = twice_refined_cells;
@@ -212,12 +226,14 @@ void BuildingMemory::reserve_operators(std::size_t bytes) {
 }
 
 /// Refined cells with their share of the levels above.
-void BuildingMemory::reserve() const {
+void BuildingMemory::reserve() {
   if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
-  options_.reserve(kLeastBytes + kLimitCellBytes * cells_ + kTwiceRefinedCellBytes * twice_refined_cells_ +
-                   kBoundaryFaceBytes * faces_ + sizeof(double) * values + operator_bytes_);
+  const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kTwiceRefinedCellBytes * twice_refined_cells_ +
+                              kBoundaryFaceBytes * faces_ + sizeof(double) * values + operator_bytes_;
+  told_bytes_ = std::max(told_bytes_, bytes);
+  options_.reserve(told_bytes_);
 }
 
 std::deque<Level> build_levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex,

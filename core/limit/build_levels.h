@@ -38,7 +38,10 @@ class BuildingMemory {
   BuildingMemory(const ControlMesh& mesh, const PrepareOptions& options)
       : mesh_(mesh), options_(options), cells_(mesh.cell_count()) {}
 
-  /// Each throws what options.reserve does. Cells: those after one refinement at most, and those after two or more.
+  /// Each throws what options.reserve does, which is never told less than before.
+  /// What the kinds of cells tell: tetrahedra and wedges are refined twice, but for a few of their children.
+  void reserve_control_cells();
+  /// Cells: those after one refinement at most, and those after two or more.
   void reserve_cells(std::size_t cells, std::size_t twice_refined_cells);
   void reserve_faces(std::size_t faces);
   /// How many different operators there are shows as they are made: asks for as much again each time.
@@ -48,7 +51,7 @@ class BuildingMemory {
   std::size_t limit_cells() const { return cells_ + twice_refined_cells_; }
 
  private:
-  void reserve() const;
+  void reserve();
 
   const ControlMesh& mesh_;
   const PrepareOptions& options_;
@@ -56,6 +59,7 @@ class BuildingMemory {
   std::size_t twice_refined_cells_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
   std::size_t operator_bytes_ = 0;
+  std::uint64_t told_bytes_ = 0;
 };
 
 /// Refines the mesh where necessary and classifies: each cell of a level is limit-ready, refined or mere context. Fills

@@ -100,10 +100,10 @@ struct PrepareOptions {
   MeshLimits limits;
   CancellationToken cancel;
   int threads = 1;  // At most. The solid is the same for any number.
-  /// Told how much memory the preparation takes at most: by the number of control cells first, then by what they are
-  /// refined into and by the operators of different neighbourhoods, each time before it is used, and never less than
-  /// before. What it throws ends the preparation, and nothing else bounds it. An estimate, some tenths above what was
-  /// measured.
+  /// Told how much memory the preparation takes at most: by the numbers of control cells of each kind first, then by
+  /// what they are refined into and by the operators of different neighbourhoods, each time before it is used, and
+  /// never less than before. What it throws ends the preparation, and nothing else bounds it. An estimate, some tenths
+  /// above what was measured.
   std::function<void(std::uint64_t bytes)> reserve;
   PreparationProgress* progress = nullptr;  // Told how far it is, if not null.
 

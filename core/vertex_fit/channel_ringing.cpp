@@ -14,7 +14,7 @@ namespace ccslice {
 
 namespace {
 
-constexpr std::size_t kCellsAtOnce = 1 << 15;  // Refined, each takes some kilobytes.
+constexpr std::size_t kCellsAtOnce = 1 << 15;  // Refined, each takes some kilobytes; some seconds in all.
 constexpr Eigen::Index kAxes = 3;
 
 /// How far beyond its range, as a share of it.
@@ -84,8 +84,8 @@ void take(const Eigen::MatrixXd& samples, std::span<const std::array<double, 2>>
 }  // namespace
 
 std::vector<ChannelRinging> find_ringing(const CellComplex& complex, const VertexSystem::Values& points,
-                                         std::span<const std::array<double, 2>> ranges,
-                                         const CancellationToken& cancel) {
+                                         std::span<const std::array<double, 2>> ranges, const CancellationToken& cancel,
+                                         const std::function<void(std::size_t, std::size_t)>& on_sampled) {
   std::vector<ChannelRinging> channels;
   for (std::size_t c = 0; c < ranges.size(); ++c) {
     const auto values = points.col(kAxes + static_cast<Eigen::Index>(c));
@@ -105,6 +105,7 @@ std::vector<ChannelRinging> find_ringing(const CellComplex& complex, const Verte
     refined.stencils.apply(0, refined.stencils.rows(), parents.data(), dimension, children.data());
     masks.apply(0, masks.rows(), children.data(), dimension, samples.data());
     take(samples, ranges, channels);
+    if (on_sampled) on_sampled(begin + some.size(), cells.size());
   }
   std::erase_if(channels, [&](const ChannelRinging& channel) {
     return share_beyond(ranges[channel.channel], channel.low, channel.high) <= kRingingShare;

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -37,11 +38,12 @@ struct ChannelRinging {
 };
 
 /// The channels that ring, ascending. `points`: a row for each vertex of the control point's position, mm, and of its
-/// channels. `ranges`: by channel the least and the greatest value at the mesh's vertices. Takes about a
-/// hundred microseconds a cell, and nothing if no channel's control values leave the ranges that far: the limit lies
-/// among them. REQUIRES: no cut-out. Throws Error{kCancelled}.
+/// channels. `ranges`: by channel the least and the greatest value at the mesh's vertices. `on_sampled`, if any, is
+/// told how many of the cells have been sampled. Takes about a hundred microseconds a cell, and nothing if no channel's
+/// control values leave the ranges that far: the limit lies among them. REQUIRES: no cut-out. Throws Error{kCancelled}.
 std::vector<ChannelRinging> find_ringing(const CellComplex& complex, const VertexSystem::Values& points,
                                          std::span<const std::array<double, 2>> ranges,
-                                         const CancellationToken& cancel = {});
+                                         const CancellationToken& cancel = {},
+                                         const std::function<void(std::size_t, std::size_t)>& on_sampled = {});
 
 }  // namespace ccslice

@@ -149,7 +149,7 @@ std::vector<ChannelRinging> VertexFit::find_ringing_of(const ControlMesh& meant,
   const Values positions = of_copies(positions_of(fitted)), channels = jumping_channels_of(fitted);
   Values points(positions.rows(), positions.cols() + channels.cols());
   points << positions, channels;
-  return find_ringing(complex_, points, ranges, options_.cancel);
+  return find_ringing(complex_, points, ranges, options_.cancel, options_.progress.sampling);
 }
 
 /// Every copy of a vertex has values of its own.
@@ -307,6 +307,7 @@ std::vector<ControlCellId> VertexFit::folding_cells(const ControlMesh& mesh) con
   options.limits = options_.limits;
   options.cancel = options_.cancel;
   options.threads = options_.threads;
+  if (options_.progress.preparing) options.progress = options_.progress.preparing();
   return folding_control_cells(*LimitSolid::prepare(std::move(positions_only), options));
 }
 

@@ -28,10 +28,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
+#include "core/limit/preparation_progress.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
 #include "core/vertex_fit/channel_ringing.h"
@@ -69,10 +71,20 @@ struct ChannelFit {
 /// A vertex is met if its limit point is within this share of the diagonal of the mesh's box.
 inline constexpr double kMetShare = 1e-7;
 
+/// Who is told how far a fit is, on the thread that fits; nobody where a function is missing.
+struct FitProgress {
+  /// The mesh is prepared next to look for folds, several times in a fit. Gives where that tells its progress; it has
+  /// to last until it is called again, or the fit is done.
+  std::function<PreparationProgress*()> preparing = {};
+  /// So many cells were sampled for channels that ring.
+  std::function<void(std::size_t done, std::size_t total)> sampling = {};
+};
+
 struct FitOptions {
   MeshLimits limits = {};
   CancellationToken cancel = {};
   int threads = 1;  // At most.
+  FitProgress progress = {};
 };
 
 /// The control cells that fold somewhere in the limit, or that can't be told to fold or not; ascending.

@@ -105,6 +105,27 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
       HasSubstr("Is the file in another unit?"));
 }
 
+// A box of 36 x 36 x 36 cells, at 2.6 kB each.
+TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
+  std::ofstream large(path("large.mesh"));
+  large << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << 37 * 37 * 37 << "\n";
+  for (int i = 0; i < 37 * 37 * 37; ++i) large << i % 37 << ' ' << i / 37 % 37 << ' ' << i / (37 * 37) << " 0\n";
+  large << "Hexahedra\n" << 36 * 36 * 36 << "\n";
+  for (int i = 0; i < 36 * 36 * 36; ++i) {
+    const int low = 1 + i % 36 + 37 * (i / 36 % 36) + 37 * 37 * (i / (36 * 36));
+    for (const int corner : {0, 1, 38, 37, 1369, 1370, 1407, 1406}) large << low + corner << ' ';
+    large << "0\n";
+  }
+  large << "End\n";
+  large.close();
+  const ProcessResult info = run_alone({"info", path("large.mesh")});
+  ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
+  EXPECT_THAT(info.err,
+              ContainsRegex("^preparing the mesh takes 1[0-9]{2}\\.[0-9] MB of memory, here or on a server\n"));
+  EXPECT_EQ(run_alone({"info", path("large.mesh"), "--quiet"}).err, "");
+  EXPECT_EQ(run_alone({"info", box_}).err, "") << "next to nothing";
+}
+
 TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
   ASSERT_EQ(run_alone({"models", "coyote", "-o", path("coyote.ccmesh")}).exit_code, cli::kExitOk);
   const std::string file = run_alone({"info", path("coyote.ccmesh"), "--json"}).out;

@@ -3,17 +3,16 @@
 
 #include "client/cli/preparation_display.h"
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <thread>
+
+#include "tests/client/standard_error.h"
 
 namespace ccslice::cli {
 namespace {
@@ -21,25 +20,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-
-/// Standard error is this file as long as it lives.
-class StandardError {
- public:
-  explicit StandardError(int descriptor) : kept_(dup(STDERR_FILENO)) {
-    std::fflush(stderr);
-    dup2(descriptor, STDERR_FILENO);
-  }
-  ~StandardError() {
-    std::fflush(stderr);
-    dup2(kept_, STDERR_FILENO);
-    close(kept_);
-  }
-  StandardError(const StandardError&) = delete;
-  StandardError& operator=(const StandardError&) = delete;
-
- private:
-  const int kept_;
-};
 
 v1::GetPreparationResponse at(v1::PreparationPhase phase, std::uint64_t done, std::uint64_t total) {
   v1::GetPreparationResponse answer;
@@ -64,28 +44,6 @@ void show_some(bool quiet) {
   std::this_thread::sleep_for(std::chrono::milliseconds(120));
   display.update(at(static_cast<v1::PreparationPhase>(85), 1, 3));  // Of a newer server.
   display.finish();
-}
-
-/// What comes out of a terminal.
-template <typename Show>
-std::string shown_on_terminal(const Show& show) {
-  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-  EXPECT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
-  const int line = open(ptsname(terminal), O_RDWR | O_NOCTTY);
-  EXPECT_GE(line, 0);
-  {
-    const StandardError shown(line);
-    show();
-  }
-  fcntl(terminal, F_SETFL, O_NONBLOCK);
-  std::string text;
-  std::array<char, 4096> buffer;
-  for (ssize_t length; (length = ::read(terminal, buffer.data(), buffer.size())) > 0;) {
-    text.append(buffer.data(), static_cast<std::size_t>(length));
-  }
-  close(line);
-  close(terminal);
-  return text;
 }
 
 TEST(PreparationDisplay, HasABarForEachCountedPhaseOnATerminal) {

@@ -334,6 +334,16 @@ TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
   }
 }
 
+// So nothing of a mesh of tetrahedra is refined where there is too little memory: their kind tells how many cells come.
+TEST(LimitSolid, AsksForNearlyAllMemoryOfTetrahedraAtFirst) {
+  std::vector<std::uint64_t> asked;
+  PrepareOptions options;
+  options.reserve = [&](std::uint64_t bytes) { asked.push_back(bytes); };
+  const ControlMesh mesh = kuhn_box(6);
+  EXPECT_EQ(LimitSolid::prepare(mesh, options)->summary().control_cells, mesh.cell_count());
+  EXPECT_GT(static_cast<double>(asked.front()), 0.8 * static_cast<double>(asked.back()));
+}
+
 // Boundary faces count, of which such cells have the most.
 TEST(LimitSolid, AsksForTheMemoryOfCellsThatShareNothing) {
   ControlMesh cell = oracle::box_mesh(1, 1, 1), mesh;

@@ -157,7 +157,13 @@ TEST(FindRinging, LooksAtManyCells) {
     points(row, 3) = (mesh.positions[v] - place).norm() < 0.5 ? -27 : 0;
   }
   const std::vector<std::array<double, 2>> ranges = {{0, 1}};
-  const auto ringing = find_ringing(make_cell_complex(mesh), points, ranges);
+  std::vector<std::size_t> sampled;
+  const auto ringing =
+      find_ringing(make_cell_complex(mesh), points, ranges, {}, [&](std::size_t done, std::size_t total) {
+        EXPECT_EQ(total, mesh.cell_count());
+        sampled.push_back(done);
+      });
+  EXPECT_EQ(sampled, std::vector<std::size_t>({1u << 15, mesh.cell_count()})) << "progress";
   ASSERT_EQ(ringing.size(), 1u);
   EXPECT_NEAR(ringing[0].value, -8, 1e-9) << "its weight in its own limit point is 8/27";
   EXPECT_LT((ringing[0].place - place).norm(), 1e-9);

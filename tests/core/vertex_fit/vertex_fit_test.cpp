@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -239,6 +240,25 @@ TEST(VertexFit, RemembersWhatItMissed) {
   EXPECT_NEAR(deviation.farthest.distance_mm(), report.farthest.distance_mm(), 1e-9);
   EXPECT_NEAR(deviation.control_volume_mm3, 27, 1e-5);
   EXPECT_LT((deviation.control_box.sizes() - Vec3(3, 3, 3)).norm(), 1e-6);
+}
+
+/// A box that would fold is prepared for each round, and once as it came.
+TEST(VertexFit, TellsItsProgress) {
+  std::vector<std::unique_ptr<PreparationProgress>> prepared;
+  std::size_t sampled = 0;
+  FitOptions options;
+  options.progress.preparing = [&] { return prepared.emplace_back(std::make_unique<PreparationProgress>()).get(); };
+  options.progress.sampling = [&](std::size_t done, std::size_t) { sampled = done; };
+  ControlMesh mesh = uneven_box();
+  mesh.channel_names = {"a"};
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) mesh.channel_values.push_back(v % 2 ? 1.0f : 0.0f);
+  const VertexFit fit(mesh, options);
+  FitReport report;
+  ControlMesh fitted = fit.fit_positions(FittedVertices::kBoundary, report);
+  EXPECT_GE(prepared.size(), 3u);
+  for (const auto& progress : prepared) EXPECT_EQ(progress->state().step, PreparationStep::kFinishing);
+  fit.fit_channels(mesh, fitted);
+  EXPECT_EQ(sampled, mesh.cell_count());
 }
 
 TEST(VertexFit, ForgetsWhatAnotherFitMissed) {
