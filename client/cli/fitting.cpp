@@ -51,15 +51,16 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
   return note + "; those inside are up to " + show_number(report.inside_mm) + " mm from their limit points";
 }
 
+/// Where the limit swells much depends on the boundary's vertices alone, which --interpolate=boundary meets as well.
 std::string swelling_note(const Swelling& swelling) {
-  constexpr double kRinging = 0.1;
   const Vec3& at = swelling.place;
-  std::string note = "the limit is up to " + show_number(swelling.distance_mm) +
-                     " mm off the middle of a face of the mesh, " + show_number(swelling.edges) + " of an edge, near " +
-                     show_place({at.x(), at.y(), at.z()});
-  if (swelling.edges > kRinging)
-    note += ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh";
-  return note;
+  const std::string most = show_number(swelling.distance_mm) + " mm off the middle of a face of the mesh, " +
+                           show_number(swelling.edges) + " of an edge, near " + show_place({at.x(), at.y(), at.z()});
+  if (swelling.much == 0) return "the limit is up to " + most;
+  return "the limit swells between the vertices by more than a tenth of an edge at " + show_count(swelling.much) +
+         (swelling.much == 1 ? " face" : " faces") + " of the boundary, most by " + most +
+         ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there; "
+         "--interpolate=boundary swells as much";
 }
 
 /// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point, and where channels

@@ -378,7 +378,8 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
       edge += (to - from).norm() / size;
     }
     const double distance = std::abs((limit - middle).dot(normal.normalized()));
-    if (distance > most.edges * edge) most = {limit, distance, distance / edge};
+    most.much += distance > kMuchSwelling * edge;
+    if (distance > most.edges * edge) most = {limit, distance, distance / edge, most.much};
   }
   return most;
 }

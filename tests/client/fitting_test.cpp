@@ -28,6 +28,7 @@ namespace {
 using client::TemporaryFolder;
 using testing::AllOf;
 using testing::Contains;
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -71,7 +72,11 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
       << "the mesh that it interpolates is a box still";
   EXPECT_THAT(loaded.warnings,
               ElementsAre(HasSubstr("--size 60 scales by"), "--interpolate: the limit passes through every vertex",
-                          HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh")));
+                          AllOf(ContainsRegex("swells between the vertices by more than a tenth of an edge at [0-9]+ "
+                                              "faces of the boundary, most by [0-9.]+ mm off the middle of a face of "
+                                              "the mesh, 0\\.[0-9]+ of an edge, near \\("),
+                                HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
+                                          "mesh there; --interpolate=boundary swells as much"))));
 }
 
 TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {

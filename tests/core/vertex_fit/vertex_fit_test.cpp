@@ -176,6 +176,7 @@ TEST(VertexFit, SaysWhereTheLimitSwells) {
   VertexFit(oracle::box_mesh(1, 1, 1, 10)).fit_positions(FittedVertices::kAll, report);
   // The control cube is twice as large as the cube. The middle of a face of its limit has, of half its edge, the height
   // (16 + 4 * 4 * 3/4 + 4 * 5/9) / 36 = 0.84 above the middle; so it stands off the cube's face by 0.34 edges.
+  EXPECT_EQ(report.swelling.much, 6u) << "all faces of the cube";
   EXPECT_NEAR(report.swelling.edges, 0.34, 0.01);
   EXPECT_NEAR(report.swelling.distance_mm, 10 * report.swelling.edges, 1e-9);
   EXPECT_NEAR((report.swelling.place - Vec3(5, 5, 5)).norm(), 5 + report.swelling.distance_mm, 1e-9);
