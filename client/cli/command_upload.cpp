@@ -94,7 +94,7 @@ std::string bezier_as_vtu(const ControlMesh& mesh, int levels, bool quiet) {
     print_note(show_count(static_cast<std::uint64_t>(plain)) + " of " + show_count(cells.cell_orders.size()) +
                " cells lie at irregular edges and vertices and aren't exact: hexahedra between limit points");
   }
-  return to_vtu(cells, mesh.channel_names);
+  return to_vtu(cells, mesh.channel_names, mesh.cell_region_names);
 }
 
 std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertOptions& options, bool quiet) {

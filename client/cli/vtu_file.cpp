@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -150,10 +151,23 @@ void add_channels(XmlWriter& xml, const std::vector<std::string>& names, const s
   xml.end();
 }
 
+/// Field data are of the whole file, and say of themselves how many tuples they are.
+void add_region_names(XmlWriter& xml, const std::vector<std::string>& names) {
+  if (names.empty()) return;
+  xml.begin("FieldData");
+  for (std::size_t region = 0; region < names.size(); ++region) {
+    xml.begin("DataArray").attribute("type", kTypeName<std::uint8_t>).attribute("Name", "cell_region:" + names[region]);
+    xml.attribute("NumberOfTuples", 1).attribute("format", "ascii").text(std::to_string(region)).end();
+  }
+  xml.end();
+}
+
 /// `version`: from 2.1 on hexahedra of higher degree are in VTK 9's order.
-void begin_piece(XmlWriter& xml, std::string_view version, std::size_t points, std::size_t cells) {
+void begin_piece(XmlWriter& xml, std::string_view version, std::size_t points, std::size_t cells,
+                 const std::vector<std::string>& region_names) {
   xml.begin("VTKFile").attribute("type", "UnstructuredGrid").attribute("version", version);
   xml.attribute("byte_order", "LittleEndian").attribute("header_type", "UInt64").begin("UnstructuredGrid");
+  add_region_names(xml, region_names);
   xml.begin("Piece").attribute("NumberOfPoints", points).attribute("NumberOfCells", cells);
 }
 
@@ -161,7 +175,7 @@ void begin_piece(XmlWriter& xml, std::string_view version, std::size_t points, s
 
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells) {
   XmlWriter xml;
-  begin_piece(xml, "1.0", mesh.vertex_count(), mesh.cell_count());
+  begin_piece(xml, "1.0", mesh.vertex_count(), mesh.cell_count(), mesh.cell_region_names);
   add_points(xml, mesh.positions);
   add_control_cells(xml, mesh);
   add_channels(xml, mesh.channel_names, mesh.channel_values, mesh.vertex_count());
@@ -176,9 +190,10 @@ std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> contr
   return xml.end().end().end().text() + "\n";
 }
 
-std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names) {
+std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names,
+                   const std::vector<std::string>& region_names) {
   XmlWriter xml;
-  begin_piece(xml, "2.1", cells.points.size(), cells.cell_orders.size());
+  begin_piece(xml, "2.1", cells.points.size(), cells.cell_orders.size(), region_names);
   add_points(xml, cells.points);
   add_bezier_cells(xml, cells);
   add_channels(xml, channel_names, cells.channel_values, cells.points.size());

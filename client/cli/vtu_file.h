@@ -17,13 +17,15 @@
 namespace ccslice::cli {
 
 /// Channels become point data, floats as they are. `control_cells`: by cell, cell data of that name; none if empty.
-/// Cell regions become cell data "cell_region", their indices. Values of regions, region_values, have no place: split
-/// such a mesh first.
+/// Cell regions become cell data "cell_region", their indices, and field data "cell_region:NAME", a number each, which
+/// say what they are called. (VTK has arrays of strings, but meshio refuses files that have one.) Values of regions,
+/// region_values, have no place: split such a mesh first.
 /// Sharp edges and vertices have no place in the format.
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells = {});
 
 /// Bezier hexahedra of degree 3 (VTK_BEZIER_HEXAHEDRON) and plain ones, with cell data "control_cell" and
 /// "HigherOrderDegrees". What reads it has to know VTK 9's order of points: ParaView from 5.8 on.
-std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names);
+std::string to_vtu(const BezierCells& cells, const std::vector<std::string>& channel_names,
+                   const std::vector<std::string>& region_names = {});
 
 }  // namespace ccslice::cli

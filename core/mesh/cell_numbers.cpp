@@ -45,7 +45,8 @@ void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, cons
   }
   for (auto& [number, region] : regions) {
     region = static_cast<std::uint8_t>(mesh.cell_region_names.size());
-    mesh.cell_region_names.push_back(std::to_string(number));
+    const auto name = numbers.number_names.find(number);
+    mesh.cell_region_names.push_back(name == numbers.number_names.end() ? std::to_string(number) : name->second);
   }
   for (const std::int64_t number : whole) mesh.cell_regions.push_back(regions.at(number));
 }

@@ -26,9 +26,10 @@ std::string known_cell_numbers(const MeshFile& file);
 
 /// Makes cell regions of
 ///
-///   the numbers of that name   a region for each, in ascending order and called by it;
-///   sets                       `names` are theirs, separated by commas, or "sets" for all: a region for each, in this
-///                              order; cells that are in none of them become the region "rest";
+///   the numbers of that name   a region for each, in ascending order and called by it, or as the file calls it;
+///   sets                       `names` are theirs, separated by commas (which names may have, too), or "sets" for
+///                              all: a region for each, in this order; cells that are in none of them become the
+///                              region "rest";
 ///   materials                  likewise, or "materials" for all.
 ///
 /// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if a number

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,7 @@ namespace ccslice {
 struct CellNumbers {
   std::string name;              // Of the array or its component (channels.h), or what the format calls them.
   std::vector<double> of_cells;  // By cell of the mesh.
+  std::map<std::int64_t, std::string> number_names{};  // What the file calls them: nothing, or all, each once.
 };
 
 /// Cells that the file gives a name: an element set, a physical group. Sets may have cells in common.

@@ -62,6 +62,7 @@ class VtuReader {
   std::optional<std::size_t> place_of_numbers(const std::string& name, std::size_t components);
   void drop_partial_channels();
   void drop_partial_numbers();
+  void read_number_names();
   pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
   void require_end(VtuNumbers& numbers) const;
   void warn();
@@ -90,6 +91,7 @@ MeshFile VtuReader::read() {
   if (file_.mesh.cell_kinds.empty()) {
     throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
   }
+  read_number_names();
   append_file_channels(std::move(channels_), limits_, file_);
   leave_out_unused_vertices(unfit_, document_.place(), file_);
   warn();
@@ -344,6 +346,34 @@ void VtuReader::drop_partial_numbers() {
     left_out_.push_back("cell data '" + printable(numbers.name) + "' left out");
     return true;
   });
+}
+
+/// Field data "ARRAY:NAME" of one number say what a number of the cell data ARRAY is called, as ccslice writes it.
+/// Names that aren't one for each number are of something else.
+void VtuReader::read_number_names() {
+  for (CellNumbers& numbers : file_.cell_numbers) {
+    std::set<std::string> used;
+    bool fits = true;
+    for (const pugi::xml_node array : document_.grid().child("FieldData").children("DataArray")) {
+      const std::string_view name = array.attribute("Name").value();
+      if (!name.starts_with(numbers.name) || name.substr(numbers.name.size(), 1) != ":") continue;
+      const bool is_number = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0 &&
+                             array.attribute("NumberOfTuples").as_ullong() == 1 &&
+                             array.attribute("NumberOfComponents").as_uint(1) == 1;
+      if (!is_number) continue;
+      VtuNumbers values = document_.open(array, 1);
+      const std::optional<std::int64_t> number = exact_integer(values.values().any_real("a number with a name"));
+      require_end(values);
+      const std::string own(name.substr(numbers.name.size() + 1));
+      fits = fits && number && !own.empty() && used.insert(own).second &&
+             numbers.number_names.emplace(*number, own).second;
+    }
+    fits = fits && std::ranges::all_of(numbers.of_cells, [&](double value) {
+             const std::optional<std::int64_t> number = exact_integer(value);
+             return number && numbers.number_names.contains(*number);
+           });
+    if (!fits) numbers.number_names.clear();
+  }
 }
 
 /// Channels that this piece hasn't.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/read_vtu.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -38,6 +39,24 @@ TEST(VtuFile, TakesAnyNameAChannelMayHave) {
   mesh.channel_names = {"Härte <a> & \"b\""};
   mesh.channel_values.assign(8, 0.1f);
   expect_same(read_vtu(to_vtu(mesh)).mesh, mesh);
+}
+
+TEST(VtuFile, KeepsTheNamesOfCellRegions) {
+  ControlMesh mesh = oracle::box_mesh(4, 1, 1);
+  mesh.cell_region_names = {"shell", "Kern, <hart> & \"b\"", "10"};
+  mesh.cell_regions = {2, 0, 1, 0};
+  const std::string text = to_vtu(mesh);
+  EXPECT_THAT(text, HasSubstr("<FieldData>\n<DataArray type=\"UInt8\" Name=\"cell_region:shell\" NumberOfTuples=\"1\" "
+                              "format=\"ascii\">0</DataArray>"));
+  MeshFile file = read_vtu(text);
+  EXPECT_TRUE(file.warnings.empty());
+  make_cell_regions("cell_region", file);
+  EXPECT_EQ(file.mesh.cell_region_names, mesh.cell_region_names);
+  EXPECT_EQ(file.mesh.cell_regions, mesh.cell_regions);
+  BezierCells cells;
+  cells.cell_regions = {1};
+  EXPECT_THAT(to_vtu(cells, {}, {"a", "b"}), HasSubstr("Name=\"cell_region:b\" NumberOfTuples=\"1\""));
+  EXPECT_THAT(to_vtu(oracle::box_mesh(1, 1, 1)), testing::Not(HasSubstr("FieldData")));
 }
 
 /// "Man" and its beginnings [RFC 4648]: one array of one, two and three bytes behind a header of eight.

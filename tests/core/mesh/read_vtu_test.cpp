@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
+#include "core/mesh/cell_numbers.h"
 #include "core/mesh/validate.h"
 #include "tests/core/mesh/expect_error.h"
 
@@ -95,6 +97,40 @@ TEST(ReadVtu, KeepsNumbersOfCells) {
   ASSERT_EQ(file.cell_numbers.size(), 1u);
   EXPECT_THAT(file.cell_numbers[0].of_cells, ElementsAre(2, 9));
   EXPECT_THAT(file.warnings, testing::IsSupersetOf({"cell data 'rank' left out", "cell data 'late' left out"}));
+}
+
+std::string named_numbers(const std::string& numbers, const std::string& fields) {
+  return "<FieldData>" + fields + "</FieldData>" + with_cell_data(tet(), array("part", "Int32", numbers));
+}
+
+std::string field(const std::string& name, const std::string& number, const std::string& tuples = "1") {
+  return "<DataArray type=\"Int32\" Name=\"" + name + "\" NumberOfTuples=\"" + tuples + "\" format=\"ascii\">" +
+         number + "</DataArray>";
+}
+
+TEST(ReadVtu, CallsNumbersOfCellsAsFieldDataDo) {
+  MeshFile file = read_vtu(whole(named_numbers("7", field("part:core", "7") + field("part:shell", "-1") +
+                                                        field("other:x", "7") + field("part", "7") +
+                                                        "<Array type=\"String\" Name=\"part:y\" NumberOfTuples=\"1\" "
+                                                        "format=\"ascii\">97 0</Array>" +
+                                                        field("part:long", "1 2", "2"))));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_THAT(file.cell_numbers[0].number_names, ElementsAre(std::pair(-1, "shell"), std::pair(7, "core")));
+  make_cell_regions("part", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("core"));
+}
+
+TEST(ReadVtu, TakesNoNamesThatNumbersDoNotHaveOneOfTheirOwnOf) {
+  for (const std::string& fields :
+       {field("part:core", "8"), field("part:core", "7") + field("part:core", "8"), field("part:", "7"),
+        field("part:a", "7") + field("part:b", "7"), field("part:core", "7.5"), field("part:core", "nan")}) {
+    MeshFile file = read_vtu(whole(named_numbers("7", fields)));
+    EXPECT_TRUE(file.cell_numbers[0].number_names.empty()) << fields;
+    make_cell_regions("part", file);
+    EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("7"));
+  }
+  expect_error([] { read_vtu(whole(named_numbers("7", field("part:core", "x")))); }, ErrorCode::kFileSyntax,
+               "expected a number with a name, found 'x'");
 }
 
 TEST(ReadVtu, ReadsArraysThatComeTwiceOnce) {
