@@ -3,6 +3,7 @@
 
 #include "client/cli/printing.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
 #include <utility>
@@ -122,19 +123,40 @@ bool goes_on(std::string_view map, std::string_view piece) {
          (map.starts_with("blend:") && is_number(piece.substr(0, equals)));
 }
 
+/// Splits at commas, but for those in a name in quotation marks that a piece begins with.
+std::vector<std::string> split_behind_quotes(std::string_view text) {
+  std::vector<std::string> pieces;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t closing = text.substr(begin, 1) == "\"" ? text.find("\"=", begin + 1) : std::string_view::npos;
+    const std::size_t end = std::min(text.find(',', closing == std::string_view::npos ? begin : closing), text.size());
+    pieces.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return pieces;
+}
+
+/// NAME=MAP or "NAME"=MAP.
+std::pair<std::string, std::string> parse_region_map(const std::string& piece) {
+  const bool quoted = piece.starts_with('"');
+  const std::size_t equals = quoted ? piece.find("\"=", 1) + 1 : piece.find('=');
+  const bool has_name = quoted ? equals > 2 : equals != std::string::npos && equals > 0;
+  if (!has_name || equals + 1 == piece.size()) {
+    throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + piece +
+                     "'; names with commas or '=' go between quotation marks: 'region:\"a,b\"=soft'");
+  }
+  const std::size_t marks = quoted ? 1 : 0;
+  return {piece.substr(marks, equals - 2 * marks), piece.substr(equals + 1)};
+}
+
 /// Regions with a map or a material each: "core=blend:x:0=soft,1=hard,shell=hard".
 void parse_region_maps(const std::string& text, v1::Printing& printing) {
   std::vector<std::pair<std::string, std::string>> regions;
-  for (const std::string& piece : split(text, ',')) {
+  for (const std::string& piece : split_behind_quotes(text)) {
     if (!regions.empty() && goes_on(regions.back().second, piece)) {
       regions.back().second += "," + piece;
-      continue;
+    } else {
+      regions.push_back(parse_region_map(piece));
     }
-    const std::size_t equals = piece.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == piece.size()) {
-      throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + piece + "'");
-    }
-    regions.emplace_back(piece.substr(0, equals), piece.substr(equals + 1));
   }
   for (const auto& [region, map] : regions) {
     v1::MaterialMap own;

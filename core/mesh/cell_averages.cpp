@@ -22,6 +22,7 @@
 #include "core/mesh/face_cone.h"
 #include "core/mesh/offenders.h"
 #include "core/mesh/region_values.h"
+#include "core/mesh/similar_name.h"
 
 namespace ccslice {
 namespace {
@@ -120,7 +121,8 @@ void average_cell_numbers(const std::string& name, MeanOver over, MeshFile& file
   const auto found = std::ranges::find(file.cell_numbers, name, &CellNumbers::name);
   if (found == file.cell_numbers.end()) {
     throw Error(ErrorCode::kMeshBadChannel,
-                "the file has no numbers called '" + echoed(name) + "' for its cells; " + known_cell_numbers(file),
+                "the file has no numbers called '" + echoed(name) + "' for its cells; " + known_cell_numbers(file) +
+                    hint_of_case(file.cell_numbers, name, '\''),
                 "channel_names");
   }
   if (contains(mesh.channel_names, name)) {

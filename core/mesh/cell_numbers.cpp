@@ -13,6 +13,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/mesh/similar_name.h"
 
 namespace ccslice {
 
@@ -69,8 +70,13 @@ std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& 
     return sets;
   }
   for (std::size_t begin = 0; begin <= names.size();) {
-    const std::size_t end = std::min(names.find(',', begin), names.size());
-    if (!add(std::string_view(names).substr(begin, end - begin))) return {};
+    // Names may have commas: the longest one that a set has.
+    std::size_t end = names.size();
+    while (!add(std::string_view(names).substr(begin, end - begin))) {
+      const std::size_t comma = end > begin ? names.rfind(',', end - 1) : std::string::npos;
+      if (comma == std::string::npos || comma < begin) return {};
+      end = comma;
+    }
     begin = end + 1;
   }
   return sets;
@@ -111,6 +117,25 @@ std::string known_cell_numbers(const MeshFile& file) {
   return text.empty() ? "it has none" : text;
 }
 
+std::string known_by_another_case(std::string_view names, const MeshFile& file) {
+  const auto hint_of = [&](std::string_view name) {
+    std::string hint = hint_of_case(file.cell_numbers, name, '\'');
+    if (hint.empty()) hint = hint_of_case(file.cell_sets, name, '\'');
+    return hint.empty() ? hint_of_case(file.cell_materials, name, '\'') : hint;
+  };
+  std::string hint = hint_of(names);
+  for (std::size_t begin = 0; begin <= names.size() && hint.empty();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    const std::string_view name = names.substr(begin, end - begin);
+    const auto is_known = [&](const CellSet& set) { return set.name == name; };
+    if (std::ranges::none_of(file.cell_sets, is_known) && std::ranges::none_of(file.cell_materials, is_known)) {
+      hint = hint_of(name);
+    }
+    begin = end + 1;
+  }
+  return hint;
+}
+
 std::optional<std::int64_t> exact_integer(double value) {
   constexpr double kMostExact = 1ll << 53;
   if (!(std::abs(value) <= kMostExact) || std::nearbyint(value) != value) return std::nullopt;
@@ -125,7 +150,8 @@ void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimit
   if (numbers != file.cell_numbers.end()) return make_regions_of_numbers(*numbers, mesh, limits);
   const std::vector<const CellSet*> sets = find_sets(names, file);
   if (sets.empty()) {
-    refuse("the file has no numbers or sets called '" + echoed(names) + "' for its cells; " + known_cell_numbers(file));
+    refuse("the file has no numbers or sets called '" + echoed(names) + "' for its cells; " + known_cell_numbers(file) +
+           known_by_another_case(names, file));
   }
   make_regions_of_sets(sets, mesh, limits);
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/validate.h"
@@ -23,6 +24,10 @@ std::optional<std::int64_t> exact_integer(double value);
 
 /// "it has numbers called 'a', 'b', and sets 'c'", or "it has none".
 std::string known_cell_numbers(const MeshFile& file);
+
+/// "; did you mean 'Core'?" if numbers, a set or a material are called so, or like one of the names between commas, but
+/// for the case of letters. Empty otherwise.
+std::string known_by_another_case(std::string_view names, const MeshFile& file);
 
 /// Makes cell regions of
 ///

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -88,12 +89,36 @@ TEST(PrintingOptions, GiveCellRegionsMapsOfTheirOwn) {
   EXPECT_EQ(in_one->cell_region_maps(3).cell_region(), "2");
   EXPECT_EQ(in_one->cell_region_maps(4).map().direct().shares_size(), 2);
   for (const std::vector<std::string>& bad : {std::vector<std::string>{"region:"},
+                                              {"region:\"\"=soft"},
+                                              {"region:\"a"},
+                                              {"region:\"a\"="},
                                               {"region:core"},
                                               {"region:core="},
                                               {"region:=blend:x:0=a,1=b"},
                                               {"region:core=mix:x"},
                                               {"blend:x:0=a,1=b", "material:a"}}) {
     EXPECT_THROW(parse_printing({.materials = {"a=#102030"}, .maps = bad, .background = ""}), UsageError) << bad[0];
+  }
+}
+
+TEST(PrintingOptions, TakeNamesOfCellRegionsInQuotationMarks) {
+  const auto printing = parse_printing(
+      {.materials = {"soft=#102030"},
+       .maps = {"region:\"a,b=c\"=blend:x:0=soft,1=hard,\"d, \"e\"\"=soft,f=hard", "region:\"g\"=direct:y=soft,z=hard"},
+       .background = ""});
+  ASSERT_EQ(printing->cell_region_maps_size(), 4);
+  EXPECT_EQ(printing->cell_region_maps(0).cell_region(), "a,b=c");
+  EXPECT_EQ(printing->cell_region_maps(0).map().blend().stops_size(), 2);
+  EXPECT_EQ(printing->cell_region_maps(1).cell_region(), "d, \"e\"");
+  EXPECT_EQ(printing->cell_region_maps(1).map().material(), "soft");
+  EXPECT_EQ(printing->cell_region_maps(2).cell_region(), "f");
+  EXPECT_EQ(printing->cell_region_maps(3).cell_region(), "g");
+  EXPECT_EQ(printing->cell_region_maps(3).map().direct().shares_size(), 2);
+  try {
+    FAIL() << parse_printing({.materials = {"soft=#102030"}, .maps = {"region:a,b=soft"}, .background = ""})
+                  ->cell_region_maps_size();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("not 'a'; names with commas or '=' go between quotation marks"));
   }
 }
 

@@ -32,6 +32,7 @@ COVERED = {
     "cell_class": ("classify_test", "an enum"),
     # A line or two.
     "contains": ("polyhedra_test", "std::find"),
+    "similar_name": ("cell_numbers_test", "hints of names in another case"),
     "face_cone": ("cell_averages_test", "a formula; volumes of cells are compared there, of solids in deviation_test"),
     "prefetch": ("same_bytes_test", "changes nothing but time"),
     "block_faces": ("block_shape_test", "its loops are those of shapes and scans"),

@@ -181,6 +181,8 @@ TEST_F(CellRegions, ThatNobodyKnowsHaveNoMaps) {
   const Failure unknown = server_.slice_failure(request);
   EXPECT_EQ(unknown.reason, "CELL_REGION_UNKNOWN");
   EXPECT_EQ(unknown.field, "printing.cell_region_maps[0].cell_region");
+  *request.mutable_printing()->mutable_cell_region_maps(0) = map_of("Shell", "soft");
+  EXPECT_THAT(server_.slice_failure(request).message, testing::HasSubstr("; did you mean \"shell\"?"));
   *request.mutable_printing()->mutable_cell_region_maps(0) = map_of("shell", "soft");
   const Failure unmapped = server_.slice_failure(request);
   EXPECT_EQ(unmapped.reason, "MATERIAL_MAP_MISSING");

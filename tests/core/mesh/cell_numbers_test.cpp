@@ -48,6 +48,14 @@ TEST(CellNumbers, OfOtherNamesAreRefusedWithThoseThatAreThere) {
   expect_error([&] { make_cell_regions("region", file); }, ErrorCode::kMeshBadCellRegion, "it has none");
 }
 
+TEST(CellNumbers, OfNamesInAnotherCaseAreRefusedWithAHint) {
+  MeshFile file = numbered({1, 2});
+  file.cell_sets = {{"Core", {0}}, {"shell", {1}}};
+  expect_error([&] { make_cell_regions("MATERIAL", file); }, ErrorCode::kMeshBadCellRegion,
+               "sets 'Core', 'shell'; did you mean 'material'?");
+  expect_error([&] { make_cell_regions("shell,core", file); }, ErrorCode::kMeshBadCellRegion, "; did you mean 'Core'?");
+}
+
 TEST(CellNumbers, ThatAreNotWholeMakeNoRegions) {
   MeshFile file = numbered({1, 2, 0.25});
   expect_error([&] { make_cell_regions("material", file); }, ErrorCode::kMeshBadCellRegion,
@@ -72,6 +80,15 @@ MeshFile with_sets() {
   MeshFile file = numbered({0, 0, 0, 0, 0});
   file.cell_sets = {{"all", {0, 1, 2, 3, 4}}, {"core", {1, 3}}, {"rest", {0}}, {"a,b", {2, 4}}};
   return file;
+}
+
+TEST(CellSets, MayHaveCommasInTheirNames) {
+  MeshFile file = with_sets();
+  make_cell_regions("core,a,b,rest", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("core", "a,b", "rest"));
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(2, 0, 1, 0, 1));
+  make_cell_regions("a,b,core,rest", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("a,b", "core", "rest"));
 }
 
 TEST(CellSets, MakeRegionsInTheOrderOfTheirNames) {
