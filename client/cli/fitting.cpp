@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <utility>
 
@@ -26,6 +27,7 @@ FitOptions fit_options(bool quiet) {
   FitOptions options;
   options.threads = processors();
   options.progress.preparing = [display] { return display->begin(); };
+  options.progress.reserve = [display](std::uint64_t bytes) { display->tell_memory(bytes); };
   options.progress.sampling = [display](std::size_t done, std::size_t total) {
     display->count("sampling channels", done, total);
   };

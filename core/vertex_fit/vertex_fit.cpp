@@ -307,6 +307,7 @@ std::vector<ControlCellId> VertexFit::folding_cells(const ControlMesh& mesh) con
   options.limits = options_.limits;
   options.cancel = options_.cancel;
   options.threads = options_.threads;
+  options.reserve = options_.progress.reserve;
   if (options_.progress.preparing) options.progress = options_.progress.preparing();
   return folding_control_cells(*LimitSolid::prepare(std::move(positions_only), options));
 }

@@ -80,6 +80,8 @@ struct FitProgress {
   /// The mesh is prepared next to look for folds, several times in a fit. Gives where that tells its progress; it has
   /// to last until it is called again, or the fit is done.
   std::function<PreparationProgress*()> preparing = {};
+  /// What preparing it takes, as PrepareOptions::reserve is told it.
+  std::function<void(std::uint64_t bytes)> reserve = {};
   /// So many cells were sampled for channels that ring.
   std::function<void(std::size_t done, std::size_t total)> sampling = {};
 };

@@ -249,6 +249,8 @@ TEST(VertexFit, TellsItsProgress) {
   std::size_t sampled = 0;
   FitOptions options;
   options.progress.preparing = [&] { return prepared.emplace_back(std::make_unique<PreparationProgress>()).get(); };
+  std::uint64_t reserved = 0;
+  options.progress.reserve = [&](std::uint64_t bytes) { reserved = bytes; };
   options.progress.sampling = [&](std::size_t done, std::size_t) { sampled = done; };
   ControlMesh mesh = uneven_box();
   mesh.channel_names = {"a"};
@@ -257,6 +259,7 @@ TEST(VertexFit, TellsItsProgress) {
   FitReport report;
   ControlMesh fitted = fit.fit_positions(FittedVertices::kBoundary, report);
   EXPECT_GE(prepared.size(), 3u);
+  EXPECT_GT(reserved, 64u << 10) << "what the smallest mesh takes";
   for (const auto& progress : prepared) EXPECT_EQ(progress->state().step, PreparationStep::kFinishing);
   fit.fit_channels(mesh, fitted);
   EXPECT_EQ(sampled, mesh.cell_count());
