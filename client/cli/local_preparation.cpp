@@ -32,7 +32,7 @@ LocalPreparation::~LocalPreparation() {
     thread_.request_stop();
     thread_.join();
   }
-  end_bar();
+  draw();  // Leaves the last state standing, which isn't the end if preparing failed.
 }
 
 PreparationProgress* LocalPreparation::begin() {

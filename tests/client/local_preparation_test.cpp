@@ -51,6 +51,18 @@ TEST(LocalPreparation, HasABarForEachCountedStepOnATerminal) {
   EXPECT_THAT(text, HasSubstr("\rfitting, sampling channels [============            ] 20 of 40 cells"));
 }
 
+TEST(LocalPreparation, DoesNotCallDoneWhatFails) {
+  const std::string text = shown_on_terminal([] {
+    LocalPreparation display("", /*quiet=*/false);
+    PreparationProgress& progress = *display.begin();
+    progress.begin(PreparationStep::kBuilding, 1000);
+    progress.add(300);
+    wait_a_little();
+  });
+  EXPECT_THAT(text, HasSubstr("\rbuilding cells [=======                 ] 300 of 1,000 cells"));
+  EXPECT_THAT(text, Not(HasSubstr("1,000 of 1,000")));
+}
+
 TEST(LocalPreparation, IsQuietIfAskedAndForWhatIsSoonDone) {
   EXPECT_THAT(shown_on_terminal([] { show_two_solids(/*quiet=*/true); }), IsEmpty());
   EXPECT_THAT(shown_on_terminal([] {
