@@ -52,9 +52,12 @@ bool is_host(std::string_view text) {
 /// gRPC takes any number for a port, and says no more than that nobody is there. A name's port may be left out.
 void require_ports(const std::string& text) {
   if (text.starts_with("unix") || text.starts_with("xds:")) return;
-  std::istringstream parts(text);
+  std::istringstream parts(text.substr(text.find(':') + 1));
   for (std::string part; std::getline(parts, part, ',');) {
-    const std::string port = part.substr(part.rfind(':') + 1);
+    part.erase(0, part.rfind('/') + 1);
+    const std::size_t colon = part.rfind(':');
+    if (colon == std::string::npos || (part.find(':') != colon && part[colon - 1] != ']')) continue;  // Of IPv6.
+    const std::string port = part.substr(colon + 1);
     const bool is_number = !port.empty() && port.find_first_not_of("0123456789") == std::string::npos;
     if (is_number && !is_port(port)) refuse_address("there is no port " + port + ", as in '" + text + "'");
   }

@@ -20,14 +20,15 @@ namespace ccslice {
 /// Memory is kept from face to face.
 class BlockShell {
  public:
-  /// A place on a triangle, half way between two of its corners: there triangles are farthest from the face.
+  /// A place on a triangle's edge where that is farthest from the face, about. Its inside may be a third deeper: of a
+  /// parabola, by the square of what the triangle's circumradius is to half of its longest edge.
   struct Place {
     Vec3 voxel;
     double depth;  // How far it is outside, as a share of the block's thickness across the face. > 0.
   };
-  /// A quadrilateral of triangles of which some part is outside.
+  /// A quadrilateral of triangles of which some part is outside. They share the edge from the first corner to the last.
   struct Quad {
-    std::array<std::size_t, 4> corners;  // Nodes.
+    std::array<std::size_t, 4> corners;  // Nodes: a lower pair and an upper one.
     double depth = 0;                    // Of its deepest place.
   };
 

@@ -18,7 +18,7 @@ namespace ccslice {
 namespace {
 
 constexpr double kMostJump = 8.0 / 6;      // Of third derivatives, as a share of the range, by the cube of the depth.
-constexpr double kDeeper = 1.25;           // Shells may be so much deeper than at the places looked at.
+constexpr double kDeeper = 1.4;            // Shells may be so much deeper than at the places that BlockShell finds.
 constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
 constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
 
@@ -31,6 +31,12 @@ double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> cha
     least = std::min(least, std::cbrt(left / (kMostJump * (range.max - range.min))));  // Infinite for constants.
   }
   return least;
+}
+
+/// 0 where nothing is known of it.
+double thickness_of(const CellMap& map) {
+  const double thickness_mm = map.thickness_mm();
+  return std::isfinite(thickness_mm) ? thickness_mm : 0;
 }
 
 }  // namespace
@@ -58,7 +64,7 @@ void FaceSurroundings::collect(LimitCellId cell) {
     if (other == cell) return false;
     if (solid_->touch(cell, other)) {
       touching_.push_back(other);
-      least_thickness_mm_ = std::min(least_thickness_mm_, index.cell_maps[other].thickness_mm());
+      least_thickness_mm_ = std::min(least_thickness_mm_, least_thickness_mm(other));
     } else {
       others_.push_back(other);
     }
@@ -66,21 +72,30 @@ void FaceSurroundings::collect(LimitCellId cell) {
   });
 }
 
+/// What the share of a shell's depth is taken of. Material doesn't go on into another cell region.
+double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
+  const auto region = [this](LimitCellId cell) { return solid_->region_of(solid_->control_cell(cell)); };
+  return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
+}
+
 bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   collect(piece.cell);
   const auto axis = static_cast<Eigen::Index>(side / 2);
   const double thickness_mm = 1 / (piece.shape.inverse_axes.row(axis) * voxel_of_mesh_.linear()).norm();
   const double sure_mm = sure_share_ * least_thickness_mm_;
-  if (others_.empty() && piece.shape.miss * thickness_mm <= sure_mm) return false;  // No shell is deeper than that.
+  if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
-  if (meets_others(piece, mesh_of_voxel_.linear() * piece.shape.inverse_axes.inverse().col(axis))) return true;
-  if (shell_.depth() * thickness_mm <= sure_mm) return false;
+  const Vec3 across = piece.shape.inverse_axes.inverse().col(axis);
+  if (meets_others(piece, mesh_of_voxel_.linear() * across)) return true;
+  if (kDeeper * shell_.depth() * thickness_mm <= sure_mm) return false;
+  const Vec3 outwards = side % 2 != 0 ? across : -across;
   return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
-    const double depth_mm = place.depth * thickness_mm;
+    const double depth_mm = kDeeper * place.depth * thickness_mm;
     if (depth_mm <= sure_mm) return false;
-    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * place.voxel, depth_mm);
-    return there && differs_at(piece, place.voxel, *there);
+    const Vec3 deepest = place.voxel + (kDeeper - 1) * place.depth * outwards;
+    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * deepest, depth_mm);
+    return there && differs_at(piece, deepest, *there);
   });
 }
 
@@ -122,7 +137,8 @@ bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corne
   if (distance->exceeds(other, box.center(), 0.5 * box.diagonal().norm() + depth.norm())) return false;
   if (quarterings == 0) return true;
   const auto& [a, b, c, d] = corners;
-  const Vec3 ab = 0.5 * (a + b), ac = 0.5 * (a + c), bd = 0.5 * (b + d), cd = 0.5 * (c + d), middle = 0.5 * (ab + cd);
+  const Vec3 ab = 0.5 * (a + b), ac = 0.5 * (a + c), bd = 0.5 * (b + d), cd = 0.5 * (c + d);
+  const Vec3 middle = 0.5 * (a + d);  // Of the edge that the triangles share: where it is cut, the quarters hold them.
   const auto quarter = [&](const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
     return meets(other, {p, q, r, s}, depth, quarterings - 1, distance);
   };
@@ -138,7 +154,7 @@ std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point,
   for (const LimitCellId cell : touching_) {
     const CellMap& map = solid_->index().cell_maps[cell];
     const Vec3 guess = map(point);
-    if (depth_mm <= sure_share_ * map.thickness_mm() || !map.may_hold(guess, 0)) continue;
+    if (depth_mm <= sure_share_ * least_thickness_mm(cell) || !map.may_hold(guess, 0)) continue;
     const double distance = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();
     if (distance >= nearest_distance) continue;
     nearest_distance = distance;

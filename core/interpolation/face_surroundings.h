@@ -10,7 +10,8 @@
 //   continuous derivatives. Only the third ones jump: by 8 times a channel's range at most a parameter of the cell
 //   beyond, as third differences of control values are within 4 times. At the depth s of that cell's thickness that is
 //   8 s^3 / 6 of the range. While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
-//   Deeper shells are looked at: the deepest places are inverted, and what lies there is compared with the polynomials.
+//   Deeper shells are looked at, and all where such a cell is of another cell region: the deepest places are inverted,
+//   and what lies there is compared with the polynomials.
 // - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
 //   If one of them may reach into the shell, the polynomials don't hold there.
 // - None. Nobody asks for voxels there.
@@ -57,6 +58,7 @@ class FaceSurroundings {
 
  private:
   void collect(LimitCellId cell);
+  double least_thickness_mm(LimitCellId touching) const;
   bool meets_others(const Piece& piece, const Vec3& across) const;
   bool meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
              std::optional<CellDistance>& distance) const;

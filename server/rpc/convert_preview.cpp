@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::string_view kColourMapPrefix = "COLOUR_MAP_NAME_";
 constexpr int kLegendColours = 32;
-constexpr std::size_t kMostPartBytes = 1 << 20;
+constexpr std::size_t kMostPartBytes = 256 << 10;  // A slow line brings it before its call sheds.
 
 ColourMapName to_colour_map(v1::ColourMapName name) {
   if (name == v1::COLOUR_MAP_NAME_UNSPECIFIED) return PreviewColours().colours;

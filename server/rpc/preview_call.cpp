@@ -84,11 +84,12 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     wait_for_message(start);
   }
 
-  /// Long before the call is ended.
+  /// Long before the call is ended, and at once where others wait for memory.
   void give_memory_back() {
     std::shared_ptr<PreviewPainter> painter;  // Goes without the lock.
     const std::lock_guard lock(mutex_);
-    if (doing_ == Doing::kIdle && SteadyClock::now() - idle_since_ > kKeepMemory) painter = std::move(painter_);
+    const bool keeps = !state_.admission.wants_memory() && SteadyClock::now() - idle_since_ <= kKeepMemory;
+    if (doing_ == Doing::kIdle && !keeps) painter = std::move(painter_);
   }
 
   /// The client doesn't read. It can't be told why, see call.h.
@@ -131,6 +132,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     } catch (...) {
       failure_ = to_status(std::current_exception());
       full_cancel_.cancel();
+      if (doing_ == Doing::kAdmission) return leave_admission(lock, *failure_);
       return end_if_idle(lock);
     }
     if (doing_ == Doing::kIdle) {
@@ -189,7 +191,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       self->decided(refusal);
     });
     lock.lock();
-    if (stopped_) leave_admission(lock);  // Stopped before there was anything to leave.
+    if (stopped_) leave_admission(lock, status_of_stop());  // Stopped before there was anything to leave.
   }
   void ask_for_place(std::unique_lock<std::mutex>& lock) {
     wait_for_admission(lock,
@@ -199,20 +201,21 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   /// it has given its place back.
   void ask_for_memory(std::unique_lock<std::mutex>& lock, std::uint64_t bytes, bool resumes) {
     again_ = true;
-    const std::shared_ptr<PreviewPainter> without = std::exchange(painter_, new_painter());
-    wait_for_admission(lock, [this, bytes, resumes, painter = painter_](Admission::Decision then) {
-      Admission::Memory memory{.reserve = [painter, bytes] { return painter->reserve(bytes); }, .is_short = true};
+    std::shared_ptr<PreviewPainter> without = std::exchange(painter_, new_painter());
+    wait_for_admission(lock, [this, bytes, resumes, &without, painter = painter_](Admission::Decision then) {
+      without = nullptr;
+      Admission::Memory memory{.reserve = [painter, bytes] { return painter->reserve(bytes); },
+                               .is_short = painter->is_short(bytes)};
       if (resumes) return state_.admission.resume(*work_place_, std::move(memory), std::move(then));
       state_.admission.request_memory(*work_place_, std::move(memory), std::move(then));
     });
-    if (lock.owns_lock()) lock.unlock();  // What goes tells others, without the lock.
   }
 
-  /// Where it waits for a place or memory.
-  void leave_admission(std::unique_lock<std::mutex>& lock) {
+  /// Ends the call where it waits for a place or memory.
+  void leave_admission(std::unique_lock<std::mutex>& lock, const grpc::Status& status) {
     if (doing_ != Doing::kAdmission) return;
     if (state_.admission.leave_queue(*work_place_) || state_.admission.leave_memory_queue(*work_place_)) {
-      finish(lock, status_of_stop());
+      finish(lock, status);
     }
   }
 
@@ -278,9 +281,14 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     }
     std::unique_lock lock(mutex_);
     if (doing_ == Doing::kOver) return;
-    if (missing_bytes > 0 && !stopped_) return ask_for_memory(lock, missing_bytes, /*resumes=*/false);
+    if (missing_bytes > 0 && !stopped_) {
+      const bool is_begun =
+          parts_.has_sent_any(v1::PREVIEW_STAGE_COARSE) || parts_.has_sent_any(v1::PREVIEW_STAGE_FULL);
+      if (is_begun) give_back_place();
+      return ask_for_memory(lock, missing_bytes, /*resumes=*/is_begun);
+    }
     if (failed && !cancel_.cancelled()) {
-      if (full_cancel.cancelled()) {
+      if (full_cancel.cancelled() && !parts_.has_sent_any(v1::PREVIEW_STAGE_FULL)) {
         ++stopped_pictures_;
       } else if (!failure_) {
         failure_ = to_status(failed);
@@ -402,7 +410,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     const auto self = shared_from_this();
     stop();
     std::unique_lock lock(mutex_);
-    leave_admission(lock);
+    leave_admission(lock, status_of_stop());
   }
 
   void stop() override {

@@ -3,10 +3,12 @@
 
 #include "server/rpc/preview_painter.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "core/slicer/slicer_memory.h"
+#include "server/service/limits.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -18,7 +20,14 @@ PreviewPainter::PreviewPainter(MeshPtr mesh, MemoryBudget& scratch, std::functio
       planes_(mesh_->solid()),
       share_(scratch) {}
 
-bool PreviewPainter::reserve(std::uint64_t bytes) noexcept { return share_.resize(bytes); }
+bool PreviewPainter::reserve(std::uint64_t bytes) noexcept {
+  const std::uint64_t all = scratch_.capacity_bytes();
+  return share_.resize(bytes, is_short(bytes) ? 0 : std::min(scratch_for_short(all), all - bytes));
+}
+
+bool PreviewPainter::is_short(std::uint64_t bytes) const noexcept {
+  return bytes <= scratch_for_short(scratch_.capacity_bytes());
+}
 
 PreviewPicture PreviewPainter::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
   SliceJob layer;
@@ -47,13 +56,16 @@ void PreviewPainter::require_memory(const SliceJob& layer, const CancellationTok
     const SlicerMemory memory = slicer_memory(mesh_->solid(), layer, cancel);
     solid_bytes_ = memory.shared_bytes + memory.slicer_bytes;
   }
-  const std::uint64_t pixels = std::uint64_t{layer.grid.extent.columns} * layer.grid.extent.rows;
+  const LayerWindow window = region_of(layer).window();
+  const std::uint64_t pixels = std::uint64_t{window.columns} * window.rows;
   const std::uint64_t wanted = solid_bytes_ + kBytesAPixel * pixels;
   if (wanted <= share_.bytes()) return;
   if (wanted > scratch_.capacity_bytes()) {
+    const std::string remedy =
+        solid_bytes_ < scratch_.capacity_bytes() ? "ask for a smaller one" : "use a larger server";
     throw job_exceeds_memory(
-        "a picture of " + std::to_string(layer.grid.extent.columns) + " x " + std::to_string(layer.grid.extent.rows),
-        wanted, scratch_.capacity_bytes(), "ask for a smaller one", "--scratch-budget-bytes");
+        "a picture of " + std::to_string(window.columns) + " x " + std::to_string(window.rows) + " pixels", wanted,
+        scratch_.capacity_bytes(), remedy, "--scratch-budget-bytes");
   }
   if (is_crowded_() || !reserve(wanted)) throw PreviewMemoryMissing{wanted};
 }

@@ -32,8 +32,10 @@ class PreviewPainter {
   /// `is_crowded`: whether others wait for the memory, so that it mustn't be taken without waiting too.
   PreviewPainter(MeshPtr mesh, MemoryBudget& scratch, std::function<bool()> is_crowded);
 
-  /// Takes the memory of a picture, if there is as much.
+  /// Takes the memory of a picture, if there is as much. REQUIRES: no more than there is in all.
   [[nodiscard]] bool reserve(std::uint64_t bytes) noexcept;
+  /// So much needn't wait behind long work: Admission::Memory.
+  bool is_short(std::uint64_t bytes) const noexcept;
   std::uint64_t reserved_bytes() const noexcept { return share_.bytes(); }
   PreviewPicture paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel);
   /// `key`: equal for requests whose layers are of one job.

@@ -54,8 +54,7 @@ class SheddingCall : public StreamCall<Response> {
   std::uint64_t bytes_left(std::uint64_t scratch_bytes) const {
     if (is_short()) return 0;
     const std::uint64_t all = state_.scratch.capacity_bytes();
-    const std::uint64_t left = std::max(all / kInteractiveShareOfScratch, std::min(all / 2, kInteractiveScratchBytes));
-    return std::min(left, all - scratch_bytes);
+    return std::min(scratch_for_short(all), all - scratch_bytes);
   }
 
   /// For the first time. Once.

@@ -76,7 +76,9 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     return job.printing ? mask_shape(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm) : std::nullopt;
   }
 
-  bool is_short() const override { return pieces_ == Pieces::kInteractive; }
+  bool is_short() const override {
+    return pieces_ == Pieces::kInteractive && scratch_bytes() <= scratch_for_short(state_.scratch.capacity_bytes());
+  }
   std::uint64_t scratch_bytes() const { return SlicerSource::least_bytes(memory_); }
 
   /// What the slicers need, one of them at least, and the window's share of the memory of all streams: what the layers

@@ -116,13 +116,17 @@ Admission::Rank Admission::rank_of(const Place& place) {
 }
 
 /// Whether the client of `a` comes before that of `b`, which came before it. REQUIRES: the lock.
-bool Admission::comes_first(const Place& a, const Place& b) {
-  const Client &of_a = clients_[a.client_], &of_b = clients_[b.client_];
-  return std::pair(of_a.running, of_a.served) < std::pair(of_b.running, of_b.served);
+bool Admission::comes_first(const Place& a, const Place& b) const {
+  const auto turn_of = [this](const Place& place) {
+    const auto found = clients_.find(place.client_);
+    return found == clients_.end() ? std::pair<std::size_t, std::uint64_t>()
+                                   : std::pair(found->second.running, found->second.served);
+  };
+  return turn_of(a) < turn_of(b);
 }
 
 /// Takes it if so. REQUIRES: the lock.
-bool Admission::has_memory_for(const Place& place) {
+bool Admission::has_memory_for(const Place& place) const {
   const Memory& memory = place.memory_;
   if (!memory.reserve) return true;
   const Rank rank = rank_of(place);
@@ -159,7 +163,8 @@ void Admission::stop_running(Place& place) {
 /// yet. False if no client has more than the place's own would have. REQUIRES: the lock.
 bool Admission::make_room_in_queue(const Place& place, Refusal& refused) {
   if (expiring_ < limits_.waiting) return true;
-  std::size_t most = clients_[place.client_].expiring + 2;
+  const auto own = clients_.find(place.client_);
+  std::size_t most = (own == clients_.end() ? 0 : own->second.expiring) + 2;
   Place* newest = nullptr;
   for (auto& [name, client] : clients_) {
     if (client.expiring < most) continue;
@@ -352,9 +357,11 @@ void Admission::take_out(Place& place) {
   place.state_ = Place::State::kNone;
   note_lack_of_memory(place, false);
   place.memory_ = {};
-  if (place.turn_ == Place::Turn::kResumes) return;
-  --client.expiring;
-  --expiring_;
+  if (place.turn_ != Place::Turn::kResumes) {
+    --client.expiring;
+    --expiring_;
+  }
+  if (client.served == 0 && client.is_idle()) clients_.erase(place.client_);  // Nothing is known of it.
 }
 
 std::exception_ptr Admission::busy(bool for_memory) const {

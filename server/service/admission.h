@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Who may compute, and who waits for it. So many calls RUN; so many more WAIT, in the order in which they came, for at
-// most so long; further ones are refused and told when to come again. A call that waits holds no thread and nothing of
+// Who may compute, and who waits for it. So many calls RUN; so many more WAIT, for at most so long; further ones are
+// refused and told when to come again. A call that waits holds no thread and nothing of
 // the server's but its request.
 //
 // Long calls may go on for hours, as many as run. So there are some places beyond those, which long calls don't take:
@@ -14,7 +14,7 @@
 // read.
 //
 // Among those whose turn it is equally, the client comes first of whom fewest calls run, then the one who was served
-// longest ago, then who waits longest. Where the queue is full, a client who has fewer calls in it than another one
+// longest ago, then who waits longest. Where the queue is full, a client who has two calls less in it than another one
 // takes the place of that one's newest. So a client with one call needn't wait for all of one who makes hundreds.
 
 #pragma once
@@ -143,9 +143,9 @@ class Admission {
   void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
   static bool is_under_way(const Place& place, Place::Turn turn);
   bool has_place_for(const Place& place) const;
-  bool has_memory_for(const Place& place);
+  bool has_memory_for(const Place& place) const;
   static Rank rank_of(const Place& place);
-  bool comes_first(const Place& a, const Place& b);
+  bool comes_first(const Place& a, const Place& b) const;
   void admit_of_rank(Rank rank, std::vector<Decision>& admitted);
   void run(Place& place);
   void stop_running(Place& place);

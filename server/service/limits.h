@@ -53,10 +53,11 @@ inline constexpr double kMinChordToleranceMm = 1e-5;
 inline constexpr double kMaxChordToleranceMm = 1e3;
 inline constexpr double kDefaultChordToleranceMm = 0.05;
 
-/// Of the memory for scratch, what ranges of layers that aren't interactive leave to those that are: an eighth, but at
-/// least this or half of it, so that one of these finds room.
-inline constexpr std::uint64_t kInteractiveShareOfScratch = 8;
-inline constexpr std::uint64_t kInteractiveScratchBytes = 128u << 20;
+/// Of the memory for scratch, what long work leaves to short work: an eighth, but at least 128 MiB or half of it, so
+/// that some of that finds room. What takes more isn't short: others would wait for its end.
+constexpr std::uint64_t scratch_for_short(std::uint64_t capacity_bytes) {
+  return std::max(capacity_bytes / 8, std::min<std::uint64_t>(capacity_bytes / 2, 128u << 20));
+}
 
 /// How many calls run beyond --max-concurrent-calls, as long as these aren't long: a quarter.
 inline constexpr std::size_t kShortShareOfCalls = 4;

@@ -49,11 +49,12 @@ constexpr std::uint64_t kLeastMeshBytes = 16 * kMiB, kLeastStreamWindow = 32 * k
 constexpr std::uint64_t mesh_memory(std::uint64_t memory) {
   const std::uint64_t others = process_memory(memory) + least_scratch(memory) + connection_memory(memory) +
                                passing_memory(memory, kLeastMeshBytes) + passing_memory(memory, kLeastStreamWindow);
-  return std::min(memory / 8 * 5, memory - std::min(memory, others));
+  return std::min(memory / 8 * 5, memory - others);
 }
 
-/// The sum of all budgets and of what the process takes is the memory.
-ServerOptions default_options(std::size_t cpus, std::uint64_t memory) {
+/// The sum of all budgets and of what the process takes is the memory, of which there is at least the least.
+ServerOptions default_options(std::size_t cpus, std::uint64_t granted_memory) {
+  const std::uint64_t memory = std::max(granted_memory, kLeastMemory);
   ServerOptions options;
   options.threads = cpus;
   options.memory_bytes = memory;
@@ -219,7 +220,7 @@ const std::vector<OptionSpec>& option_specs() {
                   "what this process may use (its cgroup's limit counts)."),
       size_option("--cache-bytes", &ServerOptions::cache_bytes, {kMiB},
                   "Memory for prepared meshes. When it is full, the least recently used ones are dropped, but none in "
-                  "use. By default three eighths of --memory."),
+                  "use. By default three eighths of --memory, or less of a small one."),
       duration_option("--mesh-ttl", &ServerOptions::mesh_time_to_live,
                       "Drop meshes that nobody used for this long. 0 keeps them until the cache needs the room."),
       {"--mesh-store", "PLACE",
@@ -260,9 +261,8 @@ const std::vector<OptionSpec>& option_specs() {
        },
        [](const ServerOptions& o) { return std::to_string(o.max_calls_per_client); }},
       {"--max-waiting-calls", "N",
-       "Calls that wait for one of those to end, in the order in which they came. Further ones are refused and asked "
-       "to "
-       "retry (SERVER_BUSY). By default four times --max-concurrent-calls; 0 lets none wait.",
+       "Calls that wait for one of those to end, clients in turn. Further ones are refused and asked to retry "
+       "(SERVER_BUSY). By default four times --max-concurrent-calls; 0 lets none wait.",
        [](ServerOptions& o, const std::string& v) {
          o.max_waiting_calls = static_cast<std::size_t>(parse_count(v, 0, 4 * kMostCalls));
        },
@@ -282,7 +282,7 @@ const std::vector<OptionSpec>& option_specs() {
           "points and what comes of them, too. A call works "
           "with as many slicers as fit, and waits where not even one does (--admission-wait). One that could "
           "never begin is refused (JOB_EXCEEDS_MEMORY). Some is kept for short ranges. By default what the other "
-          "budgets leave of --memory, less 256MiB for the process, but at least 256MiB or a quarter of --memory."),
+          "budgets leave of --memory, less 256MiB or a quarter for the process, but at least as much again."),
       size_option("--max-mesh-bytes", &ServerOptions::max_mesh_bytes, {1024, kMaxProtobufBytes}, "Largest upload."),
       size_option("--upload-budget-bytes", &ServerOptions::upload_budget_bytes, {1024},
                   "Bytes that all running uploads may hold together; at least --max-mesh-bytes."),
@@ -305,7 +305,7 @@ const std::vector<OptionSpec>& option_specs() {
       size_option("--connection-budget-bytes", &ServerOptions::connection_budget_bytes, {16 * kMiB},
                   "Memory for what arrives over all connections and isn't a whole message yet. Where more comes, calls "
                   "and connections are ended for it. By default a thirty-second of the memory this process may use, "
-                  "but at most 512MiB."),
+                  "but at most 512MiB and at least 64MiB or an eighth."),
       duration_option("--connection-idle", &ServerOptions::connection_idle,
                       "Drop connections on which no call has been open for this long; clients connect again by "
                       "themselves. 0 keeps them."),

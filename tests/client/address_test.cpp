@@ -36,12 +36,13 @@ TEST(Address, MayAskForTls) {
 
 TEST(Address, MayBelongToGrpc) {
   for (const char* text : {"unix:/run/ccsliced.sock", "unix:/run/99999:99999", "dns:///slicer:50051", "dns:slicer",
-                           "ipv4:127.0.0.1:50051,127.0.0.2:50051", "ipv6:[::1]:50051"}) {
+                           "ipv4:127.0.0.1:50051,127.0.0.2:50051", "ipv6:[::1]:50051", "dns:///2001:db8::0"}) {
     EXPECT_EQ(parse_address(text).target, text);
     EXPECT_FALSE(is_name(parse_address(text)));
   }
   EXPECT_THAT(refusal_of({"dns:///slicer:65536"}), HasSubstr("there is no port 65536, as in 'dns:///slicer:65536'"));
   EXPECT_THAT(refusal_of({"ipv4:127.0.0.1:50051,127.0.0.2:0"}), HasSubstr("there is no port 0"));
+  EXPECT_THAT(refusal_of({"ipv6:[::1]:70000"}), HasSubstr("there is no port 70000"));
 }
 
 TEST(Address, IsANameOnlyWhereItMayStandForSeveralServers) {

@@ -425,7 +425,6 @@ TEST_F(Preview, IsEndedByAServerThatStops) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
 }
 
-/// A server that looks often for silent clients.
 /// Pictures far larger than what the transport holds, of a client that reads their first part and no more.
 class LaggingPreview : public Preview {
  protected:
@@ -516,7 +515,7 @@ TEST_F(Preview, WaitsForMemoryThatOthersHave) {
   const std::vector<Shown> got = read_all(*stream);
   EXPECT_TRUE(stream->Finish().ok());
   ASSERT_FALSE(got.empty());
-  EXPECT_EQ(got.back().number, 2u) << "the latest wins";
+  EXPECT_EQ(got.front().number, 2u) << "the latest wins";
 }
 
 /// A server with memory for small pictures.
@@ -530,6 +529,50 @@ class CrampedPreview : public Preview {
   CrampedPreview() : Preview(options()) {}
 };
 
+TEST_F(CrampedPreview, TakesMemoryForTheRegionOfALayerAndNotForAllOfIt) {
+  v1::PreviewRequest asked = request(1);
+  v1::PreviewLayer& layer = *asked.mutable_plane()->mutable_layer();
+  v1::VoxelPitch& pitch = *layer.mutable_grid()->mutable_pitch();
+  pitch.set_x_mm(0.002);
+  pitch.set_y_mm(0.002);
+  pitch.set_z_mm(0.1);
+  v1::VoxelRegion& voxels = *layer.mutable_region()->mutable_voxels();
+  voxels.set_first_column(100);
+  voxels.mutable_extent()->set_columns(64);
+  voxels.mutable_extent()->set_rows(64);
+  voxels.mutable_extent()->set_layers(1);
+  layer.set_layer(0);
+  asked.clear_width();
+  asked.clear_height();
+  EXPECT_EQ(shown({asked}).back().header.width(), 64u);
+}
+
+TEST_F(CrampedPreview, GivesUpWhatItKeepsIdleWhenOthersWaitForMemory) {
+  ServiceState& state = server_.server().state();
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  stream->Write(request(1));
+  v1::PreviewResponse message;
+  ASSERT_TRUE(stream->Read(&message) && message.last());
+  ASSERT_TRUE(eventually([&state] { return state.admission.running() == 0; }, 5s));
+  const std::uint64_t kept = state.scratch.used_bytes();
+  ASSERT_GT(kept, 0u);
+  MemoryBudget::Share rest(state.scratch);
+  ASSERT_TRUE(rest.resize(state.scratch.capacity_bytes() - kept));
+  bool is_served = false;
+  std::thread other([&] { is_served = server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok(); });
+  EXPECT_TRUE(eventually([&state] { return state.admission.wants_memory(); }, 5s));
+  EXPECT_TRUE(eventually(
+      [&] {
+        server_.server().relieve();
+        return state.scratch.used_bytes() < state.scratch.capacity_bytes();
+      },
+      5s));
+  rest.give_back();
+  other.join();
+  EXPECT_TRUE(is_served);
+}
+
 TEST_F(CrampedPreview, RefusesWhatWillNeverFit) {
   v1::PreviewRequest asked = request(1);
   asked.set_width(2000);
@@ -537,10 +580,11 @@ TEST_F(CrampedPreview, RefusesWhatWillNeverFit) {
   const Failure refused = failure(asked);
   EXPECT_EQ(refused.reason, "JOB_EXCEEDS_MEMORY");
   EXPECT_FALSE(refused.retry);
-  EXPECT_THAT(refused.message, HasSubstr("a picture of 2000 x 2000 takes about"));
+  EXPECT_THAT(refused.message, HasSubstr("a picture of 2000 x 2000 pixels takes about"));
   EXPECT_THAT(refused.message, HasSubstr("ask for a smaller one, or raise --scratch-budget-bytes"));
 }
 
+/// A server that looks often for silent clients.
 class PreviewPatience : public Preview {
  protected:
   static ServerOptions impatient() {

@@ -41,9 +41,9 @@ class Identity:
     def channel(self, address: str) -> grpc.Channel:
         """Of several addresses with commas between them, as the command line takes them, to the first."""
         address = address.split(",")[0]
-        port = "" if address.startswith("unix") else address.rpartition(":")[2]
-        if port.isdecimal() and not 0 < int(port) < 1 << 16:
-            raise ValueError(f"there is no port {port}, as in {address!r}")
+        port = re.fullmatch(r"(?:(?:dns|ipv4|ipv6):)?(?:.*/)?(?:[^:/]*|\[.*\]):(\d+)", address)
+        if port and not address.startswith("unix") and not 0 < int(port[1]) < 1 << 16:
+            raise ValueError(f"there is no port {port[1]}, as in {address!r}")
         scheme, host = address[:len(_TLS_SCHEME)], address[len(_TLS_SCHEME):]
         if scheme == _TLS_SCHEME:
             address = host if ":" in host else host + ":443"

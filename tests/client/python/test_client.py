@@ -87,7 +87,7 @@ class Values(unittest.TestCase):
         cls.client.close()
 
     def test_a_port_that_does_not_exist_is_told(self):
-        for address in ("localhost:65536", "dns:///slicer:0"):
+        for address in ("localhost:65536", "dns:///slicer:0", "dns:slicer:70000", "ipv6:[::1]:99999"):
             with self.assertRaisesRegex(ValueError, "there is no port"):
                 ccslice.Client(address)
 

@@ -80,6 +80,26 @@ TEST(BlockShell, PlacesLieOnTheTriangles) {
   }
 }
 
+// The middle of such a face is where the triangles are, and either half of it elsewhere.
+TEST(BlockShell, FacesWithAnInflectionHaveOneOnEitherSide) {
+  for (const double rise : {0.3, 3.0, 30.0}) {
+    const BlockPoints points = shell_block([=](const Vec3& p) {
+      const double wave = p.x() * (p.x() - 0.5) * (p.x() - 1) / 0.048113;  // 1 at most.
+      return Vec3(300 * p.x(), 40 * p.y(), 20 * p.z() + rise * wave);
+    });
+    const BlockShape shape = shape_of(points);
+    const double share = std::pow(static_cast<double>(shape.step) / 4, 3);  // Of the cubic part, by the edges' length.
+    for (const std::size_t side : {kTop, kTop - 1}) {
+      const double depth = shell_of(points, side).depth();
+      if (shape.step == 4) {
+        EXPECT_NEAR(depth, 0.974 * rise / 20, 1e-3 * rise / 20) << rise;
+      } else {
+        EXPECT_GT(depth, share * rise / 20) << rise;
+      }
+    }
+  }
+}
+
 // One of a saddle's diagonals lies outside, whichever the triangles share.
 TEST(BlockShell, SaddlesHaveShellsOnBothSides) {
   const BlockPoints points = shell_block([](const Vec3& p) {
