@@ -124,16 +124,17 @@ void BlockShell::find(const BlockPoints& points, const BlockShape& shape, std::s
     const bool a_to_d = (points[a] - points[d]).squaredNorm() <= (points[b] - points[c]).squaredNorm();
     Quad quad;
     quad.corners = a_to_d ? std::array{a, b, c, d} : std::array{b, a, d, c};
-    const auto add = [&](std::size_t from, std::size_t to, const Deepest& most) {
+    const auto add = [&](std::size_t from, std::size_t to, const Deepest& most, bool is_its_own = true) {
       if (!(most.depth > kFlat)) return;
-      places_.push_back({(1 - most.share) * points[from] + most.share * points[to], most.depth});
+      if (is_its_own) places_.push_back({(1 - most.share) * points[from] + most.share * points[to], most.depth});
       quad.depth = std::max(quad.depth, most.depth);
     };
     add(a_to_d ? a : c, a_to_d ? d : b, heights.over_diagonal(s, t, a_to_d));
     add(a, b, heights.over_s(s, t));
     add(a, c, heights.over_t(s, t));
-    add(c, d, heights.over_s(s, t + step));
-    add(b, d, heights.over_t(s + step, t));
+    // The edges at its ends are the next one's, if there is one.
+    add(c, d, heights.over_s(s, t + step), t + step + 1 == kBlockNodes);
+    add(b, d, heights.over_t(s + step, t), s + step + 1 == kBlockNodes);
     if (!(quad.depth > 0)) return;
     quads_.push_back(quad);
     depth_ = std::max(depth_, quad.depth);

@@ -132,7 +132,7 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
     piece.at_boundary = piece.at_boundary || at_boundary;
     // Beyond an interface is another region, whose material need not go on from this one's.
     if (interface_sides >> side & 1 || (at_boundary && is_steep_at(frame, axis, high, error)) ||
-        surroundings_.may_differ({cell, points_, shape, frame, polynomials_}, side)) {
+        surroundings_.may_differ({cell, points_, shape, frame, polynomials_, error}, side)) {
       piece.beyond.push_back(fit_beyond(axis, high));
     }
   }

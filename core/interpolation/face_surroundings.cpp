@@ -22,13 +22,13 @@ constexpr double kDeeper = 1.4;            // Shells may be so much deeper than 
 constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
 constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
 
-/// Where a jump of third derivatives comes to what pieces' bounds leave of the tolerance, as a share of a cell.
+/// Where a jump of third derivatives comes to the tolerance, as a share of a cell.
 double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> channels) {
   double least = std::numeric_limits<double>::infinity();
   for (const ChannelTolerance& channel : channels) {
     const ChannelRange& range = solid.summary().channels[channel.channel];
-    const double left = (1 - kPieceShare) * channel.tolerance;
-    least = std::min(least, std::cbrt(left / (kMostJump * (range.max - range.min))));  // Infinite for constants.
+    const double most = kMostJump * (range.max - range.min);
+    least = std::min(least, std::cbrt(channel.tolerance / most));  // Infinite for constants.
   }
   return least;
 }
@@ -82,7 +82,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   collect(piece.cell);
   const auto axis = static_cast<Eigen::Index>(side / 2);
   const double thickness_mm = 1 / (piece.shape.inverse_axes.row(axis) * voxel_of_mesh_.linear()).norm();
-  const double sure_mm = sure_share_ * least_thickness_mm_;
+  const double sure = std::cbrt(1 - piece.error) * sure_share_, sure_mm = sure * least_thickness_mm_;
   if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
@@ -94,7 +94,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
     const double depth_mm = kDeeper * place.depth * thickness_mm;
     if (depth_mm <= sure_mm) return false;
     const Vec3 deepest = place.voxel + (kDeeper - 1) * place.depth * outwards;
-    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * deepest, depth_mm);
+    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * deepest, depth_mm / sure);
     return there && differs_at(piece, deepest, *there);
   });
 }
@@ -146,15 +146,15 @@ bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corne
          quarter(middle, bd, cd, d);
 }
 
-/// About the parameter of a point that is so far beyond the face, in a cell that touches the piece's and is thin enough
-/// for that to matter. Nothing if there is none.
-std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point, double depth_mm) const {
+/// About the parameter of a point in a cell that touches the piece's and is thinner than `thickness_mm`. Nothing if
+/// there is none.
+std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point, double thickness_mm) const {
   std::optional<CellParam> nearest;
   double nearest_distance = std::numeric_limits<double>::infinity();
   for (const LimitCellId cell : touching_) {
     const CellMap& map = solid_->index().cell_maps[cell];
     const Vec3 guess = map(point);
-    if (depth_mm <= sure_share_ * least_thickness_mm(cell) || !map.may_hold(guess, 0)) continue;
+    if (thickness_mm <= least_thickness_mm(cell) || !map.may_hold(guess, 0)) continue;
     const double distance = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();
     if (distance >= nearest_distance) continue;
     nearest_distance = distance;

@@ -50,6 +50,7 @@ class FaceSurroundings {
     const BlockShape& shape;
     const VoxelFrame& frame;
     std::span<const CubicPolynomial> polynomials;
+    double error;  // Its bound's, as a share of the tolerance. < 1.
   };
 
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
@@ -62,14 +63,14 @@ class FaceSurroundings {
   bool meets_others(const Piece& piece, const Vec3& across) const;
   bool meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
              std::optional<CellDistance>& distance) const;
-  std::optional<CellParam> guess_in_thin_cell(const Vec3& point, double depth_mm) const;
+  std::optional<CellParam> guess_in_thin_cell(const Vec3& point, double thickness_mm) const;
   bool differs_at(const Piece& piece, const Vec3& voxel, const CellParam& hint);
 
   std::shared_ptr<const LimitSolid> solid_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;
   const std::vector<ChannelTolerance> channels_;
   const InversionOptions inversion_;
-  double sure_share_;  // Shells less deep, as a share of the thickness of what lies there, need no look.
+  double sure_share_;  // Shells less deep, as a share of the thickness of what lies there, stay within the tolerance.
   std::optional<PointInverter> inverter_;  // Where it is needed.
   std::vector<double> values_;
 

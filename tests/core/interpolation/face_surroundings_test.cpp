@@ -58,8 +58,9 @@ std::set<std::uint32_t> cells_that_may_differ(ControlMesh mesh, const Material& 
       for (std::size_t side = 0; side < 6; ++side) {
         const auto axis = static_cast<Eigen::Index>(side / 2);
         if (side % 2 != 0 ? node.parameters.high[axis] != 1 : node.parameters.low[axis] != 0) continue;
-        if (surroundings.may_differ({cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials},
-                                    side)) {
+        if (surroundings.may_differ(
+                {cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error},
+                side)) {
           found.insert(solid->control_cell(cell));
         }
       }
