@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kPause{100};
 
-/// Of the steps that are counted.
+/// What a step that is counted is called.
 const char* name_of(PreparationStep step) {
   switch (step) {
     case PreparationStep::kBounding: return "bounding cells";

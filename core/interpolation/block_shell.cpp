@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFlat = 1e-9;  // What is outside by less is flat.
 
-/// Of a chord: how far it is outside, and where, from its one end to the other.
+/// How far a chord is outside at most, and at which share of the way from its one end to the other.
 struct Deepest {
   double depth, share;
 };
@@ -21,6 +21,8 @@ struct Deepest {
 /// The nodes' places across a face, outwards, as shares of the thickness.
 class Heights {
  public:
+  using Line = std::array<double, kBlockNodes>;
+
   Heights(const BlockPoints& points, const BlockShape& shape, std::size_t side) : step_(shape.step) {
     const BlockFace face(side / 2, side % 2);
     const Eigen::RowVector3d outwards =
@@ -31,16 +33,8 @@ class Heights {
   }
 
   /// Where a chord, from a node to the step-th along s, is farthest outside of the arc.
-  Deepest over_s(std::size_t s, std::size_t t) const {
-    Line line;
-    for (std::size_t n = 0; n < kBlockNodes; ++n) line[n] = at(n, t);
-    return over_arc(line, s);
-  }
-  Deepest over_t(std::size_t s, std::size_t t) const {
-    Line line;
-    for (std::size_t n = 0; n < kBlockNodes; ++n) line[n] = at(s, n);
-    return over_arc(line, t);
-  }
+  Deepest over_s(std::size_t s, std::size_t t) const { return over_arc(along_s(t), s); }
+  Deepest over_t(std::size_t s, std::size_t t) const { return over_arc(along_t(s), t); }
   /// The same for a diagonal of the quadrilateral: that from its lower corner, or the other one.
   Deepest over_diagonal(std::size_t s, std::size_t t, bool from_lower) const {
     if (step_ == kBlockNodes - 1) {
@@ -50,7 +44,9 @@ class Heights {
     }
     const double a = at(s, t), b = at(s + step_, t), c = at(s, t + step_), d = at(s + step_, t + step_);
     const double chord = 0.5 * (from_lower ? a + d : b + c);
-    if (step_ > 1) return deepest(chord - at(s + 1, t + 1), cubic_over_s(t + 1) + cubic_over_t(s + 1));
+    if (step_ > 1) {
+      return deepest(chord - at(s + 1, t + 1), cubic_over(along_s(t + 1)) + cubic_over(along_t(s + 1)));
+    }
     const double of_corners = 0.25 * (a + b + c + d);
     const double arcs =
         std::max(over_s(s, t).depth, over_s(s, t + 1).depth) + std::max(over_t(s, t).depth, over_t(s + 1, t).depth);
@@ -58,10 +54,14 @@ class Heights {
   }
 
  private:
-  using Line = std::array<double, kBlockNodes>;
-
   static std::size_t inner(std::size_t n) { return std::clamp<std::size_t>(n, 1, kBlockNodes - 2); }
   double at(std::size_t s, std::size_t t) const { return heights_[t][s]; }
+  const Line& along_s(std::size_t t) const { return heights_[t]; }
+  Line along_t(std::size_t s) const {
+    Line line;
+    for (std::size_t n = 0; n < kBlockNodes; ++n) line[n] = at(s, n);
+    return line;
+  }
 
   Deepest over_arc(const Line& line, std::size_t from) const {
     if (step_ == kBlockNodes - 1) {  // All nodes lie between its ends.
@@ -87,25 +87,15 @@ class Heights {
     const auto length = static_cast<double>(step_);
     return 0.0482 / 6 * length * length * length * std::max(std::abs(rising), std::abs(falling));
   }
-  double cubic_over_s(std::size_t t) const {
-    Line line;
-    for (std::size_t n = 0; n < kBlockNodes; ++n) line[n] = at(n, t);
-    return cubic_over(line);
-  }
-  double cubic_over_t(std::size_t s) const {
-    Line line;
-    for (std::size_t n = 0; n < kBlockNodes; ++n) line[n] = at(s, n);
-    return cubic_over(line);
-  }
-  /// Of an arc's depth in the middle, where a parabola is deepest, and what a cubic adds at a fifth: there a parabola
-  /// has two thirds of its depth.
+  /// Chooses between the arc's middle, where a parabola is deepest, and a fifth of its length, where a parabola has two
+  /// thirds of its depth and a cubic adds to that.
   static Deepest deepest(double in_middle, double of_cubic) {
     const double at_fifth = 2.0 / 3 * in_middle + of_cubic;
     return at_fifth > in_middle && of_cubic > kFlat ? Deepest{at_fifth, 0.21} : Deepest{in_middle, 0.5};
   }
 
   std::size_t step_;
-  std::array<std::array<double, kBlockNodes>, kBlockNodes> heights_;
+  std::array<Line, kBlockNodes> heights_;  // Along s, one after the other.
 };
 
 }  // namespace

@@ -239,8 +239,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     CancellationToken full_cancel;
     {
       const std::lock_guard lock(mutex_);
-      const bool is_outrun =
-          waiting_ && !parts_.has_sent_any(v1::PREVIEW_STAGE_COARSE) && !parts_.has_sent_any(v1::PREVIEW_STAGE_FULL);
+      const bool is_outrun = waiting_ && !parts_.has_sent_any();
       if (again_ && is_outrun) ++dropped_;
       if (std::exchange(again_, false) && !is_outrun) {
         parts_.begin_again();
@@ -282,8 +281,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     std::unique_lock lock(mutex_);
     if (doing_ == Doing::kOver) return;
     if (missing_bytes > 0 && !stopped_) {
-      const bool is_begun =
-          parts_.has_sent_any(v1::PREVIEW_STAGE_COARSE) || parts_.has_sent_any(v1::PREVIEW_STAGE_FULL);
+      const bool is_begun = parts_.has_sent_any();
       if (is_begun) give_back_place();
       return ask_for_memory(lock, missing_bytes, /*resumes=*/is_begun);
     }

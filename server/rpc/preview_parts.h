@@ -30,6 +30,7 @@ class PreviewParts {
   void drop();
   /// Whether some were dropped since then.
   bool lacks_any() const { return lacks_any_; }
+  bool has_sent_any() const { return pictures_[0].sent + pictures_[1].sent > 0; }
   bool has_sent_any(v1::PreviewStage stage) const { return of(stage).sent > 0; }
   bool has_sent_all(v1::PreviewStage stage) const { return of(stage).sent > 0 && of(stage).sent == of(stage).all; }
 

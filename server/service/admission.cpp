@@ -223,14 +223,14 @@ bool Admission::leave(Place& place, bool is_new) {
 
 /// Begins what may begin. REQUIRES: the lock.
 void Admission::admit(std::vector<Decision>& admitted) {
-  is_awaited_ = is_awaited_by_short_ = false;
+  AwaitedMemory awaited;  // By those before.
   for (const Rank rank : {Rank::kResumes, Rank::kHasBegunShort, Rank::kHasBegun, Rank::kIsNew}) {
-    admit_of_rank(rank, admitted);
+    admit_of_rank(rank, awaited, admitted);
   }
 }
 
 /// Clients in turn. REQUIRES: the lock.
-void Admission::admit_of_rank(Rank rank, std::vector<Decision>& admitted) {
+void Admission::admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Decision>& admitted) {
   struct Waiting {
     Client* client;
     std::list<Place*>::iterator next;
@@ -250,10 +250,10 @@ void Admission::admit_of_rank(Rank rank, std::vector<Decision>& admitted) {
     }
     if (!has_place_for(place)) continue;
     const Memory& memory = place.memory_;
-    if (memory.reserve && ((memory.is_short ? is_awaited_by_short_ : is_awaited_) || !memory.reserve())) {
+    if (memory.reserve && ((memory.is_short ? awaited.by_short : awaited.by_any) || !memory.reserve())) {
       note_lack_of_memory(place, true);
-      is_awaited_ = true;
-      is_awaited_by_short_ = is_awaited_by_short_ || memory.is_short;
+      awaited.by_any = true;
+      awaited.by_short = awaited.by_short || memory.is_short;
       continue;
     }
     admitted.push_back(std::move(place.decision_));

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Who may compute, and who waits for it. So many calls RUN; so many more WAIT, for at most so long; further ones are
-// refused and told when to come again. A call that waits holds no thread and nothing of
-// the server's but its request.
+// refused and told when to come again. A call that waits holds no thread and nothing of the server's but its request.
 //
 // Long calls may go on for hours, as many as run. So there are some places beyond those, which long calls don't take:
 // short ones needn't wait for a long one's end. A call is taken to be short until it says otherwise.
@@ -135,6 +134,9 @@ class Admission {
       return running == 0 && std::ranges::all_of(waiting, [](const auto& places) { return places.empty(); });
     }
   };
+  struct AwaitedMemory {
+    bool by_any = false, by_short = false;
+  };
   struct Refusal {
     Decision decision;
     std::exception_ptr reason;
@@ -146,7 +148,7 @@ class Admission {
   bool has_memory_for(const Place& place) const;
   static Rank rank_of(const Place& place);
   bool comes_first(const Place& a, const Place& b) const;
-  void admit_of_rank(Rank rank, std::vector<Decision>& admitted);
+  void admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Decision>& admitted);
   void run(Place& place);
   void stop_running(Place& place);
   bool make_room_in_queue(const Place& place, Refusal& refused);
@@ -168,8 +170,7 @@ class Admission {
   std::atomic<std::size_t> memory_waiters_{0};
   std::size_t running_ = 0, long_running_ = 0;
   std::unordered_map<std::string, Client> clients_;
-  std::uint64_t served_ = 0;                               // Runs that have begun.
-  bool is_awaited_ = false, is_awaited_by_short_ = false;  // Memory, by those whom admit() met.
+  std::uint64_t served_ = 0;  // Runs that have begun.
   bool draining_ = false, over_ = false;
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.
   double pace_s_ = 1;                          // Between the ends of runs while calls wait, smoothed.
