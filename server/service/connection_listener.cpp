@@ -15,8 +15,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -38,12 +36,6 @@ constexpr int kRestMs = 50;
 constexpr int kAcceptedAtOnce = 64;
 
 Descriptor open_spare() { return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
-
-std::size_t open_descriptors() {
-  std::error_code error;
-  const std::filesystem::directory_iterator all("/proc/self/fd", error);
-  return error ? 0 : static_cast<std::size_t>(std::distance(begin(all), end(all)));
-}
 
 bool is_shortage(int error) { return error == EMFILE || error == ENFILE; }
 bool is_shortage_of_memory(int error) { return error == ENOBUFS || error == ENOMEM; }

@@ -4,32 +4,113 @@
 #include "server/service/http_server.h"
 
 #include <httplib.h>
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <semaphore>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #undef _res  // The resolver's, which isn't Eigen's.
 
 namespace ccslice::server {
 namespace {
 
+using std::chrono::steady_clock;
+
 constexpr std::size_t kHttpThreads = 8;
-constexpr time_t kHttpPatienceS = 2;
+/// Of a connection, from the first byte it may send to the last of its answer.
+constexpr auto kHttpPatience = std::chrono::seconds(2);
 constexpr std::size_t kMostHttpBytes = 4096;
+
+/// A connection that ends at a deadline, however slowly its bytes come or go. httplib's own patience is for one byte.
+class TimedStream final : public httplib::Stream {
+ public:
+  explicit TimedStream(int socket) : socket_(socket), end_(steady_clock::now() + kHttpPatience) {}
+
+  bool is_readable() const override { return wait_for(POLLIN); }
+  bool is_writable() const override { return wait_for(POLLOUT); }
+  ssize_t read(char* to, std::size_t size) override {
+    return is_readable() ? ::recv(socket_, to, size, MSG_DONTWAIT) : -1;
+  }
+  ssize_t write(const char* from, std::size_t size) override {
+    return is_writable() ? ::send(socket_, from, size, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
+  }
+  void get_remote_ip_and_port(std::string& host, int& port) const override { name(&::getpeername, host, port); }
+  void get_local_ip_and_port(std::string& host, int& port) const override { name(&::getsockname, host, port); }
+  socket_t socket() const override { return socket_; }
+
+ private:
+  bool wait_for(short event) const {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end_ - steady_clock::now()).count();
+    pollfd wait = {.fd = socket_, .events = event, .revents = 0};
+    return left > 0 && ::poll(&wait, 1, static_cast<int>(left)) > 0;
+  }
+
+  void name(int (*ask)(int, sockaddr*, socklen_t*), std::string& host, int& port) const {
+    sockaddr_storage address = {};
+    socklen_t size = sizeof address;
+    char host_text[NI_MAXHOST] = {}, port_text[NI_MAXSERV] = {};
+    auto* const any = reinterpret_cast<sockaddr*>(&address);
+    if (ask(socket_, any, &size) != 0) return;
+    if (::getnameinfo(any, size, host_text, sizeof host_text, port_text, sizeof port_text,
+                      NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
+      return;
+    }
+    host = host_text;
+    port = std::atoi(port_text);
+  }
+
+  const int socket_;
+  const steady_clock::time_point end_;
+};
+
+/// Answers one request of each connection.
+class TimedServer final : public httplib::Server {
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    TimedStream stream(socket);
+    bool closed = false;
+    const bool answered = process_request(stream, true, closed, nullptr);
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return answered;
+  }
+};
+
+/// Accepts no connection that no thread is free for: those wait with the system and take no descriptor of ours.
+class BoundedPool final : public httplib::TaskQueue {
+ public:
+  void enqueue(std::function<void()> serve) override {
+    free_threads_.acquire();
+    pool_.enqueue([this, serve = std::move(serve)] {
+      serve();
+      free_threads_.release();
+    });
+  }
+  void shutdown() override { pool_.shutdown(); }
+
+ private:
+  std::counting_semaphore<> free_threads_{kHttpThreads};
+  httplib::ThreadPool pool_{kHttpThreads};
+};
 
 }  // namespace
 
 struct HttpServer::Impl {
-  httplib::Server server;
+  TimedServer server;
   std::thread thread;
 };
 
 HttpServer::HttpServer(const std::string& address, Page page) : impl_(std::make_unique<Impl>()) {
   httplib::Server& server = impl_->server;
-  server.new_task_queue = [] { return new httplib::ThreadPool(kHttpThreads); };
-  server.set_read_timeout(kHttpPatienceS);
-  server.set_write_timeout(kHttpPatienceS);
-  server.set_keep_alive_max_count(1);  // A connection that waits would hold a thread.
+  server.new_task_queue = [] { return new BoundedPool; };
   server.set_payload_max_length(kMostHttpBytes);
   // httplib would share the port with whoever asks for it.
   server.set_socket_options([](socket_t socket) {

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,9 @@ class Descriptor {
  private:
   int number_ = -1;
 };
+
+/// How many this process has open; 0 where the system doesn't say.
+std::size_t open_descriptors();
 
 /// Takes an address from its construction on.
 class ListenSockets {
