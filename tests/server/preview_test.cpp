@@ -4,16 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
-#include <cmath>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "tests/server/preview_fixture.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -21,89 +19,7 @@ namespace ccslice::server {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::ElementsAre;
 using testing::HasSubstr;
-
-/// A picture put together from its parts.
-struct Shown {
-  std::uint64_t number = 0;
-  v1::PreviewStage stage = v1::PREVIEW_STAGE_UNSPECIFIED;
-  v1::PreviewHeader header;
-  std::string bytes;
-  std::vector<v1::PreviewOutline> outlines;
-};
-
-class Preview : public testing::Test {
- protected:
-  using Stream = grpc::ClientReaderWriter<v1::PreviewRequest, v1::PreviewResponse>;
-
-  /// The middle of a cube of 10 mm, seen from above, 64 x 64 pixels of 0.2 mm.
-  v1::PreviewRequest request(std::uint64_t number) const {
-    v1::PreviewRequest request;
-    request.set_number(number);
-    request.set_mesh_id(id_);
-    v1::FreePlane& plane = *request.mutable_plane()->mutable_free();
-    plane.mutable_middle_mm()->set_x(5);
-    plane.mutable_middle_mm()->set_y(5);
-    plane.mutable_middle_mm()->set_z(5);
-    plane.mutable_across()->set_x(1);
-    plane.mutable_up()->set_y(1);
-    plane.set_across_mm_per_pixel(0.2);
-    request.set_width(64);
-    request.set_height(64);
-    request.mutable_content()->mutable_occupancy();
-    request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
-    return request;
-  }
-
-  static std::vector<Shown> read_all(Stream& stream) {
-    std::vector<Shown> all;
-    v1::PreviewResponse message;
-    bool open = false;
-    while (stream.Read(&message)) {
-      if (message.has_header()) {
-        EXPECT_FALSE(open);
-        all.push_back({message.number(), message.stage(), message.header(), "", {}});
-      }
-      EXPECT_LE(message.ByteSizeLong(), (1u << 20) + 1000);
-      all.back().bytes += message.picture();
-      for (const v1::PreviewOutline& outline : message.outlines()) all.back().outlines.push_back(outline);
-      open = !message.last();
-      if (!open) {
-        EXPECT_EQ(all.back().bytes.size(), all.back().header.picture_bytes());
-      }
-    }
-    EXPECT_FALSE(open);
-    return all;
-  }
-
-  /// Sends the requests at once; what comes of them.
-  std::vector<Shown> shown(const std::vector<v1::PreviewRequest>& requests, grpc::Status* status = nullptr) {
-    grpc::ClientContext context;
-    const auto stream = server_.stub().Preview(&context);
-    for (const v1::PreviewRequest& request : requests) stream->Write(request);
-    stream->WritesDone();
-    std::vector<Shown> all = read_all(*stream);
-    const grpc::Status end = stream->Finish();
-    if (status != nullptr) {
-      *status = end;
-    } else {
-      EXPECT_TRUE(end.ok()) << end.error_message();
-    }
-    return all;
-  }
-
-  Failure failure(const v1::PreviewRequest& request) {
-    grpc::Status status;
-    shown({request}, &status);
-    return failure_of(status);
-  }
-
-  explicit Preview(const ServerOptions& options = test_options()) : server_(options) {}
-
-  TestServer server_;
-  const std::string id_ = server_.upload_good(make_box(2, 10));
-};
 
 TEST_F(Preview, ShowsThePlaneCoarseAndFull) {
   v1::PreviewRequest asked = request(1);
@@ -338,27 +254,15 @@ TEST_F(Preview, ShowsAPartOfOneVoxelInOnePixel) {
   }
 }
 
-/// Channel c is c everywhere.
-v1::ControlMesh box_of_channels(int channels) {
-  v1::ControlMesh mesh = make_box(1, 10);
-  mesh.clear_channel_names();
-  mesh.clear_channel_values();
-  for (int c = 0; c < channels; ++c) mesh.add_channel_names("channel " + std::to_string(c));
-  for (int v = 0; v < 8; ++v) {
-    for (int c = 0; c < channels; ++c) mesh.add_channel_values(static_cast<float>(c));
-  }
-  return mesh;
-}
-
 TEST_F(Preview, ShowsTheLastOfTheMostChannels) {
   v1::PreviewRequest asked = request(1);
-  asked.set_mesh_id(server_.upload_good(box_of_channels(64)));
+  asked.set_mesh_id(server_.upload_good(with_channels(make_box(1, 10), 64)));
   asked.mutable_content()->mutable_channel()->set_channel("channel 63");
   const std::vector<Shown> pictures = shown({asked});
   ASSERT_EQ(pictures.size(), 1u);
   EXPECT_FLOAT_EQ(static_cast<float>(pictures[0].header.range().min()), 63);
   EXPECT_EQ(pictures[0].header.value_pixels(0), 50u * 50) << "all of one value";
-  EXPECT_EQ(failure_of(server_.upload(box_of_channels(100))).reason, "MESH_TOO_LARGE");
+  EXPECT_EQ(failure_of(server_.upload(with_channels(make_box(1, 10), 100))).reason, "MESH_TOO_LARGE");
 }
 
 TEST_F(Preview, AMeshInUseStaysWhenItIsDeleted) {
@@ -423,222 +327,6 @@ TEST_F(Preview, IsEndedByAServerThatStops) {
   const grpc::Status status = stream->Finish();
   stopping.join();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
-}
-
-/// Pictures far larger than what the transport holds, of a client that reads their first part and no more.
-class LaggingPreview : public Preview {
- protected:
-  LaggingPreview() : stub_(server_.new_narrow_stub()), stream_(stub_->Preview(&context_)) {}
-
-  v1::PreviewRequest large(std::uint64_t number, bool coarse = true) const {
-    v1::PreviewRequest asked = request(number);
-    asked.set_width(1500);
-    asked.set_height(1500);
-    asked.mutable_plane()->mutable_free()->set_across_mm_per_pixel(0.01);
-    asked.set_coarse(coarse);
-    return asked;
-  }
-  ServiceState& state() { return server_.server().state(); }
-  /// Sweeps until all has been given back.
-  bool sheds() {
-    return eventually(
-        [this] {
-          state().idle_watch.sweep();
-          return state().scratch.used_bytes() == 0 && state().admission.running() == 0;
-        },
-        10s);
-  }
-  /// All but what says when it was painted.
-  static void expect_equal(const Shown& got, const Shown& want) {
-    EXPECT_EQ(got.stage, want.stage);
-    EXPECT_TRUE(got.bytes == want.bytes);
-    EXPECT_EQ(got.header.pixels_inside(), want.header.pixels_inside());
-  }
-
-  grpc::ClientContext context_;
-  std::unique_ptr<v1::SlicerService::Stub> stub_;
-  std::unique_ptr<Stream> stream_;
-};
-
-TEST_F(LaggingPreview, KeepsTheMessageBeingSentAndGoesOnWithTheSamePicture) {
-  const std::vector<Shown> whole = shown({large(1)});
-  stream_->Write(large(1));
-  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
-  ASSERT_TRUE(sheds());
-  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
-  stream_->WritesDone();
-  const std::vector<Shown> got = read_all(*stream_);
-  EXPECT_TRUE(stream_->Finish().ok());
-  ASSERT_EQ(got.size(), whole.size());
-  for (std::size_t k = 0; k < got.size(); ++k) expect_equal(got[k], whole[k]);
-  EXPECT_GE(state().metrics.shed.load(), 1u);
-}
-
-TEST_F(LaggingPreview, EndsAPictureOfWhichTheClientHasSomeBeforeANewerOne) {
-  const std::vector<Shown> whole = shown({large(1, /*coarse=*/false)});
-  stream_->Write(large(1, /*coarse=*/false));
-  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
-  ASSERT_TRUE(sheds());
-  stream_->Write(request(2));
-  stream_->WritesDone();
-  const std::vector<Shown> got = read_all(*stream_);
-  EXPECT_TRUE(stream_->Finish().ok());
-  ASSERT_EQ(got.size(), 2u);
-  expect_equal(got[0], whole[0]);
-  EXPECT_EQ(got[1].number, 2u);
-}
-
-TEST_F(LaggingPreview, EndsWhenItIsStopped) {
-  stream_->Write(large(1));
-  ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() > 0; }, 5s));
-  ASSERT_TRUE(sheds());
-  context_.TryCancel();
-  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
-}
-
-TEST_F(Preview, WaitsForMemoryThatOthersHave) {
-  ServiceState& state = server_.server().state();
-  MemoryBudget::Share all(state.scratch);
-  ASSERT_TRUE(all.resize(state.scratch.capacity_bytes()));
-  grpc::ClientContext context, stopped;
-  const auto stream = server_.stub().Preview(&context), other = server_.stub().Preview(&stopped);
-  stream->Write(request(1));
-  other->Write(request(1));
-  ASSERT_TRUE(eventually([&state] { return state.admission.waiting() == 2; }, 5s));
-  EXPECT_EQ(state.admission.running(), 0u);
-  stopped.TryCancel();
-  EXPECT_TRUE(eventually([&state] { return state.admission.waiting() == 1; }, 5s));
-  stream->Write(request(2));
-  std::this_thread::sleep_for(100ms);
-  all.give_back();
-  stream->WritesDone();
-  const std::vector<Shown> got = read_all(*stream);
-  EXPECT_TRUE(stream->Finish().ok());
-  ASSERT_FALSE(got.empty());
-  EXPECT_EQ(got.front().number, 2u) << "the latest wins";
-}
-
-/// A server with memory for small pictures.
-class CrampedPreview : public Preview {
- protected:
-  static ServerOptions options() {
-    ServerOptions options = test_options();
-    options.scratch_budget_bytes = 32 << 20;
-    return options;
-  }
-  CrampedPreview() : Preview(options()) {}
-};
-
-TEST_F(CrampedPreview, TakesMemoryForTheRegionOfALayerAndNotForAllOfIt) {
-  v1::PreviewRequest asked = request(1);
-  v1::PreviewLayer& layer = *asked.mutable_plane()->mutable_layer();
-  v1::VoxelPitch& pitch = *layer.mutable_grid()->mutable_pitch();
-  pitch.set_x_mm(0.002);
-  pitch.set_y_mm(0.002);
-  pitch.set_z_mm(0.1);
-  v1::VoxelRegion& voxels = *layer.mutable_region()->mutable_voxels();
-  voxels.set_first_column(100);
-  voxels.mutable_extent()->set_columns(64);
-  voxels.mutable_extent()->set_rows(64);
-  voxels.mutable_extent()->set_layers(1);
-  layer.set_layer(0);
-  asked.clear_width();
-  asked.clear_height();
-  EXPECT_EQ(shown({asked}).back().header.width(), 64u);
-}
-
-TEST_F(CrampedPreview, GivesUpWhatItKeepsIdleWhenOthersWaitForMemory) {
-  ServiceState& state = server_.server().state();
-  grpc::ClientContext context;
-  const auto stream = server_.stub().Preview(&context);
-  stream->Write(request(1));
-  v1::PreviewResponse message;
-  ASSERT_TRUE(stream->Read(&message) && message.last());
-  ASSERT_TRUE(eventually([&state] { return state.admission.running() == 0; }, 5s));
-  const std::uint64_t kept = state.scratch.used_bytes();
-  ASSERT_GT(kept, 0u);
-  MemoryBudget::Share rest(state.scratch);
-  ASSERT_TRUE(rest.resize(state.scratch.capacity_bytes() - kept));
-  bool is_served = false;
-  std::thread other([&] { is_served = server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok(); });
-  EXPECT_TRUE(eventually([&state] { return state.admission.wants_memory(); }, 5s));
-  EXPECT_TRUE(eventually(
-      [&] {
-        server_.server().relieve();
-        return state.scratch.used_bytes() < state.scratch.capacity_bytes();
-      },
-      5s));
-  rest.give_back();
-  other.join();
-  EXPECT_TRUE(is_served);
-}
-
-TEST_F(CrampedPreview, RefusesWhatWillNeverFit) {
-  v1::PreviewRequest asked = request(1);
-  asked.set_width(2000);
-  asked.set_height(2000);
-  const Failure refused = failure(asked);
-  EXPECT_EQ(refused.reason, "JOB_EXCEEDS_MEMORY");
-  EXPECT_FALSE(refused.retry);
-  EXPECT_THAT(refused.message, HasSubstr("a picture of 2000 x 2000 pixels takes about"));
-  EXPECT_THAT(refused.message, HasSubstr("ask for a smaller one, or raise --scratch-budget-bytes"));
-}
-
-/// A server that looks often for silent clients.
-class PreviewPatience : public Preview {
- protected:
-  static ServerOptions impatient() {
-    ServerOptions options = test_options();
-    options.preview_idle_timeout = 300ms;
-    options.idle_timeout = 300ms;
-    return options;
-  }
-  explicit PreviewPatience() : Preview(impatient()) {
-    sweeping_ = std::thread([this] {
-      while (!over_) {
-        server_.server().sweep();
-        std::this_thread::sleep_for(20ms);
-      }
-    });
-  }
-  ~PreviewPatience() override {
-    over_ = true;
-    sweeping_.join();
-  }
-
- private:
-  std::atomic<bool> over_{false};
-  std::thread sweeping_;
-};
-
-TEST_F(PreviewPatience, EndsCallsThatAskForNothing) {
-  grpc::ClientContext context;
-  const auto stream = server_.stub().Preview(&context);
-  v1::PreviewResponse message;
-  EXPECT_FALSE(stream->Read(&message));
-  const Failure failed = failure_of(stream->Finish());
-  EXPECT_EQ(failed.code, grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_EQ(failed.reason, "STREAM_IDLE");
-}
-
-TEST_F(PreviewPatience, EndsCallsThatDontRead) {
-  grpc::ClientContext context;
-  const auto stream = server_.stub().Preview(&context);
-  for (std::uint64_t number = 1; number <= 20; ++number) {
-    v1::PreviewRequest large = request(number);
-    large.set_width(2048);
-    large.set_height(2048);
-    large.mutable_plane()->mutable_free()->set_across_mm_per_pixel(0.006);
-    if (!stream->Write(large)) break;
-    std::this_thread::sleep_for(50ms);
-  }
-  EXPECT_TRUE(eventually([&] { return server_.server().state().admission.running() == 0; }, 5s));
-  v1::PreviewResponse message;
-  while (stream->Read(&message)) {
-  }
-  const grpc::Status status = stream->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
-  EXPECT_EQ(shown({request(1)}).size(), 1u) << "others are served";
 }
 
 }  // namespace

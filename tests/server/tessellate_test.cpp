@@ -58,6 +58,8 @@ class Tessellate : public ::testing::Test {
     return six_volumes / 6;
   }
 
+  explicit Tessellate(const ServerOptions& options = test_options()) : server_(options) {}
+
   TestServer server_;
   v1::TessellateBoundaryRequest request_;
 };
@@ -101,6 +103,29 @@ TEST_F(Tessellate, RefusesWhatItCantDo) {
   request_.set_chord_tolerance_mm(0.1);
   request_.set_max_chunk_bytes(1);
   EXPECT_EQ(failure_of(run().status).reason, "CHUNK_SIZE_INVALID");
+}
+
+/// A server whose calls may hold few triangles.
+class CrampedTessellate : public Tessellate {
+ protected:
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.stream_window_bytes = 1 << 20;
+    return options;
+  }
+  CrampedTessellate() : Tessellate(options()) {}
+};
+
+TEST_F(CrampedTessellate, RefusesTrianglesThatDontFitWithTheirChannels) {
+  request_.set_mesh_id(server_.upload_good(make_block(2, 10)));
+  request_.set_chord_tolerance_mm(0.01);
+  const Surface few_channels = run();
+  ASSERT_TRUE(few_channels.status.ok()) << few_channels.status.error_message();
+  request_.set_mesh_id(server_.upload_good(with_channels(make_block(2, 10), 64)));
+  const Failure refused = failure_of(run().status);
+  EXPECT_EQ(refused.reason, "TOO_MANY_TRIANGLES") << few_channels.header.triangle_count() << " triangles";
+  EXPECT_FALSE(refused.retry);
+  EXPECT_NE(refused.message.find("choose a larger one"), std::string::npos) << refused.message;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "tests/server/test_meshes.h"
 
 #include <array>
+#include <string>
 
 namespace ccslice::server {
 namespace {
@@ -82,6 +83,16 @@ v1::ControlMesh make_box(std::uint32_t n, double size_mm) {
         add_sharp_edge(vertex.at(a, b, i), vertex.at(a, b, i + 1), mesh);
       }
     }
+  }
+  return mesh;
+}
+
+v1::ControlMesh with_channels(v1::ControlMesh mesh, int channels) {
+  mesh.clear_channel_names();
+  mesh.clear_channel_values();
+  for (int c = 0; c < channels; ++c) mesh.add_channel_names("channel " + std::to_string(c));
+  for (int v = 0; v < mesh.positions_mm_size(); v += 3) {
+    for (int c = 0; c < channels; ++c) mesh.add_channel_values(static_cast<float>(c));
   }
   return mesh;
 }

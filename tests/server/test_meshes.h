@@ -19,4 +19,7 @@ v1::ControlMesh make_box(std::uint32_t n, double size_mm);
 /// A block without channels.
 v1::ControlMesh make_plain_block(std::uint32_t n, double size_mm);
 
+/// With other channels: "channel 0" is 0 everywhere, "channel 1" is 1.
+v1::ControlMesh with_channels(v1::ControlMesh mesh, int channels);
+
 }  // namespace ccslice::server

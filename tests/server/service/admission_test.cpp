@@ -115,6 +115,18 @@ TEST(Admission, LetsAClientTakeAPlaceInAFullQueueOfOneWhoHasMoreOfThem) {
   EXPECT_TRUE(Caller(admission, "more").refusal()) << "each has one";
 }
 
+TEST(Admission, RemembersWhoRunsThoughHundredsOfClientsComeAndGo) {
+  Admission admission({.running = 2, .waiting = 4, .longest_wait = 1h});
+  Caller busy(admission, "busy");
+  for (int i = 0; i < 300; ++i) Caller(admission, "passer " + std::to_string(i)).end();
+  Caller second(admission, "second"), again(admission, "busy"), other(admission, "other");
+  EXPECT_FALSE(again.decided() || other.decided());
+  second.end();
+  EXPECT_TRUE(other.runs()) << "as one of the busy client's runs";
+  busy.end();
+  EXPECT_TRUE(again.runs());
+}
+
 TEST(Admission, TheRetryDelayFollowsTheQueue) {
   Admission few({.running = 1, .waiting = 1, .longest_wait = 1h}),
       many({.running = 1, .waiting = 20, .longest_wait = 1h});
@@ -259,8 +271,9 @@ class AdmissionToMemory : public ::testing::Test {
   /// A call that has a place and asks for memory, or one that gave its place back before.
   class Wanting {
    public:
-    Wanting(AdmissionToMemory& test, int units, bool is_short = false, bool resumes = false)
-        : test_(test), place_(test.admission_) {
+    Wanting(AdmissionToMemory& test, int units, bool is_short = false, bool resumes = false,
+            const std::string& client = {})
+        : test_(test), place_(test.admission_, client) {
       if (!resumes) test.admission_.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
       const Admission::Memory memory{.reserve = [&test, units] { return test.take(units); }, .is_short = is_short};
       const auto decided = [this](const std::exception_ptr& refusal) { (refusal ? refused_ : runs_) = true; };
@@ -351,6 +364,19 @@ TEST_F(AdmissionToMemory, LetsThoseResumeFirstAndRefusesNoneOfThem) {
   EXPECT_FALSE(resumes.runs() || resumes.refused());
   free(10);
   EXPECT_TRUE(resumes.runs());
+}
+
+TEST_F(AdmissionToMemory, GoesToClientsInTurn) {
+  const auto wanting = [this](int units, const std::string& client) {
+    return std::make_unique<Wanting>(*this, units, /*is_short=*/false, /*resumes=*/false, client);
+  };
+  const auto runs = wanting(8, "many"), waits = wanting(5, "many"), other = wanting(5, "one");
+  EXPECT_TRUE(runs->runs());
+  free(3);
+  EXPECT_TRUE(other->runs()) << "as none of that client's runs";
+  EXPECT_FALSE(waits->runs() || waits->refused());
+  free(5);
+  EXPECT_TRUE(waits->runs());
 }
 
 TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
