@@ -92,12 +92,16 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   /// For a call that does nothing most of the time: a place for what there is to do now, and for that alone.
   void ask_for_place(Admission::Decision decided) { state_.admission.request(place_, std::move(decided)); }
-  /// Memory for a call that runs, or for one that shed its own: admission.h. `decided` keeps the call alive.
+  /// Memory for a call that runs, for one that shed its own, and for one that gave way: admission.h. `decided` keeps
+  /// the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
     state_.admission.request_memory(place_, std::move(memory), std::move(decided));
   }
   void resume(Admission::Memory memory, Admission::Decision decided) {
     state_.admission.resume(place_, std::move(memory), std::move(decided));
+  }
+  void wait_again(Admission::Memory memory, Admission::Decision decided) {
+    state_.admission.wait_again(place_, std::move(memory), std::move(decided));
   }
   /// Stops waiting for memory.
   void leave_memory_queue() { state_.admission.leave_memory_queue(place_); }

@@ -82,6 +82,8 @@ void add_calls(ServiceState& state, Families& families) {
   families.gauge("calls_open", "Calls whose status isn't on its way.", state.calls.open());
   families.counter("calls_shed_total", "Times that a call gave back what it held, as its client didn't read.",
                    metrics.shed);
+  families.counter("calls_gave_way_total",
+                   "Times that a call gave back what it held, for a client of whom fewer calls run.", metrics.gave_way);
   families.counter("layers_total", "Layers on their way to clients.", metrics.layers);
   families.counter("voxels_total", "Voxels inside parts, of those layers.", metrics.voxels);
   families.counter("layer_bytes_total", "Encoded bytes of those layers.", metrics.layer_bytes);

@@ -10,11 +10,14 @@
 //
 // One that SHEDS gives back its place and all that can be had again. It keeps the message that is being sent, which
 // counts nowhere: hundreds of such calls must not keep others from memory. What comes behind is computed anew, to the
-// same bytes.
+// same bytes. One that GIVES WAY does the same although it is read, for a client of whom far fewer calls run
+// (admission.h), and asks for memory again with its next message.
 
 #pragma once
 
 #include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -37,6 +40,10 @@ class SheddingCall : public StreamCall<Response> {
   virtual void start_work_later() = 0;
   /// On a worker. May throw.
   virtual void start_work() = 0;
+  /// Gives back all but the place, on any thread. Whether there was anything.
+  virtual bool give_work_back() = 0;
+  /// Whether the work goes on where it was given back, so that no more than a little of it is done twice.
+  virtual bool goes_on() const = 0;
 
   void stop() override {
     cancel_.cancel();
@@ -64,7 +71,11 @@ class SheddingCall : public StreamCall<Response> {
   }
   /// After it has shed.
   void ask_again() {
-    this->resume(wanted_memory(), decided());
+    if (take_gave_way()) {
+      this->wait_again(wanted_memory(), decided());
+    } else {
+      this->resume(wanted_memory(), decided());
+    }
     leave_if_stopped();
   }
 
@@ -79,17 +90,6 @@ class SheddingCall : public StreamCall<Response> {
       }
       this->wake();
     });
-  }
-
-  /// To be called when the work has been given back.
-  void note_shed() {
-    ++state_.metrics.shed;
-    this->give_place_back();
-    {
-      const std::lock_guard lock(work_mutex_);
-      has_shed_ = true;
-    }
-    this->wake();
   }
 
   /// A call without memory may still be refused, which clients take better before the first message. Throws why it is.
@@ -109,13 +109,39 @@ class SheddingCall : public StreamCall<Response> {
   std::mutex work_mutex_;  // Guards what derived classes say it does, too.
 
  private:
+  void shed() override {
+    if (give_work_back()) note_shed(/*gave_way=*/false, state_.metrics.shed);
+  }
+  void give_way() {
+    if (give_work_back()) note_shed(/*gave_way=*/true, state_.metrics.gave_way);
+  }
+  void note_shed(bool gave_way, std::atomic<std::uint64_t>& times) {
+    ++times;
+    this->give_place_back();
+    {
+      const std::lock_guard lock(work_mutex_);
+      has_shed_ = true;
+      gave_way_ = gave_way;
+    }
+    this->wake();
+  }
+  bool take_gave_way() {
+    const std::lock_guard lock(work_mutex_);
+    return std::exchange(gave_way_, false);
+  }
+
   /// It may have been stopped when nobody could take it out of the queue yet.
   void leave_if_stopped() {
     if (cancel_.cancelled()) this->leave_memory_queue();
   }
 
   Admission::Memory wanted_memory() {
-    return {.reserve = [this] { return reserve(); }, .is_short = is_short()};
+    Admission::Memory memory{.reserve = [this] { return reserve(); }, .is_short = is_short()};
+    if (is_short() || !goes_on()) return memory;
+    memory.give_way = [weak = this->weak_from_this()] {
+      if (const auto call = weak.lock()) static_cast<SheddingCall&>(*call).give_way();
+    };
+    return memory;
   }
 
   Admission::Decision decided() {
@@ -132,6 +158,7 @@ class SheddingCall : public StreamCall<Response> {
 
   bool has_memory_ = false;   // Or had it.
   bool has_shed_ = false;     // Nothing has been asked for since.
+  bool gave_way_ = false;     // That time.
   std::exception_ptr error_;  // Why there is no work.
 };
 

@@ -132,12 +132,12 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   }
 
   /// Keeps the message that is being sent. A layer of which more is to come will be computed anew, too.
-  void shed() override {
+  bool give_work_back() override {
     std::shared_ptr<LayerStream> dropped;
     MemoryBudget::Share given_back;
     {
       const std::lock_guard lock(work_mutex_);
-      if (!stream_) return;
+      if (!stream_) return false;
       dropped = std::exchange(stream_, nullptr);
       given_back = share_.split_off_beyond(0);
       if (!messages_.over()) {
@@ -150,8 +150,9 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     dropped->cancel();
     dropped = nullptr;
     given_back.give_back();
-    note_shed();
+    return true;
   }
+  bool goes_on() const override { return true; }
 
   void stop() override {
     SheddingCall::stop();

@@ -145,20 +145,21 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
   }
 
   /// Keeps the message that is being sent.
-  void shed() override {
+  bool give_work_back() override {
     std::shared_ptr<const Surface> dropped;
     MemoryBudget::Share given_back;
     {
       const std::lock_guard lock(work_mutex_);
-      if (!surface_) return;
+      if (!surface_) return false;
       dropped = std::exchange(surface_, nullptr);
       given_back = share_.split_off_beyond(0);
       has_lagged_ = true;
     }
     dropped = nullptr;
     given_back.give_back();
-    note_shed();
+    return true;
   }
+  bool goes_on() const override { return false; }
 
   Next next(v1::TessellateBoundaryResponse& message) override {
     if (header_sent_ && all_sent()) return Next::kEnd;

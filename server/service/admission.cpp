@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -38,7 +39,7 @@ void run_in_turn(std::function<void()> decision) {
 
 }  // namespace
 
-Admission::Admission(const AdmissionLimits& limits) : limits_(limits), clock_([this] { expire_waits(); }) {}
+Admission::Admission(const AdmissionLimits& limits) : limits_(limits), clock_([this] { watch_waits(); }) {}
 
 Admission::~Admission() {
   {
@@ -62,6 +63,10 @@ void Admission::resume(Place& place, Memory memory, Decision decision) {
   enter(place, Place::Turn::kResumes, std::move(memory), std::move(decision));
 }
 
+void Admission::wait_again(Place& place, Memory memory, Decision decision) {
+  enter(place, Place::Turn::kGaveWay, std::move(memory), std::move(decision));
+}
+
 void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision decision) {
   std::exception_ptr refusal;
   Refusal other;
@@ -73,18 +78,20 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
     if (had_place) stop_running(place);
     if (memory.reserve) place.is_long_ = !memory.is_short;
     place.turn_ = turn;
+    place.give_way_ = std::move(memory.give_way);
     place.memory_ = std::move(memory);
     const bool is_refused = draining_ && !is_under_way(place, turn);
     const bool has_place = (had_place || !is_refused) && has_place_for(place);
     if (has_place && has_memory_for(place)) {
       run(place);
-    } else if (!is_refused && (turn == Place::Turn::kResumes || make_room_in_queue(place, other))) {
+    } else if (!is_refused && (waits_for_ever(turn) || make_room_in_queue(place, other))) {
       waits = true;
       insert(place, std::move(decision), /*lacks_memory=*/has_place);
       if (had_place) admit(admitted);  // To the place that it had.
     } else {
       refusal = is_refused ? draining() : busy(/*for_memory=*/has_place);
       place.memory_ = {};
+      place.give_way_ = nullptr;
       if (had_place) {
         place.is_long_ = false;
         run(place);
@@ -98,7 +105,12 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
 
 /// Such a call may end in its own time when calls drain.
 bool Admission::is_under_way(const Place& place, Place::Turn turn) {
-  return turn == Place::Turn::kResumes || (turn == Place::Turn::kIsNew && place.has_run_);
+  return waits_for_ever(turn) || (turn == Place::Turn::kIsNew && place.has_run_);
+}
+
+/// What has begun to answer, and gave all back, is never refused.
+bool Admission::waits_for_ever(Place::Turn turn) {
+  return turn == Place::Turn::kResumes || turn == Place::Turn::kGaveWay;
 }
 
 /// REQUIRES: the lock.
@@ -109,6 +121,7 @@ bool Admission::has_place_for(const Place& place) const {
 Admission::Rank Admission::rank_of(const Place& place) {
   switch (place.turn_) {
     case Place::Turn::kResumes: return Rank::kResumes;
+    case Place::Turn::kGaveWay:
     case Place::Turn::kHasBegun: return place.memory_.is_short ? Rank::kHasBegunShort : Rank::kHasBegun;
     case Place::Turn::kIsNew: break;
   }
@@ -141,12 +154,14 @@ bool Admission::has_memory_for(const Place& place) const {
 void Admission::run(Place& place) {
   place.state_ = Place::State::kRunning;
   place.has_run_ = true;
+  place.since_ = Clock::now();
   place.memory_ = {};
   ++running_;
   if (place.is_long_) ++long_running_;
   Client& client = clients_[place.client_];
   ++client.running;
   client.served = ++served_;
+  if (place.give_way_) client.giving.push_back(&place);
 }
 
 /// REQUIRES: the lock.
@@ -155,7 +170,9 @@ void Admission::stop_running(Place& place) {
   place.state_ = Place::State::kNone;
   --running_;
   if (place.is_long_) --long_running_;
-  --clients_[place.client_].running;
+  Client& client = clients_[place.client_];
+  --client.running;
+  if (place.give_way_) client.giving.remove(&place);
   if (clients_.size() > kManyClients) std::erase_if(clients_, [](const auto& each) { return each.second.is_idle(); });
 }
 
@@ -188,11 +205,13 @@ void Admission::insert(Place& place, Decision decision, bool lacks_memory) {
   place.rank_ = rank_of(place);
   Client& client = clients_[place.client_];
   std::list<Place*>& of_client = client.of(place.rank_);
-  place.position_of_client_ = of_client.insert(of_client.end(), &place);
+  const bool comes_first = place.turn_ == Place::Turn::kGaveWay;
+  place.position_of_client_ = of_client.insert(comes_first ? of_client.begin() : of_client.end(), &place);
   place.position_ = queue_.insert(queue_.end(), &place);
   note_lack_of_memory(place, lacks_memory);
   if (queue_.size() == 1) last_end_ = place.since_;  // What ended while nobody waited says nothing of the pace.
-  if (place.turn_ == Place::Turn::kResumes) return;
+  if (queue_.size() == 1) changed_.notify_all();
+  if (waits_for_ever(place.turn_)) return;
   ++client.expiring;
   if (++expiring_ == 1) changed_.notify_all();
 }
@@ -319,34 +338,62 @@ std::size_t Admission::waiting() const {
   return queue_.size();
 }
 
-void Admission::expire_waits() {
+/// On a thread of its own.
+void Admission::watch_waits() {
   std::unique_lock lock(mutex_);
   while (!over_) {
+    const Clock::time_point now = Clock::now();
     Place* const first = next_to_expire();
-    if (first == nullptr) {
+    if (first != nullptr && now >= first->since_ + limits_.longest_wait) {
+      Decision decision = std::move(first->decision_);
+      const std::exception_ptr refusal = busy(first->lacks_memory_);
+      take_out(*first);
+      std::vector<Decision> admitted;
+      admit(admitted);  // Others may have waited for memory behind it.
+      lock.unlock();
+      decision(refusal);
+      decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
+      for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
+      admitted.clear();
+      lock.lock();
+    } else if (std::function<void()> give_way = next_to_give_way(now)) {
+      lock.unlock();
+      give_way();
+      give_way = nullptr;  // As above.
+      lock.lock();
+    } else if (queue_.empty()) {
       changed_.wait(lock);
-      continue;
+    } else {
+      const Clock::time_point look = now + limits_.give_way_after / 4;
+      changed_.wait_until(lock, first == nullptr ? look : std::min(look, first->since_ + limits_.longest_wait));
     }
-    const Clock::time_point end = first->since_ + limits_.longest_wait;
-    if (Clock::now() < end) {
-      changed_.wait_until(lock, end);
-      continue;
-    }
-    Decision decision = std::move(first->decision_);
-    const std::exception_ptr refusal = busy(first->lacks_memory_);
-    take_out(*first);
-    lock.unlock();
-    decision(refusal);
-    decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
-    lock.lock();
   }
 }
 
 /// All wait for the same time, so it is the one that came first. REQUIRES: the lock.
 Admission::Place* Admission::next_to_expire() const {
-  const auto first =
-      std::ranges::find_if(queue_, [](const Place* place) { return place->turn_ != Place::Turn::kResumes; });
+  const auto first = std::ranges::find_if(queue_, [](const Place* place) { return !waits_for_ever(place->turn_); });
   return first == queue_.end() ? nullptr : *first;
+}
+
+/// How to tell the run that should give way now; empty if none should. REQUIRES: the lock.
+std::function<void()> Admission::next_to_give_way(Clock::time_point now) {
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max() / 2;
+  const auto is_due = [&](Clock::time_point since) { return now - since >= limits_.give_way_after; };
+  if (!is_due(told_)) return {};
+  std::size_t fewest = kNone;  // Calls that run, of a client who waits.
+  for (const Place* place : queue_) {
+    if (is_due(place->since_)) fewest = std::min(fewest, clients_[place->client_].running);
+  }
+  Client* most = nullptr;
+  for (auto& [name, client] : clients_) {
+    if (client.running < fewest + 2 || client.giving.empty()) continue;
+    if (most == nullptr || client.running > most->running) most = &client;
+  }
+  if (most == nullptr || !is_due(most->giving.front()->since_)) return {};
+  most->giving.splice(most->giving.end(), most->giving, most->giving.begin());
+  told_ = now;
+  return most->giving.back()->give_way_;
 }
 
 /// REQUIRES: the lock, and a place that waits.
@@ -357,7 +404,7 @@ void Admission::take_out(Place& place) {
   place.state_ = Place::State::kNone;
   note_lack_of_memory(place, false);
   place.memory_ = {};
-  if (place.turn_ != Place::Turn::kResumes) {
+  if (!waits_for_ever(place.turn_)) {
     --client.expiring;
     --expiring_;
   }

@@ -15,6 +15,10 @@
 // Among those whose turn it is equally, the client comes first of whom fewest calls run, then the one who was served
 // longest ago, then who waits longest. Where the queue is full, a client who has two calls less in it than another one
 // takes the place of that one's newest. So a client with one call needn't wait for all of one who makes hundreds.
+//
+// Nor for the end of what that one has running, which may take hours: where a client of whom two calls less run has
+// waited for a while, the longest run of the client with most of them is told to GIVE WAY. It gives all back, and waits
+// for its client's next turn.
 
 #pragma once
 
@@ -42,6 +46,7 @@ struct AdmissionLimits {
   std::size_t short_more = 0;  // So many more run, as long as no more than `running` are long.
   std::size_t waiting = 0;
   std::chrono::milliseconds longest_wait{10'000};
+  std::chrono::milliseconds give_way_after{1'000};  // And again, until one has given way for whoever waits.
 };
 
 /// Thread-safe. Must outlive its places.
@@ -56,6 +61,9 @@ class Admission {
     /// Takes it all, or nothing. Runs under a lock: calls nothing here. Doesn't keep the call alive; the decision does.
     std::function<bool()> reserve;
     bool is_short = false;  // Then it is served before long ones that wait for memory; else it is long.
+    /// May be empty. Has the call give back its memory and its place soon, and then wait_again(). On a thread of the
+    /// admission's, under no lock, also when the call has ended meanwhile.
+    std::function<void()> give_way = {};
   };
 
   /// A call's place. Gives it back when it goes.
@@ -70,10 +78,10 @@ class Admission {
    private:
     friend class Admission;
     enum class State { kNone, kWaiting, kRunning };
-    enum class Turn { kResumes, kHasBegun, kIsNew };  // Who comes first.
+    enum class Turn { kResumes, kGaveWay, kHasBegun, kIsNew };
     /// Among calls that have begun short ones come before long ones: else these would take turns with the memory that
     /// one of those needs.
-    enum class Rank : std::size_t { kResumes, kHasBegunShort, kHasBegun, kIsNew, kCount };
+    enum class Rank : std::size_t { kResumes, kHasBegunShort, kHasBegun, kIsNew, kCount };  // Who comes first.
 
     Admission& admission_;
     const std::string client_;
@@ -83,11 +91,12 @@ class Admission {
     Memory memory_;      // While it asks or waits.
     Decision decision_;  // While it waits.
     bool is_long_ = false;
-    bool lacks_memory_ = false;  // While it waits: there was a place.
-    std::chrono::steady_clock::time_point since_;
-    Rank rank_ = Rank::kIsNew;              // While it waits: where
-    std::list<Place*>::iterator position_;  // in the queue, and among those of its client.
+    bool lacks_memory_ = false;                    // While it waits: there was a place.
+    std::chrono::steady_clock::time_point since_;  // When it began to wait, or to run.
+    Rank rank_ = Rank::kIsNew;                     // While it waits: where
+    std::list<Place*>::iterator position_;         // in the queue, and among those of its client.
     std::list<Place*>::iterator position_of_client_;
+    std::function<void()> give_way_;  // Once it has memory; empty if it can't.
   };
 
   explicit Admission(const AdmissionLimits& limits);
@@ -104,6 +113,8 @@ class Admission {
   void request_memory(Place& place, Memory memory, Decision decision);
   /// A place and memory for a call that ran before and gave its place back. Never refused.
   void resume(Place& place, Memory memory, Decision decision);
+  /// The same for a call that gave way: before those of its client that haven't begun yet.
+  void wait_again(Place& place, Memory memory, Decision decision);
   /// Whether a new call was waiting. Then it doesn't any more, and its decision never runs.
   bool leave_queue(Place& place);
   /// The same of one that asked for memory.
@@ -115,7 +126,7 @@ class Admission {
   /// Ends a run, and begins that of a call that waits. Does nothing for a place that isn't running. A run that ends
   /// while this begins it is followed by the next one only after its decision has returned.
   void give_back(Place& place);
-  /// Refuses those who wait, and all who come from now on; but none that resumes, or asks again for a place.
+  /// Refuses those who wait, and all who come from now on; but none that resumes, gave way, or asks again for a place.
   void drain();
 
   std::size_t running() const;
@@ -128,6 +139,7 @@ class Admission {
     std::size_t running = 0;
     std::uint64_t served = 0;  // How many runs had begun in all when the last one of its own did.
     std::size_t expiring = 0;  // Of those that wait.
+    std::list<Place*> giving;  // Of those that run, who can give way: who has been told longest ago, or runs longest.
     std::array<std::list<Place*>, static_cast<std::size_t>(Rank::kCount)> waiting;  // By rank, as they came.
     std::list<Place*>& of(Rank rank) { return waiting[static_cast<std::size_t>(rank)]; }
     bool is_idle() const {
@@ -144,6 +156,7 @@ class Admission {
 
   void enter(Place& place, Place::Turn turn, Memory memory, Decision decision);
   static bool is_under_way(const Place& place, Place::Turn turn);
+  static bool waits_for_ever(Place::Turn turn);
   bool has_place_for(const Place& place) const;
   bool has_memory_for(const Place& place) const;
   static Rank rank_of(const Place& place);
@@ -155,8 +168,9 @@ class Admission {
   void insert(Place& place, Decision decision, bool lacks_memory);
   bool leave(Place& place, bool is_new);
   void admit(std::vector<Decision>& admitted);
-  void expire_waits();
+  void watch_waits();
   Place* next_to_expire() const;
+  std::function<void()> next_to_give_way(Clock::time_point now);
   void note_lack_of_memory(Place& place, bool lacks);
   std::exception_ptr busy(bool for_memory) const;
   std::chrono::seconds retry_delay() const;
@@ -166,13 +180,14 @@ class Admission {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::list<Place*> queue_;   // In the order in which they came.
-  std::size_t expiring_ = 0;  // Of those, all but the ones that resume.
+  std::size_t expiring_ = 0;  // Of those, all but the ones that wait for as long as it takes.
   std::atomic<std::size_t> memory_waiters_{0};
   std::size_t running_ = 0, long_running_ = 0;
   std::unordered_map<std::string, Client> clients_;
   std::uint64_t served_ = 0;  // Runs that have begun.
   bool draining_ = false, over_ = false;
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.
+  Clock::time_point told_;                     // When somebody was told to give way.
   double pace_s_ = 1;                          // Between the ends of runs while calls wait, smoothed.
   std::thread clock_;
 };

@@ -57,7 +57,8 @@ struct Metrics {
   DurationHistogram seconds_to_first_layer;  // From the begin of a SliceRange.
   DurationHistogram seconds_in_all;          // Of all calls but previews and points, whose clients decide, and polls.
   std::atomic<std::uint64_t> layers{0}, voxels{0}, layer_bytes{0};  // Layers on their way to clients.
-  std::atomic<std::uint64_t> shed{0};                               // Calls that gave back what they held.
+  std::atomic<std::uint64_t> shed{0};                               // Calls that gave back what they held,
+  std::atomic<std::uint64_t> gave_way{0};                           // or gave it to another client.
   std::atomic<std::uint64_t> preview_pictures{0};
 };
 

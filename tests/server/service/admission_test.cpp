@@ -273,25 +273,44 @@ class AdmissionToMemory : public ::testing::Test {
    public:
     Wanting(AdmissionToMemory& test, int units, bool is_short = false, bool resumes = false,
             const std::string& client = {})
-        : test_(test), place_(test.admission_, client) {
+        : test_(test), place_(test.admission_, client), units_(units) {
       if (!resumes) test.admission_.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
-      const Admission::Memory memory{.reserve = [&test, units] { return test.take(units); }, .is_short = is_short};
-      const auto decided = [this](const std::exception_ptr& refusal) { (refusal ? refused_ : runs_) = true; };
-      resumes ? test.admission_.resume(place_, memory, decided)
-              : test.admission_.request_memory(place_, memory, decided);
+      resumes ? test.admission_.resume(place_, memory(is_short), decided())
+              : test.admission_.request_memory(place_, memory(is_short), decided());
     }
     bool runs() const { return runs_; }
     bool refused() const { return refused_; }
     void end() { test_.admission_.give_back(place_); }
     bool leave() { return test_.admission_.leave_memory_queue(place_); }
     bool leave_as_new() { return test_.admission_.leave_queue(place_); }
+    bool is_told() const { return is_told_; }
+    /// Gives all back, and asks for it again.
+    void give_way() {
+      runs_ = false;
+      end();
+      test_.free(units_);
+      test_.admission_.wait_again(place_, memory(/*is_short=*/false), decided());
+    }
 
    private:
+    Admission::Memory memory(bool is_short) {
+      return {.reserve = [this] { return test_.take(units_); },
+              .is_short = is_short,
+              .give_way = [this] { is_told_ = true; }};
+    }
+    Admission::Decision decided() {
+      return [this](const std::exception_ptr& refusal) { (refusal ? refused_ : runs_) = true; };
+    }
+
     AdmissionToMemory& test_;
     Admission::Place place_;
-    std::atomic<bool> runs_ = false, refused_ = false;
+    const int units_;
+    std::atomic<bool> runs_ = false, refused_ = false, is_told_ = false;
   };
 
+  std::unique_ptr<Wanting> wanting(int units, const std::string& client) {
+    return std::make_unique<Wanting>(*this, units, /*is_short=*/false, /*resumes=*/false, client);
+  }
   bool take(int units) {
     if (units > free_) return false;
     free_ -= units;
@@ -367,9 +386,6 @@ TEST_F(AdmissionToMemory, LetsThoseResumeFirstAndRefusesNoneOfThem) {
 }
 
 TEST_F(AdmissionToMemory, GoesToClientsInTurn) {
-  const auto wanting = [this](int units, const std::string& client) {
-    return std::make_unique<Wanting>(*this, units, /*is_short=*/false, /*resumes=*/false, client);
-  };
   const auto runs = wanting(8, "many"), waits = wanting(5, "many"), other = wanting(5, "one");
   EXPECT_TRUE(runs->runs());
   free(3);
@@ -388,6 +404,89 @@ TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
   free(10);
   EXPECT_FALSE(second.runs() || third.runs());
   EXPECT_FALSE(admission_.wants_memory());
+}
+
+/// Runs soon give way.
+class AdmissionOfMany : public AdmissionToMemory {
+ protected:
+  explicit AdmissionOfMany(std::chrono::milliseconds longest_wait = 1h)
+      : AdmissionToMemory({.running = 4, .waiting = 4, .longest_wait = longest_wait, .give_way_after = 20ms}) {}
+};
+
+TEST_F(AdmissionOfMany, HasTheLongestRunGiveWayToAClientOfWhomFewerRun) {
+  const auto first = wanting(5, "many"), second = wanting(5, "many"), third = wanting(5, "many"),
+             other = wanting(5, "one");
+  EXPECT_TRUE(first->runs() && second->runs());
+  EXPECT_FALSE(third->runs() || other->runs());
+  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
+  first->give_way();
+  EXPECT_TRUE(other->runs());
+  std::this_thread::sleep_for(100ms);
+  EXPECT_FALSE(second->is_told() || other->is_told()) << "each client has one run";
+  EXPECT_FALSE(first->runs() || first->refused());
+  admission_.drain();
+  EXPECT_TRUE(third->refused());
+  EXPECT_FALSE(first->refused()) << "it is under way";
+  second->end();
+  free(5);
+  EXPECT_TRUE(first->runs());
+}
+
+TEST_F(AdmissionOfMany, LetsWhoGaveWayComeBeforeThoseOfItsClientThatHaveNotBegun) {
+  const auto first = wanting(5, "many"), second = wanting(5, "many"), third = wanting(5, "many");
+  auto other = wanting(5, "one");
+  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
+  first->give_way();
+  EXPECT_TRUE(other->runs());
+  other->end();
+  free(5);
+  EXPECT_TRUE(first->runs());
+  EXPECT_FALSE(third->runs());
+}
+
+TEST_F(AdmissionOfMany, TellsTheNextOneWhereTheFirstIsNotEnough) {
+  const auto first = wanting(2, "many"), second = wanting(2, "many"), third = wanting(6, "many");
+  const auto other = wanting(4, "one");
+  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
+  EXPECT_TRUE(comes_true([&] { return second->is_told(); })) << "the first one did nothing";
+  second->give_way();
+  EXPECT_FALSE(other->runs());
+  EXPECT_TRUE(comes_true([&] { return third->is_told(); }));
+  third->give_way();
+  EXPECT_TRUE(other->runs());
+}
+
+TEST_F(AdmissionOfMany, TellsNobodyWhereNoClientHasTwoMore) {
+  const auto first = wanting(5, "one"), second = wanting(5, "other"), third = wanting(5, "third");
+  std::this_thread::sleep_for(100ms);
+  EXPECT_FALSE(first->is_told() || second->is_told());
+  EXPECT_FALSE(third->runs());
+}
+
+/// Nor does anybody wait for long.
+class ImpatientAdmissionOfMany : public AdmissionOfMany {
+ protected:
+  ImpatientAdmissionOfMany() : AdmissionOfMany(/*longest_wait=*/200ms) {}
+};
+
+TEST_F(ImpatientAdmissionOfMany, LetsThoseBehindOneThatIsRefusedHaveTheMemory) {
+  const auto first = wanting(5, "a"), second = wanting(6, "b");
+  std::this_thread::sleep_for(100ms);
+  const auto third = wanting(5, "c");
+  EXPECT_FALSE(second->runs() || third->runs());
+  EXPECT_TRUE(comes_true([&] { return third->runs(); }));
+  EXPECT_TRUE(second->refused());
+}
+
+TEST_F(ImpatientAdmissionOfMany, NeverRefusesWhoGaveWay) {
+  const auto first = wanting(5, "many"), second = wanting(5, "many"), other = wanting(5, "one");
+  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
+  first->give_way();
+  EXPECT_TRUE(other->runs());
+  const auto is_new = wanting(5, "many");
+  EXPECT_TRUE(comes_true([&] { return is_new->refused(); }));
+  EXPECT_FALSE(first->refused());
+  EXPECT_EQ(admission_.waiting(), 1u);
 }
 
 /// Two places for long calls, and one more for short ones.

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Long ranges of a client with many, while one with fewer waits.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "tests/server/test_meshes.h"
+#include "tests/server/test_server.h"
+
+namespace ccslice::server {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Two ranges of one client that have begun, and another client that waits for a bit more memory than they leave.
+class GivingWay : public ::testing::Test {
+ protected:
+  struct Range {
+    grpc::ClientContext context;
+    std::unique_ptr<v1::SlicerService::Stub> stub;
+    std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>> stream;
+    std::string bytes;
+    grpc::Status status;
+
+    bool read() {
+      v1::SliceRangeResponse message;
+      if (!stream->Read(&message)) return false;
+      if (!message.has_summary()) bytes += message.SerializeAsString();
+      return true;
+    }
+    void read_all() {
+      while (read()) {
+      }
+      status = stream->Finish();
+    }
+  };
+
+  /// Calls on one thread have one slicer, and none to give back before they give way.
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.threads = 1;
+    return options;
+  }
+  GivingWay() : server_(options()) {}
+
+  std::unique_ptr<Range> begin_range() {
+    auto range = std::make_unique<Range>();
+    range->stub = server_.new_stub();
+    range->stream = range->stub->SliceRange(&range->context, request_);
+    EXPECT_TRUE(range->read());
+    return range;
+  }
+  ServiceState& state() { return server_.server().state(); }
+  bool one_gives_way() {
+    return eventually([this] { return state().metrics.gave_way.load() == 1; }, 10s);
+  }
+  /// Whichever of them it was has asked for its next turn.
+  bool one_waits() {
+    return eventually([this] { return state().admission.waiting() == 1; }, 5s);
+  }
+  void end_other() {
+    taken_.give_back();
+    state().admission.give_back(other_);
+  }
+
+  void SetUp() override {
+    request_ = slice_request(server_.upload_good(make_block(2, 10)), 0.01, 50, 400);
+    request_.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    whole_ = begin_range();
+    whole_->read_all();
+    ASSERT_TRUE(whole_->status.ok());
+    ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 5s));
+    for (auto* range : {&first_, &second_}) *range = begin_range();
+    ASSERT_TRUE(eventually([this] { return state().admission.running() == 2; }, 5s));
+    const std::uint64_t more_than_is_free = state().scratch.capacity_bytes() - state().scratch.used_bytes() + 1;
+    state().admission.request(other_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
+    state().admission.request_memory(
+        other_, {.reserve = [this, more_than_is_free] { return taken_.resize(more_than_is_free); }},
+        [this](const std::exception_ptr& refusal) { (refusal ? is_refused_ : runs_) = true; });
+    ASSERT_FALSE(runs_);
+  }
+  void TearDown() override {
+    for (auto* range : {first_.get(), second_.get()}) range->context.TryCancel();
+  }
+
+  TestServer server_;
+  v1::SliceRangeRequest request_;
+  std::unique_ptr<Range> whole_, first_, second_;
+  MemoryBudget::Share taken_{state().scratch};
+  Admission::Place other_{state().admission, "another client"};
+  std::atomic<bool> runs_{false}, is_refused_{false};
+};
+
+TEST_F(GivingWay, LetsTheOtherBeginAndGoesOnWithTheSameBytes) {
+  ASSERT_TRUE(one_gives_way());
+  EXPECT_TRUE(eventually([this] { return runs_.load(); }, 5s));
+  std::thread reads_first([this] { first_->read_all(); });
+  std::thread reads_second([this] { second_->read_all(); });
+  std::this_thread::sleep_for(100ms);
+  end_other();
+  reads_first.join();
+  reads_second.join();
+  for (const Range* range : {first_.get(), second_.get()}) {
+    EXPECT_TRUE(range->status.ok()) << range->status.error_message();
+    EXPECT_TRUE(range->bytes == whole_->bytes);
+  }
+  EXPECT_EQ(state().metrics.shed.load(), 0u);
+  EXPECT_FALSE(is_refused_);
+}
+
+TEST_F(GivingWay, CanBeStoppedWhileItWaits) {
+  ASSERT_TRUE(one_gives_way());
+  std::thread reads_first([this] { first_->read_all(); });
+  std::thread reads_second([this] { second_->read_all(); });
+  for (auto* range : {first_.get(), second_.get()}) range->context.TryCancel();
+  reads_first.join();
+  reads_second.join();
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 5s));
+  EXPECT_EQ(state().admission.running(), 1u) << "the other one";
+}
+
+TEST_F(GivingWay, IsNotRefusedByAShutdownButCutOff) {
+  ASSERT_TRUE(one_gives_way());
+  EXPECT_TRUE(eventually([this] { return runs_.load(); }, 5s));
+  std::thread reads_first([this] { first_->read_all(); });
+  std::thread reads_second([this] { second_->read_all(); });
+  EXPECT_TRUE(one_waits());
+  state().admission.drain();
+  EXPECT_EQ(state().admission.waiting(), 1u);
+  state().calls.cut_off_all();
+  reads_first.join();
+  reads_second.join();
+  EXPECT_EQ(state().admission.waiting(), 0u);
+}
+
+}  // namespace
+}  // namespace ccslice::server
