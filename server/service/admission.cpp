@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -390,10 +391,10 @@ std::function<void()> Admission::next_to_give_way(Clock::time_point now) {
     if (client.running < fewest + 2 || client.giving.empty()) continue;
     if (most == nullptr || client.running > most->running) most = &client;
   }
-  if (most == nullptr || !is_due(most->giving.front()->since_)) return {};
-  most->giving.splice(most->giving.end(), most->giving, most->giving.begin());
+  if (most == nullptr || !is_due(most->giving.back()->since_)) return {};
+  most->giving.splice(most->giving.begin(), most->giving, std::prev(most->giving.end()));
   told_ = now;
-  return most->giving.back()->give_way_;
+  return most->giving.front()->give_way_;
 }
 
 /// REQUIRES: the lock, and a place that waits.

@@ -17,8 +17,9 @@
 // takes the place of that one's newest. So a client with one call needn't wait for all of one who makes hundreds.
 //
 // Nor for the end of what that one has running, which may take hours: where a client of whom two calls less run has
-// waited for a while, the longest run of the client with most of them is told to GIVE WAY. It gives all back, and waits
-// for its client's next turn.
+// waited for a while, the latest run of the client with most of them is told to GIVE WAY. It gives all back, and waits
+// for its client's next turn. The earlier ones go on undisturbed, so however many others come and go, some of its calls
+// get ahead.
 
 #pragma once
 
@@ -139,7 +140,7 @@ class Admission {
     std::size_t running = 0;
     std::uint64_t served = 0;  // How many runs had begun in all when the last one of its own did.
     std::size_t expiring = 0;  // Of those that wait.
-    std::list<Place*> giving;  // Of those that run, who can give way: who has been told longest ago, or runs longest.
+    std::list<Place*> giving;  // Of those that run, who can give way: the one to be told next comes last.
     std::array<std::list<Place*>, static_cast<std::size_t>(Rank::kCount)> waiting;  // By rank, as they came.
     std::list<Place*>& of(Rank rank) { return waiting[static_cast<std::size_t>(rank)]; }
     bool is_idle() const {

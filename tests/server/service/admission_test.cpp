@@ -413,45 +413,45 @@ class AdmissionOfMany : public AdmissionToMemory {
       : AdmissionToMemory({.running = 4, .waiting = 4, .longest_wait = longest_wait, .give_way_after = 20ms}) {}
 };
 
-TEST_F(AdmissionOfMany, HasTheLongestRunGiveWayToAClientOfWhomFewerRun) {
+TEST_F(AdmissionOfMany, HasTheLatestRunGiveWayToAClientOfWhomFewerRun) {
   const auto first = wanting(5, "many"), second = wanting(5, "many"), third = wanting(5, "many"),
              other = wanting(5, "one");
   EXPECT_TRUE(first->runs() && second->runs());
   EXPECT_FALSE(third->runs() || other->runs());
-  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
-  first->give_way();
+  EXPECT_TRUE(comes_true([&] { return second->is_told(); }));
+  second->give_way();
   EXPECT_TRUE(other->runs());
   std::this_thread::sleep_for(100ms);
-  EXPECT_FALSE(second->is_told() || other->is_told()) << "each client has one run";
-  EXPECT_FALSE(first->runs() || first->refused());
+  EXPECT_FALSE(first->is_told() || other->is_told()) << "each client has one run";
+  EXPECT_FALSE(second->runs() || second->refused());
   admission_.drain();
   EXPECT_TRUE(third->refused());
-  EXPECT_FALSE(first->refused()) << "it is under way";
-  second->end();
+  EXPECT_FALSE(second->refused()) << "it is under way";
+  first->end();
   free(5);
-  EXPECT_TRUE(first->runs());
+  EXPECT_TRUE(second->runs());
 }
 
 TEST_F(AdmissionOfMany, LetsWhoGaveWayComeBeforeThoseOfItsClientThatHaveNotBegun) {
   const auto first = wanting(5, "many"), second = wanting(5, "many"), third = wanting(5, "many");
   auto other = wanting(5, "one");
-  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
-  first->give_way();
+  EXPECT_TRUE(comes_true([&] { return second->is_told(); }));
+  second->give_way();
   EXPECT_TRUE(other->runs());
   other->end();
   free(5);
-  EXPECT_TRUE(first->runs());
+  EXPECT_TRUE(second->runs());
   EXPECT_FALSE(third->runs());
 }
 
 TEST_F(AdmissionOfMany, TellsTheNextOneWhereTheFirstIsNotEnough) {
   const auto first = wanting(2, "many"), second = wanting(2, "many"), third = wanting(6, "many");
   const auto other = wanting(4, "one");
-  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
-  EXPECT_TRUE(comes_true([&] { return second->is_told(); })) << "the first one did nothing";
-  second->give_way();
-  EXPECT_FALSE(other->runs());
   EXPECT_TRUE(comes_true([&] { return third->is_told(); }));
+  EXPECT_TRUE(comes_true([&] { return second->is_told(); })) << "the third one did nothing";
+  second->give_way();
+  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
+  EXPECT_FALSE(other->runs());
   third->give_way();
   EXPECT_TRUE(other->runs());
 }
@@ -480,12 +480,12 @@ TEST_F(ImpatientAdmissionOfMany, LetsThoseBehindOneThatIsRefusedHaveTheMemory) {
 
 TEST_F(ImpatientAdmissionOfMany, NeverRefusesWhoGaveWay) {
   const auto first = wanting(5, "many"), second = wanting(5, "many"), other = wanting(5, "one");
-  EXPECT_TRUE(comes_true([&] { return first->is_told(); }));
-  first->give_way();
+  EXPECT_TRUE(comes_true([&] { return second->is_told(); }));
+  second->give_way();
   EXPECT_TRUE(other->runs());
   const auto is_new = wanting(5, "many");
   EXPECT_TRUE(comes_true([&] { return is_new->refused(); }));
-  EXPECT_FALSE(first->refused());
+  EXPECT_FALSE(second->refused());
   EXPECT_EQ(admission_.waiting(), 1u);
 }
 
