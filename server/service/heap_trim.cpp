@@ -29,9 +29,12 @@ std::uint64_t resident_memory_bytes() {
 }
 
 bool HeapTrim::sweep() {
-  if (!is_worth_it(figures_())) return false;
+  const Figures before = figures_();
+  if (!is_worth_it(before)) return false;
   malloc_trim(0);
-  base_bytes_ = unknown_bytes(figures_());
+  const Figures after = figures_();
+  base_bytes_ = unknown_bytes(after);
+  if (before.is_idle && after.is_idle) idle_base_bytes_ = base_bytes_;
   trimmed_ = Clock::now();
   return true;
 }
@@ -43,9 +46,10 @@ bool HeapTrim::is_worth_it(const Figures& now) {
     seen_bytes_ = now.freed_bytes;
     return true;
   }
-  base_bytes_ = std::min(base_bytes_, unknown_bytes(now));
-  const std::uint64_t least = now.is_idle ? kWorthItWhenIdle : kWorthIt;
-  return unknown_bytes(now) - base_bytes_ >= least && (!trimmed_ || Clock::now() - *trimmed_ >= pause_);
+  const std::uint64_t unknown = unknown_bytes(now);
+  for (std::uint64_t* base : {&base_bytes_, &idle_base_bytes_}) *base = std::min(*base, unknown);
+  if (now.is_idle) return unknown - idle_base_bytes_ >= kWorthItWhenIdle;
+  return unknown - base_bytes_ >= kWorthIt && (!trimmed_ || Clock::now() - *trimmed_ >= pause_);
 }
 
 }  // namespace ccslice::server

@@ -30,7 +30,7 @@ class HeapTrim {
     bool is_idle = false;  // Nothing runs.
   };
 
-  /// `pause`: between two sweeps that trim for what nobody knows of.
+  /// `pause`: between two sweeps that trim for what nobody knows of, while something runs.
   explicit HeapTrim(std::function<Figures()> figures, std::chrono::milliseconds pause = std::chrono::seconds(5))
       : figures_(std::move(figures)), pause_(pause) {}
 
@@ -48,6 +48,8 @@ class HeapTrim {
   bool again_ = false;  // What was about to be freed then has been by now.
   /// The least that was held beyond what is known: programs, libraries, what trimming can't give back.
   std::uint64_t base_bytes_ = std::numeric_limits<std::uint64_t>::max();
+  /// The same when nothing runs: without what calls held when it trimmed beside them.
+  std::uint64_t idle_base_bytes_ = std::numeric_limits<std::uint64_t>::max();
   std::optional<Clock::time_point> trimmed_;
 };
 

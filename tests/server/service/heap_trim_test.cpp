@@ -53,6 +53,19 @@ TEST(HeapTrim, IsWorthItForLessWhenNothingRuns) {
   EXPECT_FALSE(trim.sweep());
 }
 
+TEST(HeapTrim, TakesNothingThatCallsHeldWhenItTrimmedForWhatCantBeGivenBack) {
+  HeapTrim::Figures figures{.resident_bytes = 100 * kMiB, .is_idle = true};
+  HeapTrim trim([&] { return figures; }, 0ms);
+  EXPECT_FALSE(trim.sweep());
+  figures.is_idle = false;
+  figures.resident_bytes += 80 * kMiB;
+  EXPECT_TRUE(trim.sweep()) << "a call holds it, but nobody knows";
+  EXPECT_FALSE(trim.sweep());
+  figures.is_idle = true;  // It has freed it since.
+  EXPECT_TRUE(trim.sweep());
+  EXPECT_FALSE(trim.sweep());
+}
+
 TEST(HeapTrim, HasARestBetweenSuchSweeps) {
   HeapTrim::Figures figures{.resident_bytes = 100 * kMiB};
   HeapTrim trim([&] { return figures; }, 1h);
@@ -63,6 +76,10 @@ TEST(HeapTrim, HasARestBetweenSuchSweeps) {
   EXPECT_FALSE(trim.sweep());
   figures.freed_bytes += 100 * kMiB;
   EXPECT_TRUE(trim.sweep()) << "but for what is known to be free";
+  EXPECT_TRUE(trim.sweep());
+  figures.resident_bytes += 100 * kMiB;
+  figures.is_idle = true;
+  EXPECT_TRUE(trim.sweep()) << "or when nothing runs";
 }
 
 TEST(HeapTrim, KnowsWhatTheProcessHolds) { EXPECT_GT(resident_memory_bytes(), kMiB); }
