@@ -77,6 +77,12 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     return std::nullopt;
   }
 
+  /// Once the request has been taken to pieces nothing of it is needed any more: a call may last for hours.
+  void drop_request(const grpc::ByteBuffer& request) {
+    const_cast<grpc::ByteBuffer&>(request).Clear();  // gRPC keeps it until the call is done, and hands it out as const.
+    (void)request_bytes_.resize(0);
+  }
+
   /// `begin` runs once there is a place for the call, on this thread or another one. Where there is none, or the call
   /// is stopped before there is one, refuse() ends the call. Once.
   template <class Begin>
@@ -112,9 +118,12 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   void give_place_back() { state_.admission.give_back(place_); }
 
   /// `then` runs once with the mesh, or with why there is none: now if the cache holds it, else in the lane when it has
-  /// come from the store. One mesh at a time.
+  /// come from the store. One mesh at a time. While it comes, which may take minutes, others may have the call's place
+  /// if `place` says so; then the call asks for one again, and may be refused.
+  enum class WhileMeshComes { kKeepsPlace, kHasNoPlace };
   template <class Then>
-  void with_mesh(const Executor::Lane& lane, const std::string& mesh_id, Then then) {
+  void with_mesh(const Executor::Lane& lane, const std::string& mesh_id, Then then,
+                 WhileMeshComes place = WhileMeshComes::kKeepsPlace) {
     MeshPtr mesh;
     try {
       mesh = find_mesh(state_, mesh_id);
@@ -122,10 +131,16 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       return then(MeshPtr(), std::current_exception());
     }
     if (mesh) return then(mesh, std::exception_ptr());
-    const auto load = std::make_shared<MeshLoad>(
-        [lane, then, self = this->shared_from_this()](const MeshPtr& loaded, const std::exception_ptr& error) {
-          lane.post([then, self, loaded, error] { then(loaded, error); });
-        });
+    const bool asks_again = place == WhileMeshComes::kHasNoPlace;
+    if (asks_again) give_place_back();
+    const auto load = std::make_shared<MeshLoad>([lane, then, asks_again, self = this->shared_from_this()](
+                                                     const MeshPtr& loaded, const std::exception_ptr& error) {
+      const auto go_on = [lane, then, self, loaded, error](const std::exception_ptr& refusal) {
+        lane.post([then, self, loaded, error, refusal] { refusal ? then(MeshPtr(), refusal) : then(loaded, error); });
+      };
+      if (error || !asks_again) return go_on(nullptr);
+      self->ask_for_place(go_on);
+    });
     {
       const std::lock_guard lock(load_mutex_);
       load_ = load;
@@ -221,6 +236,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     if (!for_reader_ && end_armed_wait()) end(status_of_stop());
   }
 
+  bool keeps_message() const override { return for_reader_; }
   void idle() override {
     stop();
     const grpc::Status status = for_reader_ ? stalled_status() : idle_status();

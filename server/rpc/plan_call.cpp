@@ -36,7 +36,8 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   void OnCancel() override {
     cancel_.cancel();
     stop_loading();
-    if (!end_if_waiting() && claim()) end(status_of_stop());
+    const bool was_waiting = leave_queue();  // For the first time, or again: then nobody else ends it.
+    if (claim() || was_waiting) end(status_of_stop());
   }
 
   void refuse(const grpc::Status& status) override {
@@ -52,8 +53,9 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
-    with_mesh(lane, request_.mesh_id(),
-              [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); });
+    with_mesh(
+        lane, request_.mesh_id(), [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); },
+        WhileMeshComes::kHasNoPlace);
     if (cancel_.cancelled()) stop_loading();
   }
 

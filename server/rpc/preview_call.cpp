@@ -60,7 +60,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       };
     };
     memory_watch_ = std::make_shared<SideWatch>([] {}, when_open(&PreviewCall::give_memory_back));
-    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), when_open(&PreviewCall::note_lag));
+    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), when_open(&PreviewCall::note_lag),
+                                               /*keeps_message=*/true);
     state_.idle_watch.add(memory_watch_);
     state_.idle_watch.add(write_watch_);
     const std::lock_guard lock(mutex_);

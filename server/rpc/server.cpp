@@ -186,6 +186,16 @@ void Server::serve_figures() {
   });
 }
 
+void Server::relieve() {
+  constexpr std::size_t kEndedAtOnce = 32;
+  if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
+  if (resident_memory_bytes() <= state_.options.memory_bytes / 8 * 7) return;
+  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
+  if (ended == 0) return;
+  spdlog::warn("ended {} calls whose clients don't read: the server comes near its memory (--memory)", ended);
+  state_.heap_trim.trim();
+}
+
 void Server::reload(bool always) {
   if (state_.access.reload(always)) log_audit("reloaded", "tokens from " + state_.options.token_file, {});
   if (certificates_ && certificates_->reload(always)) {

@@ -48,10 +48,10 @@ class Server {
     state_.heap_trim.sweep();
   }
 
-  /// Has calls shed whose clients lag, if others wait for memory. To be called more often than sweep().
-  void relieve() {
-    if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
-  }
+  /// Has calls shed whose clients lag, if others wait for memory. What they keep all the same, the messages being sent,
+  /// counts nowhere: ends some of them where the process comes near the memory it should do with. To be called more
+  /// often than sweep().
+  void relieve();
 
   /// Takes new tokens and certificates, if their files have changed or if told so.
   void reload(bool always);

@@ -48,6 +48,7 @@ struct ServiceState {
         preparations(options.preparation_budget_bytes),
         streams(options.stream_budget_bytes, [this] { admission.retry(); }),
         scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),
+        calls(static_cast<std::size_t>(options.memory_bytes / kOpenCallBytes)),
         access(make_access(options)),
         client_calls(options.max_calls_per_client),
         admission({.running = options.max_concurrent_calls,

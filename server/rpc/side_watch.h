@@ -16,8 +16,8 @@ namespace ccslice::server {
 class SideWatch final : public IdleCall {
  public:
   /// Called on the watch's thread, as idle() and lag() of a call are.
-  SideWatch(std::function<void()> on_idle, std::function<void()> on_lag)
-      : on_idle_(std::move(on_idle)), on_lag_(std::move(on_lag)) {}
+  SideWatch(std::function<void()> on_idle, std::function<void()> on_lag, bool keeps_message = false)
+      : on_idle_(std::move(on_idle)), on_lag_(std::move(on_lag)), keeps_message_(keeps_message) {}
 
   /// Waits from the end of `start` on.
   template <typename Start>
@@ -28,12 +28,14 @@ class SideWatch final : public IdleCall {
   }
   /// False if the wait has ended already.
   [[nodiscard]] bool end() { return end_wait(); }
+  bool keeps_message() const override { return keeps_message_; }
 
  private:
   void idle() override { on_idle_(); }
   void lag() override { on_lag_(); }
 
   std::function<void()> on_idle_, on_lag_;
+  const bool keeps_message_;
 };
 
 }  // namespace ccslice::server

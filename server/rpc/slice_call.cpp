@@ -65,6 +65,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     log_.note_mesh(request_.mesh_id());
     log_.note_layers(range_.first, range_.count);
     write_header(job);
+    v1::SliceRangeRequest().Swap(&request_);  // Up to 8 MiB.
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
     pieces_ = pieces_of(job, memory_, range_.count);
     require_scratch("slicing a layer", scratch_bytes(), "ask for a region, fewer planes or a coarser pitch");

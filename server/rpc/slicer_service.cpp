@@ -18,7 +18,7 @@
 #include "server/rpc/call_log.h"
 #include "server/rpc/caller.h"
 #include "server/rpc/convert.h"
-#include "server/rpc/load_mesh.h"
+#include "server/rpc/get_mesh_call.h"
 #include "server/rpc/plan_call.h"
 #include "server/rpc/point_call.h"
 #include "server/rpc/preview_call.h"
@@ -191,13 +191,17 @@ SlicerService::SlicerService(ServiceState& state) : state_(state) {
   serve_unary(kGetServerInfo, &SlicerService::get_server_info);
   serve_unary(kFindMissingMeshes, &SlicerService::find_missing_meshes);
   serve_unary(kGetPreparation, &SlicerService::get_preparation);
-  serve_unary(kGetMesh, &SlicerService::get_mesh);
   serve_unary(kListMeshes, &SlicerService::list_meshes);
   serve_unary(kDeleteMesh, &SlicerService::delete_mesh);
   MarkMethodRawCallback(kUploadMesh, new CallbackClientStreamingHandler<ByteBuffer, v1::UploadMeshResponse>(
                                          [this](CallbackServerContext* context, v1::UploadMeshResponse* response) {
                                            return begin_upload_call(state_, *context, *response);
                                          }));
+  MarkMethodRawCallback(
+      kGetMesh, new CallbackUnaryHandler<ByteBuffer, v1::GetMeshResponse>(
+                    [this](CallbackServerContext* context, const ByteBuffer* request, v1::GetMeshResponse* response) {
+                      return begin_get_mesh_call(state_, *context, *request, *response);
+                    }));
   MarkMethodRawCallback(kPlanSlices, new CallbackUnaryHandler<ByteBuffer, v1::PlanSlicesResponse>(
                                          [this](CallbackServerContext* context, const ByteBuffer* request,
                                                 v1::PlanSlicesResponse* response) {
@@ -264,16 +268,6 @@ void SlicerService::get_preparation(const v1::GetPreparationRequest& request, v1
   require_mesh_id(request.mesh_id(), "mesh_id");
   response = preparation_of(state_.cache, request.mesh_id());
   answered(nullptr);
-}
-
-void SlicerService::get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response,
-                             const Answered& answered) {
-  const auto answer_with = [this, &response, answered](const MeshPtr& mesh, const std::exception_ptr& error) {
-    if (mesh) *response.mutable_mesh() = summarize(state_.cache, mesh);
-    answered(error);
-  };
-  if (const MeshPtr mesh = find_mesh(state_, request.mesh_id())) return answer_with(mesh, nullptr);
-  std::make_shared<MeshLoad>(answer_with)->begin(state_, request.mesh_id(), answered.client);
 }
 
 void SlicerService::list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response,

@@ -39,7 +39,6 @@ class SlicerService final : public v1::SlicerService::Service {
                            const Answered& answered);
   void get_preparation(const v1::GetPreparationRequest& request, v1::GetPreparationResponse& response,
                        const Answered& answered);
-  void get_mesh(const v1::GetMeshRequest& request, v1::GetMeshResponse& response, const Answered& answered);
   void list_meshes(const v1::ListMeshesRequest& request, v1::ListMeshesResponse& response, const Answered& answered);
   void delete_mesh(const v1::DeleteMeshRequest& request, v1::DeleteMeshResponse& response, const Answered& answered);
 

@@ -55,7 +55,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
              Pieces preparation = Pieces::kInteractive)
       : Base(state, context, method), preparation_(preparation) {}
 
-  /// What the client sent. Lives until the call is done.
+  /// What the client sent. Dropped when the call is prepared.
   virtual const grpc::ByteBuffer& raw_request() const = 0;
   virtual const google::protobuf::Descriptor& request_type() const = 0;
   /// Parses the request; the id of its mesh. Then, when that is there: the rest that comes before the first message.
@@ -106,11 +106,15 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
       failure_ = std::current_exception();
     }
     if (stopped() || failure_) return pump_owned();
-    this->with_mesh(lane, mesh_id, [this](const MeshPtr& mesh, const std::exception_ptr& error) {
-      failure_ = error;
-      prepare_guarded(mesh);
-      pump_owned();
-    });
+    this->with_mesh(
+        lane, mesh_id,
+        [this](const MeshPtr& mesh, const std::exception_ptr& error) {
+          failure_ = error;
+          prepare_guarded(mesh);
+          this->drop_request(raw_request());
+          pump_owned();
+        },
+        Base::WhileMeshComes::kHasNoPlace);
     if (stopped()) this->stop_loading();  // Stopped before there was anything to stop.
   }
 

@@ -66,6 +66,7 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
   void prepare(const MeshPtr& mesh) override {
     mesh_ = mesh;
     log_.note_mesh(request_.mesh_id());
+    header_.set_mesh_id(request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
     const LimitSolid& solid = *mesh->solid();
     placement_ = to_placement(request_.placement(), solid.summary().bounding_box, state_.slice_limits);
@@ -136,7 +137,6 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
 
   void write_header(const Surface& surface) {
     header_.set_engine_version(std::string(kEngineVersion));
-    header_.set_mesh_id(request_.mesh_id());
     header_.set_vertex_count(surface.positions_mm.size() / 3);
     header_.set_triangle_count(surface.triangles.size() / 3);
     for (const ChannelRange& channel : mesh_->solid()->summary().channels) {

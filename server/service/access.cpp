@@ -16,6 +16,7 @@
 
 #include "core/base/echo.h"
 #include "server/service/file_version.h"
+#include "server/service/limits.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -26,7 +27,6 @@ constexpr std::string_view kCalls = "calls=", kExpires = "expires=";
 constexpr std::size_t kMaxFileBytes = 16 << 20;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMostCallsOfClient = 1'000'000;
-constexpr std::chrono::seconds kRetryDelay(2);
 
 TokenDigest digest_of(std::string_view token) {
   TokenDigest digest;

@@ -116,7 +116,11 @@ bool Admission::waits_for_ever(Place::Turn turn) {
 
 /// REQUIRES: the lock.
 bool Admission::has_place_for(const Place& place) const {
-  return running_ < limits_.running + limits_.short_more && (!place.is_long_ || long_running_ < limits_.running);
+  constexpr std::size_t kMany = 8;
+  const std::size_t all = limits_.running + limits_.short_more;
+  if (running_ >= all || (place.is_long_ && long_running_ >= limits_.running)) return false;
+  const auto client = clients_.find(place.client_);
+  return all < kMany || client == clients_.end() || client->second.running < all - all / 4;
 }
 
 Admission::Rank Admission::rank_of(const Place& place) {
@@ -238,6 +242,8 @@ bool Admission::leave(Place& place, bool is_new) {
   if (place.state_ != Place::State::kWaiting || (place.turn_ == Place::Turn::kIsNew) != is_new) return false;
   dropped = std::move(place.decision_);
   take_out(place);
+  if (!queue_.empty()) has_left_ = true;
+  changed_.notify_all();
   return true;
 }
 
@@ -345,17 +351,16 @@ void Admission::watch_waits() {
   while (!over_) {
     const Clock::time_point now = Clock::now();
     Place* const first = next_to_expire();
-    if (first != nullptr && now >= first->since_ + limits_.longest_wait) {
+    if (std::exchange(has_left_, false)) {
+      admit_unlocked(lock);
+    } else if (first != nullptr && now >= first->since_ + limits_.longest_wait) {
       Decision decision = std::move(first->decision_);
       const std::exception_ptr refusal = busy(first->lacks_memory_);
       take_out(*first);
-      std::vector<Decision> admitted;
-      admit(admitted);  // Others may have waited for memory behind it.
+      has_left_ = true;
       lock.unlock();
       decision(refusal);
       decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
-      for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
-      admitted.clear();
       lock.lock();
     } else if (std::function<void()> give_way = next_to_give_way(now)) {
       lock.unlock();
@@ -369,6 +374,17 @@ void Admission::watch_waits() {
       changed_.wait_until(lock, first == nullptr ? look : std::min(look, first->since_ + limits_.longest_wait));
     }
   }
+}
+
+/// Begins what may begin now that somebody has left the queue, behind whom others may have waited for memory. Not on
+/// the thread of who leaves: it may hold locks of its call. Comes back with the lock.
+void Admission::admit_unlocked(std::unique_lock<std::mutex>& lock) {
+  std::vector<Decision> admitted;
+  admit(admitted);
+  lock.unlock();
+  for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
+  admitted.clear();  // As above.
+  lock.lock();
 }
 
 /// All wait for the same time, so it is the one that came first. REQUIRES: the lock.

@@ -3,6 +3,9 @@
 
 #include "server/service/call_registry.h"
 
+#include <string>
+
+#include "server/service/limits.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -11,6 +14,11 @@ CallRegistry::Ticket CallRegistry::open_call(std::function<void()> cut_off) {
   std::lock_guard lock(mutex_);
   if (draining_) {
     throw ServiceError(ServiceErrorCode::kServerDraining, "the server is shutting down: use another one");
+  }
+  if (open_ >= most_) {
+    throw ServiceError(
+        ServiceErrorCode::kServerBusy,
+        std::to_string(open_) + " calls are open, as many as the server has memory for: end some of them", kRetryDelay);
   }
   cut_offs_.emplace(++opened_, std::move(cut_off));
   ++open_;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -21,6 +22,9 @@ namespace ccslice::server {
 /// Thread-safe.
 class CallRegistry {
  public:
+  /// `most`: may be open at the same time.
+  explicit CallRegistry(std::size_t most = std::numeric_limits<std::size_t>::max()) : most_(most) {}
+
   /// An open call. Movable; the call is closed with it.
   class [[nodiscard]] Ticket {
    public:
@@ -42,7 +46,7 @@ class CallRegistry {
   };
 
   /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
-  /// alive what it needs or does without. Throws ServiceError{kServerDraining}.
+  /// alive what it needs or does without. Throws ServiceError{kServerDraining, kServerBusy}.
   [[nodiscard]] Ticket open_call(std::function<void()> cut_off = {});
   /// Opens no more calls from now on.
   void drain();
@@ -57,6 +61,7 @@ class CallRegistry {
  private:
   void close(std::uint64_t number);
 
+  const std::size_t most_;
   std::mutex mutex_;
   std::condition_variable idle_;
   std::size_t open_ = 0;

@@ -29,14 +29,18 @@ std::uint64_t resident_memory_bytes() {
 }
 
 bool HeapTrim::sweep() {
-  const Figures before = figures_();
-  if (!is_worth_it(before)) return false;
+  if (!is_worth_it(figures_())) return false;
+  trim();
+  return true;
+}
+
+void HeapTrim::trim() {
+  const bool was_idle = figures_().is_idle;
   malloc_trim(0);
   const Figures after = figures_();
   base_bytes_ = unknown_bytes(after);
-  if (before.is_idle && after.is_idle) idle_base_bytes_ = base_bytes_;
+  if (was_idle && after.is_idle) idle_base_bytes_ = base_bytes_;
   trimmed_ = Clock::now();
-  return true;
 }
 
 bool HeapTrim::is_worth_it(const Figures& now) {

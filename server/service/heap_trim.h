@@ -36,6 +36,8 @@ class HeapTrim {
 
   /// To be called now and then. Whether it was worth it.
   bool sweep();
+  /// In any case.
+  void trim();
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -3,6 +3,9 @@
 
 #include "server/service/idle_watch.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace ccslice::server {
 
 IdleCall::WaitBegin IdleCall::begin_wait() {
@@ -37,21 +40,39 @@ void IdleWatch::add(const std::shared_ptr<IdleCall>& call) {
   calls_.push_back(call);
 }
 
-void IdleWatch::sweep(bool in_need) {
+std::vector<std::shared_ptr<IdleCall>> IdleWatch::open_calls() {
   std::vector<std::shared_ptr<IdleCall>> open;
-  {
-    std::lock_guard lock(mutex_);
-    std::erase_if(calls_, [&](const std::weak_ptr<IdleCall>& weak) {
-      std::shared_ptr<IdleCall> call = weak.lock();
-      if (call) open.push_back(std::move(call));
-      return weak.expired();
-    });
-  }
+  const std::lock_guard lock(mutex_);
+  std::erase_if(calls_, [&](const std::weak_ptr<IdleCall>& weak) {
+    std::shared_ptr<IdleCall> call = weak.lock();
+    if (call) open.push_back(std::move(call));
+    return weak.expired();
+  });
+  return open;
+}
+
+void IdleWatch::sweep(bool in_need) {
+  const std::vector<std::shared_ptr<IdleCall>> open = open_calls();
   const auto now = std::chrono::steady_clock::now();
   for (const auto& call : open) {
     if (patience_.count() > 0) call->end_wait_begun_before(now - patience_);
     call->note_wait_begun_before(now - (in_need ? lag_.in_need : lag_.usual));
   }
+}
+
+std::size_t IdleWatch::end_longest(std::size_t most) {
+  const std::vector<std::shared_ptr<IdleCall>> open = open_calls();
+  const auto lagging_since = std::chrono::steady_clock::now() - lag_.in_need;
+  std::vector<std::pair<std::int64_t, IdleCall*>> lagging;
+  for (const auto& call : open) {
+    const std::int64_t since = call->waits_since();
+    if (since <= 0 || since >= lagging_since.time_since_epoch().count() || !call->keeps_message()) continue;
+    lagging.emplace_back(since, call.get());
+  }
+  std::ranges::sort(lagging);
+  if (lagging.size() > most) lagging.resize(most);
+  for (const auto& call : lagging) call.second->end_wait_begun_before(lagging_since);
+  return lagging.size();
 }
 
 }  // namespace ccslice::server

@@ -13,6 +13,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -29,6 +30,11 @@ class IdleCall {
   void end_wait_begun_before(std::chrono::steady_clock::time_point time);
   /// Calls lag() if the call has been waiting since before `time`.
   void note_wait_begun_before(std::chrono::steady_clock::time_point time);
+
+  /// Whether it waits for a message to be read, which it keeps meanwhile.
+  virtual bool keeps_message() const { return false; }
+  /// When the wait under way began, in ticks of the steady clock; not positive if there is none that could be ended.
+  std::int64_t waits_since() const { return since_.load(); }
 
  protected:
   /// When a wait began, in ticks of the steady clock.
@@ -69,8 +75,12 @@ class IdleWatch {
   void add(const std::shared_ptr<IdleCall>& call);
   /// Ends the calls that have waited too long, and tells those that lag. To be called now and then.
   void sweep(bool in_need = false);
+  /// Ends those calls that lag and keep messages, `most` of them, the ones first that have waited longest. How many.
+  std::size_t end_longest(std::size_t most);
 
  private:
+  std::vector<std::shared_ptr<IdleCall>> open_calls();
+
   const std::chrono::milliseconds patience_;
   const LagTimes lag_;
   std::mutex mutex_;

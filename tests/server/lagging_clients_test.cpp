@@ -163,6 +163,37 @@ TEST_F(LaggingClients, EndWhereverTheyAreStopped) {
   EXPECT_EQ(state().streams.used_bytes(), 0u);
 }
 
+/// A server that takes more memory than it should do with, whatever it does.
+class CrowdedLaggingClients : public LaggingClients {
+ protected:
+  static ServerOptions crowded() {
+    ServerOptions crowded = options();
+    crowded.memory_bytes = 16 << 20;
+    return crowded;
+  }
+  CrowdedLaggingClients() : LaggingClients(crowded()) {}
+};
+
+TEST_F(CrowdedLaggingClients, AreEnded) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_TRUE(eventually(
+      [this] {
+        server_.server().relieve();
+        return state().calls.open() == 0;
+      },
+      10s));
+  reader->read_all();
+  EXPECT_EQ(reader->status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
+}
+
+TEST_F(LaggingClients, GiveTheirRequestsMemoryBack) {
+  const auto reader = call(request(400));
+  ASSERT_TRUE(reader->read());
+  EXPECT_EQ(state().requests.used_bytes(), 0u);
+}
+
 TEST_F(LaggingClients, AreCutOffByAShutdownWhileTheyWaitForMemory) {
   const auto reader = call(request(400));
   ASSERT_TRUE(reader->read());

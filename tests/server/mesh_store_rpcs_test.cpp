@@ -5,9 +5,17 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "server/service/mesh_id.h"
 #include "tests/server/service/redis_process.h"
@@ -168,6 +176,126 @@ TEST_F(MeshStoreRpcs, ManyCallsPrepareOnce) {
   for (std::thread& caller : callers) caller.join();
   EXPECT_EQ(good, 8);
   EXPECT_EQ(server.server().state().cache.use().meshes, 1u);
+}
+
+/// A server with one place and a mesh that it has to prepare, which begins when the worker is free.
+class MeshThatComesLate : public MeshStoreRpcs {
+ protected:
+  void start() {
+    TestServer(options_of(store())).upload_good(mesh_);
+    server_ = std::make_unique<TestServer>(one_place());
+    other_id_ = server_->upload_good(make_box(1, 10));
+    state().executor.make_lane("somebody else", Pieces::kBatch).post([opened = opened_] { opened.wait(); });
+  }
+  ~MeshThatComesLate() override { open(); }
+  ServerOptions one_place() const {
+    ServerOptions options = options_of(store());
+    options.threads = 1;
+    options.max_concurrent_calls = 1;
+    return options;
+  }
+  ServiceState& state() { return server_->server().state(); }
+  void open() {
+    if (!std::exchange(is_open_, true)) open_.set_value();
+  }
+  /// Whether so many calls wait for the mesh, and without a place.
+  bool is_awaited(std::size_t calls) {
+    return eventually(
+        [this, calls] {
+          return state().cache.preparation(id_) && state().calls.open() == calls && state().admission.running() == 0;
+        },
+        5s);
+  }
+  grpc::Status plan(grpc::ClientContext& context) {
+    v1::PlanSlicesRequest request;
+    request.set_mesh_id(id_);
+    *request.mutable_grid() = slice_request(id_, 1, 0, 1).grid();
+    v1::PlanSlicesResponse response;
+    return server_->stub().PlanSlices(&context, request, &response);
+  }
+  grpc::Status get(grpc::ClientContext& context) {
+    v1::GetMeshRequest request;
+    request.set_mesh_id(id_);
+    v1::GetMeshResponse response;
+    return server_->stub().GetMesh(&context, request, &response);
+  }
+  /// Has a plan wait for its place again, since another call has it when the mesh comes.
+  void plan_beside_another(grpc::ClientContext& context, grpc::Status& status, const std::function<void()>& end) {
+    std::thread plans([&] { status = plan(context); });
+    EXPECT_TRUE(is_awaited(1));
+    state().admission.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
+    open();
+    EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+    end();
+    plans.join();
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+  }
+
+  std::promise<void> open_;
+  const std::shared_future<void> opened_ = open_.get_future().share();
+  bool is_open_ = false;
+  std::unique_ptr<TestServer> server_;
+  std::string other_id_;
+  Admission::Place place_{(start(), state().admission)};
+};
+
+TEST_F(MeshThatComesLate, LeavesItsPlaceToOthers) {
+  std::atomic<int> good = 0;
+  std::thread slices([&] { good += server_->slice(slice_request(id_, 1, 0, 10)).status.ok() ? 1 : 0; });
+  std::thread plans([&] {
+    grpc::ClientContext context;
+    good += plan(context).ok() ? 1 : 0;
+  });
+  EXPECT_TRUE(is_awaited(2));
+  EXPECT_TRUE(server_->slice(slice_request(other_id_, 1, 0, 10)).status.ok());
+  open();
+  slices.join();
+  plans.join();
+  EXPECT_EQ(good, 2);
+}
+
+TEST_F(MeshThatComesLate, IsNotWaitedForByWhoIsStopped) {
+  grpc::ClientContext slice_context, plan_context, get_context;
+  std::vector<std::thread> callers;
+  callers.emplace_back([&] {
+    const auto reader = server_->stub().SliceRange(&slice_context, slice_request(id_, 1, 0, 10));
+    v1::SliceRangeResponse message;
+    while (reader->Read(&message)) {
+    }
+    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  });
+  callers.emplace_back([&] { EXPECT_EQ(plan(plan_context).error_code(), grpc::StatusCode::CANCELLED); });
+  callers.emplace_back([&] { EXPECT_EQ(get(get_context).error_code(), grpc::StatusCode::CANCELLED); });
+  EXPECT_TRUE(is_awaited(3));
+  for (grpc::ClientContext* context : {&slice_context, &plan_context, &get_context}) context->TryCancel();
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+}
+
+TEST_F(MeshThatComesLate, IsNotWaitedForBeyondAShutdown) {
+  grpc::Status status;
+  std::thread gets([&] {
+    grpc::ClientContext context;
+    status = get(context);
+  });
+  EXPECT_TRUE(is_awaited(1));
+  state().calls.cut_off_all();
+  gets.join();
+  EXPECT_EQ(failure_of(status).reason, "SERVER_SHUTTING_DOWN");
+}
+
+TEST_F(MeshThatComesLate, HasItsCallWaitForAPlaceAgain) {
+  grpc::ClientContext context;
+  grpc::Status status;
+  plan_beside_another(context, status, [this] { state().admission.give_back(place_); });
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
+TEST_F(MeshThatComesLate, HasItsCallCancelledWhileItWaitsAgain) {
+  grpc::ClientContext context;
+  grpc::Status status;
+  plan_beside_another(context, status, [&context] { context.TryCancel(); });
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::CANCELLED);
 }
 
 TEST_F(MeshStoreRpcs, DamagedFilesAreMissesAndTheNextUploadRepairs) {

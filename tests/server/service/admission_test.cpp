@@ -102,6 +102,18 @@ TEST(Admission, TakesClientsInTurnHoweverManyCallsOneMakes) {
   EXPECT_TRUE(fourth.runs());
 }
 
+TEST(Admission, LeavesAQuarterOfManyPlacesToOtherClients) {
+  Admission admission({.running = 8, .waiting = 4, .longest_wait = 1h});
+  std::list<Caller> many;
+  for (int i = 0; i < 7; ++i) many.emplace_back(admission, "many");
+  EXPECT_EQ(admission.running(), 6u);
+  EXPECT_FALSE(many.back().decided());
+  Caller one(admission, "one"), other(admission, "other");
+  EXPECT_TRUE(one.runs() && other.runs());
+  many.front().end();
+  EXPECT_TRUE(many.back().runs());
+}
+
 TEST(Admission, LetsAClientTakeAPlaceInAFullQueueOfOneWhoHasMoreOfThem) {
   Admission admission({.running = 1, .waiting = 3, .longest_wait = 1h});
   Caller runs(admission, "many"), first(admission, "many"), second(admission, "many"), third(admission, "many");
@@ -404,6 +416,13 @@ TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
   free(10);
   EXPECT_FALSE(second.runs() || third.runs());
   EXPECT_FALSE(admission_.wants_memory());
+}
+
+TEST_F(AdmissionToMemory, GoesOnToThoseBehindWhoLeavesTheQueue) {
+  Wanting first(*this, 5), second(*this, 6), third(*this, 4);
+  EXPECT_FALSE(second.runs() || third.runs());
+  EXPECT_TRUE(second.leave());
+  EXPECT_TRUE(comes_true([&] { return third.runs(); }));
 }
 
 /// Runs soon give way.

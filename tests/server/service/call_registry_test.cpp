@@ -19,6 +19,15 @@ ServiceErrorCode refusal(CallRegistry& registry) {
   return ServiceErrorCode{};
 }
 
+TEST(CallRegistry, OpensNoMoreThanItHasMemoryFor) {
+  CallRegistry registry(/*most=*/2);
+  CallRegistry::Ticket first = registry.open_call();
+  const CallRegistry::Ticket second = registry.open_call();
+  EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerBusy);
+  first = {};
+  EXPECT_EQ(refusal(registry), ServiceErrorCode{});
+}
+
 TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {
   CallRegistry registry;
   CallRegistry::Ticket running = registry.open_call();

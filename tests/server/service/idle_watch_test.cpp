@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <thread>
+#include <vector>
 
 namespace ccslice::server {
 namespace {
@@ -19,7 +21,9 @@ class SilentCall final : public IdleCall {
   using IdleCall::end_armed_wait;
   using IdleCall::end_wait;
   void wait() { arm_wait(begin_wait()); }
+  bool keeps_message() const override { return keeps; }
   int ended = 0, lagged = 0;
+  bool keeps = true;
 
  private:
   void idle() override { ++ended; }
@@ -38,6 +42,31 @@ TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
   watch.sweep();
   EXPECT_EQ(call->ended, 1);
   EXPECT_FALSE(call->end_wait()) << "a message that comes now comes too late";
+}
+
+TEST(IdleWatch, EndsThoseFirstThatHaveKeptMessagesLongest) {
+  IdleWatch watch(1h, {.in_need = 20ms});
+  SilentCall* calls[4];
+  std::vector<std::shared_ptr<SilentCall>> all;
+  for (SilentCall*& call : calls) {
+    all.push_back(std::make_shared<SilentCall>());
+    call = all.back().get();
+    watch.add(all.back());
+  }
+  calls[0]->keeps = false;
+  for (SilentCall* call : {calls[0], calls[2], calls[1]}) {
+    call->wait();
+    std::this_thread::sleep_for(10ms);
+  }
+  std::this_thread::sleep_for(20ms);
+  calls[3]->wait();
+  EXPECT_EQ(watch.end_longest(1), 1u);
+  EXPECT_EQ(calls[2]->ended, 1);
+  EXPECT_EQ(calls[1]->ended, 0);
+  EXPECT_EQ(watch.end_longest(10), 1u);
+  EXPECT_EQ(calls[1]->ended, 1);
+  EXPECT_EQ(calls[0]->ended, 0) << "it keeps none";
+  EXPECT_EQ(calls[3]->ended, 0) << "it has time";
 }
 
 TEST(IdleWatch, TellsCallsThatLagLongBefore) {
