@@ -4,6 +4,7 @@
 #
 # What takes too long for every change, step by step:
 #
+#   tests     the long tests, which tests/run.sh leaves out
 #   jobs      random jobs by the thousands
 #   meshes    every voxel of the real meshes
 #   fuzz      libFuzzer: ten minutes on the way of an uploaded mesh, two on each other target
@@ -27,7 +28,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly all_steps=jobs,meshes,fuzz,asan,tsan,load,browser,plugins,deploy,images,cad,tidy
+readonly all_steps=tests,jobs,meshes,fuzz,asan,tsan,load,browser,plugins,deploy,images,cad,tidy
 steps=$all_steps
 if [[ ${1:-} == --steps ]]; then
   steps=${2:?which of $all_steps?}
@@ -76,10 +77,13 @@ unity_of() {
 
 # build <preset> <target>...
 build() {
-  local benchmarks=OFF
-  if [[ $1 == release ]]; then benchmarks=ON; fi
-  cmake --preset "$1" -D CCSLICE_BUILD_BENCHMARKS="$benchmarks" -D CMAKE_UNITY_BUILD="$(unity_of "$1")" &&
-    cmake --build --preset "$1" --parallel "$(nproc)" --target "${@:2}"
+  local options=(-D CMAKE_UNITY_BUILD="$(unity_of "$1")")
+  if [[ $1 == release ]]; then options+=(-D CCSLICE_BUILD_BENCHMARKS=ON -D CCSLICE_TEST_BATCHES=ON); fi
+  cmake --preset "$1" "${options[@]}" && cmake --build --preset "$1" --parallel "$(nproc)" --target "${@:2}"
+}
+
+long_tests() {
+  build release nightly_tests && ctest --preset release --label-regex nightly --parallel "$(nproc)"
 }
 
 random_jobs() {
@@ -142,11 +146,12 @@ rm -rf "$reports"
 mkdir -p "$reports"
 run "packages" deploy/install.sh build test bench fuzz || true
 
-if wants jobs || wants meshes || wants load || wants browser || wants plugins || wants deploy ||
+if wants tests || wants jobs || wants meshes || wants load || wants browser || wants plugins || wants deploy ||
   wants cad; then
   if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
     run "packages of the programs" tests/hygiene/check_packages.py \
       server=build/release/server/ccsliced client=build/release/client/ccslice || true
+    ! wants tests || run "long tests" long_tests || true
     ! wants jobs || run "random jobs $first to $last" random_jobs || true
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
     ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true

@@ -209,7 +209,10 @@ TEST_P(RealContour, PolygonsLieWithinTheToleranceAndNoLoopIsLost) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealContour, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealContour, testing::ValuesIn(real_mesh_names()),
+INSTANTIATE_TEST_SUITE_P(Shared, RealContour, testing::ValuesIn(small_real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(NightlyShared, RealContour, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

@@ -117,7 +117,10 @@ TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {
 INSTANTIATE_TEST_SUITE_P(Samples, InterpolatedRealMeshes, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, InterpolatedRealMeshes, testing::ValuesIn(real_mesh_names()),
+INSTANTIATE_TEST_SUITE_P(Shared, InterpolatedRealMeshes, testing::ValuesIn(small_real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(NightlyShared, InterpolatedRealMeshes, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

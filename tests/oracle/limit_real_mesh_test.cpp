@@ -78,10 +78,16 @@ TEST_P(SharpRealMesh, LimitAgreesWithBruteForce) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealMesh, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealMesh, testing::ValuesIn(real_mesh_names()),
+INSTANTIATE_TEST_SUITE_P(Shared, RealMesh, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, SharpRealMesh, testing::ValuesIn(real_meshes_with_convex_edges()),
+INSTANTIATE_TEST_SUITE_P(NightlyShared, RealMesh, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Shared, SharpRealMesh, testing::ValuesIn(small_real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(NightlyShared, SharpRealMesh, testing::ValuesIn(real_meshes_with_convex_edges()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

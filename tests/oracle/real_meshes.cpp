@@ -19,6 +19,11 @@ const std::vector<std::string>& real_mesh_names() {
   return names;
 }
 
+const std::vector<std::string>& small_real_mesh_names() {
+  static const std::vector<std::string> names = {"cylinder.ovm", "mixed_small.vtk"};
+  return names;
+}
+
 const std::vector<std::string>& real_meshes_with_convex_edges() {
   static const std::vector<std::string> names = {"cylinder.ovm",    "joint_limit_folds.vtk", "lower_arm.vtk",
                                                  "mixed_small.vtk", "mountwithhole.vtk",     "rockerarm_cinolib.mesh",

@@ -98,10 +98,16 @@ TEST_P(SharpRealVoxels, TakeTheirMaterialFromTheirOwnPlace) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealVoxels, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(real_mesh_names()),
+INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, SharpRealVoxels, testing::ValuesIn(real_meshes_with_convex_edges()),
+INSTANTIATE_TEST_SUITE_P(NightlyShared, RealVoxels, testing::ValuesIn(real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Shared, SharpRealVoxels, testing::ValuesIn(small_real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(NightlyShared, SharpRealVoxels, testing::ValuesIn(real_meshes_with_convex_edges()),
                          [](const auto& info) { return case_name(info.param); });
 
 class RealMaterials : public testing::TestWithParam<std::string> {};
@@ -125,7 +131,10 @@ TEST_P(RealMaterials, AgreeWithAlgorithm1) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealMaterials, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials, testing::ValuesIn(real_mesh_names()),
+INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials, testing::ValuesIn(small_real_mesh_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(NightlyShared, RealMaterials, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,22 +65,28 @@ void expect_enough(const std::string& what, const Solid& solid, const SliceJob& 
   EXPECT_LE(told.shared_bytes + told.slicer_bytes, 4 * held.most_bytes() + kLittle) << what;
 }
 
-TEST(SlicerMemory, IsToldBeforeItIsTaken) {
-  for (const SampleModel& model : sample_models()) {
-    const Solid solid = LimitSolid::prepare(model.make());
-    for (const int columns : {60, 400}) {
-      for (const NamedJob& each : jobs_of(solid, columns)) {
-        expect_enough(std::string(model.name) + " " + each.name + " " + std::to_string(columns), solid, each.job);
-      }
+void expect_enough_for_sample(const std::string& name, std::initializer_list<int> column_counts) {
+  const Solid solid = LimitSolid::prepare(find_sample_model(name)->make());
+  for (const int columns : column_counts) {
+    for (const NamedJob& each : jobs_of(solid, columns)) {
+      expect_enough(name + " " + each.name + " " + std::to_string(columns), solid, each.job);
     }
   }
 }
 
-TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) {
-  for (const char* name : {"engine", "ring"}) {
-    const Solid solid = LimitSolid::prepare(find_sample_model(name)->make());
-    for (const NamedJob& each : jobs_of(solid, 1200)) expect_enough(name + each.name, solid, each.job);
-  }
+TEST(SlicerMemory, IsToldBeforeItIsTaken) {
+  for (const SampleModel& model : sample_models()) expect_enough_for_sample(std::string(model.name), {60});
+  expect_enough_for_sample("coyote", {400});
+}
+
+TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) { expect_enough_for_sample("ring", {1200}); }
+
+TEST(NightlySlicerMemory, IsToldBeforeItIsTaken) {
+  for (const SampleModel& model : sample_models()) expect_enough_for_sample(std::string(model.name), {60, 400});
+}
+
+TEST(NightlySlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) {
+  for (const char* name : {"engine", "ring"}) expect_enough_for_sample(name, {1200});
 }
 
 TEST(SlicerMemory, TellsOfWhatRowsCross) {
