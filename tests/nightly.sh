@@ -8,8 +8,8 @@
 #   jobs      random jobs by the thousands
 #   meshes    every voxel of the real meshes
 #   fuzz      libFuzzer: ten minutes on the way of an uploaded mesh, two on each other target
-#   asan      interpolation, and all tests of server and client, ccsliced included, under AddressSanitizer and
-#             UndefinedBehaviorSanitizer
+#   asan      the tests of the stages of the core, most of which .ci/run leaves out, and all of server and client,
+#             ccsliced included, under AddressSanitizer and UndefinedBehaviorSanitizer
 #   tsan      core and server/service under ThreadSanitizer
 #   load      what the server stands (tests/bench/load_bench.py)
 #   browser   the page of ccslice view in a browser, and how soon it shows something
@@ -111,8 +111,8 @@ tests_of() {
     ctest --test-dir "build/fuzz/tests/$1" --output-on-failure --no-tests=error
 }
 
-interpolation() {
-  build asan interpolation_test && ctest --preset asan --parallel "$(nproc)" --tests-regex interpolation_test
+core_tests() {
+  build asan core_tests && ctest --preset asan --parallel "$(nproc)"
 }
 
 thread_sanitizer() {
@@ -174,7 +174,7 @@ if wants fuzz || wants asan; then
       run "ASan, UBSan: tests/$folder" tests_of "$folder" || true
     done
   fi
-  ! wants asan || run "ASan, UBSan: interpolation" interpolation || true
+  ! wants asan || run "ASan, UBSan: core" core_tests || true
 fi
 
 ! wants tsan || run "TSan: core, server/service" thread_sanitizer || true
