@@ -52,34 +52,51 @@ void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, cons
   for (const std::int64_t number : whole) mesh.cell_regions.push_back(regions.at(number));
 }
 
-/// The sets that are meant, none if one of the names is nobody's. A set goes before a material of its name.
-std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& file) {
-  std::vector<const CellSet*> sets;
-  const auto add = [&](std::string_view name) {
-    for (const std::vector<CellSet>* all : {&file.cell_sets, &file.cell_materials}) {
-      const auto found = std::ranges::find(*all, name, &CellSet::name);
-      if (found == all->end()) continue;
-      if (!contains(sets, &*found)) sets.push_back(&*found);
-      return true;
-    }
-    return false;
-  };
-  if (add(names)) return sets;
-  if (names == kAllSets || names == kAllMaterials) {
-    for (const CellSet& set : names == kAllSets ? file.cell_sets : file.cell_materials) sets.push_back(&set);
-    return sets;
-  }
-  for (std::size_t begin = 0; begin <= names.size();) {
-    // Names may have commas: the longest one that a set has.
-    std::size_t end = names.size();
-    while (!add(std::string_view(names).substr(begin, end - begin))) {
-      const std::size_t comma = end > begin ? names.rfind(',', end - 1) : std::string::npos;
-      if (comma == std::string::npos || comma < begin) return {};
-      end = comma;
-    }
-    begin = end + 1;
+using SetsByName = std::map<std::string_view, const CellSet*>;
+
+/// A set goes before a material of its name.
+SetsByName sets_by_name(const MeshFile& file) {
+  SetsByName sets;
+  for (const std::vector<CellSet>* all : {&file.cell_sets, &file.cell_materials}) {
+    for (const CellSet& set : *all) sets.emplace(set.name, &set);
   }
   return sets;
+}
+
+/// Parts the text at commas into names of sets, which may have commas themselves; none if there is no way. Of several
+/// ways the one with the longest first name, then the longest second one, and so on.
+std::vector<const CellSet*> part_into_sets(std::string_view names, const SetsByName& sets) {
+  std::size_t longest = 0;
+  for (const auto& [name, set] : sets) longest = std::max(longest, name.size());
+  // By where a name may begin, from the end on: the longest set there after which there is a way to the end.
+  std::map<std::size_t, const CellSet*> chosen;
+  for (std::size_t begin = names.size() + 1; begin-- > 0;) {
+    if (begin > 0 && names[begin - 1] != ',') continue;
+    for (std::size_t end = begin; end <= names.size() && end - begin <= longest; ++end) {
+      if (end < names.size() && names[end] != ',') continue;
+      const auto found = sets.find(names.substr(begin, end - begin));
+      if (found != sets.end() && (end == names.size() || chosen.contains(end + 1))) chosen[begin] = found->second;
+    }
+  }
+  std::vector<const CellSet*> parts;
+  for (std::size_t begin = 0; begin <= names.size();) {
+    const auto next = chosen.find(begin);
+    if (next == chosen.end()) return {};
+    if (!contains(parts, next->second)) parts.push_back(next->second);
+    begin += next->second->name.size() + 1;
+  }
+  return parts;
+}
+
+/// The sets that are meant, none if one of the names is nobody's.
+std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& file) {
+  const SetsByName known = sets_by_name(file);
+  if (!known.contains(names) && (names == kAllSets || names == kAllMaterials)) {
+    std::vector<const CellSet*> all;
+    for (const CellSet& set : names == kAllSets ? file.cell_sets : file.cell_materials) all.push_back(&set);
+    return all;
+  }
+  return part_into_sets(names, known);
 }
 
 void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& mesh, const MeshLimits& limits) {

@@ -91,6 +91,30 @@ TEST(CellSets, MayHaveCommasInTheirNames) {
   EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("a,b", "core", "rest"));
 }
 
+/// The longest name first leads nowhere: 'a,b' leaves 'c', which no set is called.
+TEST(CellSets, AreFoundHoweverCommasPartTheirNames) {
+  MeshFile file = numbered({0, 0, 0, 0, 0});
+  file.cell_sets = {{"a", {0}}, {"a,b", {1}}, {"b,c", {2}}, {"d", {3}}, {"c,d", {4}}};
+  make_cell_regions("a,b,c", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("a", "b,c", "rest"));
+  make_cell_regions("d,a,b,c,d", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("d", "a,b", "c,d", "rest")) << "the longest that goes on";
+  EXPECT_THAT(file.mesh.cell_regions, ElementsAre(3, 1, 3, 0, 2));
+  expect_error([&] { make_cell_regions("a,b,b", file); }, ErrorCode::kMeshBadCellRegion, "called 'a,b,b'");
+}
+
+// Ways to part a text multiply with each comma, and names in it with the sets that there are.
+TEST(CellSets, AreFoundInNoTimeAmongMany) {
+  MeshFile file = numbered(std::vector<double>(3, 0));
+  std::string names;
+  for (int i = 0; i < 20'000; ++i) names += "a,";
+  file.cell_sets = {{"a", {0}}, {"a,a", {1}}, {"a,a,a", {2}}};
+  for (int i = 0; i < 20'000; ++i) file.cell_sets.push_back({"set " + std::to_string(i), {0}});
+  expect_error([&] { make_cell_regions(names + "b", file); }, ErrorCode::kMeshBadCellRegion, "called 'a,a,");
+  make_cell_regions(names + "a,a", file);
+  EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("a,a,a", "a", "rest")) << "20,002 of them";
+}
+
 TEST(CellSets, MakeRegionsInTheOrderOfTheirNames) {
   MeshFile file = with_sets();
   make_cell_regions("rest,core", file);
