@@ -63,6 +63,7 @@ class VtuReader {
   void drop_partial_channels();
   void drop_partial_numbers();
   void read_number_names();
+  std::optional<std::int64_t> read_named_number(pugi::xml_node array);
   pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
   void require_end(VtuNumbers& numbers) const;
   void warn();
@@ -348,6 +349,19 @@ void VtuReader::drop_partial_numbers() {
   });
 }
 
+/// Nothing where no whole number can be read, which is no reason to refuse the mesh.
+std::optional<std::int64_t> VtuReader::read_named_number(pugi::xml_node array) {
+  try {
+    VtuNumbers values = document_.open(array, 1);
+    const double number = values.values().any_real("a number with a name");
+    require_end(values);
+    return exact_integer(number);
+  } catch (const Error& error) {
+    left_out_.push_back("field data '" + printable(array.attribute("Name").value()) + "' left out: " + error.what());
+    return std::nullopt;
+  }
+}
+
 /// Field data "ARRAY:NAME" of one number say what a number of the cell data ARRAY is called, as ccslice writes it.
 /// Names that aren't one for each number are of something else.
 void VtuReader::read_number_names() {
@@ -361,9 +375,7 @@ void VtuReader::read_number_names() {
                              array.attribute("NumberOfTuples").as_ullong() == 1 &&
                              array.attribute("NumberOfComponents").as_uint(1) == 1;
       if (!is_number) continue;
-      VtuNumbers values = document_.open(array, 1);
-      const std::optional<std::int64_t> number = exact_integer(values.values().any_real("a number with a name"));
-      require_end(values);
+      const std::optional<std::int64_t> number = read_named_number(array);
       const std::string own(name.substr(numbers.name.size() + 1));
       fits = fits && number && !own.empty() && used.insert(own).second &&
              numbers.number_names.emplace(*number, own).second;

@@ -129,8 +129,23 @@ TEST(ReadVtu, TakesNoNamesThatNumbersDoNotHaveOneOfTheirOwnOf) {
     make_cell_regions("part", file);
     EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("7"));
   }
-  expect_error([] { read_vtu(whole(named_numbers("7", field("part:core", "x")))); }, ErrorCode::kFileSyntax,
-               "expected a number with a name, found 'x'");
+}
+
+TEST(ReadVtu, LeavesOutNamesOfNumbersThatAreBroken) {
+  const std::string broken_base64 =
+      "<DataArray type=\"Int32\" Name=\"part:core\" NumberOfTuples=\"1\" format=\"binary\">no base64!</DataArray>";
+  for (const std::string& fields :
+       {field("part:core", "x"), field("part:core", ""), field("part:core", "7 8"), broken_base64,
+        std::string("<DataArray type=\"Int32\" Name=\"part:core\" NumberOfTuples=\"1\" format=\"appended\" "
+                    "offset=\"7\"/>")}) {
+    MeshFile file = read_vtu(whole(named_numbers("7", fields)));
+    EXPECT_TRUE(file.cell_numbers[0].number_names.empty()) << fields;
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("field data 'part:core' left out: "))) << fields;
+    make_cell_regions("part", file);
+    EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("7"));
+  }
+  EXPECT_THAT(read_vtu(whole(named_numbers("7", field("part:core", "x")))).warnings,
+              ElementsAre(HasSubstr("expected a number with a name, found 'x'")));
 }
 
 TEST(ReadVtu, ReadsArraysThatComeTwiceOnce) {
