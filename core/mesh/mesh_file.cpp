@@ -8,8 +8,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <system_error>
 
+#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_exodus.h"
@@ -27,6 +29,31 @@ namespace {
 bool is_abaqus_keyword_or_comment(std::string_view word) {
   if (word.size() < 2 || word[0] != '*') return false;
   return word[1] == '*' || (word[1] >= 'a' && word[1] <= 'z') || (word[1] >= 'A' && word[1] <= 'Z');
+}
+
+MeshFile read_kind(MeshFileKind kind, std::string_view bytes, const MeshLimits& limits, const std::string& path) {
+  switch (kind) {
+    case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
+    case MeshFileKind::kMedit: return read_medit(bytes, limits);
+    case MeshFileKind::kVtk: return read_vtk(bytes, limits);
+    case MeshFileKind::kVtu: return read_vtu(bytes, limits);
+    case MeshFileKind::kOvm: return read_ovm(bytes, limits);
+    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
+    case MeshFileKind::kExodus: return read_exodus(bytes, limits);
+    case MeshFileKind::kUnknown: break;
+  }
+  throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
+}
+
+/// An array 'a' of two components and another one 'a.1' come to one name, which could mean the first only.
+void leave_out_numbers_with_known_names(MeshFile& file) {
+  std::set<std::string> known;
+  std::erase_if(file.cell_numbers, [&](const CellNumbers& numbers) {
+    if (known.insert(numbers.name).second) return false;
+    file.warnings.push_back("cell data '" + echoed(numbers.name) +
+                            "' left out: others before are called so, too; rename one of the arrays");
+    return true;
+  });
 }
 
 }  // namespace
@@ -69,17 +96,9 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
 }
 
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
-  switch (mesh_file_kind(bytes)) {
-    case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
-    case MeshFileKind::kMedit: return read_medit(bytes, limits);
-    case MeshFileKind::kVtk: return read_vtk(bytes, limits);
-    case MeshFileKind::kVtu: return read_vtu(bytes, limits);
-    case MeshFileKind::kOvm: return read_ovm(bytes, limits);
-    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
-    case MeshFileKind::kExodus: return read_exodus(bytes, limits);
-    case MeshFileKind::kUnknown: break;
-  }
-  throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
+  MeshFile file = read_kind(mesh_file_kind(bytes), bytes, limits, path);
+  leave_out_numbers_with_known_names(file);
+  return file;
 }
 
 UnreadFile describe_unread(std::string_view bytes) {

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/mesh/validate.h"
 #include "tests/core/mesh/expect_error.h"
@@ -38,6 +39,28 @@ TEST(MeshFile, OfASurfaceIsRefusedWithARemedy) {
             "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n$Elements\n1\n"
             "1 2 2 1 1 1 2 3\n$EndElements\n")}) {
     expect_error([&] { read_mesh(text); }, ErrorCode::kMeshEmpty, "mesh the inside too, as `gmsh -3` does");
+  }
+}
+
+// The components of an array and another array may come to one name, which can mean one of them only.
+TEST(MeshFile, HasNumbersOfCellsByDifferentNamesOnly) {
+  const std::string ovm =
+      "OVM ASCII\nVertices\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nEdges\n6\n0 1\n1 2\n2 0\n0 3\n1 3\n2 3\n"
+      "Faces\n4\n3 0 2 4\n3 0 8 7\n3 2 10 9\n3 4 6 11\nPolyhedra\n1\n4 1 2 4 6\n"
+      "CProp double \"a.1\"\n7\nCProp vec2d \"a\"\n8 9\n";
+  const std::string vtk =
+      "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+      "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nFIELD f 2\na.1 1 1 int\n7\na 2 1 int\n8 9\n";
+  for (const std::string& text : {ovm, vtk}) {
+    const MeshFile file = read_mesh(text);
+    ASSERT_EQ(file.cell_numbers.size(), 2u) << text;
+    EXPECT_EQ(file.cell_numbers[0].name, "a.1");
+    EXPECT_EQ(file.cell_numbers[0].of_cells, std::vector<double>{7});
+    EXPECT_EQ(file.cell_numbers[1].name, "a.0");
+    EXPECT_EQ(file.cell_numbers[1].of_cells, std::vector<double>{8});
+    EXPECT_THAT(file.warnings,
+                testing::ElementsAre("cell data 'a.1' left out: others before are called so, too; rename one of the "
+                                     "arrays"));
   }
 }
 
