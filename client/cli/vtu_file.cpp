@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -140,8 +141,29 @@ void add_bezier_cells(XmlWriter& xml, const BezierCells& cells) {
   add_cells(xml, points, sizes, types);
 }
 
-void add_channels(XmlWriter& xml, const std::vector<std::string>& names, const std::vector<float>& rows,
+/// What names are called in a document, each another way: those that XML can't hold get a number where the characters
+/// that stand for theirs make them alike.
+std::vector<std::string> names_in_xml(const std::vector<std::string>& names) {
+  std::vector<std::string> written;
+  std::set<std::string> taken;
+  for (const std::string& name : names) {
+    written.push_back(xml_characters(name));
+    if (written.back() == name) taken.insert(name);
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (written[i] == names[i]) continue;
+    const std::string plain = written[i];
+    for (int number = 2; !taken.insert(written[i]).second; ++number) {
+      written[i] = plain;
+      written[i] += '_' + std::to_string(number);
+    }
+  }
+  return written;
+}
+
+void add_channels(XmlWriter& xml, const std::vector<std::string>& channel_names, const std::vector<float>& rows,
                   std::size_t points) {
+  const std::vector<std::string> names = names_in_xml(channel_names);
   xml.begin("PointData");
   std::vector<float> values(points);
   for (std::size_t c = 0; c < names.size(); ++c) {
@@ -152,8 +174,9 @@ void add_channels(XmlWriter& xml, const std::vector<std::string>& names, const s
 }
 
 /// Field data are of the whole file, and say of themselves how many tuples they are.
-void add_region_names(XmlWriter& xml, const std::vector<std::string>& names) {
-  if (names.empty()) return;
+void add_region_names(XmlWriter& xml, const std::vector<std::string>& region_names) {
+  if (region_names.empty()) return;
+  const std::vector<std::string> names = names_in_xml(region_names);
   xml.begin("FieldData");
   for (std::size_t region = 0; region < names.size(); ++region) {
     xml.begin("DataArray").attribute("type", kTypeName<std::uint8_t>).attribute("Name", "cell_region:" + names[region]);

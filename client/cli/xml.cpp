@@ -3,7 +3,38 @@
 
 #include "client/cli/xml.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/utf8.h"
+
 namespace ccslice::cli {
+namespace {
+
+bool is_in_xml(std::string_view sequence) {
+  constexpr std::uint32_t kNoCharacters = 0xfffe;
+  const std::uint32_t code = utf8_code_point(sequence);
+  return (code >= 0x20 && (code | 1) != (kNoCharacters | 1)) || code == '\t' || code == '\n' || code == '\r';
+}
+
+}  // namespace
+
+std::string xml_characters(std::string_view text) {
+  std::string written;
+  written.reserve(text.size());
+  while (!text.empty()) {
+    const auto plain = std::find_if(text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; });
+    written.append(text.begin(), plain);
+    text.remove_prefix(static_cast<std::size_t>(plain - text.begin()));
+    if (text.empty()) break;
+    const std::size_t length = utf8_sequence_length(text);
+    const std::string_view sequence = text.substr(0, std::max<std::size_t>(length, 1));
+    written += length > 0 && is_in_xml(sequence) ? sequence : "?";
+    text.remove_prefix(sequence.size());
+  }
+  return written;
+}
 
 XmlWriter& XmlWriter::begin(std::string_view name) {
   close_tag();
@@ -49,15 +80,18 @@ void XmlWriter::close_tag() {
   tag_open_ = false;
 }
 
-/// Characters that XML doesn't have become '?'.
 void XmlWriter::append_escaped(std::string_view text) {
-  for (const char c : text) {
+  for (const char c : xml_characters(text)) {
     switch (c) {
       case '&': text_ += "&amp;"; break;
       case '<': text_ += "&lt;"; break;
       case '>': text_ += "&gt;"; break;
       case '"': text_ += "&quot;"; break;
-      default: text_ += static_cast<unsigned char>(c) < 0x20 ? '?' : c;
+      // As they are, readers would take these for blanks in an attribute.
+      case '\t': text_ += "&#9;"; break;
+      case '\n': text_ += "&#10;"; break;
+      case '\r': text_ += "&#13;"; break;
+      default: text_ += c;
     }
   }
 }

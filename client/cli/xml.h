@@ -14,7 +14,11 @@
 
 namespace ccslice::cli {
 
-/// Writes one XML document, in order.
+/// The text with '?' for what no XML document can hold: control characters but tabs and line ends, U+FFFE and U+FFFF,
+/// and bytes that aren't UTF-8 [XML 1.0, 2.2].
+std::string xml_characters(std::string_view text);
+
+/// Writes one XML document, in order. What no document can hold becomes '?', as in xml_characters().
 class XmlWriter {
  public:
   XmlWriter() : text_("<?xml version=\"1.0\" encoding=\"UTF-8\"?>") {}

@@ -59,6 +59,29 @@ TEST(VtuFile, KeepsTheNamesOfCellRegions) {
   EXPECT_THAT(to_vtu(oracle::box_mesh(1, 1, 1)), testing::Not(HasSubstr("FieldData")));
 }
 
+TEST(VtuFile, HasOtherNamesForOtherRegionsAndChannelsWhateverXmlCanHold) {
+  ControlMesh mesh = oracle::box_mesh(6, 1, 1);
+  mesh.cell_region_names = {
+      "a\x01"
+      "b",
+      "a\x02"
+      "b",
+      "a?b",
+      "tab\there",
+      "two\nlines\r",
+      "M\xfcnchen"};
+  mesh.cell_regions = {0, 1, 2, 3, 4, 5};
+  mesh.channel_names = {"c\x1f", "c?", "c\x7f"};
+  mesh.channel_values.assign(3 * mesh.vertex_count(), 0.5f);
+  MeshFile file = read_vtu(to_vtu(mesh));
+  EXPECT_TRUE(file.warnings.empty()) << file.warnings.front();
+  EXPECT_THAT(file.mesh.channel_names, testing::ElementsAre("c?_2", "c?", "c\x7f"));
+  make_cell_regions("cell_region", file);
+  EXPECT_THAT(file.mesh.cell_region_names,
+              testing::ElementsAre("a?b_2", "a?b_3", "a?b", "tab\there", "two\nlines\r", "M?nchen"));
+  EXPECT_EQ(file.mesh.cell_regions, mesh.cell_regions);
+}
+
 /// "Man" and its beginnings [RFC 4648]: one array of one, two and three bytes behind a header of eight.
 TEST(VtuFile, PadsBase64) {
   ControlMesh mesh = oracle::box_mesh(1, 1, 1);
