@@ -53,6 +53,22 @@ ControlMesh box_mesh(int nx, int ny, int nz, double size_mm, const KeepCell& kee
   return soup.take();
 }
 
+ControlMesh kuhn_box(int cells) {
+  const ControlMesh box = box_mesh(cells, cells, cells);
+  // The corners of a hexahedron between 0 and 6 on the six ways along its edges.
+  constexpr std::array<std::array<std::size_t, 2>, 6> kWays = {{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
+  ControlMesh mesh;
+  mesh.positions = box.positions;
+  for (std::size_t cell = 0; cell < box.cell_count(); ++cell) {
+    const std::uint32_t* corner = &box.cell_vertices[8 * cell];
+    for (const auto& [a, b] : kWays) {
+      mesh.cell_kinds.push_back(CellKind::kTet);
+      mesh.cell_vertices.insert(mesh.cell_vertices.end(), {corner[0], corner[a], corner[b], corner[6]});
+    }
+  }
+  return mesh;
+}
+
 ControlMesh folding_box_mesh() {
   ControlMesh mesh = box_mesh(4, 4, 4);
   for (Vec3& p : mesh.positions) {

@@ -43,6 +43,8 @@ const std::vector<InvalidMesh>& invalid_meshes();
 using KeepCell = std::function<bool(int, int, int)>;
 /// nx * ny * nz cubes of `size_mm`, without those that keep() refuses.
 ControlMesh box_mesh(int nx, int ny, int nz, double size_mm = 10, const KeepCell& keep = {});
+/// A box of cubes of 10 mm, each as six tetrahedra round its diagonal.
+ControlMesh kuhn_box(int cells);
 /// 4 x 4 x 4 cubes, the middle vertex moved out of the box: inverted cells, and a limit that folds.
 ControlMesh folding_box_mesh();
 /// `sectors` quadrilaterals round a point, each split into m * m, extruded into `layers` layers of hexes. Closed (an

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <numbers>
 #include <random>
@@ -292,26 +291,9 @@ TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
   EXPECT_LT(summary.memory_bytes, 8000u * 768);
 }
 
-/// Each cell of a box as six tetrahedra round its diagonal.
-ControlMesh kuhn_box(int cells) {
-  const ControlMesh box = oracle::box_mesh(cells, cells, cells);
-  // The corners of a hexahedron between 0 and 6 on the six ways along its edges.
-  constexpr std::array<std::array<std::size_t, 2>, 6> kWays = {{{1, 2}, {2, 3}, {3, 7}, {7, 4}, {4, 5}, {5, 1}}};
-  ControlMesh mesh;
-  mesh.positions = box.positions;
-  for (std::size_t cell = 0; cell < box.cell_count(); ++cell) {
-    const std::uint32_t* corner = &box.cell_vertices[8 * cell];
-    for (const auto& [a, b] : kWays) {
-      mesh.cell_kinds.push_back(CellKind::kTet);
-      mesh.cell_vertices.insert(mesh.cell_vertices.end(), {corner[0], corner[a], corner[b], corner[6]});
-    }
-  }
-  return mesh;
-}
-
 // However many cells meet at their vertices, tetrahedra share the operators of few rings.
 TEST(LimitSolid, KeepsATetrahedronUnderThirtyKilobytes) {
-  const ControlMesh mesh = kuhn_box(4);
+  const ControlMesh mesh = oracle::kuhn_box(4);
   std::uint64_t asked = 0;
   PrepareOptions options;
   options.reserve = [&](std::uint64_t bytes) { asked = bytes; };
@@ -339,7 +321,7 @@ TEST(LimitSolid, AsksForNearlyAllMemoryOfTetrahedraAtFirst) {
   std::vector<std::uint64_t> asked;
   PrepareOptions options;
   options.reserve = [&](std::uint64_t bytes) { asked.push_back(bytes); };
-  const ControlMesh mesh = kuhn_box(6);
+  const ControlMesh mesh = oracle::kuhn_box(6);
   EXPECT_EQ(LimitSolid::prepare(mesh, options)->summary().control_cells, mesh.cell_count());
   EXPECT_GT(static_cast<double>(asked.front()), 0.8 * static_cast<double>(asked.back()));
 }
