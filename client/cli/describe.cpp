@@ -8,6 +8,7 @@
 #include "client/cli/console.h"
 #include "client/cli/manifest.h"
 #include "core/base/echo.h"
+#include "core/mesh/rounded_edges.h"
 
 namespace ccslice::cli {
 namespace {
@@ -28,6 +29,22 @@ std::string change_text(double value, double from) {
   if (!(from > 0)) return "no part to compare with";
   const double percent = std::round(1e4 * (value / from - 1)) / 100;
   return percent == 0 ? kNoChange : (percent > 0 ? "+" : "") + show_number(percent) + " %";
+}
+
+/// Whether the volume of a fitted mesh changed because its limit is round or because its fit missed vertices, whichever
+/// is more.
+std::string cause_of_change(const v1::LimitDeviation& deviation) {
+  const double at_vertices = deviation.vertex_limits_volume_mm3();
+  if (!(at_vertices > 0)) return "";  // Older servers don't say.
+  const double round = std::abs(deviation.limit_volume_mm3() - at_vertices);
+  const double missed = std::abs(at_vertices - deviation.control_volume_mm3());
+  return round < missed ? "; most of it at vertices that the fit missed"
+                        : "; between vertices the mesh is flat, and the limit round";
+}
+
+RoundedEdges rounded_edges_of(const v1::LimitDeviation& deviation) {
+  const v1::Vector3& at = deviation.rounded_edge_mm();
+  return {deviation.rounded_edges(), Vec3(at.x(), at.y(), at.z()), deviation.rounded_edge_deg()};
 }
 
 }  // namespace
@@ -51,8 +68,9 @@ std::string describe(const v1::LimitDeviation& deviation) {
   } else {
     text +=
         std::string("mesh that it ") + (moved ? "was fitted to " : "interpolates ") + show_number(control) + " mm^3";
-    if (change != kNoChange) text += "; between vertices the mesh is flat, and the limit round";
+    if (change != kNoChange) text += cause_of_change(deviation);
   }
+  if (deviation.rounded_edges() > 0) text += "\n  rounded    " + describe(rounded_edges_of(deviation));
   text += "\n  moved      ";
   if (!moved) return text + "no boundary vertex";
   return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +

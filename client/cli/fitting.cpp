@@ -54,15 +54,17 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
 }
 
 /// Where the limit swells much depends on the boundary's vertices alone, which --interpolate=boundary meets as well.
-std::string swelling_note(const Swelling& swelling) {
+std::string swelling_note(const Swelling& swelling, const RoundedEdges& rounded) {
+  const std::string remedy = ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there";
   const Vec3& at = swelling.place;
   const std::string most = show_number(swelling.distance_mm) + " mm off the middle of a face of the mesh, " +
                            show_number(swelling.edges) + " of an edge, near " + show_place({at.x(), at.y(), at.z()});
-  if (swelling.much == 0) return "the limit is up to " + most;
+  if (swelling.much == 0) {
+    return "the limit is up to " + most + (rounded.count > 0 ? "; " + describe(rounded) + remedy : "");
+  }
   return "the limit swells between the vertices by more than a tenth of an edge at " + show_count(swelling.much) +
-         (swelling.much == 1 ? " face" : " faces") + " of the boundary, most by " + most +
-         ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there; "
-         "--interpolate=boundary swells as much";
+         (swelling.much == 1 ? " face" : " faces") + " of the boundary, most by " + most + remedy +
+         "; --interpolate=boundary swells as much" + (rounded.count > 0 ? ". " + describe(rounded) : "");
 }
 
 /// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point, and where channels
@@ -83,6 +85,7 @@ FitReport placed(FitReport report, const Similarity& similarity) {
   report.inside_mm *= similarity.scale;
   report.swelling.place = similarity(report.swelling.place);
   report.swelling.distance_mm *= similarity.scale;
+  report.rounded.place = similarity(report.rounded.place);
   return report;
 }
 
@@ -147,7 +150,7 @@ ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
   constexpr double kRounding = 1e-6;
   if (vertices_) {
     notes.push_back(met_note(*vertices_, report_));
-    if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling));
+    if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling, report_.rounded));
   }
   const ChannelFit channels = fit_.fit_channels(meant_, fitted_);
   add_range_notes(meant_, fitted_, notes);

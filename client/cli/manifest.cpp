@@ -244,7 +244,15 @@ void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
   json.key("farthest_limit_mm");
   add_vector(deviation.farthest_limit_mm(), json);
   json.member("farthest_distance_mm", deviation.farthest_distance_mm());
-  json.member("interpolating", deviation.interpolating()).end_object();
+  json.member("interpolating", deviation.interpolating());
+  json.member("vertex_limits_volume_mm3", deviation.vertex_limits_volume_mm3());
+  json.member("rounded_edges", deviation.rounded_edges());
+  if (deviation.has_rounded_edge_mm()) {
+    json.key("rounded_edge_mm");
+    add_vector(deviation.rounded_edge_mm(), json);
+    json.member("rounded_edge_deg", deviation.rounded_edge_deg());
+  }
+  json.end_object();
 }
 
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {

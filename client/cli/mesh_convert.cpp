@@ -125,6 +125,12 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   *message.mutable_farthest_limit_mm() = vector_to_proto(deviation.farthest.limit);
   message.set_farthest_distance_mm(deviation.farthest.distance_mm());
   message.set_interpolating(deviation.interpolating);
+  message.set_vertex_limits_volume_mm3(deviation.vertex_limits_volume_mm3);
+  if (deviation.rounded.count > 0) {
+    message.set_rounded_edges(deviation.rounded.count);
+    *message.mutable_rounded_edge_mm() = vector_to_proto(deviation.rounded.place);
+    message.set_rounded_edge_deg(deviation.rounded.turn_deg);
+  }
   return message;
 }
 

@@ -145,37 +145,23 @@ Box3 control_box(const LimitSolid::Data& data, const Placement& placement) {
   return box;
 }
 
-double control_volume_mm3(const BoundaryRings& rings, const LimitSolid::Data& data) {
-  const Vec3 centre = data.position(0);
-  const auto place = [&](std::uint32_t vertex) -> Vec3 {
-    if (!data.summary.deviation.interpolating) return data.position(vertex) - centre;
-    const auto found = std::ranges::lower_bound(data.boundary_vertices, vertex);
-    return data.meant_position(static_cast<std::size_t>(found - data.boundary_vertices.begin())) - centre;
-  };
+/// Where a boundary vertex is meant to be.
+Vec3 meant_place(const LimitSolid::Data& data, std::uint32_t vertex) {
+  return data.summary.deviation.interpolating ? data.meant_position(data.boundary_number(vertex))
+                                              : data.position(vertex);
+}
+
+/// Volume within faces whose vertices are at these places. `centre`: not far away.
+double faceted_volume_mm3(const BoundaryRings& rings, const PlaceOfVertex& place, const Vec3& centre) {
   double sum = 0;
   for (const auto& vertices : rings) {
     const std::size_t size = vertices[3] == kNone ? 3 : 4;
     std::array<Vec3, 4> ring;
-    for (std::size_t i = 0; i < size; ++i) ring[i] = place(vertices[i]);
+    for (std::size_t i = 0; i < size; ++i) ring[i] = place(vertices[i]) - centre;
     sum += six_cones(std::span(ring).first(size));
   }
   return sum / 6;
 }
-
-}  // namespace
-
-BoundaryRings boundary_rings(const CellComplex& complex) {
-  BoundaryRings rings;
-  for (const FaceId face : complex.faces()) {
-    if (!complex.face_on_boundary(face)) continue;
-    std::array<std::uint32_t, 4>& ring = rings.emplace_back();
-    ring.fill(kNone);
-    std::ranges::copy(complex.face_vertices(face), ring.begin());
-  }
-  return rings;
-}
-
-namespace {
 
 /// Gives the flux through each face. Callers add them up in the order of faces, whatever thread found which.
 std::vector<double> fluxes_of(const BoundarySurface& surface, std::span<const BoundaryFace> faces, int levels,
@@ -268,10 +254,16 @@ void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const
   data.summary.bounding_box = bounding_box(surface, Placement::Identity(), options.cancel);
   Deviation& deviation = data.summary.deviation;
   deviation.interpolating = mesh.interpolating;
-  deviation.control_volume_mm3 = control_volume_mm3(rings, data);
+  const PlaceOfVertex place = [&](std::uint32_t vertex) { return meant_place(data, vertex); };
+  deviation.control_volume_mm3 = faceted_volume_mm3(rings, place, data.position(0));
   deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, options.threads, options.cancel);
   deviation.control_box = control_box(data, Placement::Identity());
   deviation.farthest = farthest_vertex(data, Mat3::Identity());
+  if (mesh.interpolating) {
+    const auto limit = [&](std::uint32_t vertex) { return data.vertex_limits[data.boundary_number(vertex)]; };
+    deviation.vertex_limits_volume_mm3 = faceted_volume_mm3(rings, limit, data.position(0));
+    deviation.rounded = find_rounded_edges(rings, place, mesh.sharp_edges);
+  }
   measure_cell_regions(mesh, surface, options, data.summary.cell_regions);
 }
 
@@ -285,7 +277,9 @@ Deviation placed_deviation(const LimitSolid& solid, const Placement& placement) 
           scale * own.limit_volume_mm3,
           control_box(solid.data(), placement),
           {farthest.vertex, placement * farthest.position, placement * farthest.limit},
-          own.interpolating};
+          own.interpolating,
+          scale * own.vertex_limits_volume_mm3,
+          {own.rounded.count, placement * own.rounded.place, own.rounded.turn_deg}};
 }
 
 LimitShape measure_limit(ControlMesh mesh, const PrepareOptions& options) {

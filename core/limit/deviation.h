@@ -21,7 +21,9 @@
 //
 // INTERPOLATING meshes (ControlMesh::interpolating) mean the mesh of these limit points, and that is what the limit is
 // compared with: its volume, its box; no vertex is away from its limit point. But vertices that the fit missed are
-// meant to be where it was to take them (ControlMesh::missed_vertices).
+// meant to be where it was to take them (ControlMesh::missed_vertices). Between its vertices that mesh is flat, and the
+// limit is not: a round part holds more than its flat faces, and no fault is in that. It is one where edges were
+// rounded that should be sharp (mesh/rounded_edges.h).
 
 #pragma once
 
@@ -46,7 +48,7 @@ double limit_volume_mm3(const BoundarySurface& surface, int levels = kVolumeLeve
 /// lowest id where several are. `map` may count in voxels. REQUIRES: a solid, which has boundary vertices.
 VertexLimit farthest_vertex(const LimitSolid& solid, const Mat3& map);
 
-/// The figures of placement * solid, world frame.
+/// The figures of placement * solid, world frame; edges turn by what they turn by in the mesh frame.
 Deviation placed_deviation(const LimitSolid& solid, const Placement& placement);
 
 /// What a solid is like from outside.

@@ -26,6 +26,7 @@
 #include "core/base/types.h"
 #include "core/limit/preparation_progress.h"
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/rounded_edges.h"
 #include "core/mesh/validate.h"
 #include "core/subdivision/cell_class.h"
 
@@ -62,6 +63,10 @@ struct Deviation {
   Box3 control_box;            // Of the boundary's control points.
   VertexLimit farthest;        // The boundary vertex that is farthest from its limit point.
   bool interpolating = false;  // ControlMesh::interpolating: for control points read what they are meant to meet.
+  /// Within the control mesh's boundary faces over the limit points of their vertices, where an interpolating mesh is
+  /// flat and its limit isn't. Without missed vertices control_volume_mm3 is the same; 0 unless interpolating.
+  double vertex_limits_volume_mm3 = 0;
+  RoundedEdges rounded;  // Of interpolating meshes: edges that should have been sharp, by the look of them.
 };
 
 /// Cells with a name, and what their limit holds.

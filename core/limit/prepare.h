@@ -5,21 +5,13 @@
 
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
 #include "core/base/cancellation.h"
 #include "core/limit/solid_data.h"
+#include "core/mesh/boundary_rings.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
 
 namespace ccslice {
-
-/// Faces of the boundary of a control mesh, by their vertices, seen from outside; kNone closes triangles. Kept while
-/// cells are built, which takes the complex; a thirtieth of what a face of the boundary is reckoned with there.
-using BoundaryRings = std::vector<std::array<std::uint32_t, 4>>;
-BoundaryRings boundary_rings(const CellComplex& complex);
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
@@ -28,7 +20,8 @@ BoundaryRings boundary_rings(const CellComplex& complex);
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
 /// Fills boundary_vertices, vertex_limits and meant_positions, and the summary's bounding_box, deviation (deviation.h)
-/// and cell_regions. REQUIRES: faces; `rings`: the mesh's.
+/// and cell_regions. REQUIRES: faces; `rings`: the mesh's, kept while cells were built, which takes the complex; a
+/// thirtieth of what a face of the boundary is reckoned with there.
 void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
                       LimitSolid::Data& data);
 

@@ -7,6 +7,8 @@
 
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -87,6 +89,10 @@ struct LimitSolid::Data : CellIndex {
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
+  /// Which of the boundary vertices it is.
+  std::size_t boundary_number(std::uint32_t vertex) const {
+    return static_cast<std::size_t>(std::ranges::lower_bound(boundary_vertices, vertex) - boundary_vertices.begin());
+  }
   /// Where the n-th boundary vertex is meant to be: in an interpolating mesh at its limit point, unless the fit missed
   /// it.
   Vec3 meant_position(std::size_t n) const {

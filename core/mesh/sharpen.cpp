@@ -4,15 +4,12 @@
 #include "core/mesh/sharpen.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
-#include <optional>
 #include <set>
-#include <span>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/mesh/boundary_rings.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/text_scanner.h"
 
@@ -20,40 +17,6 @@ namespace ccslice {
 namespace {
 
 SharpEdge ascending(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
-
-/// The vector area, outward; zero for degenerate faces.
-Vec3 vector_area(const ControlMesh& mesh, std::span<const VertexId> ring) {
-  Vec3 area = Vec3::Zero();
-  const Vec3& first = mesh.positions[ring[0]];
-  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
-    area += 0.5 * (mesh.positions[ring[i]] - first).cross(mesh.positions[ring[i + 1]] - first);
-  }
-  return area;
-}
-
-/// Whether the ring runs from a straight on to b.
-bool runs_along(std::span<const VertexId> ring, VertexId a, VertexId b) {
-  const auto at = static_cast<std::size_t>(std::find(ring.begin(), ring.end(), a) - ring.begin());
-  return ring[(at + 1) % ring.size()] == b;
-}
-
-/// By how many degrees the surface turns at a boundary edge: positive where it is convex, negative where it is
-/// reentrant; nothing if a face has no normal.
-std::optional<double> turn_deg(const ControlMesh& mesh, const CellComplex& complex, EdgeId edge) {
-  std::vector<FaceId> faces;
-  for (const FaceId face : complex.edge_faces(edge)) {
-    if (complex.face_on_boundary(face)) faces.push_back(face);
-  }
-  const Vec3 first = vector_area(mesh, complex.face_vertices(faces[0]));
-  const Vec3 second = vector_area(mesh, complex.face_vertices(faces[1]));
-  if (!(first.squaredNorm() > 0) || !(second.squaredNorm() > 0)) return std::nullopt;
-  const auto [a, b] = complex.edge_vertices(edge);
-  const bool along = runs_along(complex.face_vertices(faces[0]), a, b);
-  const Vec3 direction = (mesh.positions[b] - mesh.positions[a]) * (along ? 1 : -1);
-  const Vec3 bend = first.cross(second);
-  const double angle = std::atan2(bend.norm(), first.dot(second)) * 180 / std::numbers::pi;
-  return bend.dot(direction) < 0 ? -angle : angle;
-}
 
 std::uint32_t vertex_id(TextScanner& scanner) {
   const std::uint64_t id = scanner.count("a vertex id");
@@ -64,18 +27,12 @@ std::uint32_t vertex_id(TextScanner& scanner) {
 }  // namespace
 
 SharpEdges find_sharp_edges(const ControlMesh& mesh, double least_angle_deg) {
-  constexpr double kRoundingDeg = 1e-6;  // So that 90 finds a box's edges.
-  const CellComplex complex = make_cell_complex(mesh);
+  const BoundaryRings rings = boundary_rings(make_cell_complex(mesh));
   SharpEdges found;
-  for (const EdgeId edge : complex.edges()) {
-    if (!complex.edge_on_boundary(edge)) continue;
-    const std::optional<double> turn = turn_deg(mesh, complex, edge);
-    if (!turn || std::abs(*turn) < least_angle_deg - kRoundingDeg) continue;
-    const auto [a, b] = complex.edge_vertices(edge);
-    (*turn < 0 ? found.reentrant : found.convex).push_back(ascending(a, b));
+  const auto place = [&](std::uint32_t vertex) { return mesh.positions[vertex]; };
+  for (const SurfaceTurn& turn : surface_turns(rings, place, least_angle_deg)) {
+    (turn.deg < 0 ? found.reentrant : found.convex).push_back(turn.edge);
   }
-  std::sort(found.convex.begin(), found.convex.end());
-  std::sort(found.reentrant.begin(), found.reentrant.end());
   return found;
 }
 

@@ -91,8 +91,11 @@ double diagonal(const ControlMesh& mesh) {
   return box.diagonal().norm();
 }
 
-CellComplex connect(ControlMesh& mesh, std::vector<std::uint32_t>& origins, const FitOptions& options) {
+CellComplex connect(ControlMesh& mesh, std::vector<std::uint32_t>& origins, RoundedEdges& rounded,
+                    const FitOptions& options) {
   CellComplex complex = validate_and_connect(mesh, options.limits, options.cancel).complex;
+  const auto place = [&](std::uint32_t vertex) { return mesh.positions[vertex]; };
+  rounded = find_rounded_edges(boundary_rings(complex), place, mesh.sharp_edges);
   if (!has_several_regions(mesh)) return complex;
   SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
   origins = std::move(split.origins);
@@ -112,7 +115,7 @@ std::vector<ControlCellId> folding_control_cells(const LimitSolid& solid) {
 VertexFit::VertexFit(const ControlMesh& mesh, const FitOptions& options)
     : options_(options),
       mesh_(mesh),
-      complex_(connect(mesh_, origins_, options_)),
+      complex_(connect(mesh_, origins_, rounded_, options_)),
       system_(complex_, options_.cancel),
       met_mm_(kMetShare * diagonal(mesh_)) {}
 
@@ -356,6 +359,7 @@ void VertexFit::measure(ControlMesh& fitted, FitReport& report) const {
   }
   report.missed = fitted.missed_vertices.size();
   report.swelling = measure_swelling(fitted);
+  report.rounded = rounded_;
 }
 
 Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {

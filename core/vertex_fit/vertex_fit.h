@@ -36,6 +36,7 @@
 #include "core/limit/preparation_progress.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/rounded_edges.h"
 #include "core/vertex_fit/channel_ringing.h"
 #include "core/vertex_fit/vertex_system.h"
 
@@ -63,6 +64,7 @@ struct FitReport {
   std::size_t inside_missed = 0;  // Vertices inside that the limit doesn't pass through.
   double inside_mm = 0;           // The largest distance of a vertex inside from its limit point.
   Swelling swelling;              // Where the limit swells most.
+  RoundedEdges rounded;           // Edges that should have been sharp, by the look of them.
 };
 
 struct ChannelFit {
@@ -144,6 +146,7 @@ class VertexFit {
   FitOptions options_;
   ControlMesh mesh_;                    // As validate() leaves it.
   std::vector<std::uint32_t> origins_;  // The vertex of each copy; none where there are no copies.
+  RoundedEdges rounded_;                // Of the boundary that the mesh has without regions.
   CellComplex complex_;                 // Of the copies.
   VertexSystem system_;
   double met_mm_;

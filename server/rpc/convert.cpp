@@ -316,6 +316,12 @@ v1::LimitDeviation to_message(const Deviation& value) {
   *message.mutable_farthest_limit_mm() = to_message(value.farthest.limit);
   message.set_farthest_distance_mm(value.farthest.distance_mm());
   message.set_interpolating(value.interpolating);
+  message.set_vertex_limits_volume_mm3(value.vertex_limits_volume_mm3);
+  if (value.rounded.count > 0) {
+    message.set_rounded_edges(value.rounded.count);
+    *message.mutable_rounded_edge_mm() = to_message(value.rounded.place);
+    message.set_rounded_edge_deg(value.rounded.turn_deg);
+  }
   return message;
 }
 

@@ -95,8 +95,11 @@ std::string volume_text(const Deviation& deviation) {
 
 /// By how much the volumes may differ, as a share of the mesh's. A mesh that was fitted meets the part at its vertices
 /// alone, and what is convex holds more than the flat faces between them: a round section of eight faces has 11 % more,
-/// which is where faces get too coarse to tell what they stand for. Control meshes mean their flat faces.
-double most_volume_change(const Deviation& deviation) { return deviation.interpolating ? 0.1 : 0.005; }
+/// which is where faces get too coarse to tell what they stand for. Where edges were rounded that look sharp the flat
+/// faces are meant, as those of control meshes are.
+double most_volume_change(const Deviation& deviation) {
+  return deviation.interpolating && deviation.rounded.count == 0 ? 0.1 : 0.005;
+}
 
 /// `step`: from the vertex to its limit point, in voxels and in mm.
 std::string deviation_text(const Deviation& deviation, const VertexLimit& farthest, double step_voxels,
@@ -104,16 +107,18 @@ std::string deviation_text(const Deviation& deviation, const VertexLimit& farthe
   constexpr int kDigits = 4;
   const std::string volume = "what is printed is the limit, with " + volume_text(deviation) + " than the ";
   const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
+  const std::string rounded = deviation.rounded.count > 0 ? "; " + describe(deviation.rounded) : "";
   if (deviation.interpolating && step_voxels == 0) {
-    return volume + "mesh that it interpolates, which is more than it takes to be round between its vertices." +
+    return volume + "mesh that it interpolates" +
+           (rounded.empty() ? ", which is more than it takes to be round between its vertices" : rounded) + "." +
            remedy + ", or use a finer mesh";
   }
   const std::string distance = " is " + number_text(step_mm, kDigits) + " mm, " + number_text(step_voxels, kDigits) +
                                " voxels, from its limit point.";
   const std::string vertex = "boundary vertex " + std::to_string(farthest.vertex);
   if (deviation.interpolating) {
-    return volume + "mesh that it was fitted to; " + vertex + ", which the fit missed," + distance + remedy +
-           ", or use a finer mesh";
+    return volume + "mesh that it was fitted to" + rounded + "; " + vertex + ", which the fit missed," + distance +
+           remedy + ", or use a finer mesh";
   }
   return volume + "control mesh; " + vertex + distance + remedy +
          ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)";
@@ -133,6 +138,7 @@ void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Devia
   v1::PlanWarning& warning =
       add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION, deviation_text(deviation, farthest, voxels, step.norm()));
   if (voxels > 0) *warning.add_places_mm() = to_message(from);
+  if (deviation.rounded.count > 0) *warning.add_places_mm() = to_message(deviation.rounded.place);
 }
 
 void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <string>
 
+#include "core/vertex_fit/vertex_fit.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -191,6 +192,52 @@ TEST_F(PlanSlices, TakesItThatFittedPartsHoldMoreThanTheirFlatFaces) {
   EXPECT_GT(deviation.limit_volume_mm3(), 1.005 * deviation.control_volume_mm3());
   EXPECT_LT(deviation.limit_volume_mm3(), 1.05 * deviation.control_volume_mm3());
   EXPECT_EQ(deviation.farthest_distance_mm(), 0);
+}
+
+/// The block with control points whose limit passes through its vertices; its edges aren't sharp.
+v1::ControlMesh fitted_block(std::uint32_t n, double size_mm) {
+  v1::ControlMesh mesh = make_plain_block(n, size_mm);
+  ControlMesh block;
+  for (int i = 0; i < mesh.positions_mm_size(); i += 3) {
+    block.positions.emplace_back(mesh.positions_mm(i), mesh.positions_mm(i + 1), mesh.positions_mm(i + 2));
+  }
+  block.cell_kinds.assign(static_cast<std::size_t>(mesh.cell_kinds_size()), CellKind::kHex);
+  block.cell_vertices.assign(mesh.cell_vertices().begin(), mesh.cell_vertices().end());
+  FitReport report;
+  const ControlMesh fitted = VertexFit(block).fit_positions(FittedVertices::kAll, report);
+  mesh.clear_positions_mm();
+  for (const Vec3& position : fitted.positions) {
+    for (const double coordinate : position) mesh.add_positions_mm(coordinate);
+  }
+  mesh.set_interpolating(true);
+  return mesh;
+}
+
+// A box whose edges should have been sharp: what it holds more bulges out of its faces, few per cent though it is.
+TEST_F(PlanSlices, WarnsOfEdgesThatAFitRounded) {
+  request_.set_mesh_id(server_.upload_good(fitted_block(6, 12)));
+  for (const double number : {2, 0, 0, 100, 0, 2, 0, 0, 0, 0, 2, 0}) request_.mutable_placement()->add_matrix(number);
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const v1::LimitDeviation& deviation = response_.deviation();
+  EXPECT_NEAR(deviation.control_volume_mm3(), 8 * 12 * 12 * 12, 1e-6);
+  EXPECT_GT(deviation.limit_volume_mm3(), 1.005 * deviation.control_volume_mm3());
+  EXPECT_LT(deviation.limit_volume_mm3(), 1.05 * deviation.control_volume_mm3());
+  EXPECT_EQ(deviation.rounded_edges(), 12 * 6u);
+  EXPECT_NEAR(deviation.rounded_edge_deg(), 90, 1e-6);
+  const auto& warnings = response_.warnings();
+  const auto found = std::ranges::find(warnings, v1::PLAN_WARNING_KIND_DEVIATION, &v1::PlanWarning::kind);
+  ASSERT_NE(found, warnings.end());
+  EXPECT_THAT(
+      found->message(),
+      testing::AllOf(HasSubstr("% more volume than the mesh that it interpolates; 72 edges where the mesh turns "
+                               "by 75 degrees or more aren't sharp, and the limit bulges there; the most, by "
+                               "90 degrees, near ("),
+                     HasSubstr("keep edges sharp (sharp_edges, or --sharp-angle of ccslice)")));
+  ASSERT_EQ(found->places_mm_size(), 1);
+  EXPECT_EQ(found->places_mm(0).SerializeAsString(), deviation.rounded_edge_mm().SerializeAsString());
+  const v1::Vector3& place = found->places_mm(0);
+  const auto on_edge = [](double x, double low) { return std::abs(std::abs(x - low - 12) - 12) < 1e-6; };
+  EXPECT_EQ(on_edge(place.x(), 100) + on_edge(place.y(), 0) + on_edge(place.z(), 0), 2) << place.DebugString();
 }
 
 // A box, sharp all over, whose corner was to be 0.25 mm further out along x; its volume grows by a 600th.

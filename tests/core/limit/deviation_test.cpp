@@ -238,6 +238,7 @@ TEST(Deviation, ComparesWithWhatAFitMissed) {
     ControlMesh meant = mesh_of_limit_points(mesh);
     const std::uint32_t vertex = deviation_of(mesh).farthest.vertex;
     const Vec3 limit = meant.positions[vertex];
+    const double limits_mm3 = deviation_of(meant).control_volume_mm3;
     meant.positions[vertex] += Vec3(1, -2, 3);
     mesh.missed_vertices = {{vertex, meant.positions[vertex]}};
     const Deviation found = deviation_of(mesh), expected = deviation_of(meant);
@@ -246,6 +247,9 @@ TEST(Deviation, ComparesWithWhatAFitMissed) {
     EXPECT_LT((found.farthest.limit - limit).norm(), 1e-9);
     EXPECT_NEAR(found.farthest.distance_mm(), std::sqrt(14.0), 1e-9);
     EXPECT_NEAR(found.control_volume_mm3, expected.control_volume_mm3, 1e-9 * expected.control_volume_mm3);
+    EXPECT_NEAR(found.vertex_limits_volume_mm3, limits_mm3, 1e-9 * limits_mm3);
+    EXPECT_GT(std::abs(limits_mm3 / found.control_volume_mm3 - 1), 1e-3);
+    EXPECT_EQ(expected.vertex_limits_volume_mm3, 0);
     EXPECT_TRUE(found.control_box.isApprox(expected.control_box));
     const Placement twice = Placement(Eigen::Scaling(2.0));
     EXPECT_NEAR(placed_deviation(*LimitSolid::prepare(mesh), twice).farthest.distance_mm(), 2 * std::sqrt(14.0), 1e-9);
