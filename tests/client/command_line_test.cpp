@@ -5,12 +5,16 @@
 
 #include "tests/client/command_line.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -105,9 +109,9 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
       HasSubstr("Is the file in another unit?"));
 }
 
-// A box of 36 x 36 x 36 cells, at 2.6 kB each.
-TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
-  std::ofstream large(path("large.mesh"));
+/// Writes a box of 36 x 36 x 36 cells, which take 2.6 kB each.
+void write_large_box(const std::string& path) {
+  std::ofstream large(path);
   large << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << 37 * 37 * 37 << "\n";
   for (int i = 0; i < 37 * 37 * 37; ++i) large << i % 37 << ' ' << i / 37 % 37 << ' ' << i / (37 * 37) << " 0\n";
   large << "Hexahedra\n" << 36 * 36 * 36 << "\n";
@@ -117,13 +121,71 @@ TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
     large << "0\n";
   }
   large << "End\n";
-  large.close();
+}
+
+TEST_F(CommandLine, TellsOfMuchMemory) {
+  write_large_box(path("large.mesh"));
   const ProcessResult info = run_alone({"info", path("large.mesh")});
   ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
   EXPECT_THAT(info.err,
               ContainsRegex("^preparing the mesh takes 1[0-9]{2}\\.[0-9] MB of memory, here or on a server\n"));
   EXPECT_EQ(run_alone({"info", path("large.mesh"), "--quiet"}).err, "");
   EXPECT_EQ(run_alone({"info", box_}).err, "") << "next to nothing";
+}
+
+/// A pipe in the file system that takes no more until it is read.
+class FullPipe {
+ public:
+  explicit FullPipe(const std::string& path) : path_(path) {
+    EXPECT_EQ(mkfifo(path.c_str(), 0600), 0);
+    ends_ = open(path.c_str(), O_RDWR | O_NONBLOCK);
+    while (write(ends_, ".", 1) == 1) {
+    }
+  }
+  ~FullPipe() { close(ends_); }
+  FullPipe(const FullPipe&) = delete;
+  FullPipe& operator=(const FullPipe&) = delete;
+
+  const std::string& path() const { return path_; }
+  /// Without the dots.
+  std::string read_all() const {
+    std::string text;
+    char byte = 0;
+    while (::read(ends_, &byte, 1) == 1) {
+      if (byte != '.' || !text.empty()) text += byte;
+    }
+    return text;
+  }
+
+ private:
+  std::string path_;
+  int ends_ = -1;
+};
+
+/// Nobody reads the note, so the program goes no further than that.
+TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
+  write_large_box(path("large.mesh"));
+  const FullPipe notes(path("notes"));
+  Process info(
+      {"/bin/bash", "-c", "exec \"$0\" info \"$1\" 2> \"$2\"", CCSLICE_BINARY, path("large.mesh"), notes.path()},
+      folder_.path());
+  std::uint64_t peak = 0;
+  for (int unchanged = 0; unchanged < 20; ++unchanged) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const std::uint64_t now = info.peak_memory_bytes();
+    if (now != peak) unchanged = 0;
+    peak = now;
+  }
+  ASSERT_GT(peak, 0u) << "it waits";
+  std::string told = notes.read_all();
+  std::uint64_t most = peak;
+  for (std::uint64_t now; (now = info.peak_memory_bytes()) > 0; most = std::max(most, now)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  told += notes.read_all();
+  EXPECT_THAT(told, HasSubstr("preparing the mesh takes 1")) << "MB";
+  EXPECT_EQ(info.wait().exit_code, cli::kExitOk);
+  EXPECT_GT(most, peak + 20'000'000) << "the mesh is read before the note, and prepared after it";
 }
 
 TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
@@ -154,6 +216,30 @@ TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
   EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
               testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
                              HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
+}
+
+/// A box whose edges are sharp is flat between its vertices. A smooth one isn't, nor are edges that look sharp.
+TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
+  ControlMesh box = make_box();
+  box.interpolating = true;
+  box.missed_vertices = {{0, box.positions[0] - Vec3(1, 0, 0)}};
+  cli::write_file(path("missed.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
+  const std::string missed = run_alone({"info", path("missed.ccmesh")}).out;
+  EXPECT_THAT(missed, ContainsRegex("mm\\^3; most of it at vertices that the fit missed\n  moved "));
+  EXPECT_THAT(missed, Not(HasSubstr("round")));
+  box = make_box();
+  box.sharp_edges.clear();
+  box.sharp_vertices.clear();
+  cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
+  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate"};
+  EXPECT_THAT(run_alone(fitted).out,
+              ContainsRegex("and the limit round\n  rounded    [0-9]+ edges where the mesh turns by 75 degrees or more "
+                            "aren't sharp, and the limit bulges there; the most, by 90 degrees, near \\(.*\n  moved    "
+                            "  no boundary vertex"));
+  EXPECT_GT(
+      json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--json"}).out, "deviation.rounded_edges")
+          .number_value(),
+      0);
 }
 
 TEST_F(CommandLine, ProbesPoints) {

@@ -50,6 +50,12 @@ Process::~Process() {
 
 void Process::send_signal(int signal) const { kill(pid_, signal); }
 
+std::uint64_t Process::peak_memory_bytes() const {
+  const std::string status = read_whole("/proc/" + std::to_string(pid_) + "/status"), field = "VmHWM:";
+  const std::size_t at = status.find(field);
+  return at == std::string::npos ? 0 : 1024 * std::stoull(status.substr(at + field.size()));
+}
+
 bool Process::catches(int signal) const {
   const std::string status = read_whole("/proc/" + std::to_string(pid_) + "/status");
   for (const std::string mask : {"SigBlk:", "SigCgt:"}) {

@@ -5,6 +5,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -32,6 +33,8 @@ class Process {
   void send_signal(int signal) const;
   /// It won't die of the signal any more: it has a handler, or waits for it with the signal blocked.
   bool catches(int signal) const;
+  /// The most memory that it has held by now; 0 once it is at its end.
+  std::uint64_t peak_memory_bytes() const;
   /// What it has written to standard output by now.
   std::string out_so_far() const;
   /// Waits for its end.
