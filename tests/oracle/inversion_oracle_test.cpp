@@ -125,6 +125,9 @@ TEST_P(RealInversion, FindsEveryPointAgain) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealInversion, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealInversion, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealInversion, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -78,6 +78,9 @@ TEST_P(SharpRealMesh, LimitAgreesWithBruteForce) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealMesh, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealMesh, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealMesh, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

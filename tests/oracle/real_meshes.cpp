@@ -3,6 +3,7 @@
 
 #include "tests/oracle/real_meshes.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "core/mesh/mesh_file.h"
@@ -36,10 +37,16 @@ const std::vector<std::string>& sample_names() {
   return names;
 }
 
+const std::vector<std::string>& fixture_names() {
+  static const std::vector<std::string> names = {"gmsh_plate.msh"};
+  return names;
+}
+
 std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name) {
   if (const SampleModel* sample = find_sample_model(name)) return sample->make();
-  const auto path = std::filesystem::path(CCSLICE_SHARED_MESHES_DIR) / name;
-  if (!std::filesystem::exists(path)) return std::nullopt;
+  const bool fixture = std::ranges::find(fixture_names(), name) != fixture_names().end();
+  const auto path = std::filesystem::path(fixture ? CCSLICE_TEST_DATA_DIR "/meshes" : CCSLICE_SHARED_MESHES_DIR) / name;
+  if (!fixture && !std::filesystem::exists(path)) return std::nullopt;
   return read_mesh(read_file_bytes(path.string(), std::uint64_t{1} << 30)).mesh;
 }
 

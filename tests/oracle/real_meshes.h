@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Real meshes that aren't part of the repository (CCSLICE_SHARED_MESHES_DIR). Tests skip where they are absent.
-// The samples that the core makes stand beside them and are always there.
+// The samples that the core makes, and fixtures of the repository, stand beside them and are always there.
 
 #pragma once
 
@@ -21,8 +21,10 @@ const std::vector<std::string>& small_real_mesh_names();
 /// Those that have edges with one hex.
 const std::vector<std::string>& real_meshes_with_convex_edges();
 
-/// The samples of core/mesh/models.h. The functions below take their names too.
+/// The samples of core/mesh/models.h, and meshes of tests/data/meshes: of tetrahedra, as programs make them from CAD.
+/// The functions below take their names too.
 const std::vector<std::string>& sample_names();
+const std::vector<std::string>& fixture_names();
 
 /// Graded by coordinates (channels x, y, z) and by the distance from the middle ("radius"), unless the file brings
 /// channels of its own. Nothing if the file isn't there.

@@ -98,6 +98,9 @@ TEST_P(SharpRealVoxels, TakeTheirMaterialFromTheirOwnPlace) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealVoxels, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealVoxels, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealVoxels, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -37,50 +37,57 @@ Subject::Subject(ControlMesh mesh) : control_(std::move(mesh)) {
     }
     channel_spans_.push_back(std::max(high - low, 1e-30));
   }
-  match_limit_cells();
 }
 
-void Subject::match_limit_cells() {
-  limit_cells_.resize(solid_->cell_count());
+const Subject::Matches& Subject::matches() const {
+  if (!matches_) matches_ = match_limit_cells();
+  return *matches_;
+}
+
+Subject::Matches Subject::match_limit_cells() const {
+  Matches matches;
+  matches.cells.resize(solid_->cell_count());
   std::uint32_t next = 0;
   for (std::uint32_t c = 0; c < control_.cell_count(); ++c) {
     const std::uint32_t first = next;
     while (next < solid_->cell_count() && solid_->control_cell(LimitCellId{next}) == c) ++next;
-    first_limit_cell_.push_back(first);
-    match_control_cell(c, first, next - first);
+    matches.first_cell.push_back(first);
+    match_control_cell(c, first, next - first, matches.cells);
   }
-  first_limit_cell_.push_back(next);
+  matches.first_cell.push_back(next);
   if (next != solid_->cell_count()) throw std::runtime_error("limit cells aren't in the order of their control cells");
+  return matches;
 }
 
-void Subject::match_control_cell(std::uint32_t control_cell, std::uint32_t first, std::uint32_t count) {
+void Subject::match_control_cell(std::uint32_t control_cell, std::uint32_t first, std::uint32_t count,
+                                 std::vector<Ancestry>& cells) const {
   Ancestry root;
   root.control_cell = control_cell;
   const bool hex = control_.cell_kinds[control_cell] == CellKind::kHex;
   const auto corners = static_cast<std::uint32_t>(corner_count(control_.cell_kinds[control_cell]));
   if (hex && count == 1) {
-    limit_cells_[first] = root;
+    cells[first] = root;
   } else if (count == corners) {
     for (std::uint32_t i = 0; i < count; ++i) {
-      limit_cells_[first + i] = hex ? hex_child(root, static_cast<int>(i)) : root;
-      if (!hex) limit_cells_[first + i].child = static_cast<int>(i);
+      cells[first + i] = hex ? hex_child(root, static_cast<int>(i)) : root;
+      if (!hex) cells[first + i].child = static_cast<int>(i);
     }
   } else {
     LimitEvaluator evaluator(*solid_);
     std::uint32_t next = first;
-    match_by_position(evaluator, OneRing(brute_, topology_, control_cell), first + count, next);
+    match_by_position(evaluator, OneRing(brute_, topology_, control_cell), first + count, next, cells);
     if (next != first + count)
       throw std::runtime_error("too many limit cells in control cell " + std::to_string(control_cell));
   }
 }
 
-void Subject::match_by_position(LimitEvaluator& evaluator, const OneRing& ring, std::uint32_t last,
-                                std::uint32_t& next) {
+void Subject::match_by_position(LimitEvaluator& evaluator, const OneRing& ring, std::uint32_t last, std::uint32_t& next,
+                                std::vector<Ancestry>& cells) const {
   const BruteCell& cell = ring.focus();
   if (cell.kind == CellKind::kHex && next < last) {
     const Vec3 centre = ring.limit_at_centre().head<3>();
     if ((evaluator.geo({LimitCellId{next}, Vec3::Constant(0.5)}) - centre).norm() < 1e-7 * diagonal_mm_) {
-      limit_cells_[next++] = cell.from;
+      cells[next++] = cell.from;
       return;
     }
   }
@@ -88,11 +95,11 @@ void Subject::match_by_position(LimitEvaluator& evaluator, const OneRing& ring, 
     throw std::runtime_error("limit cells of control cell " + std::to_string(cell.from.control_cell) +
                              " don't match any refinement of it");
   }
-  for (int i = 0; i < corner_count(cell.kind); ++i) match_by_position(evaluator, ring.child(i), last, next);
+  for (int i = 0; i < corner_count(cell.kind); ++i) match_by_position(evaluator, ring.child(i), last, next, cells);
 }
 
 OneRing Subject::one_ring(std::uint32_t limit_cell) const {
-  const Ancestry& at = limit_cells_[limit_cell];
+  const Ancestry& at = ancestry(limit_cell);
   OneRing ring(brute_, topology_, at.control_cell);
   if (at.child >= 0) ring = ring.child(at.child);
   for (int level = 0; level < at.level; ++level) ring = ring.child(child_bits(at, level));
@@ -100,8 +107,9 @@ OneRing Subject::one_ring(std::uint32_t limit_cell) const {
 }
 
 CellParam Subject::locate(const Ancestry& cell, const Vec3& local) const {
-  for (std::uint32_t i = first_limit_cell_[cell.control_cell]; i < first_limit_cell_[cell.control_cell + 1]; ++i) {
-    const Ancestry& limit = limit_cells_[i];
+  const std::vector<std::uint32_t>& first = matches().first_cell;
+  for (std::uint32_t i = first[cell.control_cell]; i < first[cell.control_cell + 1]; ++i) {
+    const Ancestry& limit = ancestry(i);
     const int below = cell.level - limit.level;
     if (limit.child != cell.child || below < 0) continue;
     bool within = true;
@@ -116,8 +124,9 @@ CellParam Subject::locate(const Ancestry& cell, const Vec3& local) const {
 }
 
 CellParam Subject::locate_in_any(const Ancestry& cell, const Vec3& local) const {
-  for (std::uint32_t i = first_limit_cell_[cell.control_cell]; i < first_limit_cell_[cell.control_cell + 1]; ++i) {
-    const Ancestry& limit = limit_cells_[i];
+  const std::vector<std::uint32_t>& first = matches().first_cell;
+  for (std::uint32_t i = first[cell.control_cell]; i < first[cell.control_cell + 1]; ++i) {
+    const Ancestry& limit = ancestry(i);
     if (limit.child != cell.child) continue;
     CellParam at{LimitCellId{i}, Vec3::Zero()};
     for (int d = 0; d < 3; ++d) {

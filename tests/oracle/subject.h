@@ -8,7 +8,9 @@
 
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,7 +40,7 @@ class Subject {
   double diagonal_mm() const { return diagonal_mm_; }
 
   /// The oracle's cell for a limit cell: the same box of the same root.
-  const Ancestry& ancestry(std::uint32_t limit_cell) const { return limit_cells_[limit_cell]; }
+  const Ancestry& ancestry(std::uint32_t limit_cell) const { return matches().cells[limit_cell]; }
   /// Its one-ring, for evaluating and going on.
   OneRing one_ring(std::uint32_t limit_cell) const;
   /// The limit cell and parameter of a point of a cell of any refinement, `local` in that cell's frame. REQUIRES: the
@@ -52,9 +54,18 @@ class Subject {
   void compare(LimitEvaluator& evaluator, const CellParam& at, const PointValue& expected, WorstError& worst) const;
 
  private:
-  void match_limit_cells();
-  void match_control_cell(std::uint32_t control_cell, std::uint32_t first, std::uint32_t count);
-  void match_by_position(LimitEvaluator& evaluator, const OneRing& ring, std::uint32_t last, std::uint32_t& next);
+  /// Whose cells the limit cells are.
+  struct Matches {
+    std::vector<Ancestry> cells;            // By limit cell.
+    std::vector<std::uint32_t> first_cell;  // Of each control cell, and the end.
+  };
+  /// Found at first use, which takes as long as all else where cells aren't hexahedra: not every test asks for them.
+  const Matches& matches() const;
+  Matches match_limit_cells() const;
+  void match_control_cell(std::uint32_t control_cell, std::uint32_t first, std::uint32_t count,
+                          std::vector<Ancestry>& cells) const;
+  void match_by_position(LimitEvaluator& evaluator, const OneRing& ring, std::uint32_t last, std::uint32_t& next,
+                         std::vector<Ancestry>& cells) const;
 
   ControlMesh control_;
   std::shared_ptr<const LimitSolid> solid_;
@@ -62,8 +73,7 @@ class Subject {
   BruteTopology topology_;
   double diagonal_mm_ = 0;
   std::vector<double> channel_spans_;
-  std::vector<Ancestry> limit_cells_;
-  std::vector<std::uint32_t> first_limit_cell_;  // Of each control cell, and the end.
+  mutable std::optional<Matches> matches_;
 };
 
 /// Corner bits of a child of a hex at a level of an ancestry (0: the root's children).

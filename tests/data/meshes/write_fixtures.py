@@ -11,6 +11,9 @@ gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand,
 two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
 were put behind the mesh.
 
+gmsh_plate.msh: by the same gmsh from gmsh_plate.geo, `gmsh gmsh_plate.geo -3 -o gmsh_plate.msh`: 238 tetrahedra round a
+bore, for tests/oracle.
+
 exodus_*.e: by Debian's libexodusii (6.02), in three variants of netCDF's format (the last one through nccopy). The
 tetrahedron is of second order, a shell and sets of nodes, sides and elements are there too, and two time steps.
 
