@@ -11,6 +11,8 @@
 namespace ccslice {
 namespace {
 
+// Coefficients of bytes that single precision will do for, in all: it is off by a thousandth of a step at most.
+constexpr double kMostOfSingle = 1024;
 constexpr std::size_t kPieceBytes = 16 << 20;  // Cancellation is polled once a piece: some milliseconds of fresh pages.
 
 std::size_t bytes_per_sample(SampleType type) noexcept {
@@ -164,7 +166,12 @@ void ContonePlane::set_cubic(std::size_t index, std::uint32_t first, std::uint32
   const CubicRow row{first, t0,
                      dt,    {(c[0] - range_.min) * factor_ + 0.5, c[1] * factor_, c[2] * factor_, c[3] * factor_},
                      low_,  high_};
-  if (type_ == SampleType::kUint8) return write_cubic<std::uint8_t, float>(row, count, &samples_[index]);
+  if (type_ == SampleType::kUint8) {
+    // They are large where the plane shows but a little of what the channel does along the row.
+    const double all = std::abs(row.c[0]) + std::abs(row.c[1]) + std::abs(row.c[2]) + std::abs(row.c[3]);
+    return all <= kMostOfSingle ? write_cubic<std::uint8_t, float>(row, count, &samples_[index])
+                                : write_cubic<std::uint8_t, double>(row, count, &samples_[index]);
+  }
   write_cubic<std::uint16_t, double>(row, count, &samples_[2 * index]);
 }
 

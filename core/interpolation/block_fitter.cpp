@@ -102,10 +102,14 @@ void BlockFitter::eliminate() noexcept {
   }
 }
 
+/// The fit is one of differences from a sample: those of constants are 0, and so is the polynomial then, however little
+/// the places determine it and whatever the ridge.
 double BlockFitter::fit(const BlockValues& values, CubicPolynomial& polynomial) noexcept {
+  const double sample = values[0][0];
   std::array<Lanes, kCubicTerms> sums{};
   for (std::size_t g = 0; g < kEvenGroups; ++g) {
-    for (std::size_t t = 0; t < kCubicTerms; ++t) sums[t] = multiply_add(terms_[g][t], values[g], sums[t]);
+    const Lanes differences = values[g] - sample;
+    for (std::size_t t = 0; t < kCubicTerms; ++t) sums[t] = multiply_add(terms_[g][t], differences, sums[t]);
   }
   for (std::size_t t = 0; t < kCubicTerms; ++t) polynomial[t] = sum(sums[t]);
   solve(polynomial);
@@ -114,7 +118,7 @@ double BlockFitter::fit(const BlockValues& values, CubicPolynomial& polynomial) 
   // Of all nodes: half of these errors are of samples that the fit hasn't seen.
   Lanes worst{};
   for (std::size_t g = 0; g < kBlockGroups; ++g) {
-    Lanes error = values[g], second{};
+    Lanes error = values[g] - sample, second{};
     for (std::size_t t = 0; t < kCubicTerms; t += 2) {
       error = multiply_add(terms_[g][t], -polynomial[t], error);
       second = multiply_add(terms_[g][t + 1], -polynomial[t + 1], second);
@@ -123,6 +127,7 @@ double BlockFitter::fit(const BlockValues& values, CubicPolynomial& polynomial) 
     const Lanes size = errors_[g] < 0 ? -errors_[g] : errors_[g];
     worst = size > worst ? size : worst;
   }
+  polynomial[0] += sample;
   return largest(worst);
 }
 

@@ -14,6 +14,9 @@
 namespace ccslice {
 namespace {
 
+constexpr double kRounding = 1e-13;    // Of values: some hundred units in the last place, below which nothing is known.
+constexpr double kOfConstants = 1e-9;  // Painted values are clamped to the channel's range: constants are always right.
+
 double default_material_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
 
 class ToleranceList {
@@ -33,9 +36,10 @@ class ToleranceList {
   void add(std::uint32_t index, double span, double default_share) {
     const ChannelRange& channel = channels_[index];
     const double share = job_.material_tolerance.value_or(default_share);
-    // What rounding leaves of a constant channel.
-    const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
-    const double tolerance = std::max(share * std::min(span, channel.max - channel.min), rounding);
+    const double range = channel.max - channel.min;
+    const double least =
+        (range > 0 ? kRounding : kOfConstants) * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
+    const double tolerance = std::max(share * std::min(span, range), least);
     const auto known =
         std::find_if(list_.begin(), list_.end(), [&](const ChannelTolerance& c) { return c.channel == index; });
     if (known == list_.end()) {

@@ -97,6 +97,39 @@ TEST_P(InterpolatedTinyMeshes, KeepTheTolerance) {
 INSTANTIATE_TEST_SUITE_P(TinyMeshes, InterpolatedTinyMeshes, testing::Range<std::size_t>(0, tiny_meshes().size()),
                          [](const auto& info) { return tiny_meshes()[info.param].name; });
 
+/// Samples of a plane of two bytes that differ by more than one.
+std::uint64_t differing_words(const Layer& one, const Layer& other) {
+  std::uint64_t count = 0;
+  const auto word = [](const Layer& layer, std::size_t k) {
+    return layer.planes[0].bytes[2 * k] + 256 * layer.planes[0].bytes[2 * k + 1];
+  };
+  for (std::size_t k = 0; 2 * k < one.planes[0].bytes.size(); ++k) count += std::abs(word(one, k) - word(other, k)) > 1;
+  return count;
+}
+
+// From 1,000,000 to 1,000,001, where floats have sixteen steps.
+TEST(InterpolatedChannels, FarFromZeroKeepTheToleranceToo) {
+  ControlMesh mesh = box_mesh(3, 3, 2);
+  mesh.channel_names = {"far"};
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    mesh.channel_values.push_back(1e6f + static_cast<float>(v * v % 17) / 16);
+  }
+  const Subject subject(mesh);
+  SliceJob exact_job = float_job(subject, 100);
+  exact_job.planes[1].sample_type = SampleType::kUint16;
+  exact_job.planes.erase(exact_job.planes.begin());
+  SliceJob job = exact_job;
+  job.material_tolerance.reset();
+  LayerSlicer exact(subject.shared_solid(), exact_job), interpolating(subject.shared_solid(), job);
+  std::uint64_t interpolated = 0;
+  for (std::uint32_t k = 3; k < job.grid.extent.layers; k += 8) {
+    const Layer layer = interpolating.slice(k, {});
+    interpolated += layer.stats.voxels_interpolated;
+    EXPECT_EQ(differing_words(exact.slice(k, {}), layer), 0u) << "layer " << k;
+  }
+  EXPECT_GT(interpolated, 1000u);
+}
+
 constexpr double kPrintedMm = 24;  // A pitch of about 0.12 mm, at which tiles are large beside the meshes' cells.
 
 class InterpolatedRealMeshes : public testing::TestWithParam<std::string> {};

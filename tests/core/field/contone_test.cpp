@@ -176,6 +176,23 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxel) {
   }
 }
 
+// A plane that shows a millionth of what its channel does along the row.
+TEST_P(SetCubic, AgreesWithSettingEachVoxelInANarrowRange) {
+  const std::array<double, 4> c = {0, 1, 0.5, -0.25};
+  const bool integer = GetParam() != SampleType::kFloat32;
+  const PlaneSpec spec = channel_plane(GetParam(), integer ? std::optional(ValueRange{1.25, 1.250002}) : std::nullopt);
+  ContonePlane row(spec, {"a", -1, 2}), each(spec, {"a", -1, 2});
+  row.clear(200, 1);
+  each.clear(200, 1);
+  constexpr double kFirst = 1, kStep = 8e-9;
+  row.set_cubic(0, 0, 200, kFirst, kStep, c);
+  for (std::uint32_t k = 0; k < 200; ++k) {
+    const double t = kFirst + kStep * k;
+    each.set(k, std::vector<double>{99, ((c[3] * t + c[2]) * t + c[1]) * t + c[0]});
+  }
+  for (std::size_t x = 0; x < 200; ++x) ASSERT_NEAR(sample(row, x), sample(each, x), step()) << x;
+}
+
 TEST_P(SetCubic, ClampsToTheChannelsRange) {
   ContonePlane plane(channel_plane(GetParam()), {"a", -1, 2});
   plane.clear(3, 1);

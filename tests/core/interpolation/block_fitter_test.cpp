@@ -121,6 +121,39 @@ TEST(BlockFitter, BearsPlacesInAPlane) {
   EXPECT_LT(fitter.fit(block.values, polynomial), 1e-6);
 }
 
+TEST(BlockFitter, ConstantsComeOutExactlyHoweverThinTheBlock) {
+  for (const double thickness : {1.0, 1e-3, 1e-6, 0.0}) {
+    const auto shell = [thickness](const Vec3& p) {
+      return Vec3((1 - thickness * (1 + p.z())) * std::sin(p.x()), p.y(),
+                  (1 - thickness * (1 + p.z())) * std::cos(p.x()));
+    };
+    for (const double constant : {0.0, 0.1, 1e6 + 1.0 / 3}) {
+      const Block block(shell, [constant](const Vec3&) { return constant; });
+      BlockFitter fitter;
+      CubicPolynomial polynomial, expected{constant};
+      fitter.factorize(block.places);
+      EXPECT_EQ(fitter.fit(block.values, polynomial), 0) << thickness << " " << constant;
+      EXPECT_EQ(polynomial, expected) << thickness << " " << constant;
+    }
+  }
+}
+
+// The polynomial isn't determined by much. What a ridge leaves of it is a share of differences, not of values.
+TEST(BlockFitter, AnOffsetTakesNothingFromTheFit) {
+  const auto shell = [](const Vec3& p) {
+    return Vec3((1 - 1e-4 * (1 + p.z())) * std::sin(p.x()), p.y(), (1 - 1e-4 * (1 + p.z())) * std::cos(p.x()));
+  };
+  constexpr double kOffset = 1 << 20;
+  const auto error_of = [&](double offset) {
+    const Block block(shell, [offset](const Vec3& p) { return offset + p.x() * p.y(); });
+    BlockFitter fitter;
+    CubicPolynomial polynomial;
+    fitter.factorize(block.places);
+    return fitter.fit(block.values, polynomial);
+  };
+  EXPECT_NEAR(error_of(kOffset), error_of(0), 1e-9);
+}
+
 TEST(BlockFitter, RefusesWhatIsNotANumber) {
   Block block(straight, cubic);
   block.values[3][2] = std::numeric_limits<double>::quiet_NaN();

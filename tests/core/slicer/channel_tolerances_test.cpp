@@ -62,6 +62,21 @@ TEST(ChannelTolerances, LeaveAConstantChannelItsRounding) {
               1e-20);
 }
 
+TEST(ChannelTolerances, AreSharesOfTheRangeHoweverFarThatIsFromZero) {
+  const std::vector<ChannelRange> far = {{"far", 1e6, 1e6 + 1}, {"below", -1e6 - 1, -1e6}};
+  for (const std::uint32_t index : {0u, 1u}) {
+    const auto tolerances = channel_tolerances(job_of_planes({plane_of(index, SampleType::kUint16)}), far);
+    EXPECT_EQ(tolerances[0].tolerance, 1.0 / 65536);
+  }
+}
+
+// Some hundred units in the last place of its largest value.
+TEST(ChannelTolerances, AreNoLessThanRounding) {
+  PlaneSpec narrow = plane_of(0, SampleType::kUint16);
+  narrow.range = ValueRange{1, 1 + 1e-10};
+  EXPECT_NEAR(channel_tolerances(job_of_planes({narrow}), kChannels)[0].tolerance, 2e-13, 1e-20);
+}
+
 TEST(ChannelTolerances, CountTheChannelsOfPlanesOfSeveral) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannels;
