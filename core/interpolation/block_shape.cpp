@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
+#include "core/base/lanes.h"
+#include "core/interpolation/block_arcs.h"
 #include "core/interpolation/block_faces.h"
 #include "core/interpolation/shares.h"
 
@@ -17,84 +18,121 @@ namespace {
 
 constexpr double kMostSagitta = 0.2;  // Voxels that larger triangles may miss a face by.
 
-/// The largest bulge of arcs along an axis: between every step-th node, as a share of the block's other axes. Of one
-/// beyond `enough` only that.
-double bulge_along(const BlockPoints& points, const Mat3& inverse_axes, std::size_t axis, std::size_t step,
-                   double enough) {
-  // Between neighbours there is no node that tells, but a quarter of the bulge over two of them is near enough.
-  const std::size_t half = step > 1 ? step / 2 : 1;
-  const double of_second_difference = step > 1 ? 0.5 : 0.125;
-  const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3],
-                    reach = half * kBlockStride[axis];
-  double most = 0;
-  for (std::size_t t = 0; t < kBlockNodes && most <= enough; t += 2) {
-    for (std::size_t s = 0; s < kBlockNodes; s += 2) {
-      for (std::size_t n = half; n + half < kBlockNodes; n += step) {
-        const std::size_t at = s * s_stride + t * t_stride + n * kBlockStride[axis];
-        Vec3 bend = inverse_axes * (points[at - reach] - 2 * points[at] + points[at + reach]);
-        bend[static_cast<Eigen::Index>(axis)] = 0;
-        most = std::max(most, of_second_difference * bend.cwiseAbs().maxCoeff());
+double size_of(const Vec3& vector) { return vector.cwiseAbs().maxCoeff(); }
+
+/// The largest coordinates of what tells how far chords are off some arcs (ArcBends), each of whichever arc has it: of
+/// arcs that aren't cubics all differences at hand count.
+class LargestBends {
+ public:
+  /// A lane a coordinate.
+  void add(const ArcBends<Lanes>& bends) {
+    const auto& [first, second, third] = bends.at;
+    of_four_ = greater(of_four_, absolute(bends.middle(0, 4)));
+    of_two_ = greater(of_two_, greater(absolute(bends.middle(0, 2)), absolute(bends.middle(2, 2))));
+    of_one_ = greater(of_one_, greater(absolute(bends.middle(0, 1)), absolute(bends.middle(3, 1))));
+    of_one_ = greater(of_one_, greater(greater(absolute(first), absolute(third)), absolute(second)) / 8);
+    cubic_ = greater(cubic_, greater(absolute(second - first), absolute(third - second)));
+  }
+  /// How far chords between every step-th node are off: the largest coordinate.
+  double off(std::size_t step) const {
+    const Lanes middle = step == 4 ? of_four_ : step == 2 ? of_two_ : of_one_;
+    return highest_over_arc(largest(middle), of_third_differences(step) * largest(cubic_)).height;
+  }
+
+ private:
+  Lanes of_four_{}, of_two_{}, of_one_{}, cubic_{};
+};
+
+/// Arcs along each axis, through every other node of the others.
+class BlockArcs {
+ public:
+  BlockArcs(const BlockPoints& points, const Mat3& inverse_axes) {
+    std::array<Lanes, 3> columns;
+    for (Eigen::Index a = 0; a < 3; ++a) columns[static_cast<std::size_t>(a)] = lanes_of(inverse_axes.col(a));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t s_stride = kBlockStride[(axis + 1) % 3], t_stride = kBlockStride[(axis + 2) % 3];
+      Lanes others{1, 1, 1, 0};
+      others[axis] = 0;
+      for (std::size_t line = 0; line < kLines; ++line) {
+        const Vec3* const first = &points[2 * (line % 3 * s_stride + line / 3 * t_stride)];
+        ArcBends<Lanes> bends = bends_of<Lanes>([&](std::size_t n) { return lanes_of(first[n * kBlockStride[axis]]); });
+        if (line % 2 == 0 && line != kLines / 2) at_corners_.add(bends);
+        if (line != kLines / 2) on_faces_.add(bends);
+        for (Lanes& bend : bends.at) {
+          bend = others * (columns[0] * bend[0] + columns[1] * bend[1] + columns[2] * bend[2]);
+        }
+        in_shares_[axis].add(bends);
       }
     }
   }
-  return most;
-}
 
-/// Stops at the first axis beyond `enough`.
-Vec3 bulges(const BlockPoints& points, const Mat3& inverse_axes, std::size_t step,
-            double enough = std::numeric_limits<double>::infinity()) {
-  Vec3 result = Vec3::Zero();
-  for (std::size_t a = 0; a < 3 && result.maxCoeff() <= enough; ++a) {
-    result[static_cast<Eigen::Index>(a)] = bulge_along(points, inverse_axes, a, step, enough);
+  /// The largest bulge between every step-th node, as a share of the block's other axes, by axis.
+  Vec3 bulges(std::size_t step) const {
+    return {in_shares_[0].off(step), in_shares_[1].off(step), in_shares_[2].off(step)};
   }
-  return result;
-}
+
+  /// How far chords between every step-th node of the faces are off, voxels. REQUIRES: step > 1.
+  double off_faces(std::size_t step) const { return (step > 2 ? at_corners_ : on_faces_).off(step); }
+
+ private:
+  static constexpr std::size_t kLines = 9;
+
+  static Lanes lanes_of(const Vec3& vector) { return Lanes{vector.x(), vector.y(), vector.z(), 0}; }
+
+  std::array<LargestBends, 3> in_shares_;  // By axis.
+  LargestBends at_corners_, on_faces_;     // In voxels.
+};
 
 /// How far nodes lie off the straight lines between every step-th node around them: the largest coordinate. Of one
 /// beyond `enough` only that.
-double sagitta(const BlockPoints& p, std::size_t step, double enough) {
+double sagitta(const BlockPoints& p, const BlockArcs& arcs, std::size_t step, double enough) {
   const std::size_t half = step / 2;
-  double most = 0;
+  double most = arcs.off_faces(step);
   for (std::size_t side = 0; side < 6 && most <= enough; ++side) {
     const BlockFace face(side / 2, side % 2);
     for_each_quad(step, [&](std::size_t s, std::size_t t) {
-      const auto off = [&](std::size_t from, std::size_t to, std::size_t node) {
-        most = std::max(most, (0.5 * (p[from] + p[to]) - p[node]).cwiseAbs().maxCoeff());
+      const Vec3& middle = p[face.node(s + half, t + half)];
+      const auto off = [&](const Vec3& from, const Vec3& to) {
+        most = std::max(most, size_of(0.5 * (from + to) - middle));
       };
-      const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
-                        d = face.node(s + step, t + step);
-      off(a, b, face.node(s + half, t));
-      off(a, c, face.node(s, t + half));
-      off(c, d, face.node(s + half, t + step));
-      off(b, d, face.node(s + step, t + half));
-      off(a, d, face.node(s + half, t + half));
-      off(b, c, face.node(s + half, t + half));
+      off(p[face.node(s, t)], p[face.node(s + step, t + step)]);
+      off(p[face.node(s + step, t)], p[face.node(s, t + step)]);
     });
   }
   return most;
 }
 
-/// How far triangles between every step-th node of a face miss it at most:
-/// what second differences along either side and the mixed one tell. `heights`: of the face's nodes, across it.
-double miss_of_face(const std::array<std::array<double, kBlockNodes>, kBlockNodes>& heights, std::size_t step) {
-  const std::size_t half = step > 1 ? step / 2 : 1;
-  const double of_second_difference = step > 1 ? 0.5 : 0.125;
-  // The node in the middle of a side or, where there is none, the inner one of its ends.
-  const auto middle = [&](std::size_t begin) {
-    return step > 1 ? begin + half : std::clamp<std::size_t>(begin, 1, kBlockNodes - 2);
-  };
+/// How far the chord from one node of an arc to the step-th from there is off it, by heights; or `known`, if that is
+/// more.
+double off_chord(const ArcBends<double>& bends, std::size_t from, std::size_t step, double known) {
+  constexpr double kMostOfCubic = 0.0482;  // t (1 - t) (t - 1/2).
+  double middle = std::abs(bends.middle(from, step));
+  if (step == 1) middle = std::max(middle, std::abs(bends.at[std::clamp<std::size_t>(from, 1, 3) - 1]) / 8);
+  const double cubic = std::abs(cubic_of(bends, step));
+  if (middle + kMostOfCubic * cubic <= known) return known;
+  return std::max(known, highest_over_arc(middle, cubic).height);
+}
+
+/// How far triangles between every step-th node of a face miss it at most: what arcs along either side and the twist
+/// tell. `outwards`: voxels -> shares across the face.
+double miss_of_face(const BlockPoints& points, const BlockFace& face, const Eigen::RowVector3d& outwards,
+                    std::size_t step) {
+  const FaceArcs arcs(points, face);
+  std::array<ArcBends<double>, kBlockNodes> bends_along_s, bends_along_t;
+  for (std::size_t n = 0; n < kBlockNodes; ++n) {
+    bends_along_s[n] = across(outwards, arcs.along_s(n));
+    bends_along_t[n] = across(outwards, arcs.along_t(n));
+  }
   double most = 0;
   for_each_quad(step, [&](std::size_t s, std::size_t t) {
+    const Vec3 &a = points[face.node(s, t)], &b = points[face.node(s + step, t)], &c = points[face.node(s, t + step)],
+               &d = points[face.node(s + step, t + step)];
     double along_s = 0, along_t = 0;
-    const std::size_t ms = middle(s), mt = middle(t);
     for (std::size_t n = 0; n <= step; ++n) {
-      const auto& row = heights[t + n];
-      along_s = std::max(along_s, std::abs(row[ms - half] - 2 * row[ms] + row[ms + half]));
-      along_t =
-          std::max(along_t, std::abs(heights[mt - half][s + n] - 2 * heights[mt][s + n] + heights[mt + half][s + n]));
+      along_s = off_chord(bends_along_s[t + n], s, step, along_s);
+      along_t = off_chord(bends_along_t[s + n], t, step, along_t);
     }
-    const double twist = heights[t][s] + heights[t + step][s + step] - heights[t + step][s] - heights[t][s + step];
-    most = std::max(most, of_second_difference * (along_s + along_t) + 0.25 * std::abs(twist));
+    most = std::max(most, along_s + along_t + 0.25 * std::abs(outwards.dot(a + d - b - c)));
   });
   return most;
 }
@@ -104,13 +142,8 @@ void set_miss(const BlockPoints& points, BlockShape& shape) {
   shape.miss = shape.bulge.maxCoeff();
   shape.axes_of_miss = 0;
   for (std::size_t side = 0; side < 6; ++side) {
-    const BlockFace face(side / 2, side % 2);
-    const auto across = shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2));
-    std::array<std::array<double, kBlockNodes>, kBlockNodes> heights;
-    for (std::size_t t = 0; t < kBlockNodes; ++t) {
-      for (std::size_t s = 0; s < kBlockNodes; ++s) heights[t][s] = across.dot(points[face.node(s, t)]);
-    }
-    const double miss = miss_of_face(heights, shape.step);
+    const double miss = miss_of_face(points, BlockFace(side / 2, side % 2),
+                                     shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2)), shape.step);
     if (miss <= shape.miss) continue;
     shape.miss = miss;
     shape.axes_of_miss = 7u & ~(1u << side / 2);
@@ -142,14 +175,13 @@ BlockShape shape_of(const BlockPoints& points) {
   shape.voxels = std::abs(axes.determinant());
   shape.inverse_axes = axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
+  const BlockArcs arcs(points, shape.inverse_axes);
   for (shape.step = kBlockNodes - 1; shape.step > 1; shape.step /= 2) {
-    shape.bulge = bulges(points, shape.inverse_axes, shape.step, kMostCoarseBulge);
+    shape.bulge = arcs.bulges(shape.step);
     if (shape.bulge.maxCoeff() > kMostCoarseBulge) continue;
-    if (sagitta(points, shape.step, kMostSagitta) > kMostSagitta) continue;
-    set_miss(points, shape);
-    return shape;
+    if (sagitta(points, arcs, shape.step, kMostSagitta) <= kMostSagitta) break;
   }
-  shape.bulge = bulges(points, shape.inverse_axes, shape.step);
+  if (shape.step == 1) shape.bulge = arcs.bulges(1);
   set_miss(points, shape);
   return shape;
 }

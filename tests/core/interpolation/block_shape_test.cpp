@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -76,6 +78,55 @@ TEST(BlockShape, TrianglesAreAsLargeAsBulgesAllow) {
     EXPECT_EQ(shape.bent_axes(), 0u);
   }
   EXPECT_EQ(arched(32.1).bent_axes(), 0b001u);  // A twentieth of the thickness between neighbouring nodes.
+}
+
+/// An arc between nodes that are a multiple of `step` apart: how far it is off chords between those at most.
+double most_off_chords(const std::function<double(double)>& arc, std::size_t step) {
+  constexpr std::size_t kPlaces = 200;
+  const double length = static_cast<double>(step) / 4;
+  double most = 0;
+  for (std::size_t n = 0; n < 4; n += step) {
+    const double begin = static_cast<double>(n) / 4;
+    for (std::size_t k = 0; k < kPlaces; ++k) {
+      const double share = static_cast<double>(k) / kPlaces;
+      const double chord = (1 - share) * arc(begin) + share * arc(begin + length);
+      most = std::max(most, std::abs(chord - arc(begin + share * length)));
+    }
+  }
+  return most;
+}
+
+// Halfway such an arc meets its chord.
+TEST(BlockShape, ArcsWithAnInflectionBulgeBesideTheirMiddle) {
+  for (const double rise : {0.1, 0.19, 0.21, 3.0, 15.0}) {
+    const auto wave = [rise](double x) { return rise * x * (x - 0.5) * (x - 1) / 0.048113; };  // `rise` at most.
+    const BlockShape shape =
+        shape_of(shape_block([&](const Vec3& p) { return Vec3(300 * p.x(), 40 * p.y() + wave(p.x()), 20 * p.z()); }));
+    EXPECT_EQ(shape.step, rise < 0.2 ? 4u : 1u) << rise;  // Halves are as high.
+    const double share = most_off_chords(wave, shape.step) / 40;
+    EXPECT_GE(shape.bulge.x(), 0.999 * share) << rise;
+    EXPECT_LE(shape.bulge.x(), 1.1 * share) << rise;
+    EXPECT_GE(shape.miss, 0.999 * share) << rise;
+    EXPECT_LE(shape.miss, 1.1 * share) << rise;
+  }
+}
+
+TEST(BlockShape, NoCubicArcBulgesMoreThanItSays) {
+  std::mt19937 random(kShapeSeed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int trial = 0; trial < 300; ++trial) {
+    const double size = std::pow(10, 1.5 * unit(random));
+    const std::array<double, 3> c = {size * unit(random), size * unit(random), size * unit(random)};
+    const auto arc = [&](double x) { return ((c[2] * x + c[1]) * x + c[0]) * x; };
+    const BlockShape shape =
+        shape_of(shape_block([&](const Vec3& p) { return Vec3(300 * p.x(), 40 * p.y() + arc(p.x()), 20 * p.z()); }));
+    const double share = most_off_chords(arc, shape.step) / 40;
+    EXPECT_GE(shape.bulge.x(), 0.999 * share) << "trial " << trial << ", seed " << kShapeSeed;
+    EXPECT_GE(shape.miss, 0.999 * share) << "trial " << trial << ", seed " << kShapeSeed;
+    if (shape.step > 1) {
+      EXPECT_LE(40 * share, 0.201) << "trial " << trial << ", seed " << kShapeSeed;
+    }
+  }
 }
 
 TEST(BlockShape, ThinBlocksHaveSmallerTriangles) {

@@ -100,6 +100,25 @@ TEST(BlockShell, FacesWithAnInflectionHaveOneOnEitherSide) {
   }
 }
 
+// On one side of the inflection the chord is outside, on the other one the face.
+TEST(BlockShell, PlacesBesideAnInflectionAreOutside) {
+  for (const double rise : {-1.0, 1.0}) {
+    const auto height = [rise](double u) { return 20 + rise * (u - 0.125) * (u - 0.25) * (u - 0.375); };
+    const BlockPoints points =
+        shell_block([&](const Vec3& p) { return Vec3(300 * p.x(), 40 * p.y(), p.z() * height(p.x())); });
+    const std::size_t step = shape_of(points).step;
+    EXPECT_EQ(step, 2u);
+    const BlockShell shell = shell_of(points, kTop);
+    ASSERT_FALSE(shell.places().empty());
+    for (const BlockShell::Place& place : shell.places()) {
+      const double u = place.voxel.x() / 300, length = static_cast<double>(step) / 4;
+      const double begin = std::floor(u / length) * length, share = (u - begin) / length;
+      const double chord = (1 - share) * height(begin) + share * height(begin + length);
+      EXPECT_GT(chord, height(u)) << "rise " << rise << ", u " << u << ", step " << step;
+    }
+  }
+}
+
 // One of a saddle's diagonals lies outside, whichever the triangles share.
 TEST(BlockShell, SaddlesHaveShellsOnBothSides) {
   const BlockPoints points = shell_block([](const Vec3& p) {
