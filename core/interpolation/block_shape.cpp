@@ -16,6 +16,7 @@
 namespace ccslice {
 namespace {
 
+constexpr double kNotable = 0.25;     // Of what a face is missed by: an axis that has more is halved for it.
 constexpr double kMostSagitta = 0.2;  // Voxels that larger triangles may miss a face by.
 
 double size_of(const Vec3& vector) { return vector.cwiseAbs().maxCoeff(); }
@@ -113,28 +114,47 @@ double off_chord(const ArcBends<double>& bends, std::size_t from, std::size_t st
   return std::max(known, highest_over_arc(middle, cubic).height);
 }
 
-/// How far triangles between every step-th node of a face miss it at most: what arcs along either side and the twist
-/// tell. `outwards`: voxels -> shares across the face.
-double miss_of_face(const BlockPoints& points, const BlockFace& face, const Eigen::RowVector3d& outwards,
-                    std::size_t step) {
-  const FaceArcs arcs(points, face);
-  std::array<ArcBends<double>, kBlockNodes> bends_along_s, bends_along_t;
-  for (std::size_t n = 0; n < kBlockNodes; ++n) {
-    bends_along_s[n] = across(outwards, arcs.along_s(n));
-    bends_along_t[n] = across(outwards, arcs.along_t(n));
-  }
+/// What triangles miss a face by, and which of its two axes, s and t, have a notable part in it: bits 0 and 1.
+struct Miss {
   double most = 0;
-  for_each_quad(step, [&](std::size_t s, std::size_t t) {
-    const Vec3 &a = points[face.node(s, t)], &b = points[face.node(s + step, t)], &c = points[face.node(s, t + step)],
-               &d = points[face.node(s + step, t + step)];
-    double along_s = 0, along_t = 0;
-    for (std::size_t n = 0; n <= step; ++n) {
-      along_s = off_chord(bends_along_s[t + n], s, step, along_s);
-      along_t = off_chord(bends_along_t[s + n], t, step, along_t);
+  unsigned axes = 0;
+};
+
+/// How far triangles between every step-th node of a face miss it at most: what arcs along either side and the twist
+/// tell. Across their quadrilaterals, or four of the smallest together.
+Miss miss_of_face(const BlockPoints& points, const BlockShape& shape, std::size_t side) {
+  const BlockFace face(side / 2, side % 2);
+  const FaceArcs arcs(points, face);
+  const std::size_t step = shape.step, size = std::max<std::size_t>(step, 2);
+  Miss miss;
+  std::array<ArcBends<double>, kBlockNodes> along_s, along_t;
+  for_each_quad(size, [&](std::size_t first_s, std::size_t first_t) {
+    const auto point = [&](std::size_t s, std::size_t t) -> const Vec3& { return points[face.node(s, t)]; };
+    const Eigen::RowVector3d outwards =
+        across_quad(shape, side / 2,
+                    {point(first_s, first_t), point(first_s + size, first_t), point(first_s, first_t + size),
+                     point(first_s + size, first_t + size)});
+    for (std::size_t n = 0; n <= size; ++n) {
+      along_s[n] = across(outwards, arcs.along_s(first_t + n));
+      along_t[n] = across(outwards, arcs.along_t(first_s + n));
     }
-    most = std::max(most, along_s + along_t + 0.25 * std::abs(outwards.dot(a + d - b - c)));
+    for (std::size_t t = first_t; t < first_t + size; t += step) {
+      for (std::size_t s = first_s; s < first_s + size; s += step) {
+        double of_s = 0, of_t = 0;
+        for (std::size_t n = 0; n <= step; ++n) {
+          of_s = off_chord(along_s[t - first_t + n], s, step, of_s);
+          of_t = off_chord(along_t[s - first_s + n], t, step, of_t);
+        }
+        const double twist =
+            0.25 *
+            std::abs(outwards.dot(point(s, t) + point(s + step, t + step) - point(s + step, t) - point(s, t + step)));
+        const double most = of_s + of_t + twist, least = kNotable * most;
+        if (most <= miss.most) continue;
+        miss = {most, (of_s + twist > least ? 1u : 0u) | (of_t + twist > least ? 2u : 0u)};
+      }
+    }
   });
-  return most;
+  return miss;
 }
 
 /// Sets what the triangles between every step-th node miss.
@@ -142,11 +162,11 @@ void set_miss(const BlockPoints& points, BlockShape& shape) {
   shape.miss = shape.bulge.maxCoeff();
   shape.axes_of_miss = 0;
   for (std::size_t side = 0; side < 6; ++side) {
-    const double miss = miss_of_face(points, BlockFace(side / 2, side % 2),
-                                     shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2)), shape.step);
-    if (miss <= shape.miss) continue;
-    shape.miss = miss;
-    shape.axes_of_miss = 7u & ~(1u << side / 2);
+    const Miss miss = miss_of_face(points, shape, side);
+    if (miss.most <= shape.miss) continue;
+    const std::size_t s = (side / 2 + 1) % 3, t = (side / 2 + 2) % 3;
+    shape.miss = miss.most;
+    shape.axes_of_miss = (miss.axes & 1) << s | (miss.axes >> 1) << t;
   }
 }
 
@@ -163,17 +183,25 @@ unsigned BlockShape::bent_axes() const {
 
 double BlockShape::thickness_along_x() const { return 1 / inverse_axes.col(0).cwiseAbs().maxCoeff(); }
 
+Eigen::RowVector3d across_quad(const BlockShape& shape, std::size_t axis, const std::array<Vec3, 4>& corners) {
+  const auto a = static_cast<Eigen::Index>(axis);
+  const auto& [lower, along_s, along_t, upper] = corners;
+  const Vec3 normal = (along_s + upper - lower - along_t).cross(along_t + upper - lower - along_s);
+  const double along_axis = normal.dot(shape.axes.col(a));
+  if (!(along_axis * shape.axes.determinant() > 0)) return shape.inverse_axes.row(a);
+  return normal.transpose() / along_axis;
+}
+
 BlockShape shape_of(const BlockPoints& points) {
   constexpr std::size_t kHalf = kBlockNodes / 2, kMiddle = std::tuple_size_v<BlockPoints> / 2;
   BlockShape shape;
   for (const Vec3& point : points) shape.box.extend(point);
-  Mat3 axes;
   for (std::size_t a = 0; a < 3; ++a) {
-    axes.col(static_cast<Eigen::Index>(a)) =
+    shape.axes.col(static_cast<Eigen::Index>(a)) =
         points[kMiddle + kHalf * kBlockStride[a]] - points[kMiddle - kHalf * kBlockStride[a]];
   }
-  shape.voxels = std::abs(axes.determinant());
-  shape.inverse_axes = axes.inverse();
+  shape.voxels = std::abs(shape.axes.determinant());
+  shape.inverse_axes = shape.axes.inverse();
   shape.flat = !shape.inverse_axes.allFinite();
   const BlockArcs arcs(points, shape.inverse_axes);
   for (shape.step = kBlockNodes - 1; shape.step > 1; shape.step /= 2) {

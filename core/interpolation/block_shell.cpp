@@ -29,8 +29,9 @@ class FaceHeights {
     return over_arc(across(outwards, arcs_.along_t(s)), t);
   }
   /// The same for a diagonal of the quadrilateral: that from its lower corner, or the other one, towards larger s.
-  HighestOverArc over_diagonal(const Eigen::RowVector3d& outwards, std::size_t s, std::size_t t,
-                               bool from_lower) const {
+  /// `of_sides`: what the larger heights of its sides come to along s and along t.
+  HighestOverArc over_diagonal(const Eigen::RowVector3d& outwards, std::size_t s, std::size_t t, bool from_lower,
+                               double of_sides) const {
     if (step_ == kBlockNodes - 1) {
       return over_arc(across(outwards, bends_of<Vec3>([&](std::size_t n) -> const Vec3& {
                                return points_[face_.node(n, from_lower ? n : step_ - n)];
@@ -49,9 +50,7 @@ class FaceHeights {
       return or_middle(chord - at(1, 1), cubic);
     }
     const double of_corners = 0.25 * (a + b + c + d);
-    const double arcs = std::max(over_s(outwards, s, t).height, over_s(outwards, s, t + 1).height) +
-                        std::max(over_t(outwards, s, t).height, over_t(outwards, s + 1, t).height);
-    return {chord - of_corners + arcs, 0.5};
+    return {chord - of_corners + of_sides, 0.5};
   }
 
  private:
@@ -94,26 +93,32 @@ void BlockShell::find(const BlockPoints& points, const BlockShape& shape, std::s
   const BlockFace face(side / 2, side % 2);
   const std::size_t step = shape.step;
   const FaceHeights heights(points, face, step);
-  const Eigen::RowVector3d outwards =
-      (side % 2 != 0 ? 1 : -1) * shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2));
   for_each_quad(step, [&](std::size_t s, std::size_t t) {
     const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
                       d = face.node(s + step, t + step);
     // The diagonal that the triangles share, as BlockRaster chooses it.
     const bool a_to_d = (points[a] - points[d]).squaredNorm() <= (points[b] - points[c]).squaredNorm();
+    const Eigen::RowVector3d outwards =
+        (side % 2 != 0 ? 1 : -1) * across_quad(shape, side / 2, {points[a], points[b], points[c], points[d]});
     Quad quad;
+    quad.outwards = outwards;
     quad.corners = a_to_d ? std::array{a, b, c, d} : std::array{b, a, d, c};
     const auto add = [&](std::size_t from, std::size_t to, const HighestOverArc& most, bool is_its_own = true) {
       if (!(most.height > kFlat)) return;
-      if (is_its_own) places_.push_back({(1 - most.share) * points[from] + most.share * points[to], most.height});
+      if (is_its_own) {
+        places_.push_back({(1 - most.share) * points[from] + most.share * points[to], outwards, most.height});
+      }
       quad.depth = std::max(quad.depth, most.height);
     };
-    add(a_to_d ? a : c, a_to_d ? d : b, heights.over_diagonal(outwards, s, t, a_to_d));
-    add(a, b, heights.over_s(outwards, s, t));
-    add(a, c, heights.over_t(outwards, s, t));
+    const HighestOverArc ab = heights.over_s(outwards, s, t), cd = heights.over_s(outwards, s, t + step),
+                         ac = heights.over_t(outwards, s, t), bd = heights.over_t(outwards, s + step, t);
+    const double of_sides = std::max(ab.height, cd.height) + std::max(ac.height, bd.height);
+    add(a_to_d ? a : c, a_to_d ? d : b, heights.over_diagonal(outwards, s, t, a_to_d, of_sides));
+    add(a, b, ab);
+    add(a, c, ac);
     // The edges at its ends are the next one's, if there is one.
-    add(c, d, heights.over_s(outwards, s, t + step), t + step + 1 == kBlockNodes);
-    add(b, d, heights.over_t(outwards, s + step, t), s + step + 1 == kBlockNodes);
+    add(c, d, cd, t + step + 1 == kBlockNodes);
+    add(b, d, bd, s + step + 1 == kBlockNodes);
     if (!(quad.depth > 0)) return;
     quads_.push_back(quad);
     depth_ = std::max(depth_, quad.depth);

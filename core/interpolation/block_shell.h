@@ -24,11 +24,13 @@ class BlockShell {
   /// parabola, by the square of what the triangle's circumradius is to half of its longest edge.
   struct Place {
     Vec3 voxel;
-    double depth;  // How far it is outside, as a share of the block's thickness across the face. > 0.
+    Eigen::RowVector3d outwards;  // across_quad(), away from the block.
+    double depth;                 // How far it is outside, as such a share of the block's thickness. > 0.
   };
   /// A quadrilateral of triangles of which some part is outside. They share the edge from the first corner to the last.
   struct Quad {
     std::array<std::size_t, 4> corners;  // Nodes: a lower pair and an upper one.
+    Eigen::RowVector3d outwards;         // As its places have it.
     double depth = 0;                    // Of its deepest place.
   };
 

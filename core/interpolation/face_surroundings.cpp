@@ -80,43 +80,51 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
 
 bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   collect(piece.cell);
-  const auto axis = static_cast<Eigen::Index>(side / 2);
-  const double thickness_mm = 1 / (piece.shape.inverse_axes.row(axis) * voxel_of_mesh_.linear()).norm();
   const double sure = std::cbrt(1 - piece.error) * sure_share_, sure_mm = sure * least_thickness_mm_;
   if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
-  const Vec3 across = piece.shape.inverse_axes.inverse().col(axis);
-  if (meets_others(piece, mesh_of_voxel_.linear() * across)) return true;
-  if (kDeeper * shell_.depth() * thickness_mm <= sure_mm) return false;
-  const Vec3 outwards = side % 2 != 0 ? across : -across;
+  if (meets_others(piece)) return true;
   return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
-    const double depth_mm = kDeeper * place.depth * thickness_mm;
+    const Vec3 outwards = kDeeper * place.depth * thickness_mm(place.outwards);
+    const double depth_mm = outwards.norm();
     if (depth_mm <= sure_mm) return false;
-    const Vec3 deepest = place.voxel + (kDeeper - 1) * place.depth * outwards;
-    const std::optional<CellParam> there = guess_in_thin_cell(mesh_of_voxel_ * deepest, depth_mm / sure);
+    const Vec3 deepest = mesh_of_voxel_ * place.voxel + (kDeeper - 1) / kDeeper * outwards;
+    const std::optional<CellParam> there = guess_in_thin_cell(deepest, depth_mm / sure);
     return there && differs_at(piece, deepest, *there);
   });
 }
 
-/// The shell may meet a cell that doesn't touch the piece's. `across`: the piece's thickness, mm of the mesh.
-bool FaceSurroundings::meets_others(const Piece& piece, const Vec3& across) const {
+/// The shortest way across a share of 1, mm of the mesh. `outwards`: of a place in the shell.
+Vec3 FaceSurroundings::thickness_mm(const Eigen::RowVector3d& outwards) const {
+  const Vec3 per_mm = (outwards * voxel_of_mesh_.linear()).transpose();
+  return per_mm / per_mm.squaredNorm();
+}
+
+/// The shell may meet a cell that doesn't touch the piece's.
+bool FaceSurroundings::meets_others(const Piece& piece) const {
   if (others_.empty()) return false;
+  struct Part {
+    std::array<Vec3, 4> corners;
+    Vec3 depth;
+  };
+  std::vector<Part> parts;
   Box3 box;
   for (const BlockShell::Quad& quad : shell_.quads()) {
-    for (const std::size_t corner : quad.corners) box.extend(mesh_of_voxel_ * piece.points[corner]);
+    Part& part = parts.emplace_back();
+    part.depth = kDeeper * quad.depth * thickness_mm(quad.outwards);
+    for (std::size_t k = 0; k < 4; ++k) {
+      part.corners[k] = mesh_of_voxel_ * piece.points[quad.corners[k]];
+      box.extend(part.corners[k] - part.depth.cwiseAbs());
+      box.extend(part.corners[k] + part.depth.cwiseAbs());
+    }
   }
-  const Vec3 margin = kDeeper * shell_.depth() * across.cwiseAbs();
-  box = Box3(box.min() - margin, box.max() + margin);
   // What it learns of a cell makes its later answers closer. They mustn't depend on earlier pieces.
   std::optional<CellDistance> distance;
   return std::ranges::any_of(others_, [&](LimitCellId other) {
     if (!solid_->index().cell_boxes.box(other).intersects(box)) return false;
-    return std::ranges::any_of(shell_.quads(), [&](const BlockShell::Quad& quad) {
-      std::array<Vec3, 4> corners;
-      for (std::size_t k = 0; k < 4; ++k) corners[k] = mesh_of_voxel_ * piece.points[quad.corners[k]];
-      return meets(other, corners, kDeeper * quad.depth * across, kMostQuarterings, distance);
-    });
+    return std::ranges::any_of(
+        parts, [&](const Part& part) { return meets(other, part.corners, part.depth, kMostQuarterings, distance); });
   });
 }
 
@@ -163,12 +171,12 @@ std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point,
   return nearest;
 }
 
-bool FaceSurroundings::differs_at(const Piece& piece, const Vec3& voxel, const CellParam& hint) {
+bool FaceSurroundings::differs_at(const Piece& piece, const Vec3& point, const CellParam& hint) {
   if (!inverter_) inverter_.emplace(*solid_, inversion_);
-  const auto found = inverter_->invert(mesh_of_voxel_ * voxel, hint);
+  const auto found = inverter_->invert(point, hint);
   if (!found || found->at.cell == piece.cell) return false;
   inverter_->evaluator().mat(found->at, values_);
-  const Vec3 at = piece.frame(voxel);
+  const Vec3 at = piece.frame(voxel_of_mesh_ * point);
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double error = values_[channels_[c].channel] - value_at(piece.polynomials[c], at);
     if (!(std::abs(error) <= kPieceShare * channels_[c].tolerance)) return true;

@@ -60,11 +60,12 @@ class FaceSurroundings {
  private:
   void collect(LimitCellId cell);
   double least_thickness_mm(LimitCellId touching) const;
-  bool meets_others(const Piece& piece, const Vec3& across) const;
+  Vec3 thickness_mm(const Eigen::RowVector3d& outwards) const;
+  bool meets_others(const Piece& piece) const;
   bool meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
              std::optional<CellDistance>& distance) const;
   std::optional<CellParam> guess_in_thin_cell(const Vec3& point, double thickness_mm) const;
-  bool differs_at(const Piece& piece, const Vec3& voxel, const CellParam& hint);
+  bool differs_at(const Piece& piece, const Vec3& point, const CellParam& hint);
 
   std::shared_ptr<const LimitSolid> solid_;
   const Placement voxel_of_mesh_, mesh_of_voxel_;

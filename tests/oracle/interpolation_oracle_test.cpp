@@ -97,6 +97,11 @@ TEST_P(InterpolatedTinyMeshes, KeepTheTolerance) {
 INSTANTIATE_TEST_SUITE_P(TinyMeshes, InterpolatedTinyMeshes, testing::Range<std::size_t>(0, tiny_meshes().size()),
                          [](const auto& info) { return tiny_meshes()[info.param].name; });
 
+// What is across the slit has the other end of the range.
+TEST(InterpolatedSlits, BesideALobeThatTapersKeepTheTolerance) {
+  expect_within_tolerance(compare(Subject(tapered_slit(0.004)), 400, 60));
+}
+
 /// Samples of a plane of two bytes that differ by more than one.
 std::uint64_t differing_words(const Layer& one, const Layer& other) {
   std::uint64_t count = 0;

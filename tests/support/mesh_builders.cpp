@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -65,6 +67,21 @@ ControlMesh kuhn_box(int cells) {
       mesh.cell_kinds.push_back(CellKind::kTet);
       mesh.cell_vertices.insert(mesh.cell_vertices.end(), {corner[0], corner[a], corner[b], corner[6]});
     }
+  }
+  return mesh;
+}
+
+ControlMesh tapered_slit(double width_mm) {
+  ControlMesh mesh = box_mesh(6, 2, 3, 1, [](int x, int, int z) { return z != 1 || x == 5; });
+  sharpen_by_cells(mesh, 1);
+  constexpr std::array<double, 7> kAlong = {0, 10, 17, 22, 25.5, 28, 30};
+  mesh.channel_names = {"lobe"};
+  for (Vec3& p : mesh.positions) {
+    mesh.channel_values.push_back(p.z() > 1.5 && p.x() < 4.5 ? 1.0f : 0.0f);
+    const double half = 0.5 + 10 * std::min(3.0, p.x());
+    const std::array<double, 4> heights = {-half, half, half + width_mm, half + width_mm + 5};
+    p = Vec3(kAlong[static_cast<std::size_t>(std::lround(p.x()))], 8 * p.y(),
+             heights[static_cast<std::size_t>(std::lround(p.z()))]);
   }
   return mesh;
 }

@@ -52,6 +52,9 @@ ControlMesh folding_box_mesh();
 ControlMesh fan_mesh(int sectors, int m, int layers, double degrees = 360);
 /// Two or three cells round the z axis, `degrees` in all, with a sharp edge along it: reentrant ones fold. Jittered.
 ControlMesh sharp_fan(int cells, double degrees, std::uint32_t seed);
+/// Below a slit a lobe that gets 21 times as thick in its first cell, along which control points come ever closer;
+/// above it another one, in the last column of one piece with it. A channel is 1 in that one, and 0 elsewhere.
+ControlMesh tapered_slit(double width_mm);
 /// A slab with two valleys that cross, sharp at the bottom: folds.
 ControlMesh crossed_valleys();
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on

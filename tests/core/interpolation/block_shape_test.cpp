@@ -156,6 +156,24 @@ TEST(BlockShape, TrianglesMissTwistedFacesByAQuarterOfTheTwist) {
   EXPECT_EQ(twisted(260).bent_axes(), 0b011u);  // A fifth of the thickness.
 }
 
+// From 2 to 40 voxels thick. Nodes aren't equidistant along u: what they are off along the block's middle, which shows
+// nothing across it, is across the faces.
+TEST(BlockShape, FacesOfTaperedBlocksAreMissedAcrossThemselves) {
+  const auto tapered = [](double grading) {
+    return shape_of(shape_block([grading](const Vec3& p) {
+      return Vec3(30 * (p.x() + grading * p.x() * (1 - p.x())), 20 * p.y(), (p.z() - 0.5) * (2 + 38 * p.x()));
+    }));
+  };
+  EXPECT_LT(tapered(0).miss, 1e-9);
+  for (const double grading : {-0.4, 0.4}) {
+    const BlockShape shape = tapered(grading);
+    EXPECT_EQ(shape.step, 1u);
+    EXPECT_LT(shape.bulge.norm(), 1e-9);
+    // Of the last half, or the first: there nodes are 0.8 times as far apart as in the middle.
+    EXPECT_NEAR(shape.miss, 19 * 0.4 / 64 / 21 / 0.8, 1e-9) << grading;
+  }
+}
+
 TEST(BlockShape, WithoutVolumeIsFlat) {
   EXPECT_TRUE(shape_of(shape_block([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 0); })).flat);
   EXPECT_FALSE(shape_of(shape_block([](const Vec3& p) { return Vec3(9 * p.x(), 9 * p.y(), 1e-3 * p.z()); })).flat);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -116,6 +117,32 @@ TEST(BlockShell, PlacesBesideAnInflectionAreOutside) {
       const double chord = (1 - share) * height(begin) + share * height(begin + length);
       EXPECT_GT(chord, height(u)) << "rise " << rise << ", u " << u << ", step " << step;
     }
+  }
+}
+
+// From 2 to 40 voxels thick, with nodes that aren't equidistant along u: across the block's middle, its faces' arcs
+// rise as evenly as their chords.
+TEST(BlockShell, OfTaperedFacesIsMeasuredAcrossThem) {
+  for (const double grading : {0.4, -0.4}) {
+    const BlockPoints points = shell_block([grading](const Vec3& p) {
+      return Vec3(30 * (p.x() + grading * p.x() * (1 - p.x())), 20 * p.y(), (p.z() - 0.5) * (2 + 38 * p.x()));
+    });
+    ASSERT_EQ(shape_of(points).step, 1u);
+    const BlockShell shell = shell_of(points, kTop);
+    if (grading < 0) {
+      EXPECT_EQ(shell.depth(), 0);
+      continue;
+    }
+    // Where x = 30 u + 12 u (1 - u), the face is at 1 + 19 u; at the middle of a chord that is too small a height.
+    double deepest = 0;
+    for (int n = 0; n < 4; ++n) {
+      const double u = (n + 0.5) / 4, x = 30 * u + 12 * u * (1 - u) - 12.0 / 64;
+      const double at = (42 - std::sqrt(42 * 42 - 48 * x)) / 24;
+      deepest = std::max(deepest, 19 * (u - at) / 21);
+    }
+    EXPECT_GT(shell.depth(), 0.9 * deepest);
+    EXPECT_LT(shell.depth(), 1.4 * deepest);
+    EXPECT_EQ(shell.quads().size(), 16u);
   }
 }
 

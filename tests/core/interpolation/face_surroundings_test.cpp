@@ -91,6 +91,11 @@ TEST(FaceSurroundings, AreCellsBehindThinOnes) {
   EXPECT_FALSE(cells_that_may_differ(arc_of({19.94, 19.96, 19.98, 20, 24, 28}), along_z).empty());
 }
 
+TEST(FaceSurroundings, OfALobeThatTapersAreTheOneAcrossASlit) {
+  EXPECT_FALSE(cells_that_may_differ(oracle::tapered_slit(0.004), none).empty());
+  EXPECT_TRUE(cells_that_may_differ(oracle::tapered_slit(2), none).empty());
+}
+
 // It rises with the cube of the depth from the large cells on, in which it is constant.
 TEST(FaceSurroundings, AreThinCellsInWhichAMaterialBegins) {
   const std::vector<double> coated = {19, 19.5, 20, 24, 28};
