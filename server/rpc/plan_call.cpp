@@ -6,6 +6,7 @@
 #include <atomic>
 #include <exception>
 #include <memory>
+#include <string>
 
 #include "server/rpc/call.h"
 #include "server/rpc/slice_job.h"
@@ -47,16 +48,24 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   /// Whether the caller is the one to end the call.
   bool claim() { return !claimed_.exchange(true); }
 
+  /// While the mesh comes nothing of the request is kept but its bytes, which are counted.
   void find_mesh_and_plan(const Executor::Lane& lane) {
+    std::string mesh_id;
     try {
-      parse_request(raw_, request_);
+      mesh_id = parse().mesh_id();
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
     with_mesh(
-        lane, request_.mesh_id(), [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); },
+        lane, mesh_id, [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); },
         WhileMeshComes::kHasNoPlace);
     if (cancel_.cancelled()) stop_loading();
+  }
+
+  v1::PlanSlicesRequest parse() const {
+    v1::PlanSlicesRequest request;
+    parse_request(raw_, request);
+    return request;
   }
 
   void plan(const MeshPtr& mesh, const std::exception_ptr& error) {
@@ -64,7 +73,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     try {
       if (error) std::rethrow_exception(error);
       log_.note_mesh(mesh->id());
-      response_ = plan_slices(request_, *mesh->solid(), state_.slice_limits, cancel_);
+      response_ = plan_slices(parse(), *mesh->solid(), state_.slice_limits, cancel_);
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
@@ -72,7 +81,6 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
   }
 
   const grpc::ByteBuffer& raw_;
-  v1::PlanSlicesRequest request_;
   v1::PlanSlicesResponse& response_;
   CancellationToken cancel_ = Executor::make_token();
   std::atomic<bool> claimed_{false};

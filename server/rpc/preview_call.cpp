@@ -157,6 +157,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     Request request;
     request.arrived = SteadyClock::now();
     parse_request(raw_, request.message);
+    raw_.Clear();  // It counts among the bytes that gRPC may hold of all clients.
     require_known_fields(request.message);
     if (request.message.number() <= number_) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,

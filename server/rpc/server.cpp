@@ -187,13 +187,23 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 32;
+  constexpr std::size_t kEndedAtOnce = 64;
+  constexpr std::chrono::milliseconds kUntilMemoryIsBack = 300ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
-  if (resident_memory_bytes() <= state_.options.memory_bytes / 8 * 7) return;
-  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
-  if (ended == 0) return;
-  spdlog::warn("ended {} calls whose clients don't read: the server comes near its memory (--memory)", ended);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - relieved_ < kUntilMemoryIsBack || !takes_too_much()) return;
+  relieved_ = now;
   state_.heap_trim.trim();
+  if (!takes_too_much()) return;
+  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
+  if (ended > 0) spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
+}
+
+/// The process comes near the memory it should do with, and not for what the budgets know of.
+bool Server::takes_too_much() {
+  const HeapTrim::Figures figures = state_.heap_figures();
+  const std::uint64_t all = state_.options.memory_bytes, known = std::min(figures.known_bytes, figures.resident_bytes);
+  return figures.resident_bytes > all / 8 * 7 && figures.resident_bytes - known > process_memory(all);
 }
 
 void Server::reload(bool always) {

@@ -82,6 +82,7 @@ class Server {
     std::unique_ptr<grpc::Server> server;
   };
 
+  bool takes_too_much();
   /// Gives gRPC a connection.
   static void hand_over(Acceptor& acceptor, int descriptor);
   std::shared_ptr<grpc::ServerCredentials> credentials() const;
@@ -90,6 +91,7 @@ class Server {
   void begin_shut_down();
 
   ServiceState state_;
+  std::chrono::steady_clock::time_point relieved_;  // When memory ran short last.
   SlicerService service_;
   ConnectionListener listener_;
   std::unique_ptr<ServedCertificates> certificates_;  // None: no TLS.

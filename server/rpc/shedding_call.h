@@ -44,6 +44,8 @@ class SheddingCall : public StreamCall<Response> {
   virtual bool give_work_back() = 0;
   /// Whether the work goes on where it was given back, so that no more than a little of it is done twice.
   virtual bool goes_on() const = 0;
+  /// Whether some of it went out since it was begun or went on. Else it could give way for ever, and get nowhere.
+  virtual bool has_got_on() { return false; }
 
   void stop() override {
     cancel_.cancel();
@@ -113,7 +115,7 @@ class SheddingCall : public StreamCall<Response> {
     if (give_work_back()) note_shed(/*gave_way=*/false, state_.metrics.shed);
   }
   void give_way() {
-    if (give_work_back()) note_shed(/*gave_way=*/true, state_.metrics.gave_way);
+    if (has_got_on() && give_work_back()) note_shed(/*gave_way=*/true, state_.metrics.gave_way);
   }
   void note_shed(bool gave_way, std::atomic<std::uint64_t>& times) {
     ++times;
@@ -158,7 +160,7 @@ class SheddingCall : public StreamCall<Response> {
 
   bool has_memory_ = false;   // Or had it.
   bool has_shed_ = false;     // Nothing has been asked for since.
-  bool gave_way_ = false;     // That time.
+  bool gave_way_ = false;     // When it shed last.
   std::exception_ptr error_;  // Why there is no work.
 };
 

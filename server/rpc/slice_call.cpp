@@ -55,6 +55,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     return request_.mesh_id();
   }
 
+  void forget() override { v1::SliceRangeRequest().Swap(&request_); }
+
   void prepare(const MeshPtr& mesh) override {
     mesh_ = mesh;
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
@@ -65,7 +67,6 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     log_.note_mesh(request_.mesh_id());
     log_.note_layers(range_.first, range_.count);
     write_header(job);
-    v1::SliceRangeRequest().Swap(&request_);  // Up to 8 MiB.
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
     pieces_ = pieces_of(job, memory_, range_.count);
     require_scratch("slicing a layer", scratch_bytes(), "ask for a region, fewer planes or a coarser pitch");
@@ -154,6 +155,10 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     return true;
   }
   bool goes_on() const override { return true; }
+  bool has_got_on() override {
+    const std::lock_guard lock(work_mutex_);
+    return stream_ && layers_of_stream_ > 0;
+  }
 
   void stop() override {
     SheddingCall::stop();

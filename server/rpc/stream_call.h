@@ -58,9 +58,12 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   /// What the client sent. Dropped when the call is prepared.
   virtual const grpc::ByteBuffer& raw_request() const = 0;
   virtual const google::protobuf::Descriptor& request_type() const = 0;
-  /// Parses the request; the id of its mesh. Then, when that is there: the rest that comes before the first message.
-  /// Both on a worker, once, in a lane of the pieces that the call said. May throw.
+  /// Parses the request; the id of its mesh. On a worker, in a lane of the pieces that the call said. May throw.
   virtual std::string parse() = 0;
+  /// Gives back what parse() made of the request, which may be far more than its bytes: these are counted. While the
+  /// mesh comes it isn't needed; it is parsed again then.
+  virtual void forget() = 0;
+  /// Once the mesh is there, and parsed again: the rest that comes before the first message. As parse().
   virtual void prepare(const MeshPtr& mesh) = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
@@ -102,6 +105,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     std::string mesh_id;
     try {
       if (!stopped()) mesh_id = parse();
+      forget();
     } catch (...) {
       failure_ = std::current_exception();
     }
@@ -121,7 +125,9 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   void prepare_guarded(const MeshPtr& mesh) {
     if (stopped() || failure_) return;
     try {
+      (void)parse();
       prepare(mesh);
+      forget();
     } catch (...) {
       failure_ = std::current_exception();
     }

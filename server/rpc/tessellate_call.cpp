@@ -63,6 +63,8 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
     return request_.mesh_id();
   }
 
+  void forget() override { v1::TessellateBoundaryRequest().Swap(&request_); }
+
   void prepare(const MeshPtr& mesh) override {
     mesh_ = mesh;
     log_.note_mesh(request_.mesh_id());

@@ -88,7 +88,8 @@ void Admission::enter(Place& place, Place::Turn turn, Memory memory, Decision de
     } else if (!is_refused && (waits_for_ever(turn) || make_room_in_queue(place, other))) {
       waits = true;
       insert(place, std::move(decision), /*lacks_memory=*/has_place);
-      if (had_place) admit(admitted);  // To the place that it had.
+      // To the place that it had. And memory may have come since it was asked for, but before anybody knew who waits.
+      if (had_place || place.lacks_memory_) admit(admitted);
     } else {
       refusal = is_refused ? draining() : busy(/*for_memory=*/has_place);
       place.memory_ = {};
@@ -225,11 +226,9 @@ void Admission::insert(Place& place, Decision decision, bool lacks_memory) {
 void Admission::note_lack_of_memory(Place& place, bool lacks) {
   if (place.lacks_memory_ == lacks) return;
   place.lacks_memory_ = lacks;
-  if (lacks) {
-    ++memory_waiters_;
-  } else {
-    --memory_waiters_;
-  }
+  const std::size_t one = lacks ? 1 : std::numeric_limits<std::size_t>::max();  // Counts wrap round.
+  memory_waiters_ += one;
+  if (place.turn_ != Place::Turn::kGaveWay) urgent_memory_waiters_ += one;
 }
 
 bool Admission::leave_queue(Place& place) { return leave(place, /*is_new=*/true); }
@@ -242,9 +241,16 @@ bool Admission::leave(Place& place, bool is_new) {
   if (place.state_ != Place::State::kWaiting || (place.turn_ == Place::Turn::kIsNew) != is_new) return false;
   dropped = std::move(place.decision_);
   take_out(place);
-  if (!queue_.empty()) has_left_ = true;
-  changed_.notify_all();
+  note_left();
   return true;
+}
+
+/// Somebody has left the queue, behind whom others may have waited for memory. They are admitted on the clock's thread:
+/// who leaves may hold locks of its call. REQUIRES: the lock.
+void Admission::note_left() {
+  if (queue_.empty()) return;
+  has_left_ = true;
+  changed_.notify_all();
 }
 
 /// Begins what may begin. REQUIRES: the lock.
@@ -276,8 +282,8 @@ void Admission::admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Dec
     }
     if (!has_place_for(place)) continue;
     const Memory& memory = place.memory_;
+    if (memory.reserve) note_lack_of_memory(place, true);  // Before it is asked for, as above.
     if (memory.reserve && ((memory.is_short ? awaited.by_short : awaited.by_any) || !memory.reserve())) {
-      note_lack_of_memory(place, true);
       awaited.by_any = true;
       awaited.by_short = awaited.by_short || memory.is_short;
       continue;
@@ -289,7 +295,7 @@ void Admission::admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Dec
 }
 
 void Admission::retry() {
-  if (!wants_memory()) return;
+  if (memory_waiters_.load() == 0) return;
   std::vector<Decision> admitted;
   {
     const std::lock_guard lock(mutex_);
@@ -299,13 +305,14 @@ void Admission::retry() {
 }
 
 void Admission::give_back(Place& place) {
-  Decision dropped;  // As in leave().
+  Decision dropped;  // It may hold the last reference to the call: it goes after the lock.
   std::vector<Decision> admitted;
   {
     const std::lock_guard lock(mutex_);
     if (place.state_ == Place::State::kWaiting) {
       dropped = std::move(place.decision_);
       take_out(place);
+      note_left();
     }
     if (place.state_ != Place::State::kRunning) return;
     stop_running(place);
@@ -331,6 +338,7 @@ void Admission::drain() {
       refused.push_back(std::move(place.decision_));
       take_out(place);
     }
+    note_left();
   }
   for (const Decision& decision : refused) decision(draining());
 }
@@ -357,7 +365,7 @@ void Admission::watch_waits() {
       Decision decision = std::move(first->decision_);
       const std::exception_ptr refusal = busy(first->lacks_memory_);
       take_out(*first);
-      has_left_ = true;
+      note_left();
       lock.unlock();
       decision(refusal);
       decision = nullptr;  // It may hold the last reference to the call, whose place comes here again.
@@ -365,7 +373,7 @@ void Admission::watch_waits() {
     } else if (std::function<void()> give_way = next_to_give_way(now)) {
       lock.unlock();
       give_way();
-      give_way = nullptr;  // As above.
+      give_way = nullptr;  // It may hold the last reference to the call.
       lock.lock();
     } else if (queue_.empty()) {
       changed_.wait(lock);
@@ -376,14 +384,13 @@ void Admission::watch_waits() {
   }
 }
 
-/// Begins what may begin now that somebody has left the queue, behind whom others may have waited for memory. Not on
-/// the thread of who leaves: it may hold locks of its call. Comes back with the lock.
+/// Begins what may begin. Comes back with the lock, but gives it back meanwhile.
 void Admission::admit_unlocked(std::unique_lock<std::mutex>& lock) {
   std::vector<Decision> admitted;
   admit(admitted);
   lock.unlock();
   for (Decision& next : admitted) run_in_turn([next = std::move(next)] { next(nullptr); });
-  admitted.clear();  // As above.
+  admitted.clear();  // They may hold the last references to their calls.
   lock.lock();
 }
 

@@ -114,16 +114,16 @@ class Admission {
   void request_memory(Place& place, Memory memory, Decision decision);
   /// A place and memory for a call that ran before and gave its place back. Never refused.
   void resume(Place& place, Memory memory, Decision decision);
-  /// The same for a call that gave way: before those of its client that haven't begun yet.
+  /// A place and memory for a call that gave way: before those of its client that haven't begun yet.
   void wait_again(Place& place, Memory memory, Decision decision);
   /// Whether a new call was waiting. Then it doesn't any more, and its decision never runs.
   bool leave_queue(Place& place);
-  /// The same of one that asked for memory.
+  /// Whether a call that asked for memory was waiting. Then it does no more, and its decision never runs.
   bool leave_memory_queue(Place& place);
   /// To be called when there may be more memory than before.
   void retry();
-  /// Whether some call waits for memory.
-  bool wants_memory() const noexcept { return memory_waiters_.load() > 0; }
+  /// Whether some call waits for memory that others should do without. One that gave way takes what is left.
+  bool wants_memory() const noexcept { return urgent_memory_waiters_.load() > 0; }
   /// Ends a run, and begins that of a call that waits. Does nothing for a place that isn't running. A run that ends
   /// while this begins it is followed by the next one only after its decision has returned.
   void give_back(Place& place);
@@ -170,6 +170,7 @@ class Admission {
   bool leave(Place& place, bool is_new);
   void admit(std::vector<Decision>& admitted);
   void watch_waits();
+  void note_left();
   void admit_unlocked(std::unique_lock<std::mutex>& lock);
   Place* next_to_expire() const;
   std::function<void()> next_to_give_way(Clock::time_point now);
@@ -183,12 +184,12 @@ class Admission {
   std::condition_variable changed_;
   std::list<Place*> queue_;   // In the order in which they came.
   std::size_t expiring_ = 0;  // Of those, all but the ones that wait for as long as it takes.
-  std::atomic<std::size_t> memory_waiters_{0};
+  std::atomic<std::size_t> memory_waiters_{0}, urgent_memory_waiters_{0};
   std::size_t running_ = 0, long_running_ = 0;
   std::unordered_map<std::string, Client> clients_;
   std::uint64_t served_ = 0;  // Runs that have begun.
   bool draining_ = false, over_ = false;
-  bool has_left_ = false;                      // Somebody left the queue.
+  bool has_left_ = false;                      // See note_left().
   Clock::time_point last_end_ = Clock::now();  // Of a run while calls wait, or when the first one began to.
   Clock::time_point told_;                     // When somebody was told to give way.
   double pace_s_ = 1;                          // Between the ends of runs while calls wait, smoothed.

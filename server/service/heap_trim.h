@@ -36,7 +36,7 @@ class HeapTrim {
 
   /// To be called now and then. Whether it was worth it.
   bool sweep();
-  /// In any case.
+  /// Gives back what there is, whether or not it was worth it.
   void trim();
 
  private:
@@ -50,7 +50,7 @@ class HeapTrim {
   bool again_ = false;  // What was about to be freed then has been by now.
   /// The least that was held beyond what is known: programs, libraries, what trimming can't give back.
   std::uint64_t base_bytes_ = std::numeric_limits<std::uint64_t>::max();
-  /// The same when nothing runs: without what calls held when it trimmed beside them.
+  /// The least that was held so when nothing ran: without what calls held when it trimmed beside them.
   std::uint64_t idle_base_bytes_ = std::numeric_limits<std::uint64_t>::max();
   std::optional<Clock::time_point> trimmed_;
 };

@@ -39,8 +39,14 @@ class TimedStream final : public httplib::Stream {
   ssize_t read(char* to, std::size_t size) override {
     return is_readable() ? ::recv(socket_, to, size, MSG_DONTWAIT) : -1;
   }
+  /// All, or -1.
   ssize_t write(const char* from, std::size_t size) override {
-    return is_writable() ? ::send(socket_, from, size, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
+    for (std::size_t sent = 0; sent < size;) {
+      const ssize_t more = is_writable() ? ::send(socket_, from + sent, size - sent, MSG_DONTWAIT | MSG_NOSIGNAL) : -1;
+      if (more < 0) return -1;
+      sent += static_cast<std::size_t>(more);
+    }
+    return static_cast<ssize_t>(size);
   }
   void get_remote_ip_and_port(std::string& host, int& port) const override { name(&::getpeername, host, port); }
   void get_local_ip_and_port(std::string& host, int& port) const override { name(&::getsockname, host, port); }

@@ -24,10 +24,12 @@ bool IdleCall::end_armed_wait() {
   return since > 0 && since_.compare_exchange_strong(since, kNotWaiting);
 }
 
-void IdleCall::end_wait_begun_before(std::chrono::steady_clock::time_point time) {
+bool IdleCall::end_wait_begun_before(std::chrono::steady_clock::time_point time) {
   WaitBegin since = since_.load();
-  if (since <= 0 || since >= time.time_since_epoch().count()) return;
-  if (since_.compare_exchange_strong(since, kNotWaiting)) idle();
+  if (since <= 0 || since >= time.time_since_epoch().count()) return false;
+  if (!since_.compare_exchange_strong(since, kNotWaiting)) return false;
+  idle();
+  return true;
 }
 
 void IdleCall::note_wait_begun_before(std::chrono::steady_clock::time_point time) {
@@ -55,7 +57,7 @@ void IdleWatch::sweep(bool in_need) {
   const std::vector<std::shared_ptr<IdleCall>> open = open_calls();
   const auto now = std::chrono::steady_clock::now();
   for (const auto& call : open) {
-    if (patience_.count() > 0) call->end_wait_begun_before(now - patience_);
+    if (patience_.count() > 0) (void)call->end_wait_begun_before(now - patience_);
     call->note_wait_begun_before(now - (in_need ? lag_.in_need : lag_.usual));
   }
 }
@@ -71,8 +73,9 @@ std::size_t IdleWatch::end_longest(std::size_t most) {
   }
   std::ranges::sort(lagging);
   if (lagging.size() > most) lagging.resize(most);
-  for (const auto& call : lagging) call.second->end_wait_begun_before(lagging_since);
-  return lagging.size();
+  std::size_t ended = 0;
+  for (const auto& call : lagging) ended += call.second->end_wait_begun_before(lagging_since) ? 1 : 0;
+  return ended;
 }
 
 }  // namespace ccslice::server

@@ -27,7 +27,8 @@ class IdleCall {
   virtual ~IdleCall() = default;
 
   /// Calls idle() if the call has been waiting since before `time`, and ends the wait.
-  void end_wait_begun_before(std::chrono::steady_clock::time_point time);
+  /// Whether it was that.
+  bool end_wait_begun_before(std::chrono::steady_clock::time_point time);
   /// Calls lag() if the call has been waiting since before `time`.
   void note_wait_begun_before(std::chrono::steady_clock::time_point time);
 

@@ -30,9 +30,7 @@ constexpr std::size_t kMostConnections = 1'000'000;
 /// Below, the budgets' own minima would take more.
 constexpr std::uint64_t kLeastMemory = 256 * kMiB;
 
-/// So much is for the process itself (130 MB with OpenImageIO) and for work that isn't counted, and at least so much
-/// for slicers, or a quarter each of a small memory.
-constexpr std::uint64_t process_memory(std::uint64_t memory) { return std::min(256 * kMiB, memory / 4); }
+/// At least so much is for slicers, or a quarter of a small memory.
 constexpr std::uint64_t least_scratch(std::uint64_t memory) { return std::min(256 * kMiB, memory / 4); }
 
 constexpr std::uint64_t connection_memory(std::uint64_t memory) {

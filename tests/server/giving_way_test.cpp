@@ -119,8 +119,10 @@ TEST_F(GivingWay, LetsTheOtherBeginAndGoesOnWithTheSameBytes) {
 
 TEST_F(GivingWay, CanBeStoppedWhileItWaits) {
   ASSERT_TRUE(one_gives_way());
+  EXPECT_TRUE(eventually([this] { return runs_.load(); }, 5s));
   std::thread reads_first([this] { first_->read_all(); });
   std::thread reads_second([this] { second_->read_all(); });
+  EXPECT_TRUE(one_waits());
   for (auto* range : {first_.get(), second_.get()}) range->context.TryCancel();
   reads_first.join();
   reads_second.join();

@@ -279,7 +279,7 @@ TEST_P(RandomParsedSize, IsABoundOfWhatComesOfChangedMessages) {
     const ParsedSize size(*prototype->GetDescriptor());
     const std::unique_ptr<Message> message(prototype->New());
     random.fill(*message);
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 400; ++i) {
       const std::string changed = random.changed(message->SerializeAsString());
       const grpc::ByteBuffer bytes = to_buffer(changed);
       const std::optional<std::size_t> space = space_of(*prototype, bytes), bound = size.at_most(bytes, kNoLimit);

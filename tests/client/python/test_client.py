@@ -99,7 +99,7 @@ class Values(unittest.TestCase):
     def test_upload_tells_how_far_the_preparation_is(self):
         with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01):
             told = []
-            self.client.upload(block(20), on_preparation=lambda answer: told.append((answer.phase, answer.done_cells)))
+            self.client.upload(block(40), on_preparation=lambda answer: told.append((answer.phase, answer.done_cells)))
         self.assertTrue(told)
         self.assertEqual(told, sorted(set(told)))
         self.assertLess(told[-1][0], mesh_pb2.PREPARATION_PHASE_PREPARED)
@@ -108,10 +108,10 @@ class Values(unittest.TestCase):
         def stop(answer):
             raise KeyError(answer.phase)
 
-        mesh = block(21)
+        mesh = block(41)
         with mock.patch.object(ccslice.client, "_ASK_EVERY_S", 0.01):
             self.assertRaises(KeyError, lambda: self.client.upload(mesh, on_preparation=stop))
-        self.assertEqual(self.client.upload(mesh).control_cells, 21 ** 3)
+        self.assertEqual(self.client.upload(mesh).control_cells, 41 ** 3)
 
     def test_an_older_server_is_asked_once_how_far_it_is(self):
         class Unimplemented(grpc.RpcError):

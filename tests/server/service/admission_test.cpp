@@ -9,9 +9,11 @@
 #include <chrono>
 #include <list>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/service/service_error.h"
@@ -324,20 +326,25 @@ class AdmissionToMemory : public ::testing::Test {
     return std::make_unique<Wanting>(*this, units, /*is_short=*/false, /*resumes=*/false, client);
   }
   bool take(int units) {
+    const std::lock_guard lock(mutex_);
     if (units > free_) return false;
     free_ -= units;
     return true;
   }
   void free(int units) {
-    free_ += units;
+    {
+      const std::lock_guard lock(mutex_);
+      free_ += units;
+    }
     admission_.retry();
   }
 
   explicit AdmissionToMemory(const AdmissionLimits& limits = {.running = 4, .waiting = 2, .longest_wait = 1h})
       : admission_(limits) {}
 
-  Admission admission_;
+  std::mutex mutex_;
   int free_ = 10;
+  Admission admission_;
 };
 
 TEST_F(AdmissionToMemory, IsInOrderAndHoldsUpNobodyElse) {
@@ -418,6 +425,42 @@ TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
   EXPECT_FALSE(admission_.wants_memory());
 }
 
+TEST_F(AdmissionToMemory, IsNoticedIfItComesJustAsSomebodyBeginsToWaitForIt) {
+  for (const bool gave_way : {false, true}) {
+    Admission::Place place(admission_);
+    bool runs = false, has_come = false;
+    const Admission::Memory memory{.reserve = [&] { return std::exchange(has_come, true); }};
+    const auto decided = [&runs](const std::exception_ptr&) { runs = true; };
+    gave_way ? admission_.wait_again(place, memory, decided) : admission_.resume(place, memory, decided);
+    EXPECT_TRUE(runs) << "it came after it had been asked for, when nobody was known to wait";
+  }
+}
+
+TEST_F(AdmissionToMemory, OfWhoeverGaveWayMakesNobodyDoWithLess) {
+  Wanting first(*this, 10);
+  Admission::Place place(admission_);
+  bool runs = false;
+  admission_.wait_again(place, {.reserve = [this] { return take(5); }},
+                        [&](const std::exception_ptr&) { runs = true; });
+  EXPECT_FALSE(runs || admission_.wants_memory());
+  Wanting other(*this, 5);
+  EXPECT_TRUE(admission_.wants_memory());
+  free(10);
+  EXPECT_TRUE(runs && other.runs());
+}
+
+TEST_F(AdmissionToMemory, GoesToThoseBehindWhomADrainRefuses) {
+  const auto first = wanting(5, "many"), second = wanting(6, "one");
+  Admission::Place place(admission_, "many");
+  std::atomic<bool> runs = false;
+  admission_.wait_again(place, {.reserve = [this] { return take(5); }},
+                        [&](const std::exception_ptr&) { runs = true; });
+  EXPECT_FALSE(runs);
+  admission_.drain();
+  EXPECT_TRUE(second->refused());
+  EXPECT_TRUE(comes_true([&] { return runs.load(); }));
+}
+
 TEST_F(AdmissionToMemory, GoesOnToThoseBehindWhoLeavesTheQueue) {
   Wanting first(*this, 5), second(*this, 6), third(*this, 4);
   EXPECT_FALSE(second.runs() || third.runs());
@@ -429,7 +472,7 @@ TEST_F(AdmissionToMemory, GoesOnToThoseBehindWhoLeavesTheQueue) {
 class AdmissionOfMany : public AdmissionToMemory {
  protected:
   explicit AdmissionOfMany(std::chrono::milliseconds longest_wait = 1h)
-      : AdmissionToMemory({.running = 4, .waiting = 4, .longest_wait = longest_wait, .give_way_after = 20ms}) {}
+      : AdmissionToMemory({.running = 4, .waiting = 4, .longest_wait = longest_wait, .give_way_after = 200ms}) {}
 };
 
 TEST_F(AdmissionOfMany, HasTheLatestRunGiveWayToAClientOfWhomFewerRun) {
@@ -440,7 +483,7 @@ TEST_F(AdmissionOfMany, HasTheLatestRunGiveWayToAClientOfWhomFewerRun) {
   EXPECT_TRUE(comes_true([&] { return second->is_told(); }));
   second->give_way();
   EXPECT_TRUE(other->runs());
-  std::this_thread::sleep_for(100ms);
+  std::this_thread::sleep_for(500ms);
   EXPECT_FALSE(first->is_told() || other->is_told()) << "each client has one run";
   EXPECT_FALSE(second->runs() || second->refused());
   admission_.drain();
@@ -477,7 +520,7 @@ TEST_F(AdmissionOfMany, TellsTheNextOneWhereTheFirstIsNotEnough) {
 
 TEST_F(AdmissionOfMany, TellsNobodyWhereNoClientHasTwoMore) {
   const auto first = wanting(5, "one"), second = wanting(5, "other"), third = wanting(5, "third");
-  std::this_thread::sleep_for(100ms);
+  std::this_thread::sleep_for(500ms);
   EXPECT_FALSE(first->is_told() || second->is_told());
   EXPECT_FALSE(third->runs());
 }
@@ -485,7 +528,7 @@ TEST_F(AdmissionOfMany, TellsNobodyWhereNoClientHasTwoMore) {
 /// Nor does anybody wait for long.
 class ImpatientAdmissionOfMany : public AdmissionOfMany {
  protected:
-  ImpatientAdmissionOfMany() : AdmissionOfMany(/*longest_wait=*/200ms) {}
+  ImpatientAdmissionOfMany() : AdmissionOfMany(/*longest_wait=*/2s) {}
 };
 
 TEST_F(ImpatientAdmissionOfMany, LetsThoseBehindOneThatIsRefusedHaveTheMemory) {

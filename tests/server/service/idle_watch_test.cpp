@@ -45,7 +45,7 @@ TEST(IdleWatch, EndsACallThatWaitsTooLongOnce) {
 }
 
 TEST(IdleWatch, EndsThoseFirstThatHaveKeptMessagesLongest) {
-  IdleWatch watch(1h, {.in_need = 20ms});
+  IdleWatch watch(1h, {.in_need = 300ms});
   SilentCall* calls[4];
   std::vector<std::shared_ptr<SilentCall>> all;
   for (SilentCall*& call : calls) {
@@ -58,11 +58,11 @@ TEST(IdleWatch, EndsThoseFirstThatHaveKeptMessagesLongest) {
     call->wait();
     std::this_thread::sleep_for(10ms);
   }
-  std::this_thread::sleep_for(20ms);
-  calls[3]->wait();
+  std::this_thread::sleep_for(300ms);
   EXPECT_EQ(watch.end_longest(1), 1u);
   EXPECT_EQ(calls[2]->ended, 1);
   EXPECT_EQ(calls[1]->ended, 0);
+  calls[3]->wait();
   EXPECT_EQ(watch.end_longest(10), 1u);
   EXPECT_EQ(calls[1]->ended, 1);
   EXPECT_EQ(calls[0]->ended, 0) << "it keeps none";
