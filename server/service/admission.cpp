@@ -226,9 +226,14 @@ void Admission::insert(Place& place, Decision decision, bool lacks_memory) {
 void Admission::note_lack_of_memory(Place& place, bool lacks) {
   if (place.lacks_memory_ == lacks) return;
   place.lacks_memory_ = lacks;
-  const std::size_t one = lacks ? 1 : std::numeric_limits<std::size_t>::max();  // Counts wrap round.
-  memory_waiters_ += one;
-  if (place.turn_ != Place::Turn::kGaveWay) urgent_memory_waiters_ += one;
+  const bool is_urgent = place.turn_ != Place::Turn::kGaveWay;
+  if (lacks) {
+    ++memory_waiters_;
+    urgent_memory_waiters_ += is_urgent ? 1 : 0;
+  } else {
+    --memory_waiters_;
+    urgent_memory_waiters_ -= is_urgent ? 1 : 0;
+  }
 }
 
 bool Admission::leave_queue(Place& place) { return leave(place, /*is_new=*/true); }

@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/server/range_reader.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -24,26 +25,6 @@ using namespace std::chrono_literals;
 /// Two ranges of one client that have begun, and another client that waits for a bit more memory than they leave.
 class GivingWay : public ::testing::Test {
  protected:
-  struct Range {
-    grpc::ClientContext context;
-    std::unique_ptr<v1::SlicerService::Stub> stub;
-    std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>> stream;
-    std::string bytes;
-    grpc::Status status;
-
-    bool read() {
-      v1::SliceRangeResponse message;
-      if (!stream->Read(&message)) return false;
-      if (!message.has_summary()) bytes += message.SerializeAsString();
-      return true;
-    }
-    void read_all() {
-      while (read()) {
-      }
-      status = stream->Finish();
-    }
-  };
-
   /// Calls on one thread have one slicer, and none to give back before they give way.
   static ServerOptions options() {
     ServerOptions options = test_options();
@@ -52,8 +33,8 @@ class GivingWay : public ::testing::Test {
   }
   GivingWay() : server_(options()) {}
 
-  std::unique_ptr<Range> begin_range() {
-    auto range = std::make_unique<Range>();
+  std::unique_ptr<RangeReader> begin_range() {
+    auto range = std::make_unique<RangeReader>();
     range->stub = server_.new_stub();
     range->stream = range->stub->SliceRange(&range->context, request_);
     EXPECT_TRUE(range->read());
@@ -94,7 +75,7 @@ class GivingWay : public ::testing::Test {
 
   TestServer server_;
   v1::SliceRangeRequest request_;
-  std::unique_ptr<Range> whole_, first_, second_;
+  std::unique_ptr<RangeReader> whole_, first_, second_;
   MemoryBudget::Share taken_{state().scratch};
   Admission::Place other_{state().admission, "another client"};
   std::atomic<bool> runs_{false}, is_refused_{false};
@@ -109,7 +90,7 @@ TEST_F(GivingWay, LetsTheOtherBeginAndGoesOnWithTheSameBytes) {
   end_other();
   reads_first.join();
   reads_second.join();
-  for (const Range* range : {first_.get(), second_.get()}) {
+  for (const RangeReader* range : {first_.get(), second_.get()}) {
     EXPECT_TRUE(range->status.ok()) << range->status.error_message();
     EXPECT_TRUE(range->bytes == whole_->bytes);
   }

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/server/range_reader.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -22,26 +23,6 @@ using namespace std::chrono_literals;
 /// Clients that read the first message and no more, of a server with memory for a few of them.
 class LaggingClients : public ::testing::Test {
  protected:
-  struct Reader {
-    grpc::ClientContext context;
-    std::unique_ptr<v1::SlicerService::Stub> stub;
-    std::unique_ptr<grpc::ClientReader<v1::SliceRangeResponse>> stream;
-    std::string bytes;
-    grpc::Status status;
-
-    bool read() {
-      v1::SliceRangeResponse message;
-      if (!stream->Read(&message)) return false;
-      if (!message.has_summary()) bytes += message.SerializeAsString();
-      return true;
-    }
-    void read_all() {
-      while (read()) {
-      }
-      status = stream->Finish();
-    }
-  };
-
   explicit LaggingClients(const ServerOptions& server_options = options()) : server_(server_options) {}
 
   static ServerOptions options() {
@@ -59,8 +40,8 @@ class LaggingClients : public ::testing::Test {
     request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
     return request;
   }
-  std::unique_ptr<Reader> call(const v1::SliceRangeRequest& request) {
-    auto reader = std::make_unique<Reader>();
+  std::unique_ptr<RangeReader> call(const v1::SliceRangeRequest& request) {
+    auto reader = std::make_unique<RangeReader>();
     reader->stub = server_.new_stub();
     reader->stream = reader->stub->SliceRange(&reader->context, request);
     return reader;
@@ -121,7 +102,7 @@ TEST_F(LaggingClients, GetTheSameBytesWhenTheyReadOn) {
   const auto all = call(request(400));
   all->read_all();
   ASSERT_TRUE(all->status.ok()) << all->status.error_message();
-  std::vector<std::unique_ptr<Reader>> readers;
+  std::vector<std::unique_ptr<RangeReader>> readers;
   for (int i = 0; i < 6; ++i) readers.push_back(call(request(400)));
   std::vector<std::thread> threads;
   for (const auto& reader : readers) threads.emplace_back([&] { EXPECT_TRUE(reader->read()); });
