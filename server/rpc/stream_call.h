@@ -105,7 +105,8 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     std::string mesh_id;
     try {
       if (!stopped()) mesh_id = parse();
-      forget();
+      is_parsed_ = state_.cache.peek(mesh_id).has_value();
+      if (!is_parsed_) forget();
     } catch (...) {
       failure_ = std::current_exception();
     }
@@ -125,7 +126,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   void prepare_guarded(const MeshPtr& mesh) {
     if (stopped() || failure_) return;
     try {
-      (void)parse();
+      if (!is_parsed_) (void)parse();
       prepare(mesh);
       forget();
     } catch (...) {
@@ -170,6 +171,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   const Pieces preparation_;
   Response message_;
   std::exception_ptr failure_;
+  bool is_parsed_ = false;  // While the mesh comes, if that takes time, nothing is.
   std::atomic<bool> stopped_{false};
   std::mutex mutex_;
   bool pumping_ = true;  // The preparing worker begins.
