@@ -18,8 +18,12 @@
 // it begins no batch until the client reads on, and gives back all but the answer that is being sent, which counts
 // nowhere, and the requests behind. Their answers are computed anew, to the same bytes.
 //
+// A batch of hard points takes minutes. So the call GIVES WAY (admission.h): it stops the batches that are worked on,
+// gives back its place and their memory, and begins them anew in its client's next turn, as a long call.
+//
 // Batches and solvers hold memory for scratch. What is read ahead, and each solver beside the first, needs room before;
-// one batch at a time can go on always, or waits for memory: while others wait for some, it does so for each batch.
+// one batch at a time can go on always, or waits for memory: while others wait for some, it does so for each batch. A
+// client of whom several calls run leaves others some of it.
 
 #pragma once
 
@@ -31,6 +35,7 @@
 #include <cstddef>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <mutex>
@@ -125,12 +130,13 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       if (answered) write();
     }
     if (cancel_.cancelled()) return;
+    if (gives_way_ && working_ == 0) stop_for_others(hold);
     begin_batches();
     read_on();
     if (working_ > 0 || has_ == Has::kAskedForPlace || has_ == Has::kAskedForMemory) return;
     const BatchPtr next = has_shed_ ? nullptr : batch_to_begin();
     if (!next) return give_place_back();
-    if (has_ == Has::kPlace || resumes_) return ask_for_memory(hold, next);
+    if (has_ == Has::kPlace || resumes_ || gave_way_) return ask_for_memory(hold, next);
     ask_for_place(hold);
   }
 
@@ -195,8 +201,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     if (cancel_.cancelled()) leave_queue();  // Cancelled before there was anything to leave.
   }
 
-  /// For one batch and a solver, likewise; after the call has shed, for a place too. Whoever waits holds nothing that
-  /// others could wait for.
+  /// For one batch and a solver, likewise; after the call has shed or given way, for a place too. Whoever waits holds
+  /// nothing that others could wait for.
   void ask_for_memory(Hold& hold, const BatchPtr& batch) {
     const bool has_place = has_ == Has::kPlace;
     has_ = Has::kAskedForMemory;
@@ -206,13 +212,15 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       if (!read->is_begun) hold.shares.push_back(read->share.split_off_beyond(0));
     }
     const BenchPtr bench = take_bench();
-    const std::uint64_t bytes = bytes_of(*batch);
+    const std::uint64_t bytes = bytes_of(*batch), left = bytes_left(bytes);
+    const bool gave_way = gave_way_;
     hold.lock.unlock();
     hold.benches.clear();
     hold.shares.clear();
     Admission::Memory memory{
-        .reserve = [this, on = batch.get(), at = bench.get(), bytes] { return reserve(*on, *at, bytes); },
-        .is_short = true};
+        .reserve = [this, on = batch.get(), at = bench.get(), bytes, left] { return reserve(*on, *at, bytes, left); },
+        .is_short = !gave_way,
+        .give_way = how_to_give_way()};
     const auto got_it = [this, self = this->shared_from_this(), batch, bench](const std::exception_ptr& refusal) {
       Hold held(mutex_);
       if (refusal) {
@@ -225,6 +233,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     };
     if (has_place) {
       Base::ask_for_memory(std::move(memory), got_it);
+    } else if (gave_way) {
+      this->wait_again(std::move(memory), got_it);
     } else {
       this->resume(std::move(memory), got_it);
     }
@@ -232,12 +242,36 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   }
 
   /// Both or nothing. Nobody else has anything to do with them at that time.
-  bool reserve(Batch& batch, Bench& bench, std::uint64_t batch_bytes) const {
+  bool reserve(Batch& batch, Bench& bench, std::uint64_t batch_bytes, std::uint64_t left_bytes) const {
     const std::uint64_t before = batch.share.bytes();
-    if (!batch.share.resize(std::max(before, batch_bytes))) return false;
-    if (bench.share.resize(within_half(Solver::kBytes))) return true;
+    if (!batch.share.resize(std::max(before, batch_bytes), left_bytes)) return false;
+    if (bench.share.resize(within_half(Solver::kBytes), left_bytes)) return true;
     (void)batch.share.resize(before);
     return false;
+  }
+
+  /// To a small range of another client, where several of this one's calls run: half of what short work has. Else it
+  /// would have to wait for one of them to give way. Nothing where the batch could never begin then.
+  std::uint64_t bytes_left(std::uint64_t batch_bytes) const {
+    constexpr std::size_t kSeveral = 4;
+    if (state_.admission.running_of(this->client_) < kSeveral) return 0;
+    const std::uint64_t all = state_.scratch.capacity_bytes();
+    return std::min(scratch_for_short(all) / 2, all - batch_bytes - within_half(Solver::kBytes));
+  }
+
+  std::function<void()> how_to_give_way() override {
+    return [weak = this->weak_from_this()] {
+      if (const auto call = weak.lock()) static_cast<BatchCall&>(*call).give_way();
+    };
+  }
+
+  /// Once the workers have noticed.
+  void stop_for_others(Hold& hold) {
+    gives_way_ = false;
+    gave_way_ = true;
+    work_cancel_ = Executor::make_token();
+    drop_benches(hold);
+    give_place_back();
   }
 
   /// There is a place, and memory if that was asked for; or none.
@@ -246,6 +280,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     if (is_over_ || refusal) give_place_back();
     if (is_over_) return;
     resumes_ = has_shed_;
+    gave_way_ = false;
     if (refusal) fail(*batch_to_begin(), refusal);
     go_on(hold);
   }
@@ -257,7 +292,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   }
 
   void begin_batches() {
-    if (has_ != Has::kPlace || has_shed_) return;
+    if (has_ != Has::kPlace || has_shed_ || gives_way_) return;
     for (const BatchPtr& batch : batches_) {
       if (batch->failure) return;
       if (batch->is_begun) continue;
@@ -265,7 +300,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       if (idle_benches_.empty() && (benches_ == most_solvers_ || others_wait())) return;
       if (batch->share.bytes() == 0 && others_wait()) return;
       const BenchPtr bench = take_bench();
-      if (!reserve(*batch, *bench, bytes_of(*batch))) return put_back(bench);
+      const std::uint64_t bytes = bytes_of(*batch);
+      if (!reserve(*batch, *bench, bytes, bytes_left(bytes))) return put_back(bench);
       begin(batch, bench);
     }
   }
@@ -293,7 +329,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void begin(const BatchPtr& batch, const BenchPtr& bench) {
     batch->is_begun = true;
     ++working_;
-    lane_.post([this, self = this->shared_from_this(), batch, bench] { answer(batch, bench); });
+    lane_.post(
+        [this, self = this->shared_from_this(), batch, bench, cancel = work_cancel_] { answer(batch, bench, cancel); });
   }
 
   /// For the call's first batch, its only one until then.
@@ -342,7 +379,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
 
   void finish(Hold& hold, const grpc::Status& status) {
     is_over_ = true;
-    cancel_.cancel();  // For batches that are worked on.
+    cancel_.cancel();
+    work_cancel_.cancel();
     hold.lock.unlock();
     this->end(status);
   }
@@ -378,6 +416,14 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     leave_queue();
   }
 
+  void give_way() {
+    Hold hold(mutex_);
+    if (is_over_ || gives_way_ || working_ == 0 || !mesh_) return;
+    ++state_.metrics.gave_way;
+    gives_way_ = true;
+    work_cancel_.cancel();
+  }
+
   /// A call that waits for a place or for memory does nothing else that would come to an end.
   void leave_queue() {
     if (!Base::leave_queue()) return;
@@ -387,7 +433,11 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   }
 
   void stop() override {
-    cancel_.cancel();
+    {
+      const std::lock_guard lock(mutex_);
+      cancel_.cancel();
+      work_cancel_.cancel();
+    }
     this->stop_loading();
   }
 
@@ -415,44 +465,49 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   // On workers, without the mutex.
 
   void load(const BatchPtr& batch) {
-    this->with_mesh(lane_, batch->request.mesh_id(),
-                    [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) {
-                      Hold hold(mutex_);
-                      --working_;
-                      batch->is_begun = false;
-                      try {
-                        if (error) std::rethrow_exception(error);
-                        mesh_ = mesh;
-                        if (!is_over_) log_.note_mesh(mesh->id());
-                        accept(*batch);
-                      } catch (...) {
-                        fail(*batch, std::current_exception());
-                      }
-                      go_on(hold);
-                    });
+    this->with_mesh(
+        lane_, batch->request.mesh_id(),
+        [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) {
+          Hold hold(mutex_);
+          --working_;
+          batch->is_begun = false;
+          try {
+            if (error) std::rethrow_exception(error);
+            mesh_ = mesh;
+            if (!is_over_) log_.note_mesh(mesh->id());
+            accept(*batch);
+          } catch (...) {
+            fail(*batch, std::current_exception());
+          }
+          go_on(hold);
+        },
+        Base::WhileMeshComes::kHasNoPlace);
     if (cancel_.cancelled()) this->stop_loading();  // Cancelled before there was anything to stop.
   }
 
-  void answer(const BatchPtr& batch, const BenchPtr& bench) {
+  void answer(const BatchPtr& batch, const BenchPtr& bench, const CancellationToken& cancel) {
     std::exception_ptr failure;
     try {
-      cancel_.throw_if_cancelled();
+      cancel.throw_if_cancelled();
       if (!bench->solver) bench->solver.emplace(mesh_);
-      bench->solver->answer(batch->setting, batch->request, batch->response, cancel_);
+      bench->solver->answer(batch->setting, batch->request, batch->response, cancel);
     } catch (...) {
       failure = std::current_exception();
     }
     Hold hold(mutex_);
     --working_;
-    if (failure) {
+    if (failure && gives_way_ && !cancel_.cancelled()) {
+      forget_answer(hold, *batch);  // What was wrong with it will be so again.
+    } else if (failure) {
       fail(*batch, failure);
     } else if (has_shed_ && batch != batches_.front()) {
       forget_answer(hold, *batch);
     } else {
       batch->is_done = true;
     }
-    if (is_over_ || has_shed_ || others_wait()) {
-      hold.benches.push_back(bench);
+    if (is_over_ || has_shed_ || gives_way_ || others_wait()) {
+      bench->solver.reset();  // The lane keeps the bench until this returns.
+      hold.shares.push_back(bench->share.split_off_beyond(0));
       --benches_;
     } else {
       idle_benches_.push_back(bench);
@@ -464,10 +519,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   Executor::Lane lane_;
   const CancellationToken cancel_ = Executor::make_token();
 
-  std::mutex mutex_;  // Guards what follows.
+  std::mutex mutex_;                                        // Guards what follows.
+  CancellationToken work_cancel_ = Executor::make_token();  // Of the batches that are worked on.
   bool is_over_ = false, is_waiting_ = false, is_reading_ = false, is_writing_ = false, reads_done_ = false;
-  bool has_shed_ = false;  // The client hasn't read for a while.
-  bool resumes_ = false;   // Nor has the call worked since.
+  bool has_shed_ = false;                      // The client hasn't read for a while.
+  bool resumes_ = false;                       // Nor has the call worked since.
+  bool gives_way_ = false, gave_way_ = false;  // Others come first: as soon as it has stopped; until its next turn.
   Has has_ = Has::kNoPlace;
   bool had_place_ = false;
   grpc::ByteBuffer raw_;  // The read's.

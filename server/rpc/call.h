@@ -16,6 +16,7 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -97,7 +98,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     state_.admission.request(place_, decided, is_long);
   }
   /// For a call that does nothing most of the time: a place for what there is to do now, and for that alone.
-  void ask_for_place(Admission::Decision decided) { state_.admission.request(place_, std::move(decided)); }
+  void ask_for_place(Admission::Decision decided) {
+    state_.admission.request(place_, std::move(decided), /*is_long=*/false, how_to_give_way());
+  }
   /// Memory for a call that runs, for one that shed its own, and for one that gave way: admission.h. `decided` keeps
   /// the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
@@ -140,6 +143,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       };
       if (error || !asks_again) return go_on(nullptr);
       self->ask_for_place(go_on);
+      // Stopped just when there was no longer anything to stop, and nothing to leave yet.
+      if (self->stopped_loading_ && self->leave_queue())
+        go_on(std::make_exception_ptr(Error(ErrorCode::kCancelled, "")));
     });
     {
       const std::lock_guard lock(load_mutex_);
@@ -149,6 +155,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   /// For whoever stops the call: it doesn't wait for a mesh any longer.
   void stop_loading() {
+    stopped_loading_ = true;
     std::shared_ptr<MeshLoad> load;
     {
       const std::lock_guard lock(load_mutex_);
@@ -157,6 +164,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     if (load) load->cancel();
   }
 
+  /// How to have such a call give way before it has asked for memory: Admission::Memory::give_way.
+  virtual std::function<void()> how_to_give_way() { return {}; }
   /// Whether the call counts among those of its client that may be open at the same time.
   virtual bool is_limited() const { return true; }
   virtual void refuse(const grpc::Status& status) { end(status); }
@@ -253,6 +262,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   ClientCalls::Share client_share_;
   std::mutex load_mutex_;
   std::shared_ptr<MeshLoad> load_;
+  std::atomic<bool> stopped_loading_{false};
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
 };
 

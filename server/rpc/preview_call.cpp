@@ -242,7 +242,10 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     {
       const std::lock_guard lock(mutex_);
       const bool is_outrun = waiting_ && !parts_.has_sent_any();
-      if (again_ && is_outrun) ++dropped_;
+      if (again_ && is_outrun) {
+        ++dropped_;
+        keep_settings(answered_.message, waiting_->message);
+      }
       if (std::exchange(again_, false) && !is_outrun) {
         parts_.begin_again();
       } else {
@@ -255,12 +258,26 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       if (stopped_) cancel_.cancel();
     }
     if (mesh_) return paint_and_go_on(request, full_cancel, nullptr);
+    if (!state_.cache.peek(request.message.mesh_id())) {
+      const std::lock_guard lock(mutex_);
+      give_back_place();  // The mesh may take minutes to come.
+    }
     with_mesh(lane_, request.message.mesh_id(),
               [this, request, full_cancel](const MeshPtr& mesh, const std::exception_ptr& error) {
                 take_mesh(mesh);
+                if (!error && ask_for_place_again()) return;
                 paint_and_go_on(request, full_cancel, error);
               });
     if (cancel_.cancelled()) stop_loading();  // Stopped before there was anything to stop.
+  }
+
+  /// For the request at hand, where the mesh took its time to come. False if there is no need to.
+  bool ask_for_place_again() {
+    std::unique_lock lock(mutex_);
+    if (work_place_ || stopped_ || doing_ == Doing::kOver) return false;
+    again_ = true;
+    ask_for_place(lock);
+    return true;
   }
 
   void take_mesh(const MeshPtr& mesh) {

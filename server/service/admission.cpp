@@ -51,9 +51,9 @@ Admission::~Admission() {
   clock_.join();
 }
 
-void Admission::request(Place& place, Decision decision, bool is_long) {
+void Admission::request(Place& place, Decision decision, bool is_long, std::function<void()> give_way) {
   place.is_long_ = is_long;
-  enter(place, Place::Turn::kIsNew, {}, std::move(decision));
+  enter(place, Place::Turn::kIsNew, {.reserve = {}, .give_way = std::move(give_way)}, std::move(decision));
 }
 
 void Admission::request_memory(Place& place, Memory memory, Decision decision) {
@@ -353,6 +353,12 @@ std::size_t Admission::running() const {
   return running_;
 }
 
+std::size_t Admission::running_of(const std::string& client) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = clients_.find(client);
+  return found == clients_.end() ? 0 : found->second.running;
+}
+
 std::size_t Admission::waiting() const {
   const std::lock_guard lock(mutex_);
   return queue_.size();
@@ -415,12 +421,17 @@ std::function<void()> Admission::next_to_give_way(Clock::time_point now) {
     if (is_due(place->since_)) fewest = std::min(fewest, clients_[place->client_].running);
   }
   Client* most = nullptr;
+  std::list<Place*>::iterator latest;  // Of its runs that aren't over in a moment anyway.
   for (auto& [name, client] : clients_) {
-    if (client.running < fewest + 2 || client.giving.empty()) continue;
-    if (most == nullptr || client.running > most->running) most = &client;
+    if (client.running < fewest + 2 || (most != nullptr && client.running <= most->running)) continue;
+    const auto due = std::find_if(client.giving.rbegin(), client.giving.rend(),
+                                  [&](const Place* place) { return is_due(place->since_); });
+    if (due == client.giving.rend()) continue;
+    most = &client;
+    latest = std::prev(due.base());
   }
-  if (most == nullptr || !is_due(most->giving.back()->since_)) return {};
-  most->giving.splice(most->giving.begin(), most->giving, std::prev(most->giving.end()));
+  if (most == nullptr) return {};
+  most->giving.splice(most->giving.begin(), most->giving, latest);
   told_ = now;
   return most->giving.front()->give_way_;
 }

@@ -19,7 +19,7 @@
 // Nor for the end of what that one has running, which may take hours: where a client of whom two calls less run has
 // waited for a while, the latest run of the client with most of them is told to GIVE WAY. It gives all back, and waits
 // for its client's next turn. The earlier ones go on undisturbed, so however many others come and go, some of its calls
-// get ahead. And of eight places or more a quarter is never one client's: points that take minutes can't give way.
+// get ahead. And of eight places or more a quarter is never one client's: previews and tessellations can't give way.
 
 #pragma once
 
@@ -107,7 +107,8 @@ class Admission {
 
   /// REQUIRES: the place neither runs nor waits. One that ran before, and gave itself back between two pieces of its
   /// call's work, waits like a new one but is let in even while calls drain: its call is under way.
-  void request(Place& place, Decision decision, bool is_long = false);
+  /// `give_way`: as of Memory, for a call that doesn't ask for any here.
+  void request(Place& place, Decision decision, bool is_long = false, std::function<void()> give_way = {});
   /// Memory for a call that runs, and for a long one that began as a short one a place among the long ones. It goes on
   /// running if that is there; otherwise it gives its place to others, and waits for both. Refused as in request():
   /// then it still runs.
@@ -131,6 +132,7 @@ class Admission {
   void drain();
 
   std::size_t running() const;
+  std::size_t running_of(const std::string& client) const;
   std::size_t waiting() const;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Long ranges of a client with many, while one with fewer waits.
+// Long ranges and hard points of a client with many, while one with fewer waits.
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <random>
 #include <string>
 #include <thread>
 
@@ -123,6 +124,99 @@ TEST_F(GivingWay, IsNotRefusedByAShutdownButCutOff) {
   reads_first.join();
   reads_second.join();
   EXPECT_EQ(state().admission.waiting(), 0u);
+}
+
+/// Points that take long, of two calls of a client, and another client that waits for memory.
+class GivingWayWithPoints : public ::testing::Test {
+ protected:
+  static constexpr int kPoints = 4096;
+
+  /// A call of one batch.
+  struct Probe {
+    grpc::ClientContext context;
+    std::unique_ptr<v1::SlicerService::Stub> stub;
+    std::unique_ptr<grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>> stream;
+    v1::ProbePointsResponse response;
+    grpc::Status status;
+
+    void read_all() {
+      EXPECT_TRUE(stream->Read(&response));
+      status = stream->Finish();
+    }
+  };
+
+  static ServerOptions options() {
+    ServerOptions options = test_options();
+    options.threads = 1;
+    options.scratch_budget_bytes = 64 << 20;  // For two solvers and a half, of a single call or of two.
+    return options;
+  }
+  GivingWayWithPoints() : server_(options()) {
+    request_.set_mesh_id(server_.upload_good(make_overlapping_boxes(1200)));
+    std::mt19937 random(2);
+    for (int i = 0; i < 3 * kPoints; ++i) request_.add_points_mm(2 + 6.0 * random() / std::mt19937::max());
+  }
+
+  std::unique_ptr<Probe> begin_probe() {
+    auto probe = std::make_unique<Probe>();
+    probe->stub = server_.new_stub();
+    probe->stream = probe->stub->ProbePoints(&probe->context);
+    EXPECT_TRUE(probe->stream->Write(request_));
+    probe->stream->WritesDone();
+    return probe;
+  }
+  ServiceState& state() { return server_.server().state(); }
+
+  /// Once both are being worked on, somebody else waits for what is left and half of what one of them has.
+  void SetUp() override {
+    for (auto* probe : {&first_, &second_}) *probe = begin_probe();
+    ASSERT_TRUE(eventually([this] { return state().scratch.used_bytes() >= (32u << 20); }, 10s));
+    const std::uint64_t bytes = state().scratch.capacity_bytes() - state().scratch.used_bytes() + (8 << 20);
+    state().admission.request(other_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
+    state().admission.request_memory(
+        other_, {.reserve = [this, bytes] { return taken_.resize(bytes); }},
+        [this](const std::exception_ptr& refusal) { (refusal ? is_refused_ : runs_) = true; });
+    ASSERT_FALSE(runs_);
+    ASSERT_TRUE(eventually([this] { return runs_.load(); }, 20s));
+    ASSERT_EQ(state().metrics.gave_way.load(), 1u) << "it didn't just end";
+  }
+  void end_other() {
+    taken_.give_back();
+    state().admission.give_back(other_);
+  }
+
+  TestServer server_;
+  v1::ProbePointsRequest request_;
+  std::unique_ptr<Probe> first_, second_;
+  MemoryBudget::Share taken_{state().scratch};
+  Admission::Place other_{state().admission, "another client"};
+  std::atomic<bool> runs_{false}, is_refused_{false};
+};
+
+TEST_F(GivingWayWithPoints, LetsTheOtherBeginAndAnswersAllTheSame) {
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+  end_other();
+  first_->read_all();
+  second_->read_all();
+  EXPECT_TRUE(first_->status.ok() && second_->status.ok()) << second_->status.error_message();
+  EXPECT_EQ(first_->response.locations_size(), kPoints);
+  EXPECT_EQ(first_->response.SerializeAsString(), second_->response.SerializeAsString());
+  EXPECT_FALSE(is_refused_);
+}
+
+TEST_F(GivingWayWithPoints, CanBeStoppedWhileItWaits) {
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+  for (auto* probe : {first_.get(), second_.get()}) probe->context.TryCancel();
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 5s));
+  EXPECT_EQ(state().admission.running(), 1u) << "the other one";
+}
+
+TEST_F(GivingWayWithPoints, IsNotRefusedByAShutdownButCutOff) {
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
+  state().admission.drain();
+  EXPECT_EQ(state().admission.waiting(), 1u);
+  state().calls.cut_off_all();
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0 && state().admission.waiting() == 0; }, 5s));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <exception>
 #include <filesystem>
@@ -53,6 +54,29 @@ grpc::Status remove(TestServer& server, const std::string& id, v1::DeleteMeshRes
 }
 
 std::string id_of(const v1::ControlMesh& mesh) { return mesh_id_of(mesh.SerializeAsString()); }
+
+v1::ProbePointsRequest probe_request(const std::string& mesh_id) {
+  v1::ProbePointsRequest request;
+  request.set_mesh_id(mesh_id);
+  for (int i = 0; i < 3; ++i) request.add_points_mm(5);
+  return request;
+}
+
+v1::PreviewRequest preview_request(const std::string& mesh_id) {
+  v1::PreviewRequest request;
+  request.set_mesh_id(mesh_id);
+  request.set_number(1);
+  request.set_width(16);
+  request.set_height(16);
+  request.mutable_content()->mutable_occupancy();
+  v1::FreePlane& plane = *request.mutable_plane()->mutable_free();
+  plane.mutable_middle_mm()->set_z(5);
+  plane.mutable_across()->set_x(1);
+  plane.mutable_up()->set_y(1);
+  plane.set_across_mm_per_pixel(1);
+  plane.set_up_mm_per_pixel(1);
+  return request;
+}
 
 class MeshStoreRpcs : public ::testing::Test {
  protected:
@@ -114,9 +138,7 @@ TEST_F(MeshStoreRpcs, EveryCallReadsThrough) {
     TestServer server(options_of(store()));
     grpc::ClientContext context;
     const auto stream = server.stub().ProbePoints(&context);
-    v1::ProbePointsRequest request;
-    request.set_mesh_id(id_);
-    for (int i = 0; i < 3; ++i) request.add_points_mm(5);
+    const v1::ProbePointsRequest request = probe_request(id_);
     v1::ProbePointsResponse response;
     ASSERT_TRUE(stream->Write(request) && stream->Read(&response));
     EXPECT_EQ(response.locations(0), v1::POINT_LOCATION_INSIDE);
@@ -139,20 +161,8 @@ TEST_F(MeshStoreRpcs, EveryCallReadsThrough) {
     TestServer server(options_of(store()));
     grpc::ClientContext context;
     const auto stream = server.stub().Preview(&context);
-    v1::PreviewRequest request;
-    request.set_mesh_id(id_);
-    request.set_number(1);
-    request.set_width(16);
-    request.set_height(16);
-    request.mutable_content()->mutable_occupancy();
-    v1::FreePlane& plane = *request.mutable_plane()->mutable_free();
-    plane.mutable_middle_mm()->set_z(5);
-    plane.mutable_across()->set_x(1);
-    plane.mutable_up()->set_y(1);
-    plane.set_across_mm_per_pixel(1);
-    plane.set_up_mm_per_pixel(1);
     v1::PreviewResponse response;
-    stream->Write(request);
+    stream->Write(preview_request(id_));
     stream->WritesDone();
     while (stream->Read(&response)) {
     }
@@ -219,15 +229,49 @@ class MeshThatComesLate : public MeshStoreRpcs {
     v1::GetMeshResponse response;
     return server_->stub().GetMesh(&context, request, &response);
   }
-  /// Has a plan wait for its place again, since another call has it when the mesh comes.
-  void plan_beside_another(grpc::ClientContext& context, grpc::Status& status, const std::function<void()>& end) {
-    std::thread plans([&] { status = plan(context); });
+  grpc::Status slice(grpc::ClientContext& context) {
+    const auto reader = server_->stub().SliceRange(&context, slice_request(id_, 1, 0, 10));
+    v1::SliceRangeResponse message;
+    while (reader->Read(&message)) {
+    }
+    return reader->Finish();
+  }
+  /// Of a call that is sent one message and answers with one: by `method` of the stub.
+  template <class Request, class Response, class Method>
+  grpc::Status ask(grpc::ClientContext& context, const Request& request, Method method) {
+    const auto stream = (server_->stub().*method)(&context);
+    stream->Write(request);
+    stream->WritesDone();
+    Response response;
+    while (stream->Read(&response)) {
+    }
+    return stream->Finish();
+  }
+  grpc::Status probe(grpc::ClientContext& context) {
+    return ask<v1::ProbePointsRequest, v1::ProbePointsResponse>(context, probe_request(id_),
+                                                                &v1::SlicerService::Stub::ProbePoints);
+  }
+  grpc::Status preview(grpc::ClientContext& context) {
+    return ask<v1::PreviewRequest, v1::PreviewResponse>(context, preview_request(id_),
+                                                        &v1::SlicerService::Stub::Preview);
+  }
+  using Calling = grpc::Status (MeshThatComesLate::*)(grpc::ClientContext&);
+  /// All that have a place and give it up while their mesh comes.
+  static constexpr std::array<Calling, 4> kCallings = {&MeshThatComesLate::slice, &MeshThatComesLate::plan,
+                                                       &MeshThatComesLate::probe, &MeshThatComesLate::preview};
+
+  static constexpr Calling kWithoutPlace = &MeshThatComesLate::get;
+
+  /// Has a call wait for its place again, since another one has it when the mesh comes.
+  void call_beside_another(Calling calling, grpc::ClientContext& context, grpc::Status& status,
+                           const std::function<void()>& end) {
+    std::thread calls([&] { status = (this->*calling)(context); });
     EXPECT_TRUE(is_awaited(1));
     state().admission.request(place_, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); });
     open();
     EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));
     end();
-    plans.join();
+    calls.join();
     EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
   }
 
@@ -240,34 +284,32 @@ class MeshThatComesLate : public MeshStoreRpcs {
 };
 
 TEST_F(MeshThatComesLate, LeavesItsPlaceToOthers) {
-  std::atomic<int> good = 0;
-  std::thread slices([&] { good += server_->slice(slice_request(id_, 1, 0, 10)).status.ok() ? 1 : 0; });
-  std::thread plans([&] {
-    grpc::ClientContext context;
-    good += plan(context).ok() ? 1 : 0;
-  });
-  EXPECT_TRUE(is_awaited(2));
+  std::atomic<std::size_t> good = 0;
+  std::vector<std::thread> callers;
+  for (const Calling calling : kCallings) {
+    callers.emplace_back([&, calling] {
+      grpc::ClientContext context;
+      good += (this->*calling)(context).ok() ? 1 : 0;
+    });
+  }
+  EXPECT_TRUE(is_awaited(kCallings.size()));
   EXPECT_TRUE(server_->slice(slice_request(other_id_, 1, 0, 10)).status.ok());
   open();
-  slices.join();
-  plans.join();
-  EXPECT_EQ(good, 2);
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(good, kCallings.size());
 }
 
 TEST_F(MeshThatComesLate, IsNotWaitedForByWhoIsStopped) {
-  grpc::ClientContext slice_context, plan_context, get_context;
+  std::vector<Calling> callings(kCallings.begin(), kCallings.end());
+  callings.push_back(kWithoutPlace);
+  std::vector<grpc::ClientContext> contexts(callings.size());
   std::vector<std::thread> callers;
-  callers.emplace_back([&] {
-    const auto reader = server_->stub().SliceRange(&slice_context, slice_request(id_, 1, 0, 10));
-    v1::SliceRangeResponse message;
-    while (reader->Read(&message)) {
-    }
-    EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  });
-  callers.emplace_back([&] { EXPECT_EQ(plan(plan_context).error_code(), grpc::StatusCode::CANCELLED); });
-  callers.emplace_back([&] { EXPECT_EQ(get(get_context).error_code(), grpc::StatusCode::CANCELLED); });
-  EXPECT_TRUE(is_awaited(3));
-  for (grpc::ClientContext* context : {&slice_context, &plan_context, &get_context}) context->TryCancel();
+  for (std::size_t i = 0; i < callings.size(); ++i) {
+    callers.emplace_back(
+        [&, i] { EXPECT_EQ((this->*callings[i])(contexts[i]).error_code(), grpc::StatusCode::CANCELLED) << i; });
+  }
+  EXPECT_TRUE(is_awaited(callings.size()));
+  for (grpc::ClientContext& context : contexts) context.TryCancel();
   for (std::thread& caller : callers) caller.join();
   EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
 }
@@ -284,17 +326,23 @@ TEST_F(MeshThatComesLate, IsNotWaitedForBeyondAShutdown) {
   EXPECT_EQ(failure_of(status).reason, "SERVER_SHUTTING_DOWN");
 }
 
-TEST_F(MeshThatComesLate, HasItsCallWaitForAPlaceAgain) {
+class CallWhoseMeshComesLate : public MeshThatComesLate, public ::testing::WithParamInterface<std::size_t> {
+ protected:
+  Calling calling() const { return kCallings[GetParam()]; }
+};
+INSTANTIATE_TEST_SUITE_P(Of, CallWhoseMeshComesLate, ::testing::Range<std::size_t>(0, 4));
+
+TEST_P(CallWhoseMeshComesLate, WaitsForAPlaceAgain) {
   grpc::ClientContext context;
   grpc::Status status;
-  plan_beside_another(context, status, [this] { state().admission.give_back(place_); });
+  call_beside_another(calling(), context, status, [this] { state().admission.give_back(place_); });
   EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
-TEST_F(MeshThatComesLate, HasItsCallCancelledWhileItWaitsAgain) {
+TEST_P(CallWhoseMeshComesLate, IsCancelledWhileItWaitsAgain) {
   grpc::ClientContext context;
   grpc::Status status;
-  plan_beside_another(context, status, [&context] { context.TryCancel(); });
+  call_beside_another(calling(), context, status, [&context] { context.TryCancel(); });
   EXPECT_EQ(status.error_code(), grpc::StatusCode::CANCELLED);
 }
 

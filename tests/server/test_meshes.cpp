@@ -4,6 +4,7 @@
 #include "tests/server/test_meshes.h"
 
 #include <array>
+#include <random>
 #include <string>
 
 namespace ccslice::server {
@@ -85,6 +86,23 @@ v1::ControlMesh make_box(std::uint32_t n, double size_mm) {
     }
   }
   return mesh;
+}
+
+v1::ControlMesh make_overlapping_boxes(std::uint32_t count) {
+  v1::ControlMesh all;
+  const v1::ControlMesh box = make_plain_block(1, 10);
+  std::mt19937 random(1);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto first = static_cast<std::uint32_t>(all.positions_mm_size()) / 3;
+    std::array<double, 3> shift_mm;
+    for (double& shift : shift_mm) shift = 2.0 * random() / std::mt19937::max() - 1;
+    for (int p = 0; p < box.positions_mm_size(); ++p) {
+      all.add_positions_mm(box.positions_mm(p) + shift_mm[static_cast<std::size_t>(p % 3)]);
+    }
+    all.add_cell_kinds(v1::CELL_KIND_HEX);
+    for (const std::uint32_t vertex : box.cell_vertices()) all.add_cell_vertices(first + vertex);
+  }
+  return all;
 }
 
 v1::ControlMesh with_channels(v1::ControlMesh mesh, int channels) {

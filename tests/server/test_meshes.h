@@ -16,6 +16,10 @@ v1::ControlMesh make_block(std::uint32_t n, double size_mm);
 /// Its edges sharp too, and its corners: the limit volume is the cube itself.
 v1::ControlMesh make_box(std::uint32_t n, double size_mm);
 
+/// So many boxes of 10 mm, each somewhat beside the others: all of them hold the points of [2,8]^3, which takes long to
+/// find out.
+v1::ControlMesh make_overlapping_boxes(std::uint32_t count);
+
 /// A block without channels.
 v1::ControlMesh make_plain_block(std::uint32_t n, double size_mm);
 

@@ -518,6 +518,37 @@ TEST_F(AdmissionOfMany, TellsTheNextOneWhereTheFirstIsNotEnough) {
   EXPECT_TRUE(other->runs());
 }
 
+TEST_F(AdmissionOfMany, TellsTheLatestRunThatIsNotOverInAMomentAnyway) {
+  const auto first = wanting(3, "many"), second = wanting(3, "many");
+  const auto other = wanting(8, "one");
+  for (int i = 0; i < 100 && !second->is_told(); ++i) {
+    const auto brief = std::make_unique<Wanting>(*this, 1, /*is_short=*/true, /*resumes=*/false, "many");
+    EXPECT_TRUE(brief->runs());
+    std::this_thread::sleep_for(50ms);
+    EXPECT_FALSE(brief->is_told());
+    brief->end();
+    free(1);
+  }
+  EXPECT_TRUE(second->is_told());
+  EXPECT_FALSE(first->is_told() || other->runs());
+}
+
+TEST_F(AdmissionOfMany, TellsACallThatHasAPlaceAndNoMemory) {
+  std::atomic<bool> is_told = false;
+  Admission::Place only(admission_, "many"), second(admission_, "many");
+  for (Admission::Place* place : {&only, &second}) {
+    admission_.request(
+        *place, [](const std::exception_ptr& refusal) { EXPECT_FALSE(refusal); }, /*is_long=*/false,
+        [&, place] { is_told = place == &second; });
+  }
+  EXPECT_EQ(admission_.running_of("many"), 2u);
+  EXPECT_EQ(admission_.running_of("one"), 0u);
+  const auto other = wanting(11, "one");
+  EXPECT_TRUE(comes_true([&] { return is_told.load(); }));
+  admission_.give_back(second);
+  EXPECT_EQ(admission_.running_of("many"), 1u);
+}
+
 TEST_F(AdmissionOfMany, TellsNobodyWhereNoClientHasTwoMore) {
   const auto first = wanting(5, "one"), second = wanting(5, "other"), third = wanting(5, "third");
   std::this_thread::sleep_for(500ms);
