@@ -25,8 +25,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
-/// Where a limit is reached: to look for connections that have left costs a system call for each.
-constexpr auto kBetweenLooks = 20ms;
+/// To look for connections that have left costs a system call for each: where a limit is reached, and else.
+constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
 /// Pings and settings take less within any time of idleness.
 constexpr std::uint64_t kArrivingBytes = 16 << 10;
 
@@ -154,11 +154,23 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
 
 ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  forget_left(now);
+  if (now - looked_at_ >= kBetweenIdleLooks) forget_left(now);
   Dropped dropped;
   for (auto& [descriptor, connection] : connections_) drop_if_due(descriptor, connection, now, dropped);
-  if (limits_.arriving_bytes > 0) drop_greedy(dropped);
+  if (limits_.arriving_bytes > 0 && some_arrives()) drop_greedy(dropped);
   return dropped;
+}
+
+/// Whether much has come over one of every few connections, others each time: who attacks has many of them, and to look
+/// at thousands that are idle takes its time. REQUIRES: the lock.
+bool ConnectionTable::some_arrives() {
+  constexpr std::size_t kParts = 4, kFew = 256;
+  ++looks_;
+  return std::ranges::any_of(connections_, [this](const auto& each) {
+    const Connection& connection = each.second;
+    if (connections_.size() > kFew && connection.id % kParts != looks_ % kParts) return false;
+    return may_be_greedy(connection) && brings_much(each.first, connection);
+  });
 }
 
 std::size_t ConnectionTable::size() const {
@@ -190,6 +202,14 @@ ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iter
   return connections_.erase(connection);
 }
 
+bool ConnectionTable::may_be_greedy(const Connection& connection) {
+  return connection.peer && !connection.dropped && connection.calls == 0;
+}
+
+bool ConnectionTable::brings_much(int socket, const Connection& connection) {
+  return received_bytes(socket) >= connection.received_bytes + kArrivingBytes;
+}
+
 /// REQUIRES: the lock.
 void ConnectionTable::drop_greedy(Dropped& dropped) {
   struct Arriving {
@@ -200,12 +220,10 @@ void ConnectionTable::drop_greedy(Dropped& dropped) {
   std::vector<Arriving> all;
   std::uint64_t sum = 0;
   for (auto& [descriptor, connection] : connections_) {
-    if (!connection.peer || connection.dropped || connection.calls > 0) continue;
+    if (!may_be_greedy(connection)) continue;
     Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
-    if (!socket) continue;
-    const std::uint64_t bytes = received_bytes(socket.get());
-    if (bytes < connection.received_bytes + kArrivingBytes) continue;
-    all.push_back({bytes - connection.received_bytes, &connection, std::move(socket)});
+    if (!socket || !brings_much(socket.get(), connection)) continue;
+    all.push_back({received_bytes(socket.get()) - connection.received_bytes, &connection, std::move(socket)});
     sum += all.back().bytes;
   }
   std::ranges::sort(all, std::greater<>(), &Arriving::bytes);
@@ -229,7 +247,7 @@ void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock:
   if (!idle && !arriving) return;
   const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
   if (!socket) return;
-  arriving = arriving && received_bytes(socket.get()) >= connection.received_bytes + kArrivingBytes;
+  arriving = arriving && brings_much(socket.get(), connection);
   if (!idle && !arriving) return;
   shutdown(socket.get(), SHUT_RDWR);
   connection.dropped = true;

@@ -93,6 +93,9 @@ class ConnectionTable {
   void forget_left(Clock::time_point now);
   Connections::iterator forget(Connections::iterator connection);
   void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, Dropped& dropped) const;
+  bool some_arrives();
+  static bool may_be_greedy(const Connection& connection);
+  static bool brings_much(int socket, const Connection& connection);
   void drop_greedy(Dropped& dropped);
 
   const ConnectionLimits limits_;
@@ -103,6 +106,7 @@ class ConnectionTable {
   std::map<std::array<std::uint8_t, 16>, std::size_t> of_site_;
   ConnectionId last_id_ = 0;
   Clock::time_point looked_at_;
+  std::size_t looks_ = 0;  // For what arrives.
 };
 
 }  // namespace ccslice::server
