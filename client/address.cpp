@@ -87,6 +87,7 @@ std::string number_of(const addrinfo& address) {
 }  // namespace
 
 Address parse_address(const std::string& text) {
+  if (text == "unix:") refuse_address("unix: takes the path of a socket, as in unix:/run/ccsliced.sock");
   if (has_grpc_scheme(text)) {
     require_ports(text);
     return {text, "", "", false};

@@ -104,6 +104,10 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
     spdlog::warn("whoever reaches {} may do everything: --token-file or --tls-client-ca says who may do what",
                  options.listen_address);
   }
+  if (const std::uint64_t all = budgeted_memory(options); all > options.memory_bytes) {
+    spdlog::warn("budgets come to {} bytes with what the process takes, and --memory is {}: lower one or raise that",
+                 all, options.memory_bytes);
+  }
   if (!stops) attend(server, signals, std::chrono::steady_clock::time_point::max());
   if (options.drain_delay.count() > 0) {
     spdlog::info("stopping in {} ms: health says so, calls are still taken", options.drain_delay.count());

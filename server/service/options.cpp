@@ -83,6 +83,16 @@ void settle_budget(std::uint64_t& budget, std::uint64_t usual, std::uint64_t one
                     show_size(budget));
 }
 
+}  // namespace
+
+std::uint64_t budgeted_memory(const ServerOptions& options) {
+  return options.cache_bytes + options.preparation_budget_bytes + options.upload_budget_bytes +
+         options.stream_budget_bytes + options.connection_budget_bytes + options.scratch_budget_bytes +
+         process_memory(options.memory_bytes);
+}
+
+namespace {
+
 /// What depends on other options.
 void settle_budgets(ServerOptions& options) {
   if (options.max_waiting_calls == kFourTimes) options.max_waiting_calls = 4 * options.max_concurrent_calls;
@@ -98,9 +108,7 @@ void settle_budgets(ServerOptions& options) {
   settle_budget(options.stream_budget_bytes, usual, options.stream_window_bytes, "--stream-budget-bytes",
                 "--stream-window-bytes");
   if (options.scratch_budget_bytes == 0) {
-    const std::uint64_t others = options.cache_bytes + options.preparation_budget_bytes + options.upload_budget_bytes +
-                                 options.stream_budget_bytes + options.connection_budget_bytes +
-                                 process_memory(options.memory_bytes);
+    const std::uint64_t others = budgeted_memory(options);
     options.scratch_budget_bytes =
         std::max(options.memory_bytes - std::min(others, options.memory_bytes), least_scratch(options.memory_bytes));
   }

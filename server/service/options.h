@@ -64,6 +64,9 @@ struct ServerOptions {
   LogFormat log_format = LogFormat::kText;
 };
 
+/// What all budgets and the process itself may take together: more than the memory only where budgets were given.
+std::uint64_t budgeted_memory(const ServerOptions& options);
+
 /// What the command line asks for.
 enum class Command { kServe, kServePrivately, kHelp, kVersion, kHealthCheck, kHashToken };
 

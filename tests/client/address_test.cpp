@@ -43,6 +43,7 @@ TEST(Address, MayBelongToGrpc) {
   EXPECT_THAT(refusal_of({"dns:///slicer:65536"}), HasSubstr("there is no port 65536, as in 'dns:///slicer:65536'"));
   EXPECT_THAT(refusal_of({"ipv4:127.0.0.1:50051,127.0.0.2:0"}), HasSubstr("there is no port 0"));
   EXPECT_THAT(refusal_of({"ipv6:[::1]:70000"}), HasSubstr("there is no port 70000"));
+  EXPECT_THAT(refusal_of({"unix:"}), HasSubstr("unix: takes the path of a socket"));
 }
 
 TEST(Address, IsANameOnlyWhereItMayStandForSeveralServers) {

@@ -41,6 +41,8 @@ class Identity:
     def channel(self, address: str) -> grpc.Channel:
         """Of several addresses with commas between them, as the command line takes them, to the first."""
         address = address.split(",")[0]
+        if address == "unix:":
+            raise ValueError("unix: takes the path of a socket, as in unix:/run/ccsliced.sock")
         port = re.fullmatch(r"(?:(?:dns|ipv4|ipv6):)?(?:.*/)?(?:[^:/]*|\[.*\]):(\d+)", address)
         if port and not address.startswith("unix") and not 0 < int(port[1]) < 1 << 16:
             raise ValueError(f"there is no port {port[1]}, as in {address!r}")

@@ -91,6 +91,10 @@ class Values(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "there is no port"):
                 ccslice.Client(address)
 
+    def test_a_socket_without_a_path_is_told(self):
+        with self.assertRaisesRegex(ValueError, "path of a socket"):
+            ccslice.Client("unix:")
+
     def test_upload_says_what_the_mesh_is(self):
         summary = self.client.upload(self.mesh)
         self.assertEqual(summary.mesh_id, self.mesh.id)

@@ -192,6 +192,22 @@ TEST(ConnectionListener, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTh
   EXPECT_FALSE(is_closed_soon(callers[2], 500));
 }
 
+TEST(ConnectionListener, FindsThemAmongHundredsThatAreIdle) {
+  ConnectionLimits some = limits(400, 400);
+  some.arriving_bytes = 24 << 10;
+  Keeper keeper(some);
+  std::vector<Descriptor> idle;
+  for (int i = 0; i < 300; ++i) idle.push_back(call_from("127.0.0.1", keeper.address()));
+  ASSERT_TRUE(keeper.comes_to_keep(300));
+  for (int i = 0; i < 4; ++i) {  // Whatever part of them is looked at.
+    const Descriptor greedy = call_from("127.0.0.1", keeper.address());
+    const std::string much(48 << 10, 'x');
+    ASSERT_EQ(write(greedy.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+    EXPECT_TRUE(is_closed_soon(greedy));
+  }
+  EXPECT_FALSE(is_closed_soon(idle.front(), 100));
+}
+
 TEST(ConnectionListener, CountsNoCancelledCallAsServed) {
   ConnectionLimits some = limits(10, 10);
   some.arriving = 500ms;

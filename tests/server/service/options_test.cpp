@@ -206,6 +206,7 @@ TEST(Options, SlicersGetWhatTheOtherBudgetsLeave) {
   EXPECT_EQ(parse({"--memory", "1GiB"}).options.scratch_budget_bytes, 256ull << 20);
   EXPECT_EQ(parse({"--memory", "512MiB"}).options.scratch_budget_bytes, 128ull << 20) << "a quarter";
   EXPECT_EQ(parse({"--cache-bytes", "64GiB"}).options.scratch_budget_bytes, 256ull << 20) << "nothing is left";
+  EXPECT_GT(budgeted_memory(parse({"--cache-bytes", "64GiB"}).options), 64ull << 30);
   EXPECT_EQ(parse({"--scratch-budget-bytes", "3GiB"}).options.scratch_budget_bytes, 3ull << 30);
   EXPECT_EQ(parse({}, {{"CCSLICE_SCRATCH_BUDGET_BYTES", "1GiB"}}).options.scratch_budget_bytes, 1ull << 30);
   EXPECT_THAT(fault({"--scratch-budget-bytes", "1MiB"}), HasSubstr("at least 16MiB"));
