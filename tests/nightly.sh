@@ -40,7 +40,7 @@ fi
 readonly first="${1:-1}" last="${2:-10000}"
 readonly part=500 # Seeds a process: a crash ends one of them.
 readonly reports=build/nightly corpora=build/nightly-corpora
-readonly mesh_target=slice_mesh mesh_seconds=600 other_seconds=120 load_seconds=120
+readonly mesh_target=slice_mesh mesh_seconds=600 other_seconds=120 load_seconds=120 clients_seconds=300
 readonly most_seconds=14400 # Of a step.
 failed=0
 rows=()
@@ -154,7 +154,12 @@ if wants tests || wants jobs || wants meshes || wants load || wants browser || w
     ! wants tests || run "long tests" long_tests || true
     ! wants jobs || run "random jobs $first to $last" random_jobs || true
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
-    ! wants load || run "load" tests/bench/load_bench.py --seconds "$load_seconds" --json "$reports/load.json" || true
+    if wants load; then
+      run "load: clients" tests/bench/load_bench.py --parts clients --seconds "$clients_seconds" \
+        --json "$reports/load_clients.json" || true
+      run "load: the rest" tests/bench/load_bench.py --without clients --seconds "$load_seconds" \
+        --json "$reports/load.json" || true
+    fi
     ! wants browser || run "the page in a browser" browser || true
     ! wants plugins || run "plug-ins in their hosts" plugins || true
     ! wants deploy || run "what deploy/ ships" deployed || true

@@ -54,9 +54,11 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     try {
       if (caller_.refusal) std::rethrow_exception(caller_.refusal);
       if (is_limited()) client_share_ = state_.client_calls.open(caller_.identity);
-      ticket_ = state_.calls.open_call([weak = this->weak_from_this()] {
-        if (const auto open = weak.lock()) open->cut_off();
-      });
+      ticket_ = state_.calls.open_call(
+          [weak = this->weak_from_this()] {
+            if (const auto open = weak.lock()) open->cut_off();
+          },
+          client_);
     } catch (...) {
       return to_status(std::current_exception());
     }
@@ -166,6 +168,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
 
   /// How to have such a call give way before it has asked for memory: Admission::Memory::give_way.
   virtual std::function<void()> how_to_give_way() { return {}; }
+  /// Counts an answer among what is open until the call is over. False if there is no room for it.
+  [[nodiscard]] bool hold_answer(std::uint64_t bytes) { return ticket_.hold(bytes); }
   /// Whether the call counts among those of its client that may be open at the same time.
   virtual bool is_limited() const { return true; }
   virtual void refuse(const grpc::Status& status) { end(status); }
@@ -213,6 +217,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     this->Finish(status);
   }
 
+  void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
+
   ServiceState& state_;
   grpc::CallbackServerContext& context_;
   CallLog log_;
@@ -220,8 +226,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   const std::string client_;  // Who makes the call: those who share time with each other.
 
  private:
-  void OnDone() override { const std::shared_ptr<Call> last = std::move(self_); }
-
   template <class Start>
   void wait(bool for_reader, const Start& start) {
     const auto self = this->shared_from_this();

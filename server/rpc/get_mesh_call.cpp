@@ -7,21 +7,21 @@
 #include <exception>
 #include <memory>
 
-#include "server/rpc/call.h"
 #include "server/rpc/summary.h"
+#include "server/rpc/unary_call.h"
 
 namespace ccslice::server {
 namespace {
 
 /// Answers at once if the cache holds the mesh. One that the store holds has to be prepared first, which ends when
 /// nobody waits for it any more. It takes no place: preparations are few at the same time by themselves.
-class GetMeshCall final : public Call<grpc::ServerUnaryReactor> {
+class GetMeshCall final : public UnaryCall {
  public:
   GetMeshCall(ServiceState& state, grpc::CallbackServerContext& context, v1::GetMeshResponse& response)
-      : Call(state, context, "GetMesh"), response_(response) {}
+      : UnaryCall(state, context, "GetMesh"), response_(response) {}
 
   void begin(const grpc::ByteBuffer& raw) {
-    const std::shared_ptr<Call> self = shared_from_this();
+    const auto self = shared_from_this();
     if (const auto refused = open_call()) return end(*refused);
     v1::GetMeshRequest request;
     try {
@@ -30,7 +30,7 @@ class GetMeshCall final : public Call<grpc::ServerUnaryReactor> {
       return end(to_status(std::current_exception()));
     }
     with_mesh(make_lane(Pieces::kInteractive), request.mesh_id(),
-              [this](const MeshPtr& mesh, const std::exception_ptr& error) { answer(mesh, error); });
+              [this](const MeshPtr& mesh, const std::exception_ptr& error) { summarize_mesh(mesh, error); });
     if (cancelled_) stop_loading();  // Cancelled before there was anything to stop.
   }
 
@@ -42,10 +42,10 @@ class GetMeshCall final : public Call<grpc::ServerUnaryReactor> {
     stop_loading();
   }
 
-  void answer(const MeshPtr& mesh, const std::exception_ptr& error) {
+  void summarize_mesh(const MeshPtr& mesh, const std::exception_ptr& error) {
     if (error) return end(cancelled_ ? status_of_stop() : to_status(error));
     *response_.mutable_mesh() = summarize(state_.cache, mesh);
-    end(grpc::Status::OK);
+    answer(grpc::Status::OK, response_.ByteSizeLong());
   }
 
   v1::GetMeshResponse& response_;

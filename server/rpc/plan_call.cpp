@@ -8,19 +8,19 @@
 #include <memory>
 #include <string>
 
-#include "server/rpc/call.h"
 #include "server/rpc/slice_job.h"
+#include "server/rpc/unary_call.h"
 
 namespace ccslice::server {
 namespace {
 
 /// Plans on a worker. Planning takes milliseconds, up to a second for the largest meshes, and waiting for a worker may
 /// take longer: a call that is cancelled while it waits isn't planned, and is answered at once.
-class PlanCall final : public Call<grpc::ServerUnaryReactor> {
+class PlanCall final : public UnaryCall {
  public:
   PlanCall(ServiceState& state, grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
            v1::PlanSlicesResponse& response)
-      : Call(state, context, "PlanSlices"), raw_(request), response_(response) {}
+      : UnaryCall(state, context, "PlanSlices"), raw_(request), response_(response) {}
 
   void begin() {
     if (const auto refused = open_call()) return refuse(*refused);
@@ -77,7 +77,7 @@ class PlanCall final : public Call<grpc::ServerUnaryReactor> {
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
-    end(status);
+    answer(status, response_.ByteSizeLong());
   }
 
   const grpc::ByteBuffer& raw_;

@@ -15,8 +15,6 @@
 #include "core/base/engine_version.h"
 #include "core/mesh/cell_kind.h"
 #include "core/output/encodings.h"
-#include "server/rpc/call_log.h"
-#include "server/rpc/caller.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/get_mesh_call.h"
 #include "server/rpc/plan_call.h"
@@ -29,6 +27,7 @@
 #include "server/rpc/status.h"
 #include "server/rpc/summary.h"
 #include "server/rpc/tessellate_call.h"
+#include "server/rpc/unary_call.h"
 #include "server/rpc/upload_call.h"
 
 namespace ccslice::server {
@@ -63,29 +62,33 @@ constexpr std::array kNames = {"GetServerInfo", "FindMissingMeshes", "UploadMesh
                                "ProbePoints",   "EvaluatePoints",    "TessellateBoundary", "Preview",
                                "GetPreparation"};
 
-/// A unary call that only looks something up. `body` is given what ends the call, on any thread.
-template <class Body>
-ServerUnaryReactor* answer(ServiceState& state, CallbackServerContext* context, const char* method, Body&& body) {
-  ServerUnaryReactor* reactor = context->DefaultReactor();
-  const auto log = std::make_shared<CallLog>(*context, method, state.metrics);
-  const Caller caller = caller_of(state.access, *context, method);
-  log->set_client(caller.identity.client);
-  const auto ticket = std::make_shared<CallRegistry::Ticket>();  // Drains wait for what the store is asked.
-  const auto answered = [log, context, reactor, ticket](const std::exception_ptr& error) {
-    const grpc::Status status = error ? to_status(error) : grpc::Status::OK;
-    log->finish(status);
-    add_pushback(*context, status);
-    reactor->Finish(status);
-  };
-  try {
-    if (caller.refusal) std::rethrow_exception(caller.refusal);
-    *ticket = state.calls.open_call([] {});
-    body(answered, caller.identity.client);
-  } catch (...) {
-    answered(std::current_exception());
+/// A call that only looks something up.
+class LookUpCall final : public UnaryCall {
+ public:
+  LookUpCall(ServiceState& state, CallbackServerContext& context, const char* method,
+             const google::protobuf::Message& response)
+      : UnaryCall(state, context, method), response_(response) {}
+
+  /// `look_up` is given what ends the call, on any thread, and who makes it. May throw.
+  template <class LookUp>
+  void begin(LookUp&& look_up) {
+    const auto self = shared_from_this();
+    if (const auto refused = open_call()) return end(*refused);
+    const auto answered = [this, self](const std::exception_ptr& error) {
+      answer(error ? to_status(error) : grpc::Status::OK, response_.ByteSizeLong());
+    };
+    try {
+      look_up(answered, client_);
+    } catch (...) {
+      answered(std::current_exception());
+    }
   }
-  return reactor;
-}
+
+ private:
+  bool is_limited() const override { return false; }
+
+  const google::protobuf::Message& response_;
+};
 
 void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
   v1::MeshLimits& mesh = *info.mutable_mesh_limits();
@@ -233,12 +236,14 @@ void SlicerService::serve_unary(int method,
   MarkMethodRawCallback(
       method, new CallbackUnaryHandler<ByteBuffer, Response>(
                   [this, method, look_up](CallbackServerContext* context, const ByteBuffer* bytes, Response* response) {
-                    return answer(state_, context, kNames[static_cast<std::size_t>(method)],
-                                  [&](const auto& end, const std::string& client) {
-                                    Request request;
-                                    parse_request(*bytes, request);
-                                    (this->*look_up)(request, *response, {end, client});
-                                  });
+                    const auto call = std::make_shared<LookUpCall>(state_, *context,
+                                                                   kNames[static_cast<std::size_t>(method)], *response);
+                    call->begin([&](const auto& answered, const std::string& client) {
+                      Request request;
+                      parse_request(*bytes, request);
+                      (this->*look_up)(request, *response, {answered, client});
+                    });
+                    return call.get();
                   }));
 }
 

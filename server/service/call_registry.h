@@ -1,8 +1,11 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Knows the calls that are OPEN: those whose status isn't on its way to the client yet, behind all messages. A drain
-// waits for them, and may cut them off in the end.
+// Knows the calls that are OPEN: those whose status isn't on its way to the client yet, behind all messages, and those
+// whose only answer isn't read yet. A drain waits for them, and may cut them off in the end.
+//
+// Each takes memory, and so many may be open as there is for them. A quarter of that is never one client's. An answer
+// that isn't read yet counts as further calls, one for every 16 KiB.
 
 #pragma once
 
@@ -15,6 +18,8 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 namespace ccslice::server {
@@ -36,6 +41,8 @@ class CallRegistry {
       std::swap(number_, other.number_);
       return *this;
     }
+    /// Counts an answer, until the call is closed. False if there is no room for it.
+    [[nodiscard]] bool hold(std::uint64_t bytes) { return registry_->hold(number_, bytes); }
     ~Ticket() {
       if (registry_ != nullptr) registry_->close(number_);
     }
@@ -46,8 +53,9 @@ class CallRegistry {
   };
 
   /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
-  /// alive what it needs or does without. Throws ServiceError{kServerDraining, kServerBusy}.
-  [[nodiscard]] Ticket open_call(std::function<void()> cut_off = {});
+  /// alive what it needs or does without. `client`: who makes the call (client_id.h). Throws
+  /// ServiceError{kServerDraining, kServerBusy}.
+  [[nodiscard]] Ticket open_call(std::function<void()> cut_off = {}, const std::string& client = {});
   /// Opens no more calls from now on.
   void drain();
   /// Waits until no call is open, but not beyond `deadline`. Whether none is.
@@ -59,15 +67,25 @@ class CallRegistry {
   std::size_t open();
 
  private:
+  struct Call {
+    std::function<void()> cut_off;
+    std::string client;
+    std::size_t counts = 1;
+  };
+
+  bool hold(std::uint64_t number, std::uint64_t bytes);
   void close(std::uint64_t number);
+  bool has_room(const std::string& client, std::size_t more) const;
+  void count(const std::string& client, std::size_t more);
 
   const std::size_t most_;
   std::mutex mutex_;
   std::condition_variable idle_;
-  std::size_t open_ = 0;
   bool draining_ = false;
   std::uint64_t opened_ = 0;
-  std::map<std::uint64_t, std::function<void()>> cut_offs_;  // How to cut off the open calls, by their numbers.
+  std::map<std::uint64_t, Call> calls_;                      // Those that are open, by their numbers.
+  std::size_t counted_ = 0;                                  // They, and their answers;
+  std::unordered_map<std::string, std::size_t> counted_of_;  // of each client.
   std::atomic<bool> cutting_off_{false};
 };
 

@@ -28,6 +28,8 @@ std::uint64_t resident_memory_bytes() {
   return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
+std::uint64_t free_heap_bytes() { return mallinfo2().fordblks; }
+
 bool HeapTrim::sweep() {
   if (!is_worth_it(figures_())) return false;
   trim();
@@ -37,6 +39,7 @@ bool HeapTrim::sweep() {
 void HeapTrim::trim() {
   const bool was_idle = figures_().is_idle;
   malloc_trim(0);
+  free_at_trim_ = free_bytes_();
   const Figures after = figures_();
   base_bytes_ = unknown_bytes(after);
   if (was_idle && after.is_idle) idle_base_bytes_ = base_bytes_;
@@ -52,7 +55,9 @@ bool HeapTrim::is_worth_it(const Figures& now) {
   }
   const std::uint64_t unknown = unknown_bytes(now);
   for (std::uint64_t* base : {&base_bytes_, &idle_base_bytes_}) *base = std::min(*base, unknown);
-  if (now.is_idle) return unknown - idle_base_bytes_ >= kWorthItWhenIdle;
+  if (now.is_idle) {
+    return unknown - idle_base_bytes_ >= kWorthItWhenIdle || free_bytes_() >= free_at_trim_ + kWorthItWhenIdle;
+  }
   return unknown - base_bytes_ >= kWorthIt && (!trimmed_ || Clock::now() - *trimmed_ >= pause_);
 }
 

@@ -4,7 +4,7 @@
 // Gives memory that was freed back to the machine. The allocator keeps what lies between pieces still in use, for each
 // thread that allocated; looking for it there takes some milliseconds, so it is done now and then: after much has been
 // freed; where the process holds far more than anybody knows of, as messages and what gRPC makes of them count nowhere;
-// and when nothing runs any more.
+// and when nothing runs any more. Then the allocator is asked, too: what gRPC freed since nobody else knows of.
 
 #pragma once
 
@@ -20,6 +20,9 @@ namespace ccslice::server {
 /// What the process holds of the machine's memory; 0 if nobody knows.
 [[nodiscard]] std::uint64_t resident_memory_bytes();
 
+/// What the allocator holds of what was freed, given back to the machine or not. Takes some time.
+[[nodiscard]] std::uint64_t free_heap_bytes();
+
 /// One thread.
 class HeapTrim {
  public:
@@ -31,8 +34,9 @@ class HeapTrim {
   };
 
   /// `pause`: between two sweeps that trim for what nobody knows of, while something runs.
-  explicit HeapTrim(std::function<Figures()> figures, std::chrono::milliseconds pause = std::chrono::seconds(5))
-      : figures_(std::move(figures)), pause_(pause) {}
+  explicit HeapTrim(std::function<Figures()> figures, std::chrono::milliseconds pause = std::chrono::seconds(5),
+                    std::function<std::uint64_t()> free_bytes = &free_heap_bytes)
+      : figures_(std::move(figures)), pause_(pause), free_bytes_(std::move(free_bytes)), free_at_trim_(free_bytes_()) {}
 
   /// To be called now and then. Whether it was worth it.
   bool sweep();
@@ -46,6 +50,8 @@ class HeapTrim {
 
   const std::function<Figures()> figures_;
   const std::chrono::milliseconds pause_;
+  const std::function<std::uint64_t()> free_bytes_;
+  std::uint64_t free_at_trim_;  // Given back to the machine.
   std::uint64_t seen_bytes_ = 0;
   bool again_ = false;  // What was about to be freed then has been by now.
   /// The least that was held beyond what is known: programs, libraries, what trimming can't give back.

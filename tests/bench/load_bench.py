@@ -51,13 +51,15 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
     arguments.add_argument("--parts", default=",".join(all_parts()), help="by default all: %(default)s")
+    arguments.add_argument("--without", default="", help="parts to leave out of them")
     arguments.add_argument("--seconds", type=float, default=10, help="for what goes on for a while")
     arguments.add_argument("--json", type=pathlib.Path)
     options = arguments.parse_args()
-    parts = options.parts.split(",")
-    unknown = set(parts) - set(all_parts())
+    left_out = set(filter(None, options.without.split(",")))
+    parts = [part for part in options.parts.split(",") if part not in left_out]
+    unknown = (set(parts) | left_out) - set(all_parts())
     if unknown:
-        arguments.error(f"--parts takes some of {', '.join(all_parts())}, not {', '.join(sorted(unknown))}")
+        arguments.error(f"parts are {', '.join(all_parts())}, not {', '.join(sorted(unknown))}")
     results = {part: run(part, options) for part in parts}
     if options.json:
         options.json.write_text(json.dumps(results, indent=2) + "\n")

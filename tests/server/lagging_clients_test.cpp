@@ -169,6 +169,107 @@ TEST_F(CrowdedLaggingClients, AreEnded) {
   EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "others are served";
 }
 
+/// Of a server that has memory for 64 open calls, and lists its meshes with some hundred kilobytes.
+class UnreadAnswers : public LaggingClients {
+ protected:
+  static ServerOptions small() {
+    ServerOptions small = options();
+    small.memory_bytes = 64 * kOpenCallBytes;
+    small.idle_timeout = 2s;
+    return small;
+  }
+  UnreadAnswers() : LaggingClients(small()) {
+    for (int i = 0; i < 24; ++i) server_.upload_good(with_long_names(make_block(1, 1 + 0.1 * i)));
+  }
+  void SetUp() override {
+    LaggingClients::SetUp();
+    EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s)) << "the uploads";
+  }
+  static v1::ControlMesh with_long_names(v1::ControlMesh mesh) {
+    mesh = with_channels(std::move(mesh), 64);
+    for (std::string& name : *mesh.mutable_channel_names()) name += std::string(160, 'x');
+    return mesh;
+  }
+
+  /// A call whose answer isn't read before finish().
+  struct ListCall {
+    grpc::ClientContext context;
+    grpc::CompletionQueue queue;
+    std::unique_ptr<v1::SlicerService::Stub> stub;
+    std::unique_ptr<grpc::ClientAsyncResponseReader<v1::ListMeshesResponse>> reader;
+    v1::ListMeshesResponse response;
+
+    /// Nothing is sent or received but meanwhile.
+    void poll() {
+      void* tag = nullptr;
+      bool ok = false;
+      queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + 20ms);
+    }
+    grpc::Status finish() {
+      grpc::Status status;
+      reader->Finish(&response, &status, &status);
+      void* tag = nullptr;
+      for (bool ok = false; tag != &status;) queue.Next(&tag, &ok);
+      return status;
+    }
+  };
+  std::unique_ptr<ListCall> list() {
+    auto call = std::make_unique<ListCall>();
+    call->stub = server_.new_narrow_stub();
+    call->reader = call->stub->PrepareAsyncListMeshes(&call->context, {}, &call->queue);
+    call->reader->StartCall();
+    call->reader->ReadInitialMetadata(call.get());  // Else nothing is sent before Finish().
+    return call;
+  }
+  /// One that is answered, and that the server still keeps.
+  std::unique_ptr<ListCall> unread() {
+    const std::size_t open = state().calls.open();
+    auto call = list();
+    EXPECT_TRUE(eventually(
+        [&] {
+          call->poll();
+          return state().calls.open() == open + 1;
+        },
+        5s));
+    return call;
+  }
+};
+
+TEST_F(UnreadAnswers, CountAsOpenCallsUntilTheyAreRead) {
+  const auto first = unread(), second = unread();
+  const grpc::Status refused = list()->finish();
+  EXPECT_EQ(failure_of(refused).reason, "SERVER_BUSY") << refused.error_message();
+  EXPECT_TRUE(failure_of(refused).retry);
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "what is small is served";
+  for (const auto& call : {first.get(), second.get()}) {
+    EXPECT_TRUE(call->finish().ok());
+    EXPECT_GT(call->response.ByteSizeLong(), 300'000u);
+  }
+  EXPECT_TRUE(list()->finish().ok());
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+}
+
+TEST_F(UnreadAnswers, AreDroppedInTheEnd) {
+  const auto call = unread();
+  EXPECT_TRUE(comes_true([&] {
+    call->poll();
+    return state().calls.open() == 0;
+  }));
+  const grpc::Status status = call->finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_NE(status.error_message().find("STREAM_STALLED"), std::string::npos) << status.error_message();
+}
+
+TEST_F(UnreadAnswers, GoWithTheirConnections) {
+  auto call = unread();
+  call->context.TryCancel();
+  EXPECT_TRUE(comes_true([&] {
+    call->poll();
+    return state().calls.open() == 0;
+  }));
+  EXPECT_EQ(call->finish().error_code(), grpc::StatusCode::CANCELLED);
+}
+
 TEST_F(LaggingClients, GiveTheirRequestsMemoryBack) {
   const auto reader = call(request(400));
   ASSERT_TRUE(reader->read());

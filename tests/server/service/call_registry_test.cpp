@@ -5,14 +5,17 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
-ServiceErrorCode refusal(CallRegistry& registry) {
+ServiceErrorCode refusal(CallRegistry& registry, const std::string& client = {}) {
   try {
-    const CallRegistry::Ticket ticket = registry.open_call();
+    const CallRegistry::Ticket ticket = registry.open_call({}, client);
   } catch (const ServiceError& error) {
     return error.code();
   }
@@ -26,6 +29,30 @@ TEST(CallRegistry, OpensNoMoreThanItHasMemoryFor) {
   EXPECT_EQ(refusal(registry), ServiceErrorCode::kServerBusy);
   first = {};
   EXPECT_EQ(refusal(registry), ServiceErrorCode{});
+}
+
+TEST(CallRegistry, LeavesAQuarterOfManyToOtherClients) {
+  CallRegistry registry(/*most=*/8);
+  std::vector<CallRegistry::Ticket> open;
+  for (int i = 0; i < 6; ++i) open.push_back(registry.open_call({}, "one"));
+  EXPECT_EQ(refusal(registry, "one"), ServiceErrorCode::kServerBusy);
+  EXPECT_EQ(refusal(registry, "other"), ServiceErrorCode{});
+  open.pop_back();
+  EXPECT_EQ(refusal(registry, "one"), ServiceErrorCode{});
+}
+
+TEST(CallRegistry, CountsAnswersUntilTheirCallsAreClosed) {
+  CallRegistry registry(/*most=*/16);
+  CallRegistry::Ticket first = registry.open_call({}, "one"), second = registry.open_call({}, "one");
+  EXPECT_TRUE(second.hold(1000)) << "small ones count with their calls";
+  EXPECT_TRUE(first.hold(9 << 14));
+  EXPECT_FALSE(second.hold(2 << 14)) << "12 are one client's";
+  EXPECT_TRUE(second.hold(1 << 14));
+  CallRegistry::Ticket other = registry.open_call({}, "other");
+  EXPECT_FALSE(other.hold(4 << 14));
+  first = {};
+  EXPECT_TRUE(other.hold(4 << 14));
+  EXPECT_EQ(registry.open(), 2u);
 }
 
 TEST(CallRegistry, RefusesEverythingOnceItDrainsAndWaitsForTheRest) {

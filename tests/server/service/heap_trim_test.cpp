@@ -82,6 +82,22 @@ TEST(HeapTrim, HasARestBetweenSuchSweeps) {
   EXPECT_TRUE(trim.sweep()) << "or when nothing runs";
 }
 
+TEST(HeapTrim, IsWorthItWhenNothingRunsAndWhatNobodyKnewOfWasFreed) {
+  HeapTrim::Figures figures{.resident_bytes = 100 * kMiB};
+  std::uint64_t free_bytes = kMiB;
+  HeapTrim trim([&] { return figures; }, 0ms, [&] { return free_bytes; });
+  EXPECT_FALSE(trim.sweep());
+  free_bytes += 20 * kMiB;
+  EXPECT_FALSE(trim.sweep()) << "nobody asks while something runs";
+  figures.is_idle = true;
+  EXPECT_TRUE(trim.sweep());
+  EXPECT_FALSE(trim.sweep()) << "the machine has it";
+  free_bytes += 7 * kMiB;
+  EXPECT_FALSE(trim.sweep());
+  free_bytes += 2 * kMiB;
+  EXPECT_TRUE(trim.sweep());
+}
+
 TEST(HeapTrim, KnowsWhatTheProcessHolds) { EXPECT_GT(resident_memory_bytes(), kMiB); }
 
 }  // namespace
