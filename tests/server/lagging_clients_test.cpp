@@ -270,6 +270,33 @@ TEST_F(UnreadAnswers, GoWithTheirConnections) {
   EXPECT_EQ(call->finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
+/// Calls of one client by the hundred that say nothing, of a server that has memory for 512.
+TEST(SilentCalls, AreBoundedAndLeaveNothing) {
+  ServerOptions options = test_options();
+  options.memory_bytes = 512 * kOpenCallBytes;
+  TestServer server(options);
+  const std::string id = server.upload_good(make_block(2, 10));
+  ServiceState& state = server.server().state();
+  struct Silent {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>> stream;
+  };
+  std::vector<std::unique_ptr<v1::SlicerService::Stub>> stubs;
+  std::vector<std::unique_ptr<Silent>> calls;
+  for (int i = 0; i < 800; ++i) {
+    if (i % 100 == 0) stubs.push_back(server.new_stub());
+    calls.push_back(std::make_unique<Silent>());
+    calls.back()->stream = stubs.back()->ProbePoints(&calls.back()->context);
+  }
+  EXPECT_TRUE(eventually([&] { return state.calls.open() == 512 / 4 * 3; }, 10s)) << "a quarter isn't one client's";
+  v1::ProbePointsResponse response;
+  EXPECT_FALSE(calls.back()->stream->Read(&response));
+  EXPECT_EQ(failure_of(calls.back()->stream->Finish()).reason, "SERVER_BUSY");
+  for (const auto& call : calls) call->context.TryCancel();
+  EXPECT_TRUE(eventually([&] { return state.calls.open() == 0; }, 10s));
+  EXPECT_TRUE(server.slice(slice_request(id, 0.5, 0, 10)).status.ok());
+}
+
 TEST_F(LaggingClients, GiveTheirRequestsMemoryBack) {
   const auto reader = call(request(400));
   ASSERT_TRUE(reader->read());

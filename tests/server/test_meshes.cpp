@@ -4,6 +4,7 @@
 #include "tests/server/test_meshes.h"
 
 #include <array>
+#include <map>
 #include <random>
 #include <string>
 
@@ -103,6 +104,35 @@ v1::ControlMesh make_overlapping_boxes(std::uint32_t count) {
     for (const std::uint32_t vertex : box.cell_vertices()) all.add_cell_vertices(first + vertex);
   }
   return all;
+}
+
+v1::ControlMesh make_comb(std::uint32_t walls) {
+  constexpr double kWallMm = 0.5;
+  const std::uint32_t steps = 2 * walls + 1;
+  v1::ControlMesh mesh;
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> vertices;  // By their places.
+  const auto vertex = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    const auto [at, is_new] = vertices.try_emplace({x, y, z}, static_cast<std::uint32_t>(vertices.size()));
+    if (is_new) {
+      mesh.add_positions_mm(kWallMm * x);
+      mesh.add_positions_mm(10.0 * y);
+      mesh.add_positions_mm(std::array{0.0, 1.0, 20.0}[z]);
+    }
+    return at->second;
+  };
+  for (std::uint32_t x = 0; x < steps; ++x) {
+    const std::uint32_t height = x % 2 == 0 ? 1 : 2;  // Of the plate, or with a wall.
+    for (std::uint32_t z = 0; z < height; ++z) {
+      mesh.add_cell_kinds(v1::CELL_KIND_HEX);
+      for (const std::uint32_t above : {z, z + 1}) {
+        mesh.add_cell_vertices(vertex(x, 0, above));
+        mesh.add_cell_vertices(vertex(x + 1, 0, above));
+        mesh.add_cell_vertices(vertex(x + 1, 1, above));
+        mesh.add_cell_vertices(vertex(x, 1, above));
+      }
+    }
+  }
+  return mesh;
 }
 
 v1::ControlMesh with_channels(v1::ControlMesh mesh, int channels) {
