@@ -14,6 +14,9 @@ _MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
 _MOST_TOKEN_BYTES = 4096
 _THIS_MACHINE = ("unix:", "localhost:", "127.", "[::1]:")
 _TLS_SCHEME = "https://"
+_GRPC_SCHEMES = ("unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:")
+_HOST = r"(?:[^:/@?#\[\]\s]+|\[[^\[\]\s]+\])"
+_ADDRESS = re.compile(rf"https://{_HOST}|(?:https://)?{_HOST}:\d+")
 _OPTIONS = [
     ("grpc.max_receive_message_length", -1),
     # A server that is back is looked for every fifth of a second. What is called the least pause is how long an attempt
@@ -46,6 +49,10 @@ class Identity:
         port = re.fullmatch(r"(?:(?:dns|ipv4|ipv6):)?(?:.*/)?(?:[^:/]*|\[.*\]):(\d+)", address)
         if port and not address.startswith("unix") and not 0 < int(port[1]) < 1 << 16:
             raise ValueError(f"there is no port {port[1]}, as in {address!r}")
+        # gRPC takes a name without a port, too, and looks for it at port 443.
+        if not address.startswith(_GRPC_SCHEMES) and not _ADDRESS.fullmatch(address):
+            raise ValueError("an address is HOST:PORT, such as localhost:50051, https://HOST:PORT, or unix:PATH, not "
+                             f"{address!r}")
         scheme, host = address[:len(_TLS_SCHEME)], address[len(_TLS_SCHEME):]
         if scheme == _TLS_SCHEME:
             address = host if ":" in host else host + ":443"

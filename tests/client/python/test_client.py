@@ -95,6 +95,14 @@ class Values(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "path of a socket"):
             ccslice.Client("unix:")
 
+    def test_an_address_without_a_port_is_told(self):
+        for address in ("localhost", "10.0.0.1", "slicer.example,localhost:50051", "http://localhost:50051"):
+            with self.assertRaisesRegex(ValueError, "an address is HOST:PORT, such as localhost:50051", msg=address):
+                ccslice.Client(address, local=False)
+        for address in ("localhost:50051", "[::1]:50051", "https://slicer.example", "unix:/run/ccslice.sock",
+                        "unix-abstract:ccslice", "dns:///slicer.example", "ipv4:10.0.0.1:50051", "xds:///slicers"):
+            ccslice.Client(address, local=False).close()
+
     def test_upload_says_what_the_mesh_is(self):
         summary = self.client.upload(self.mesh)
         self.assertEqual(summary.mesh_id, self.mesh.id)
