@@ -76,6 +76,30 @@ bool is_within(std::string_view field, std::string_view outer) {
          (field.size() == outer.size() || field[outer.size()] == '.' || field[outer.size()] == '[');
 }
 
+/// What fields are written of: "planes[2].channel".
+bool is_field_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '[' || c == ']';
+}
+
+/// Fields of fields, as in "grid.pitch", become options. Words without a dot may be words only, and what stands in
+/// quotation marks is a user's.
+std::string with_options_for_fields(std::string_view text) {
+  std::string out;
+  bool quoted = false;
+  for (std::size_t at = 0; at < text.size();) {
+    if (text[at] == '"') quoted = !quoted;
+    std::size_t end = at;
+    while (!quoted && end < text.size() && is_field_character(text[end])) ++end;
+    std::string_view word = text.substr(at, end - at);
+    while (word.ends_with('.')) word.remove_suffix(1);  // A sentence ends here.
+    const std::string_view option = word.find('.') == std::string_view::npos ? "" : option_of_field(word);
+    const std::size_t taken = std::max<std::size_t>(word.size(), 1);
+    out += option.empty() ? text.substr(at, taken) : option;
+    at += taken;
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string_view option_of_field(std::string_view field) {
@@ -89,7 +113,8 @@ std::string in_terms_of_options(const std::string& message) {
   const std::size_t colon = message.find(": ");
   if (colon == std::string::npos) return message;
   const std::string_view option = option_of_field(std::string_view(message).substr(0, colon));
-  return option.empty() ? message : std::string(option) + message.substr(colon);
+  return option.empty() ? message
+                        : std::string(option) + with_options_for_fields(std::string_view(message).substr(colon));
 }
 
 }  // namespace ccslice::cli

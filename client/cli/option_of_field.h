@@ -13,7 +13,7 @@ namespace ccslice::cli {
 /// "--pitch" for "grid.pitch.x_mm". Empty for fields that no option sets.
 std::string_view option_of_field(std::string_view field);
 
-/// A server's message with the option in place of the field that it begins with: "--pitch: -0.2 is not ...".
+/// A server's message that begins with a field, with options in place of fields: "--pitch: -0.2 is not ...".
 std::string in_terms_of_options(const std::string& message);
 
 }  // namespace ccslice::cli

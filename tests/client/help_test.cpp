@@ -140,5 +140,18 @@ TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
   EXPECT_EQ(in_terms_of_options("no field at all"), "no field at all");
 }
 
+TEST(OptionOfField, FieldsWithinAMessageBecomeOptionsToo) {
+  EXPECT_EQ(in_terms_of_options("grid.extent.columns: too many; use a grid.pitch.x_mm of at least 0.1, or less"),
+            "--extent: too many; use a --pitch of at least 0.1, or less");
+  EXPECT_EQ(in_terms_of_options("printing.map.blend: there is no \"x\"; printing.materials has \"a\", \"b\""),
+            "--map: there is no \"x\"; --material has \"a\", \"b\"");
+  EXPECT_EQ(in_terms_of_options("grid.pitch.y_mm: choose grid.pitch.x_mm."), "--pitch: choose --pitch.");
+  const std::string named = "a channel \"grid.pitch\", and one \"of grid.pitch\" more";
+  EXPECT_EQ(in_terms_of_options("planes: " + named), "--channel: " + named) << "what users named stays";
+  EXPECT_EQ(in_terms_of_options("planes: plane 2 of the region, 0.5 wide"),
+            "--channel: plane 2 of the region, 0.5 wide")
+      << "words that are no fields stay";
+}
+
 }  // namespace
 }  // namespace ccslice::cli
