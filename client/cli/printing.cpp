@@ -25,18 +25,18 @@ std::uint32_t parse_colour(const std::string& option, const std::string& text) {
   return digits.size() == 8 ? colour : colour << 8 | 0xff;
 }
 
-/// What stands before and after the last '='.
-std::pair<std::string, std::string> parse_pair(const std::string& option, const std::string& text) {
+/// What stands before and after the last '='. `taken` is what the option takes, with its name.
+std::pair<std::string, std::string> parse_pair(const std::string& taken, const std::string& text) {
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    throw UsageError(option + " takes pairs with '=', as in its help, not '" + text + "'");
+    throw UsageError(taken + ", not '" + text + "'");
   }
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
 void parse_direct(const std::string& pairs, v1::DirectMap& map) {
   for (const std::string& text : split(pairs, ',')) {
-    const auto [channel, material] = parse_pair("--map", text);
+    const auto [channel, material] = parse_pair("--map direct takes CHANNEL=MATERIAL", text);
     if (channel == "rest") {
       map.set_rest_material(material);
       continue;
@@ -50,7 +50,7 @@ void parse_direct(const std::string& pairs, v1::DirectMap& map) {
 void parse_blend(const std::string& channel, const std::string& stops, v1::BlendMap& map) {
   map.set_channel(channel);
   for (const std::string& text : split(stops, ',')) {
-    const auto [value, material] = parse_pair("--map", text);
+    const auto [value, material] = parse_pair("--map blend takes VALUE=MATERIAL", text);
     v1::BlendStop& stop = *map.add_stops();
     stop.set_value(parse_number("--map", value));
     stop.set_material(material);
@@ -65,7 +65,7 @@ void parse_curve(const std::string& channel, const std::string& materials, const
   map.set_material(names[0]);
   map.set_base(names[1]);
   for (const std::string& text : split(points, ',')) {
-    const auto [property, fraction] = parse_pair("--map", text);
+    const auto [property, fraction] = parse_pair("--map curve takes PROPERTY=FRACTION", text);
     v1::CurvePoint& point = *map.add_points();
     point.set_property(parse_number("--map", property));
     point.set_fraction(parse_number("--map", fraction));
@@ -242,7 +242,8 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
       material.set_rgba(*colour);
       continue;
     }
-    const auto [name, colour] = parse_pair("--material", text);
+    const auto [name, colour] =
+        parse_pair("--material takes NAME=#RRGGBB, or the name of a resin that `ccslice profiles` lists", text);
     material.set_name(name);
     material.set_rgba(parse_colour("--material", colour));
   }

@@ -64,6 +64,26 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
   }
 }
 
+TEST(PrintingOptions, SayWhatTheyTake) {
+  const auto error_of = [](const std::string& material, const std::string& map) -> std::string {
+    try {
+      static_cast<void>(parse_printing({.materials = {material}, .maps = {map}, .background = ""}));
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string map = "material:a", material = "a=#102030";
+  EXPECT_EQ(error_of("soft", map),
+            "--material takes NAME=#RRGGBB, or the name of a resin that `ccslice profiles` lists, not 'soft'");
+  EXPECT_EQ(error_of(material, "blend:x:soft,hard"), "--map blend takes VALUE=MATERIAL, not 'soft'");
+  EXPECT_EQ(error_of(material, "direct:soft"), "--map direct takes CHANNEL=MATERIAL, not 'soft'");
+  EXPECT_EQ(error_of(material, "curve:x:a/b:0"), "--map curve takes PROPERTY=FRACTION, not '0'");
+  EXPECT_EQ(error_of(material, "hardness"),
+            "--map takes direct:..., blend:..., curve:..., colour:..., material:... or region:..., as in its help, "
+            "not 'hardness'");
+}
+
 TEST(PrintingOptions, GiveCellRegionsMapsOfTheirOwn) {
   const auto printing =
       parse_printing({.materials = {"soft=#102030"},
