@@ -116,11 +116,29 @@ std::string describe_rest(const CLI::App& app, const CLI::App& command) {
   const auto option = std::ranges::find_if(rest, [](const std::string& word) { return word.starts_with("--"); });
   if (option != rest.end()) {
     const std::string name = option->substr(0, option->find('='));
-    return "unknown option " + echoed(name) + meant(name, option_names(command));
+    const std::vector<std::string> names = option_names(command);
+    if (&command != &app && std::ranges::find(names, name) != names.end()) {
+      return name + " stands behind its command, as in " + app.get_name() + " " + command.get_name() + " " + name;
+    }
+    return "unknown option " + echoed(name) + meant(name, names);
   }
   if (rest.empty()) return "";
   if (&command == &app) return "unknown command " + echoed(rest.front()) + meant(rest.front(), command_names(app));
   return "unexpected argument " + echoed(rest.front());
+}
+
+/// What CLI11 says of a number that it can't read, with what the option takes.
+std::string describe_conversion(const CLI::App& command, const std::string& what) {
+  const std::string_view begin = "Could not convert: ", middle = " = ";
+  const std::size_t end = what.find(middle);
+  if (!what.starts_with(begin) || end == std::string::npos) return what;
+  const std::string name = what.substr(begin.size(), end - begin.size());
+  const CLI::Option* const option = command.get_option_no_throw(name);
+  const std::string type = option == nullptr ? "" : option->get_type_name();
+  std::string number = "a number";
+  if (type.starts_with("INT")) number = "a whole number";
+  if (type.starts_with("UINT")) number = "a whole number from 0 on";
+  return name + " takes " + number + ", not '" + echoed(what.substr(end + middle.size())) + "'";
 }
 
 }  // namespace
@@ -216,7 +234,7 @@ std::string describe_parse_error(const CLI::App& app, const CLI::ParseError& err
   const CLI::App& command = parsed_command(app);
   const std::string rest = describe_rest(app, command);
   const std::string name = &command == &app ? "ccslice" : "ccslice " + command.get_name();
-  const std::string what = rest.empty() ? std::string(error.what()) : rest;
+  const std::string what = rest.empty() ? describe_conversion(command, error.what()) : rest;
   return what + "\n" + name + " --help shows what there is";
 }
 

@@ -495,7 +495,7 @@ std::string help_text(const Resources& resources) {
       "Examples:\n"
       "  ccsliced --listen 127.0.0.1:50051 --log-format json\n"
       "  CCSLICE_CACHE_BYTES=4GiB CCSLICE_MESH_TTL=2h ccsliced\n"
-      "  ccslice --server localhost:50051 info\n"
+      "  ccslice info --server localhost:50051\n"
       "\n"
       "The contract is proto/ccslice/v1; gRPC reflection and grpc.health.v1 are served too.\n";
   return text;

@@ -43,7 +43,9 @@ struct SmallApp {
   SmallApp() {
     app.require_subcommand(1);
     app.add_subcommand("slice", "Slice a mesh")->add_option("--pitch", pitch, "Voxel pitch")->required();
-    app.add_subcommand("plan", "Say what slicing would give");
+    CLI::App* const plan = app.add_subcommand("plan", "Say what slicing would give");
+    plan->add_option("--seed", seed, "Another pattern");
+    plan->add_option("--shift", shift, "So many voxels");
   }
   std::string error_of(std::vector<std::string> arguments) {
     std::reverse(arguments.begin(), arguments.end());
@@ -57,6 +59,8 @@ struct SmallApp {
 
   CLI::App app{"A program", "ccslice"};
   double pitch = 0;
+  unsigned seed = 0;
+  int shift = 0;
 };
 
 TEST(Help, ErrorsSayWhatWasMeantAndWhereHelpIs) {
@@ -67,6 +71,21 @@ TEST(Help, ErrorsSayWhatWasMeantAndWhereHelpIs) {
   EXPECT_THAT(SmallApp().error_of({"slice", "--pitch=1", "more"}), HasSubstr("unexpected argument more"));
   EXPECT_THAT(SmallApp().error_of({"slice"}), HasSubstr("--pitch is required"));
   EXPECT_THAT(SmallApp().error_of({"sl\x1b[31mce"}), testing::Not(HasSubstr("\x1b")));
+}
+
+TEST(Help, ErrorsSayThatOptionsStandBehindTheirCommand) {
+  EXPECT_THAT(SmallApp().error_of({"--pitch", "1", "slice"}),
+              HasSubstr("--pitch stands behind its command, as in ccslice slice --pitch\nccslice slice --help"));
+  EXPECT_THAT(SmallApp().error_of({"--seed=1", "plan"}), HasSubstr("--seed stands behind its command"));
+  EXPECT_THAT(SmallApp().error_of({"--pitch", "1"}), HasSubstr("unknown option --pitch\n"));
+  EXPECT_THAT(SmallApp().error_of({"--pitch", "1", "plan"}), HasSubstr("unknown option --pitch\n"));
+}
+
+TEST(Help, ErrorsSayWhichNumbersAnOptionTakes) {
+  EXPECT_THAT(SmallApp().error_of({"slice", "--pitch", "0.2mm"}), HasSubstr("--pitch takes a number, not '0.2mm'"));
+  EXPECT_THAT(SmallApp().error_of({"plan", "--seed=-1"}), HasSubstr("--seed takes a whole number from 0 on, not '-1'"));
+  EXPECT_THAT(SmallApp().error_of({"plan", "--shift", "1.5"}), HasSubstr("--shift takes a whole number, not '1.5'"));
+  EXPECT_THAT(SmallApp().error_of({"plan", "--shift", "\x1b[31m"}), testing::Not(HasSubstr("\x1b")));
 }
 
 TEST(Help, IsAsWideAsTheTerminal) {
