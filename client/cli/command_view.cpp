@@ -16,6 +16,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/console.h"
+#include "client/cli/json.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/view_server.h"
 
@@ -45,12 +46,18 @@ void open_browser(const std::string& address) {
   posix_spawn_file_actions_destroy(&quiet);
 }
 
+void tell_address(const Session& session, const std::string& address) {
+  if (!session.options().json) return print_line(address);
+  JsonWriter json;
+  print_line(json.begin_object().member("address", address).end_object().text());
+}
+
 void run_view(Session& session, const ViewOptions& options) {
   const std::string id = ensure_on_server(session, options.mesh);
   const std::string name =
       names_mesh_id(options.mesh) ? "" : std::filesystem::path(options.mesh.mesh).filename().string();
   ViewServer server(session, {id, name}, options.port);
-  print_line(server.address());
+  tell_address(session, server.address());
   std::fflush(stdout);  // Somebody waits for it.
   if (!session.quiet()) print_note("open this address in a browser; Ctrl-C ends it");
   if (!options.no_open) open_browser(server.address());
@@ -72,7 +79,8 @@ Command add_view(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* app = parent.add_subcommand("view", "Show cuts through a part in the browser, and move them");
   add_mesh_options(*app, options->mesh);
-  app->add_option("--port", options->port, "Port of 127.0.0.1 that the page is served on (default: any free one)");
+  app->add_option("--port", options->port, "Port of 127.0.0.1 that the page is served on (default: any free one)")
+      ->check(CLI::Range(0, 65535));
   app->add_flag("--no-open", options->no_open, "Only print the address");
   add_server_options(*app, common);
   app->footer(

@@ -9,6 +9,7 @@
 import json
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -71,6 +72,15 @@ class Commands:
         validate(document, name, self.seen)
         return document
 
+    def run_until_it_speaks(self, name, *words):
+        """Of a command that goes on, what it prints first."""
+        command = self._start + [*words, "--json", *self._server]
+        with subprocess.Popen(command, cwd=self._folder, stdout=subprocess.PIPE) as process:
+            line = process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+        require(process.returncode == 0, f"{words}: exit {process.returncode}")
+        validate(json.loads(line), name, self.seen)
+
     def give_regions(self, path, to):
         """Halves of its cells."""
         mesh = json.loads((self._folder / path).read_text(encoding="utf-8"))
@@ -113,6 +123,7 @@ def check_answers(commands):
                  "layer.png")
     commands.run("preview", "preview", "box.ccmesh", "--sweep", "3", "-o", "sweep.png")
     commands.run("picture", "picture", "box.ccmesh", "--voxels", "16", "--width", "32", "-o", "box.png")
+    commands.run_until_it_speaks("view", "view", "box.ccmesh", "--no-open")
     for command in (["plan", "box.ccmesh", "--pitch=-1"], ["models", "teapot"], ["slice"]):
         failure = commands.run("error", *command, exit_code=2, local=command[0] == "models")
         require(failure["error"]["exit_code"] == 2, failure)

@@ -64,6 +64,24 @@ class View : public CommandLine {
   std::unique_ptr<httplib::Client> http_;
 };
 
+TEST_F(View, TellsItsAddressAsJson) {
+  const std::unique_ptr<Process> process = start({"view", box_, "--no-open", "--json"}, server_->address());
+  std::string line;
+  for (int wait = 0; wait < 1000 && !line.ends_with('\n'); ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    line = process->out_so_far();
+  }
+  EXPECT_THAT(json_at(line, "address").string_value(), StartsWith("http://127.0.0.1:"));
+  process->send_signal(SIGINT);
+  EXPECT_EQ(process->wait().exit_code, cli::kExitOk);
+}
+
+TEST_F(View, NamesAPortThatIsNone) {
+  const ProcessResult result = run({"view", box_, "--no-open", "--port", "80000"});
+  EXPECT_EQ(result.exit_code, cli::kExitUsage);
+  EXPECT_THAT(result.err, HasSubstr("80000 not in range 0 to 65535"));
+}
+
 TEST_F(View, GivesItsPageToAnybodyAndItsCallsToTheToken) {
   const auto page = http_->Get("/");
   ASSERT_TRUE(page);
