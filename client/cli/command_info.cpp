@@ -127,7 +127,8 @@ void print_meshes(Session& session) {
     if (!session.options().json) print_line(describe(mesh));
     add_json(mesh, json);
   }
-  if (session.options().json) print_line(json.end_array().text());
+  if (session.options().json) return print_line(json.end_array().text());
+  if (meshes.empty() && !session.quiet()) print_note("the server holds no meshes");
 }
 
 void run_info(Session& session, const InfoOptions& options) {

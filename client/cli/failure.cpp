@@ -63,6 +63,10 @@ Failure failure_of_call(const client::ClientError& error) {
   const std::string code = client::status_code_name(error.code());
   std::string message = echoed(in_terms_of_options(error.what()), kMaxMessageBytes);
   if (message.empty()) message = code;
+  // Only the call's own deadline has no reason; gRPC says of it no more than that it has passed.
+  if (error.code() == grpc::StatusCode::DEADLINE_EXCEEDED && error.reason().empty()) {
+    message = "not done within the time of --timeout; give more seconds, or leave it out";
+  }
   if (!error.missing_mesh_id().empty()) message += "; upload its file again, or name the file instead of the id";
   return {exit_code_of(error), error.reason().empty() ? code : echoed(error.reason()), message};
 }

@@ -30,8 +30,11 @@ std::vector<fs::path> files_of_ours(const fs::path& path) {
   for (const fs::directory_entry& entry : fs::directory_iterator(path, status)) {
     if (is_ours(entry.path())) files.push_back(entry.path());
   }
-  if (status)
-    throw Error(ErrorCode::kFileUnwritable, "cannot read the folder " + path.string() + ": " + status.message());
+  if (status) {
+    const char* const remedy = status == std::errc::not_a_directory ? "; name a folder that is new or empty" : "";
+    throw Error(ErrorCode::kFileUnwritable,
+                "cannot read the folder " + path.string() + ": " + status.message() + remedy);
+  }
   return files;
 }
 

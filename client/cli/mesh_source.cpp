@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string_view>
@@ -171,7 +172,15 @@ const char* remedy_of(ErrorCode code) {
   return code == ErrorCode::kMeshCoordinateOutOfRange ? " (--units says what unit the file is in)" : "";
 }
 
+void refuse_broken_id(const std::string& mesh) {
+  std::error_code ignored;
+  if (!mesh.starts_with("sha256:") || std::filesystem::exists(mesh, ignored)) return;
+  throw Error(ErrorCode::kFileUnreadable,
+              mesh + " is no file, and no mesh's id: those have 64 hexadecimal digits in lower case behind sha256:");
+}
+
 LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) {
+  refuse_broken_id(options.mesh);
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
   const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
   MeshFile file = read_any(bytes, options.mesh);

@@ -516,6 +516,28 @@ TEST_F(CommandLine, TheTimeoutEndsAJob) {
             fake.address())
           ->wait();
   EXPECT_EQ(result.exit_code, cli::kExitUnreachable);
+  EXPECT_THAT(result.err, HasSubstr("not done within the time of --timeout; give more seconds"));
+}
+
+TEST_F(CommandLine, SaysThatAServerHoldsNoMeshes) {
+  const server::Server empty(local_server_options());
+  const ProcessResult text = start({"info", "--meshes"}, empty.address())->wait();
+  EXPECT_EQ(text.out, "");
+  EXPECT_THAT(text.err, HasSubstr("the server holds no meshes"));
+  EXPECT_EQ(start({"info", "--meshes", "--quiet"}, empty.address())->wait().err, "");
+  const ProcessResult json = start({"info", "--meshes", "--json"}, empty.address())->wait();
+  EXPECT_EQ(json.out, "[]\n");
+  EXPECT_EQ(json.err, "");
+}
+
+TEST_F(CommandLine, IdsThatWereCutShortAreNamed) {
+  const ProcessResult result = run_alone({"info", "sha256:4dbb"});
+  EXPECT_EQ(result.exit_code, cli::kExitInput);
+  EXPECT_THAT(result.err, HasSubstr("sha256:4dbb is no file, and no mesh's id: those have 64 hexadecimal digits"));
+  fs::copy_file(box_, path("sha256:box"));
+  Process named({"/bin/bash", "-c", "cd \"$1\" && exec \"$0\" info sha256:box", CCSLICE_BINARY, folder_.path()},
+                folder_.path());
+  EXPECT_EQ(named.wait().exit_code, cli::kExitOk) << "a file may be called so";
 }
 
 TEST_F(CommandLine, ConvertWritesBezierCells) {

@@ -347,7 +347,9 @@ TEST_F(CommandLine, WhatCannotBeWrittenIsAnOutputError) {
   EXPECT_EQ(unwritable.exit_code, cli::kExitOutput) << unwritable.err;
   EXPECT_THAT(unwritable.err, HasSubstr("cannot make the folder /proc/ccslice"));
   cli::write_file(path("file"), "mine");
-  EXPECT_EQ(slice_into(path("file")).exit_code, cli::kExitOutput);
+  const ProcessResult file = slice_into(path("file"));
+  EXPECT_EQ(file.exit_code, cli::kExitOutput);
+  EXPECT_THAT(file.err, HasSubstr("/file: Not a directory; name a folder that is new or empty"));
   EXPECT_EQ(read_whole(path("file")), "mine");
 
   std::vector<std::string> limited = {"/bin/bash", "-c", "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"",
