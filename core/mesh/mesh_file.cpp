@@ -4,7 +4,9 @@
 #include "core/mesh/mesh_file.h"
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +15,7 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/mesh/byte_order.h"
 #include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_exodus.h"
 #include "core/mesh/read_gmsh.h"
@@ -54,6 +57,33 @@ void leave_out_numbers_with_known_names(MeshFile& file) {
                             "' left out: others before are called so, too; rename one of the arrays");
     return true;
   });
+}
+
+/// A header of 80 bytes, the number of triangles, and 50 bytes for each, its unit normal or zeros first.
+bool is_binary_stl(std::string_view bytes) {
+  constexpr std::size_t kHead = 80, kTriangle = 50, kMostLookedAt = 100;
+  constexpr double kTolerance = 1e-2;
+  if (bytes.size() < kHead + 4 + kTriangle) return false;
+  const std::uint64_t triangles = little_endian(bytes.substr(kHead, 4));
+  if (bytes.size() != kHead + 4 + kTriangle * triangles) return false;
+  for (std::size_t t = 0; t < std::min<std::size_t>(triangles, kMostLookedAt); ++t) {
+    double squared = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::string_view number = bytes.substr(kHead + 4 + kTriangle * t + 4 * axis, 4);
+      const double along = std::bit_cast<float>(static_cast<std::uint32_t>(little_endian(number)));
+      squared += along * along;
+    }
+    if (squared != 0 && !(std::abs(squared - 1) < kTolerance)) return false;
+  }
+  return true;
+}
+
+/// The format's name if the file is known to hold triangles of a surface.
+std::string_view surface_format(std::string_view bytes) {
+  constexpr std::size_t kBegin = 1000;
+  const bool has_facet = bytes.substr(0, kBegin).find("facet normal") != std::string_view::npos;
+  if (is_binary_stl(bytes) || (bytes.starts_with("solid") && has_facet)) return "an STL file";
+  return bytes.starts_with("ply\n") || bytes.starts_with("ply\r\n") ? "a PLY file" : "";
 }
 
 }  // namespace
@@ -112,6 +142,8 @@ UnreadFile describe_unread(std::string_view bytes) {
   constexpr std::string_view kUtf16 = "the text is in UTF-16, which is not read; save it as UTF-8";
   constexpr std::string_view kMeditBinary =
       "this is MEDIT's binary format (.meshb), which is not read; save it as .mesh";
+  constexpr std::string_view kStep =
+      "this is a STEP file, a part of CAD; `gmsh -3 part.step -o part.msh` makes a mesh of it (docs/from-cad.md)";
   constexpr std::string_view kGzip = "the file is compressed with gzip; unpack it first";
   constexpr Magic kMagics[] = {{"\x89HDF\r\n", kHdf5},
                                {"\xff\xfe", kUtf16},
@@ -121,9 +153,18 @@ UnreadFile describe_unread(std::string_view bytes) {
                                {"\x1f\x8b", kGzip},
                                {{"\1\0\0\0", 4}, kMeditBinary},
                                {{"\0\0\0\1", 4}, kMeditBinary},
+                               {"ISO-10303-21", kStep},
                                {"$NOD", "Gmsh files of version 1 are not read; save it with `gmsh -format msh41`"}};
   for (const Magic& magic : kMagics) {
     if (bytes.starts_with(magic.bytes)) return {std::string(magic.text), true};
+  }
+  const std::string surface =
+      "which holds a surface only; " + kNeedsVolumeCells + " (docs/from-cad.md); 'meshio convert' makes none";
+  if (const std::string_view format = surface_format(bytes); !format.empty()) {
+    return {"this is " + std::string(format) + ", " + surface, true};
+  }
+  if (bytes.starts_with("PK\x03\x04")) {
+    return {"this is a ZIP archive; unpack it first, unless it is a .3mf, " + surface, true};
   }
   return {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "

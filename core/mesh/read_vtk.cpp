@@ -50,8 +50,11 @@ class VtkReader {
     expect("DATASET");
     const std::string_view dataset = scanner_.next("'UNSTRUCTURED_GRID'");
     if (!equals_ignoring_case(dataset, "UNSTRUCTURED_GRID")) {
+      const bool surface = equals_ignoring_case(dataset, "POLYDATA");
       scanner_.fail_with(ErrorCode::kFileUnsupported,
-                         "data set '" + printable(dataset) + "' is not read; save the mesh as UNSTRUCTURED_GRID");
+                         "data set '" + printable(dataset) + "' " +
+                             (surface ? "holds a surface only; " + kNeedsVolumeCells
+                                      : "is not read; save the mesh as UNSTRUCTURED_GRID"));
     }
   }
 

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -122,6 +124,38 @@ TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
   expect(std::string("\0\0\0\1\0\0\0\2", 8), "save it as .mesh");
   expect("$NOD\n8\n", "gmsh -format msh41");
   EXPECT_FALSE(describe_unread("solid cube").known);
+}
+
+/// Binary STL: 80 bytes of anything, the number of triangles, and 50 bytes for each.
+std::string binary_stl(std::uint32_t triangles, float normal_z = 1) {
+  std::string bytes(80, 'x');
+  bytes.append(reinterpret_cast<const char*>(&triangles), sizeof triangles);
+  const std::array<float, 12> triangle = {0, 0, normal_z, 0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    bytes.append(reinterpret_cast<const char*>(triangle.data()), sizeof triangle).append(2, '\0');
+  }
+  return bytes;
+}
+
+TEST(MeshFile, FilesOfSurfacesAndOfCadHaveARemedy) {
+  const auto expect = [](const std::string& bytes, const std::string& part) {
+    expect_error([&] { read_mesh(bytes); }, ErrorCode::kFileUnsupported, part);
+    EXPECT_TRUE(describe_unread(bytes).known) << part;
+  };
+  const std::string surface = "holds a surface only; a solid needs volume cells: mesh the inside too";
+  expect("solid cube\n  facet normal 0 0 1\n    outer loop\n", "this is an STL file, which " + surface);
+  expect(binary_stl(1), "this is an STL file, which " + surface);
+  expect(binary_stl(12, 0), "this is an STL file, which " + surface);
+  expect("ply\nformat ascii 1.0\n", "this is a PLY file, which " + surface);
+  expect("ply\r\nformat ascii 1.0\r\n", "this is a PLY file, which " + surface);
+  expect("PK\x03\x04\x14", "this is a ZIP archive; unpack it first, unless it is a .3mf, which " + surface);
+  expect("ISO-10303-21;\nHEADER;\n", "this is a STEP file, a part of CAD; `gmsh -3 part.step -o part.msh`");
+  EXPECT_FALSE(describe_unread("plywood").known);
+  EXPECT_FALSE(describe_unread("solid facets").known);
+  EXPECT_FALSE(describe_unread(binary_stl(0)).known);
+  EXPECT_FALSE(describe_unread(binary_stl(2) + "x").known);
+  EXPECT_FALSE(describe_unread(binary_stl(2, 7)).known) << "that is no normal";
+  EXPECT_FALSE(describe_unread(std::string(84, 'x')).known);
 }
 
 TEST(MeshFile, UnreadableFilesAreNamed) {

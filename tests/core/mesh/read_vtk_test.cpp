@@ -114,7 +114,9 @@ TEST(ReadVtk, RefusesOtherKindsOfFiles) {
   expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nBASE64\nDATASET UNSTRUCTURED_GRID\n"); },
                ErrorCode::kFileSyntax, "expected 'ASCII' or 'BINARY', found 'BASE64'");
   expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n"); },
-               ErrorCode::kFileUnsupported, "POLYDATA");
+               ErrorCode::kFileUnsupported, "POLYDATA' holds a surface only; a solid needs volume cells");
+  expect_error([] { read_vtk("# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_GRID\n"); },
+               ErrorCode::kFileUnsupported, "'STRUCTURED_GRID' is not read; save the mesh as UNSTRUCTURED_GRID");
   expect_error([] { read_vtk("<?xml version=\"1.0\"?>"); }, ErrorCode::kFileSyntax, "vtk DataFile");
 }
 
