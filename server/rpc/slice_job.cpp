@@ -62,12 +62,24 @@ Box3 box_of(const VoxelRegion& region, const Grid& grid) {
 
 Box3 grid_box(const Grid& grid) { return box_of(whole_region(grid), grid); }
 
+std::string place_text(const Vec3& place, int digits) {
+  return "(" + number_text(place.x(), digits) + ", " + number_text(place.y(), digits) + ", " +
+         number_text(place.z(), digits) + ") mm";
+}
+
 void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
   if (solid.folding_cells > 0) {
+    constexpr int kDigits = 4;
+    std::string where;
+    if (!solid.folds.empty()) {
+      const FoldPlace& fold = solid.folds.front();
+      where = ", one of them in control cell " + std::to_string(fold.control_cell) + " near " +
+              place_text(job.placement * fold.position, kDigits);
+    }
     v1::PlanWarning& warning =
         add_warning(plan, v1::PLAN_WARNING_KIND_FOLDS,
-                    "the limit volume folds over itself in " + std::to_string(solid.folding_cells) +
-                        " limit cells; there the lowest cell gives the material. Untwist the control mesh there");
+                    "the limit volume folds over itself in " + std::to_string(solid.folding_cells) + " limit cells" +
+                        where + "; there the lowest cell gives the material. Untwist the control mesh there");
     for (const FoldPlace& fold : solid.folds) {
       *warning.add_places_mm() = to_message(Vec3(job.placement * fold.position));
       warning.add_control_cells(fold.control_cell);
@@ -217,12 +229,10 @@ void warn_of_thin_features(const SliceJob& job, const LimitSolid& solid, const S
   const ThinFeatures found = find_thin_features(solid, job.placement, smallest, cancel);
   if (found.places.empty()) return;
   const ThinPlace& thinnest = found.places.front();
-  const Vec3& at = thinnest.position;
   v1::PlanWarning& warning = add_warning(
       plan, v1::PLAN_WARNING_KIND_THIN_FEATURE,
-      "the part is only " + number_text(thinnest.thickness_mm, kDigits) + " mm thick at (" +
-          number_text(at.x(), kDigits + 1) + ", " + number_text(at.y(), kDigits + 1) + ", " +
-          number_text(at.z(), kDigits + 1) + ") mm, less than the smallest feature of " +
+      "the part is only " + number_text(thinnest.thickness_mm, kDigits) + " mm thick at " +
+          place_text(thinnest.position, kDigits + 1) + ", less than the smallest feature of " +
           number_text(thinnest.least_mm, kDigits) + " mm" + (smallest.mm > 0 ? "" : " there, two voxels") + ", as at " +
           std::to_string(found.places.size()) + " of " + std::to_string(found.samples) +
           " places of the surface that were looked at. It may come out broken or not at all: thicken it, scale the "

@@ -135,7 +135,10 @@ TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
   mesh.set_allow_folds(true);
   request_.set_mesh_id(server_.upload_good(mesh));
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_FOLDS));
-  EXPECT_GT(response_.warnings(0).places_mm_size(), 0);
+  const v1::PlanWarning& folds = response_.warnings(0);
+  EXPECT_GT(folds.places_mm_size(), 0);
+  EXPECT_THAT(folds.message(), testing::ContainsRegex("limit cells, one of them in control cell " +
+                                                      std::to_string(folds.control_cells(0)) + " near \\([0-9.-]+, "));
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_INVERTED_CELLS));
 }
 
