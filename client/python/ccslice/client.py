@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optio
 import grpc
 import numpy as np
 
-from .connection import Calls, Identity
+from .connection import Calls, Identity, is_mesh_id
 from .errors import AnswerError, CallError, call_error
 from .layers import Assembler, Layer
 from .local_server import LocalServer
@@ -351,6 +351,9 @@ class Client:
     def _mesh_id(self, mesh: Union[Mesh, str]) -> str:
         """Uploads a mesh that this client hasn't yet."""
         if isinstance(mesh, str):
+            if not is_mesh_id(mesh):
+                raise ValueError(f"{mesh!r} isn't the id of a mesh, \"sha256:\" and 64 hexadecimal digits; "
+                                 "Mesh.from_file reads .ccmesh files")
             return mesh
         if not isinstance(mesh, Mesh):
             raise ValueError(f"mesh is a ccslice.Mesh or the id of an uploaded one, not {type(mesh).__name__}")

@@ -30,6 +30,10 @@ _OPTIONS = [
 ]
 
 
+def is_mesh_id(text: str) -> bool:
+    return _MESH_ID.fullmatch(text) is not None
+
+
 class Identity:
     """Whom a client trusts, and who it is: paths of files, else those of the environment's variables."""
 
@@ -108,4 +112,4 @@ class Calls:
         return self._stub.GetPreparation.future(request, metadata=self._about(request.mesh_id), timeout=timeout)
 
     def _about(self, mesh_id: str) -> List[Tuple[str, str]]:
-        return self._metadata + ([("ccslice-mesh-id", mesh_id)] if _MESH_ID.fullmatch(mesh_id) else [])
+        return self._metadata + ([("ccslice-mesh-id", mesh_id)] if is_mesh_id(mesh_id) else [])

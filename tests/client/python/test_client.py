@@ -345,6 +345,8 @@ class WrongArguments(unittest.TestCase):
             self.refused("list of names", lambda: client.plan(mesh, 1, channels="g"))
             self.refused("is one of uint8", lambda: client.plan(mesh, 1, channels={"g": "float64"}))
             self.refused("mesh is a ccslice.Mesh", lambda: client.plan(CORNERS, 1))
+            for text in ("part.ccmesh", "sha256:" + "0" * 63, "sha256:" + "F" * 64):
+                self.refused("Mesh.from_file reads .ccmesh files", lambda: client.plan(text, 1))
             self.refused("isn't empty", lambda: list(client.slice(mesh, 1, layers=range(3, 3))))
             self.refused("points_mm has shape (n, 3)", lambda: client.probe(mesh, [1, 2, 3]))
             for cell in (-1, 2**32):
