@@ -7,6 +7,7 @@
 
 The stubs come from the contract (packages python3-grpcio, python3-protobuf, python3-zstandard, python3-pil, protobuf-compiler-grpc):
 
+    mkdir STUBS
     protoc -I proto -I tests/foreign/proto --python_out=STUBS --grpc_python_out=STUBS \\
         --plugin=protoc-gen-grpc_python=/usr/bin/grpc_python_plugin \\
         proto/ccslice/v1/*.proto proto/google/rpc/*.proto tests/foreign/proto/reflection.proto
