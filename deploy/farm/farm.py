@@ -455,7 +455,9 @@ def main():
         one.set_defaults(run=run)
     words = sys.argv[1:]
     end = words.index("--") if "--" in words else len(words)
-    arguments = parser.parse_args(words[:end])
+    arguments, unknown = parser.parse_known_args(words[:end])
+    if unknown:
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}; the options of ccslice slice stand behind --")
     arguments.options = words[end + 1:]
     try:
         sys.exit(arguments.run(arguments))

@@ -161,6 +161,8 @@ def run(row, ccsliced, ccslice, folder, broker, long):
         begin = time.monotonic()
         for name, mesh in meshes.items():
             trial.submit(name, mesh, *options[name])
+        odd = trial.farm("submit", "odd", meshes["ring"], "--pitch", "0.5").stderr.strip()
+        row(f"{label}: options before --", odd[-60:], "options of ccslice slice stand behind --" in odd)
         trial.submit("poisoned", meshes["ring"], "--pitch", "0.5", "--contours", "of no kind", shares=2)
         kills = _disturb(trial, meshes, begin, long)
         seconds = time.monotonic() - begin
