@@ -126,7 +126,7 @@ void report_joined(const Session& session, const JoinOptions& options, const Joi
     if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
     return print_line(json.end_object().text());
   }
-  print_line(show_count(job.layers()) + " layers of " + show_count(job.shares().size()) + " folders, " +
+  print_line(show_count(job.layers(), "layer") + " of " + show_count(job.shares().size(), "folder") + ", " +
              show_count(result.files) + " files, " + show_count(result.linked_files) + " of them linked, in " +
              show_duration(result.seconds) + " -> " + options.output);
   if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);

@@ -81,7 +81,7 @@ void run_package(Session& session, const PackageOptions& options) {
     json.begin_object().member("file", options.output).member("layers", stack.layers()).member("size_bytes", bytes);
     return print_line(json.end_object().text());
   }
-  print_line(options.output + ": " + show_count(stack.layers()) + " layers, " + show_bytes(bytes));
+  print_line(options.output + ": " + show_count(stack.layers(), "layer") + ", " + show_bytes(bytes));
 }
 
 }  // namespace

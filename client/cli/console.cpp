@@ -49,6 +49,10 @@ std::string show_count(std::uint64_t count) {
   return digits;
 }
 
+std::string show_count(std::uint64_t count, std::string_view noun) {
+  return show_count(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+}
+
 std::string show_duration(double seconds) {
   if (seconds < 10) return formatted("%.1f s", seconds);
   const auto whole = static_cast<std::uint64_t>(std::llround(seconds));
@@ -69,7 +73,7 @@ std::string show_place(const std::array<double, 3>& place) {
 
 std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high) {
   const double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
-  const double nothing = 1e-9 * std::max({x, y, z});  // As exact as boxes are.
+  const double nothing = 5e-7 * std::max({x, y, z});  // Below the digits that the size is shown with.
   const auto shown = [&](double place) { return show_number(std::abs(place) < nothing ? 0 : place); };
   return show_size(x, y, z) + " mm, from (" + shown(low[0]) + ", " + shown(low[1]) + ", " + shown(low[2]) + ")";
 }

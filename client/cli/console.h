@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace ccslice::cli {
 
@@ -28,6 +29,8 @@ void print_note(const std::string& text);
 std::string show_bytes(std::uint64_t bytes);
 /// "507,012,345".
 std::string show_count(std::uint64_t count);
+/// "1 layer", "1,234 layers".
+std::string show_count(std::uint64_t count, std::string_view noun);
 /// "0.3 s", "42 s", "3 min 20 s", "2 h 5 min".
 std::string show_duration(double seconds);
 /// "83.53": up to 6 significant digits.
@@ -36,7 +39,7 @@ std::string show_number(double number);
 std::string show_size(double x, double y, double z);
 /// "(0, -10, 3.5)".
 std::string show_place(const std::array<double, 3>& place);
-/// "83.53 x 83.53 x 17.28 mm, from (0, -10, 3.5)". Rounding errors of boxes are shown as 0.
+/// "83.53 x 83.53 x 17.28 mm, from (0, -10, 3.5)". What is below the digits of the size is shown as 0.
 std::string show_box(const std::array<double, 3>& low, const std::array<double, 3>& high);
 
 /// How long the rest takes at the pace so far. Nothing while that tells little: after a few seconds, or a few pieces of

@@ -38,9 +38,9 @@ void report_sliced(const Session& session, const std::string& output, const Plan
     json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
     return print_line(json.end_object().text());
   }
-  const std::string said = show_count(outcome.layers) + " layers, " + show_count(outcome.voxel_count) +
-                           " voxels inside, " + show_bytes(result.written_bytes) + " in " +
-                           show_duration(result.seconds) + " -> " + place_of(output);
+  const std::string said = show_count(outcome.layers, "layer") + ", " + show_count(outcome.voxel_count, "voxel") +
+                           " inside, " + show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
+                           " -> " + place_of(output);
   if (output != "-") {
     print_line(said);
     if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
@@ -62,7 +62,7 @@ void report_complete(const Session& session, const std::string& output, const Pl
     json.member("layers", job.layers()).member("written_bytes", std::uint64_t{0}).member("complete_before", true);
     return print_line(json.end_object().text());
   }
-  print_line(show_count(job.layers()) + " layers -> " + output);
+  print_line(show_count(job.layers(), "layer") + " -> " + output);
 }
 
 void warn_of_materials(const client::SliceOutcome& outcome) {

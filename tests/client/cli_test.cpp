@@ -162,9 +162,18 @@ TEST(Console, ShowsNumbersForPeople) {
   EXPECT_EQ(show_bytes(999'950), "1.0 MB");
   EXPECT_EQ(show_count(507012345), "507,012,345");
   EXPECT_EQ(show_count(12), "12");
+  EXPECT_EQ(show_count(1, "layer"), "1 layer");
+  EXPECT_EQ(show_count(0, "layer"), "0 layers");
+  EXPECT_EQ(show_count(1234, "layer"), "1,234 layers");
   EXPECT_EQ(show_duration(0.34), "0.3 s");
   EXPECT_EQ(show_duration(200), "3 min 20 s");
   EXPECT_EQ(show_duration(7500), "2 h 5 min");
+}
+
+TEST(Console, ShowsPlacesToTheDigitsOfTheSize) {
+  EXPECT_EQ(show_box({-8.1e-7, 3.1e-6, 0}, {46.107, 46.2762, 20.64}), "46.107 x 46.2762 x 20.64 mm, from (0, 0, 0)");
+  EXPECT_EQ(show_box({-8.1e-7, 1e-4, 2}, {46.107, 46.2763, 20.64}), "46.107 x 46.2762 x 18.64 mm, from (0, 0.0001, 2)");
+  EXPECT_EQ(show_box({3.1e-6, 0, 0}, {4.1e-6, 1e-6, 1e-6}), "1e-06 x 1e-06 x 1e-06 mm, from (3.1e-06, 0, 0)");
 }
 
 TEST(Console, EstimatesOfTheTimeLeftWaitUntilTheyMeanSomething) {

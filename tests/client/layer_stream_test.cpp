@@ -65,6 +65,7 @@ TEST_F(LayerStreamTest, OneLayerOfOneFileComesAsItIs) {
   EXPECT_EQ(result.err, "");
   const ProcessResult outline = run(job({"--layers=3", "--contours=csv", "-o", "-"}));
   EXPECT_THAT(outline.out, testing::StartsWith("loop,x_mm,y_mm\n0,"));
+  EXPECT_THAT(outline.err, HasSubstr("1 layer, "));
   const ProcessResult two = run(job({"--layers=3", "--occupancy", "--channel=gradient", "-o", "-"}));
   EXPECT_THAT(two.out, testing::StartsWith("layer_0003_occupancy.png")) << "two files need an archive";
 }
