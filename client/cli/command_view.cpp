@@ -66,6 +66,8 @@ void run_view(Session& session, const ViewOptions& options) {
     constexpr std::chrono::milliseconds kLook(100);
     while (!over && !session.call().cancellation->wait_for(kLook)) {
     }
+    // Who has read the address may interrupt before the server runs, and stop() does nothing to one that doesn't yet.
+    while (!over && !server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     server.stop();
   });
   server.run();

@@ -308,6 +308,8 @@ std::string ViewServer::address() const {
 
 void ViewServer::run() { state_->server.listen_after_bind(); }
 
+bool ViewServer::is_running() const { return state_->server.is_running(); }
+
 void ViewServer::stop() { state_->server.stop(); }
 
 }  // namespace ccslice::cli

@@ -28,7 +28,8 @@ class ViewServer {
   std::string address() const;
   /// Serves until stop().
   void run();
-  /// From any thread.
+  /// From any thread, both. What doesn't run yet isn't stopped.
+  bool is_running() const;
   void stop();
 
  private:
