@@ -73,12 +73,12 @@ class PlanarNest {
       const PlanarOperator& now = operators.lines()[op];
       for (std::size_t child = 1; child < 4; ++child) {
         RowMajor& patch = patches_.emplace_back(16, points);
-        now.stencils.apply(now.children[child].first_row, 16, ring_.data(), dimension, patch.data());
+        now.stencils.apply(now.rows_of(now.children[child]), ring_.data(), dimension, patch.data());
         fill_phantoms(patch.data(), 2, dimension, now.children[child].phantoms);
       }
       const ChildRows& next = now.children[0];
       RowMajor ring(next.count, points);
-      now.stencils.apply(next.first_row, next.count, ring_.data(), dimension, ring.data());
+      now.stencils.apply(now.rows_of(next), ring_.data(), dimension, ring.data());
       ring_.swap(ring);
       op = next.op;
     }
@@ -376,8 +376,7 @@ const LineResiduals::Known& LineResiduals::known(const LineBox& box) {
   for (; part.high.maxCoeff() <= 0.5; part.low *= 2, part.high *= 2) {
     const PlanarOperator& now = data_.operators.lines()[op];
     RowMajor next(now.children[0].count, points);
-    now.stencils.apply(now.children[0].first_row, now.children[0].count, ring.data(), static_cast<std::size_t>(points),
-                       next.data());
+    now.stencils.apply(now.rows_of(now.children[0]), ring.data(), static_cast<std::size_t>(points), next.data());
     ring.swap(next);
     op = now.children[0].op;
   }

@@ -10,10 +10,9 @@ namespace ccslice {
 
 namespace {
 
-/// Rows of an operator's stencils over bare positions.
-void apply_rows(const Stencils& stencils, const ChildRows& rows, const std::vector<PaddedPoint>& ring,
-                PaddedPoint* out) {
-  stencils.apply(rows.first_row, rows.count, ring.front().data(), 4, out->data());
+/// A child's points, from bare positions.
+void make_child(const PlanarOperator& op, std::size_t child, const std::vector<PaddedPoint>& ring, PaddedPoint* out) {
+  op.stencils.apply(op.rows_of(op.children[child]), ring.front().data(), 4, out->data());
 }
 
 PaddedPoint padded(const Vec3& p) { return {p.x(), p.y(), p.z(), 0}; }
@@ -62,11 +61,11 @@ void BoundarySurface::irregular_corner(BoundaryFaceId face, IrregularCorner& cor
 void BoundarySurface::split(IrregularCorner& corner, std::array<BezierPatch, 3>& patches) const {
   const PlanarOperator& op = data_->operators.surfaces()[corner.op];
   for (std::size_t c = 1; c < 4; ++c) {
-    apply_rows(op.stencils, op.children[c], corner.ring, patches[c - 1].b.data());
+    make_child(op, c, corner.ring, patches[c - 1].b.data());
     finish_patch(patches[c - 1], op.children[c].phantoms);
   }
   corner.spare.resize(op.children[0].count);
-  apply_rows(op.stencils, op.children[0], corner.ring, corner.spare.data());
+  make_child(op, 0, corner.ring, corner.spare.data());
   corner.ring.swap(corner.spare);
   corner.op = op.children[0].op;
   ++corner.level;

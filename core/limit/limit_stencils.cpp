@@ -47,15 +47,17 @@ class WeightTable {
     }
   }
 
-  /// What points weigh by way of the `count` points, from `first_made` on, that stencils make of them. REQUIRES: the
-  /// places of `made` are among ours.
-  void add_by_way_of(const Stencils& stencils, std::uint32_t first_row, const WeightTable& made, std::size_t count,
-                     std::size_t first_made = 0) {
-    for (std::size_t r = 0; r < count; ++r) {
-      for (std::uint32_t e = stencils.offsets[first_row + r]; e < stencils.offsets[first_row + r + 1]; ++e) {
-        add(stencils.indices[e], stencils.weights[e], made, first_made + r);
-      }
+  /// What points weigh by way of the point `made_point` that a row makes of them. REQUIRES: the places of `made` are
+  /// among ours.
+  void add_by_way_of(const Stencils& stencils, std::uint32_t row, const WeightTable& made, std::size_t made_point) {
+    for (std::uint32_t e = stencils.offsets[row]; e < stencils.offsets[row + 1]; ++e) {
+      add(stencils.indices[e], stencils.weights[e], made, made_point);
     }
+  }
+  /// By way of a child's points, which are the points of `made` from `first_made` on.
+  void add_by_way_of(const ChildStencils& parent, const ChildRows& child, const WeightTable& made,
+                     std::size_t first_made = 0) {
+    for (const std::uint32_t row : parent.rows_of(child)) add_by_way_of(parent.stencils, row, made, first_made++);
   }
 
   /// A phantom point is 2 * near - far: what it weighs, those weigh.
@@ -168,7 +170,7 @@ class StencilWalk {
       const CornerOperator::Child& inner = corner.children[0];
       const WeightTable made = below_vertex({at_level.star, inner.op, next_shared}, level + 1, deeper);
       for (std::size_t p = 0; p < star_points; ++p) next_star.add(p, 1, made, p);
-      columns.add_by_way_of(corner.stencils, inner.first_row, made, inner.count, star_points);
+      columns.add_by_way_of(corner, inner, made, star_points);
     }
     for (Range child{deeper.end, deeper.end}; child.begin < range.end; child.begin = child.end) {
       const std::uint8_t number = place(child.begin).path.child;
@@ -177,12 +179,12 @@ class StencilWalk {
       const WeightTable weights = made.cell_class == CellClass::kLine
                                       ? of_line_ring(made.op, made.layer_points, made.phantoms, child)
                                       : of_patch(3, made.phantoms, child);
-      columns.add_by_way_of(corner.stencils, made.first_row, weights, made.count);
+      columns.add_by_way_of(corner, made, weights);
     }
     const std::size_t first_next = corner.shared + corner.own;
     for (std::size_t k = 0; k < next_shared.size(); ++k) next_star.add(next_shared[k], 1, columns, first_next + k);
     WeightTable table(star_points + corner.own, range);
-    table.add_by_way_of(at_level.star.stencils, 0, next_star, star_points);
+    for (std::uint32_t p = 0; p < star_points; ++p) table.add_by_way_of(at_level.star.stencils, p, next_star, p);
     for (std::size_t k = 0; k < corner.shared; ++k) table.add(at_level.shared[k], 1, columns, k);
     for (std::size_t k = 0; k < corner.own; ++k) table.add(star_points + k, 1, columns, corner.shared + k);
     return table;
@@ -223,13 +225,13 @@ class StencilWalk {
     const Range deeper = prefix(rest, [&](const PatchPlace& at) { return at.path.line_level > level; });
     if (deeper.end > deeper.begin) {
       const ChildRows& next = ring.children[0];
-      table.add_by_way_of(ring.stencils, next.first_row, below_line(next.op, level + 1, deeper), next.count);
+      table.add_by_way_of(ring, next, below_line(next.op, level + 1, deeper));
     }
     for (Range child{deeper.end, deeper.end}; child.begin < range.end; child.begin = child.end) {
       const std::uint8_t number = place(child.begin).path.line_child;
       child = prefix({child.begin, range.end}, [&](const PatchPlace& at) { return at.path.line_child == number; });
       const ChildRows& made = ring.children[number];
-      table.add_by_way_of(ring.stencils, made.first_row, of_patch(2, made.phantoms, child), 16);
+      table.add_by_way_of(ring, made, of_patch(2, made.phantoms, child));
     }
     return table;
   }

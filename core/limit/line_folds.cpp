@@ -43,7 +43,7 @@ Eigen::RowVectorXd limit_of(const PlanarOperator& line, const Ring& ring) {
 Ring child_of(const PlanarOperator& line, std::size_t child, const Ring& ring) {
   const ChildRows& rows = line.children[child];
   Ring next(rows.count, ring.cols());
-  line.stencils.apply(rows.first_row, rows.count, ring.data(), static_cast<std::size_t>(ring.cols()), next.data());
+  line.stencils.apply(line.rows_of(rows), ring.data(), static_cast<std::size_t>(ring.cols()), next.data());
   return next;
 }
 

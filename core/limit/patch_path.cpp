@@ -200,7 +200,7 @@ std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept 
   for (int n = 0; n < levels; ++n) {
     const PlanarOperator& now = data_.operators.lines()[op];
     const ChildRows& next = now.children[0];
-    now.stencils.apply_to_layers(next.first_row, next.count, a_.data(), now.points, dimension_, b_.data());
+    now.stencils.apply_to_layers(now.rows_of(next), a_.data(), now.points, dimension_, b_.data());
     std::swap(a_, b_);
     op = next.op;
   }
@@ -210,8 +210,13 @@ std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept 
 void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept {
   const PlanarOperator& now = data_.operators.lines()[op];
   const ChildRows& next = now.children[child];
-  now.stencils.apply_to_layers(next.first_row, 16, a_.data(), now.points, dimension_, grid);
+  now.stencils.apply_to_layers(now.rows_of(next), a_.data(), now.points, dimension_, grid);
   fill_phantoms(grid, 3, dimension_, next.phantoms);
+}
+
+void PatchBuilder::pick_layers(const PlanarOperator& line, const ChildRows& child, double* out) const noexcept {
+  const std::size_t layer = line.stencils.rows() * dimension_;
+  for (std::size_t l = 0; l < 4; ++l) out = gather_points(line.rows_of(child), b_.data() + l * layer, dimension_, out);
 }
 
 void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* grid) noexcept {

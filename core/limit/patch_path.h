@@ -120,6 +120,8 @@ class PatchBuilder {
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
   std::uint32_t descend_line(std::uint32_t op, int levels) noexcept;
   void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
+  /// Copies a child's four layers from those of all children, which are in `b_`.
+  void pick_layers(const PlanarOperator& line, const ChildRows& child, double* out) const noexcept;
   /// Has the four layers of a line cell or sub-cell in `line_layers_`; returns its operator.
   std::uint32_t load_line(const LimitCell& cell, const PatchPath& path) noexcept;
   /// Does as load_line() does, and copies the layers to `a_`.
@@ -157,12 +159,17 @@ class PatchBuilder {
 template <typename OnPatch, typename OnRest>
 void PatchBuilder::visit_line(PatchPath path, std::uint32_t op, int line_levels, OnPatch on_patch, OnRest on_rest) {
   for (int level = 0; level < line_levels; ++level) {
+    const PlanarOperator& line = data_.operators.lines()[op];
+    line.stencils.apply_to_layers(0, line.stencils.rows(), a_.data(), line.points, dimension_, b_.data());
     path.line_level = static_cast<std::uint8_t>(level);
     for (path.line_child = 1; path.line_child < 4; ++path.line_child) {
-      finish_line(op, path.line_child, grid_.data());
+      const ChildRows& child = line.children[path.line_child];
+      pick_layers(line, child, grid_.data());
+      fill_phantoms(grid_.data(), 3, dimension_, child.phantoms);
       on_patch(path, grid_.data());
     }
-    op = descend_line(op, 1);
+    pick_layers(line, line.children[0], a_.data());
+    op = line.children[0].op;
   }
   path.line_level = static_cast<std::uint8_t>(line_levels);
   path.line_child = 0;
@@ -182,6 +189,7 @@ void PatchBuilder::visit_patches(const LimitCell& cell, int levels, int line_lev
   }
   gather(cell, visited_.start(cell.op).data());
   for (int level = 0; level < levels; ++level, visited_.descend()) {
+    visited_.make_children();
     PatchPath path{static_cast<std::uint8_t>(level), 0, 0, 0};
     for (path.child = 1; path.child < 8; ++path.child) {
       const CornerOperator::Child& child = visited_.make_child(path.child, a_.data());

@@ -8,15 +8,28 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "core/base/lanes.h"
 #include "core/base/types.h"
 #include "core/subdivision/operators.h"
 
 namespace ccslice {
+
+/// Copies chosen points of `dimension` doubles each; returns the end of what it wrote.
+inline double* gather_points(std::span<const std::uint32_t> chosen, const double* from, std::size_t dimension,
+                             double* out) noexcept {
+  if (dimension == kLanes) {  // A call to copy a register would take longer than that does.
+    for (const std::uint32_t p : chosen) store_unaligned(load_unaligned(from + p * kLanes), out), out += kLanes;
+    return out;
+  }
+  for (const std::uint32_t p : chosen) out = std::copy_n(from + p * dimension, dimension, out);
+  return out;
+}
 
 /// One thread. Allocates when it is made only.
 class VertexWalk {
@@ -28,6 +41,9 @@ class VertexWalk {
   std::span<double> start(std::uint32_t op) noexcept;
   /// Goes on to the sub-cell at the vertex.
   void descend() noexcept;
+  /// Makes what all sub-cells at this level consist of, most of which they share: faster than one by one, if nearly all
+  /// are wanted.
+  void make_children() noexcept;
   /// Writes the points of an outer sub-cell (1 to 7) as its rows have them, phantoms zero.
   const CornerOperator::Child& make_child(std::size_t number, double* out) noexcept;
 
@@ -44,6 +60,8 @@ class VertexWalk {
   std::size_t point_count() const noexcept { return star().points + corner().own; }
   /// Fills columns_ and next_star_.
   void step_star() noexcept;
+  /// Writes a sub-cell's points.
+  void make(const ChildRows& child, double* out) noexcept;
 
   const OperatorTable* operators_;
   std::size_t dimension_;
@@ -52,7 +70,8 @@ class VertexWalk {
   std::vector<double> points_;                       // The star's, then the corner's own.
   std::vector<double> next_star_;                    // One level on, if stepped_.
   std::vector<double> columns_;                      // As the corner operator wants them, if stepped_.
-  bool stepped_ = false;
+  std::vector<double> made_;                         // A point for each of the corner's rows, if children_made_.
+  bool stepped_ = false, children_made_ = false;
 };
 
 }  // namespace ccslice

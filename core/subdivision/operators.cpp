@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
@@ -19,49 +20,91 @@ constexpr int kMaxLimitSteps = 2000;
 
 [[noreturn]] void broken(const char* what) { throw Error(ErrorCode::kInternal, what); }
 
-/// Appends to `to` the rows of `from` that belong to `points`, with every column c replaced by c % period; kNone is an
-/// empty row. So the layers of an extruded ring are added up: what a product of rules does with data that are constant
-/// along the line is the planar rule, as the other one's weights add up to 1.
-void append_rows(const Stencils& from, std::span<const VertexId> points, std::uint32_t period, Stencils& to) {
-  std::vector<std::pair<std::uint32_t, double>> row;
-  for (const VertexId p : points) {
-    row.clear();
-    if (p != kNone) {
-      for (std::uint32_t e = from.offsets[p]; e < from.offsets[p + 1]; ++e) {
-        const std::uint32_t column = from.indices[e] % period;
-        const auto known =
-            std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == column; });
-        if (known == row.end()) {
-          row.emplace_back(column, from.weights[e]);
-        } else {
-          known->second += from.weights[e];
-        }
+/// The rows of an operator's children. Each different point has one, made when all points are known.
+class ChildRowMaker {
+ public:
+  /// `points`: of the refined complex.
+  explicit ChildRowMaker(std::uint32_t points) : row_of_(points, kNone) {}
+
+  /// Gives the next child these points of the refined complex; kNone has an empty row.
+  ChildRows add(std::span<const VertexId> points, PhantomMask phantoms) {
+    const ChildRows child{static_cast<std::uint32_t>(rows_.size()), static_cast<std::uint32_t>(points.size()), phantoms,
+                          kNone};
+    for (const VertexId p : points) {
+      std::uint32_t& row = p == kNone ? empty_row_ : row_of_[p];
+      if (row == kNone) {
+        row = static_cast<std::uint32_t>(made_.size());
+        made_.push_back(p);
       }
-      std::sort(row.begin(), row.end());
+      rows_.push_back(row);
     }
-    to.append(row);
+    return child;
+  }
+
+  /// fill(point, row) gives a row what makes the point, by column. Sorted by their numbers of entries, rows are run
+  /// through without a surprise at the end of each.
+  template <typename Fill>
+  void finish(Fill fill, ChildStencils& to) {
+    std::vector<std::vector<std::pair<std::uint32_t, double>>> filled(made_.size());
+    std::vector<std::uint32_t> order(made_.size()), place(made_.size());
+    for (std::uint32_t r = 0; r < made_.size(); ++r) {
+      order[r] = r;
+      if (made_[r] != kNone) fill(made_[r], filled[r]);
+      std::sort(filled[r].begin(), filled[r].end());
+    }
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t r) { return filled[r].size(); });
+    for (const std::uint32_t r : order) {
+      place[r] = to.stencils.rows();
+      to.stencils.append(filled[r]);
+    }
+    for (const std::uint32_t row : rows_) to.rows.push_back(place[row]);
+    to.stencils.shrink_to_fit();
+    to.rows.shrink_to_fit();
+  }
+
+ private:
+  std::vector<std::uint32_t> row_of_;  // By refined point; kNone if no child has it.
+  std::uint32_t empty_row_ = kNone;
+  std::vector<VertexId> made_;  // By row.
+  std::vector<std::uint32_t> rows_;
+};
+
+/// Gives `to` a row, with every column c replaced by c % period. So the layers of an extruded ring are added up: what a
+/// product of rules does with data that are constant along the line is the planar rule, as the other one's weights add
+/// up to 1.
+void fill_planar_row(const Stencils& from, std::uint32_t row, std::uint32_t period,
+                     std::vector<std::pair<std::uint32_t, double>>& to) {
+  for (std::uint32_t e = from.offsets[row]; e < from.offsets[row + 1]; ++e) {
+    const std::uint32_t column = from.indices[e] % period;
+    const auto known = std::find_if(to.begin(), to.end(), [&](const auto& entry) { return entry.first == column; });
+    if (known == to.end()) {
+      to.emplace_back(column, from.weights[e]);
+    } else {
+      known->second += from.weights[e];
+    }
   }
 }
 
-/// row * (rows [first, first + row.size()) of the stencils).
-std::vector<double> multiply(const std::vector<double>& row, const Stencils& stencils, std::uint32_t first,
-                             std::uint32_t columns) {
+/// row * (the chosen rows of the stencils).
+std::vector<double> multiply(const std::vector<double>& row, const Stencils& stencils,
+                             std::span<const std::uint32_t> chosen, std::uint32_t columns) {
   std::vector<double> result(columns, 0.0);
-  for (std::uint32_t r = 0; r < row.size(); ++r) {
-    for (std::uint32_t e = stencils.offsets[first + r]; e < stencils.offsets[first + r + 1]; ++e) {
+  for (std::size_t r = 0; r < row.size(); ++r) {
+    for (std::uint32_t e = stencils.offsets[chosen[r]]; e < stencils.offsets[chosen[r] + 1]; ++e) {
       result[stencils.indices[e]] += row[r] * stencils.weights[e];
     }
   }
   return result;
 }
 
-/// e0 A A A ..., carried to convergence: the limit at point 0, where A is rows [first, first + points). After n steps
-/// point 0 is row 0 of A^n times the control points, which tends to the limit, whether or not A can be diagonalized.
-std::vector<double> limit_of_step(const Stencils& stencils, std::uint32_t first, std::uint32_t points) {
+/// e0 A A A ..., carried to convergence: the limit at point 0, where A is the chosen rows. After n steps point 0 is row
+/// 0 of A^n times the control points, which tends to the limit, whether or not A can be diagonalized.
+std::vector<double> limit_of_step(const Stencils& stencils, std::span<const std::uint32_t> chosen) {
+  const auto points = static_cast<std::uint32_t>(chosen.size());
   std::vector<double> row(points, 0.0);
   row[0] = 1;
   for (int step = 0; step < kMaxLimitSteps; ++step) {
-    std::vector<double> better = multiply(row, stencils, first, points);
+    std::vector<double> better = multiply(row, stencils, chosen, points);
     double change = 0;
     for (std::uint32_t i = 0; i < points; ++i) change = std::max(change, std::abs(better[i] - row[i]));
     row = std::move(better);
@@ -75,9 +118,9 @@ std::vector<double> limit_of_step(const Stencils& stencils, std::uint32_t first,
 std::vector<double> limit_row(const std::vector<PlanarOperator>& operators, std::uint32_t self) {
   const PlanarOperator& op = operators[self];
   const ChildRows& next = op.children[0];
-  if (next.op == self) return limit_of_step(op.stencils, next.first_row, op.points);
+  if (next.op == self) return limit_of_step(op.stencils, op.rows_of(next));
   if (operators[next.op].limit.empty()) broken("operators lead to each other in a circle");
-  return multiply(operators[next.op].limit, op.stencils, next.first_row, op.points);
+  return multiply(operators[next.op].limit, op.stencils, op.rows_of(next), op.points);
 }
 
 /// The 2-D ring in three layers of cells, so that refining the middle one sees the rules of the solid's inside.
@@ -149,20 +192,14 @@ class CornerRows {
     return towards;
   }
 
-  /// Appends the rows of refined points; kNone is an empty row.
-  void append(std::span<const VertexId> points, Stencils& to) const {
-    std::vector<std::pair<std::uint32_t, double>> row;
-    for (const VertexId p : points) {
-      row.clear();
-      if (p != kNone && next_column_of_[p] != kNone) {
-        row.emplace_back(next_column_of_[p], 1.0);
-      } else if (p != kNone) {
-        for (std::uint32_t e = refined_.stencils.offsets[p]; e < refined_.stencils.offsets[p + 1]; ++e) {
-          row.emplace_back(column(refined_.stencils.indices[e]), refined_.stencils.weights[e]);
-        }
-        std::sort(row.begin(), row.end());
-      }
-      to.append(row);
+  /// Gives `row` what makes a refined point.
+  void fill(VertexId point, std::vector<std::pair<std::uint32_t, double>>& row) const {
+    if (next_column_of_[point] != kNone) {
+      row.emplace_back(next_column_of_[point], 1.0);
+      return;
+    }
+    for (std::uint32_t e = refined_.stencils.offsets[point]; e < refined_.stencils.offsets[point + 1]; ++e) {
+      row.emplace_back(column(refined_.stencils.indices[e]), refined_.stencils.weights[e]);
     }
   }
 
@@ -188,13 +225,10 @@ std::size_t bytes_of(const Stencils& stencils) {
 template <typename Operator>
 std::size_t bytes_of(const Operator& op, const std::vector<std::uint32_t>& key) {
   std::size_t bytes = sizeof(op) + bytes_of(op.stencils) + key.capacity() * 4 + kKeyBytes;
+  if constexpr (requires { op.rows; }) bytes += op.rows.capacity() * 4;
   if constexpr (requires { op.limit; }) bytes += op.limit.capacity() * 8;
   if constexpr (requires { op.carried; }) bytes += op.carried.capacity() * 4;
   return bytes;
-}
-
-ChildRows rows_after(const Stencils& stencils, std::size_t count, PhantomMask phantoms) {
-  return {stencils.rows(), static_cast<std::uint32_t>(count), phantoms, kNone};
 }
 
 }  // namespace
@@ -210,6 +244,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   const Refinement refined = refine(complex, std::array{middle});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
+  ChildRowMaker rows(refined.complex.vertex_count());
   PlanarOperator op;
   op.points = ring.count;
   for (std::uint32_t c = 0; c < 4; ++c) {
@@ -218,17 +253,16 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
     if (c == 0) {
       if (!found || found->cell_class != CellClass::kLine || found->anchor != 8) broken("a line cell lost its line");
       const LineRing next = walker.line(child, {});
-      op.children[0] = rows_after(op.stencils, next.count, 0);
       // One of the child's four layers is enough, as they are alike: the one that lies in a layer of the parent's.
-      append_rows(refined.stencils, std::span(next.points).subspan(next.count, next.count), ring.count, op.stencils);
+      op.children[0] = rows.add(std::span(next.points).subspan(next.count, next.count), 0);
       op.children[0].op = line(next);
     } else {
       if (!found || found->cell_class != CellClass::kRegular) broken("an outer child of a line cell isn't regular");
       const RegularRing next = walker.regular(child);
-      op.children[c] = rows_after(op.stencils, 16, next.phantoms & 15);
-      append_rows(refined.stencils, std::span(next.points).subspan(16, 16), ring.count, op.stencils);
+      op.children[c] = rows.add(std::span(next.points).subspan(16, 16), next.phantoms & 15);
     }
   }
+  rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, ring.count, row); }, op);
   lines_[self] = std::move(op);
   lines_[self].limit = limit_row(lines_, self);
   bytes_ += bytes_of(lines_[self], known->first);
@@ -243,6 +277,7 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   const auto n = static_cast<std::uint32_t>(ring.points.size());
   const Refinement refined = refine(thicken(ring), std::array{CellId{0}});
   SurfaceWalker walker(refined.complex);
+  ChildRowMaker rows(refined.complex.vertex_count());
   PlanarOperator op;
   op.points = n;
   for (std::uint32_t c = 0; c < 4; ++c) {
@@ -254,10 +289,10 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
     const auto start = static_cast<std::uint8_t>(std::find(cycle.begin(), cycle.end(), origin) - cycle.begin());
     SurfaceRing next = c == 0 ? walker.irregular_ring(face, start) : walker.walk(face);
     if (c > 0 && (!next.regular || start != 0)) broken("an outer child of a boundary face isn't regular");
-    op.children[c] = rows_after(op.stencils, next.points.size(), next.phantoms);
-    append_rows(refined.stencils, next.points, 2 * n, op.stencils);
+    op.children[c] = rows.add(next.points, next.phantoms);
     if (c == 0) op.children[0].op = surface(next);
   }
+  rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, 2 * n, row); }, op);
   if (std::any_of(op.stencils.indices.begin(), op.stencils.indices.end(), [n](std::uint32_t i) { return i >= n; })) {
     broken("a boundary rule reads a control point inside");
   }
@@ -275,7 +310,9 @@ std::uint32_t OperatorTable::star(const VertexStar& star) {
   op.points = complex.vertex_count();
   op.stencils = refine_star(complex, VertexId{0});
   op.stencils.shrink_to_fit();
-  op.limit = limit_of_step(op.stencils, 0, op.points);
+  std::vector<std::uint32_t> all_rows(op.points);
+  std::iota(all_rows.begin(), all_rows.end(), 0u);
+  op.limit = limit_of_step(op.stencils, all_rows);
   bytes_ += bytes_of(op, known->first);
   stars_.push_back(std::move(op));
   return known->second;
@@ -300,7 +337,6 @@ std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, 
   corners_.emplace_back();
   const NumberedCells all = walker.neighbourhood(cell, frame);
   CornerOperator op = make_corner(ring, all);
-  op.stencils.shrink_to_fit();
   bytes_ += bytes_of(op, known->first);
   corners_[self] = std::move(op);
   return self;
@@ -314,11 +350,12 @@ CornerOperator OperatorTable::make_corner(const VertexRing& ring, const Numbered
   const CellId inner = refined.first_child.front();
   const VertexStar star = walker.star(inner, {});
   const VertexRing next = walker.vertex(inner, {}, star.points);
-  CornerRows rows(ring, all, refined, next);
+  const CornerRows made(ring, all, refined, next);
+  ChildRowMaker rows(refined.complex.vertex_count());
   CornerOperator op;
   op.shared = static_cast<std::uint32_t>(ring.shared.size());
   op.own = static_cast<std::uint32_t>(ring.own().size());
-  op.carried = rows.carried(complex);
+  op.carried = made.carried(complex);
   for (std::uint32_t c = 0; c < 8; ++c) {
     const CellId cell{inner + c};
     const auto found = classifier.classify(cell);
@@ -327,32 +364,28 @@ CornerOperator OperatorTable::make_corner(const VertexRing& ring, const Numbered
     if (moved) broken("a vertex cell's irregular vertex moved");
     CornerOperator::Child& child = op.children[c];
     child.cell_class = found->cell_class;
-    child.first_row = op.stencils.rows();
+    ChildRows& in_rows = child;
     if (c == 0) {
-      child.count = static_cast<std::uint32_t>(next.own().size());
-      rows.append(next.own(), op.stencils);
+      in_rows = rows.add(next.own(), 0);
       child.op = corner(next, walker, cell, {});
     } else if (found->cell_class == CellClass::kRegular) {
       const RegularRing regular = walker.regular(cell);
-      child.count = 64;
-      child.phantoms = regular.phantoms;
-      rows.append(regular.points, op.stencils);
+      in_rows = rows.add(regular.points, regular.phantoms);
     } else {
       child.frame = frame_at(cell_tables::kHexEdges[found->anchor][0], found->anchor / 4);
       const LineRing sub_line = walker.line(cell, child.frame);
-      child.count = 4 * sub_line.count;
       child.layer_points = sub_line.count;
-      child.phantoms = sub_line.phantoms;
-      rows.append(sub_line.points, op.stencils);
+      in_rows = rows.add(sub_line.points, sub_line.phantoms);
       child.op = line(sub_line);
     }
   }
+  rows.finish([&](VertexId p, auto& row) { made.fill(p, row); }, op);
   return op;
 }
 
 std::uint32_t OperatorTable::max_ring_points() const {
   std::uint32_t most = 64;
-  for (const auto& op : lines_) most = std::max(most, 4 * op.points);
+  for (const auto& op : lines_) most = std::max({most, 4 * op.points, 4 * op.stencils.rows()});
   for (const auto& op : corners_) {
     for (const auto& child : op.children) most = std::max(most, child.count);
   }

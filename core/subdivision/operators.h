@@ -27,6 +27,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "core/subdivision/cell_class.h"
@@ -37,19 +38,29 @@
 
 namespace ccslice {
 
-/// Rows of one child's control points within an operator's stencils.
+/// One child's control points, among those of an operator's children.
 struct ChildRows {
-  std::uint32_t first_row = 0;
+  std::uint32_t first = 0;  // In ChildStencils::rows.
   std::uint32_t count = 0;
   PhantomMask phantoms = 0;
   std::uint32_t op = kNone;  // The operator that the child goes on with; kNone for regular children.
 };
 
+/// How children's control points are made. Children share most of their points, and a point has one row, whoever asks
+/// for it. Rows with as many entries stand together, short ones first.
+struct ChildStencils {
+  Stencils stencils;
+  std::vector<std::uint32_t> rows;  // Of the points of one child after the other.
+
+  std::span<const std::uint32_t> rows_of(const ChildRows& child) const {
+    return std::span(rows).subspan(child.first, child.count);
+  }
+};
+
 /// 2-D: line cells and the boundary surface. Child 0 has the irregular corner; 1, 2, 3 have 16 rows each (rows of
 /// phantom points are zero and to be filled in).
-struct PlanarOperator {
+struct PlanarOperator : ChildStencils {
   std::uint32_t points = 0;
-  Stencils stencils;
   std::array<ChildRows, 4> children;
   std::vector<double> limit;  // The limit at the irregular corner: one weight per point.
 };
@@ -64,14 +75,13 @@ struct StarOperator {
 /// 3-D: the ring of a vertex cell. Columns: its points shared with the star, its own, and the shared points of
 /// children[0] one level on. Children by bits u + 2v + 4w: the first has rows for its own points; the others have 64
 /// rows if regular, 4 layers of a 2-D ring if line cells, framed by `frame`.
-struct CornerOperator {
+struct CornerOperator : ChildStencils {
   struct Child : ChildRows {
     CellClass cell_class = CellClass::kRegular;
     Frame frame;
     std::uint32_t layer_points = 0;  // Line cells.
   };
   std::uint32_t shared = 0, own = 0;
-  Stencils stencils;
   std::array<Child, 8> children;
   /// Shared points of children[0]: the shared point here that each lies towards.
   std::vector<std::uint32_t> carried;
@@ -99,8 +109,8 @@ class OperatorTable {
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
   std::size_t memory_bytes() const { return bytes_; }
-  /// Largest number of control points of any regular or line ring (all layers counted), of a vertex cell's own, or of a
-  /// ring on the surface.
+  /// Largest number of control points of any regular or line ring or of a line ring's children together (all layers
+  /// counted), of a vertex cell's own, or of a ring on the surface.
   std::uint32_t max_ring_points() const;
   /// Forgets the keys by which equal rings meet. REQUIRES: no more operators are asked for.
   void forget_keys();

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -76,6 +77,25 @@ TEST(VertexWalk, MakesChildrenInAnyOrder) {
       std::vector<double> again(first[child].size());
       copy.make_child(child, again.data());
       EXPECT_EQ(again, first[child]);
+    }
+  });
+}
+
+/// To the last bit, as boxes and folds follow from them.
+TEST(VertexWalk, MakesChildrenTogetherAsOneByOne) {
+  for_each_vertex_cell([](const LimitSolid::Data&, const LimitCell&, VertexWalk walk) {
+    VertexWalk together = walk;
+    for (int level = 0; level < 4; ++level) {
+      together.make_children();
+      for (std::size_t child = 1; child < 8; ++child) {
+        std::vector<double> one(3 * walk.corner().children[child].count), other(one.size());
+        walk.make_child(child, one.data());
+        together.make_child(child, other.data());
+        ASSERT_EQ(one, other) << "level " << level << ", child " << child;
+      }
+      walk.descend();
+      together.descend();
+      ASSERT_TRUE(std::ranges::equal(walk.points(), together.points())) << "level " << level;
     }
   });
 }

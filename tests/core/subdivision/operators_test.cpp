@@ -5,9 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
@@ -90,14 +93,15 @@ TEST_F(Operators, HaveLimitRowsThatAreConvexAndFixed) {
     }
     EXPECT_NEAR(sum, 1, 1e-12) << kind;
     // limit = limit * A where the operator leads to itself.
-    std::uint32_t first = 0;
+    std::vector<std::uint32_t> rows(op.points);
+    std::iota(rows.begin(), rows.end(), 0u);
     if constexpr (requires { op.children; }) {
-      first = op.children[0].first_row;
       if (op.children[0].count != op.points) return;
+      std::ranges::copy(op.rows_of(op.children[0]), rows.begin());
     }
     std::vector<double> image(op.points, 0.0);
     for (std::uint32_t r = 0; r < op.points; ++r) {
-      for (std::uint32_t e = op.stencils.offsets[first + r]; e < op.stencils.offsets[first + r + 1]; ++e) {
+      for (std::uint32_t e = op.stencils.offsets[rows[r]]; e < op.stencils.offsets[rows[r] + 1]; ++e) {
         image[op.stencils.indices[e]] += op.limit[r] * op.stencils.weights[e];
       }
     }
@@ -108,6 +112,29 @@ TEST_F(Operators, HaveLimitRowsThatAreConvexAndFixed) {
 TEST_F(Operators, KeepConstants) {
   for_each([](const auto& op, const char* kind) { keeps_constants(op.stencils, kind); });
   for (const CornerOperator& op : table().corners()) keeps_constants(op.stencils, "corner");
+}
+
+/// Children at one vertex of a parent share most of their points.
+TEST_F(Operators, HaveOneRowForEachPointOfTheirChildren) {
+  const auto check = [](const auto& op, const char* kind) {
+    const std::set<std::uint32_t> used(op.rows.begin(), op.rows.end());
+    EXPECT_EQ(used.size(), op.stencils.rows()) << kind;
+    EXPECT_LT(2 * used.size(), 3 * op.rows.size()) << kind;
+    std::set<std::vector<std::pair<std::uint32_t, double>>> different;
+    std::uint32_t shorter = 0;
+    for (std::uint32_t r = 0; r < op.stencils.rows(); ++r) {
+      std::vector<std::pair<std::uint32_t, double>> row;
+      for (std::uint32_t e = op.stencils.offsets[r]; e < op.stencils.offsets[r + 1]; ++e) {
+        row.emplace_back(op.stencils.indices[e], op.stencils.weights[e]);
+      }
+      EXPECT_LE(shorter, row.size()) << kind << ": rows come by their numbers of entries";
+      shorter = static_cast<std::uint32_t>(row.size());
+      EXPECT_TRUE(different.insert(row).second) << kind << ": row " << r << " is another one's double";
+    }
+  };
+  for (const auto& op : table().lines()) check(op, "line");
+  for (const auto& op : table().surfaces()) check(op, "surface");
+  for (const auto& op : table().corners()) check(op, "corner");
 }
 
 TEST_F(Operators, OfCornersCarryEachSharedPointOnce) {
