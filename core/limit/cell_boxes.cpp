@@ -18,22 +18,11 @@ namespace {
 
 constexpr double kSmallestDeterminant = 1e-12;  // Determinant of the Jacobian with unit columns.
 
-/// Calls visit(point) for padded points whose hull holds the cell. They are the Bezier nets of the outermost patches,
-/// and points whose hull holds the rest at the irregular place.
-template <typename Visit>
-void visit_hull(const LimitCell& cell, PatchBuilder& builder, Visit visit) {
-  const auto add_patch = [&](const PatchPath&, double* grid) {
-    bspline_to_bezier(grid, 3, kPositionDimension);
-    for (std::size_t p = 0; p < 64; ++p) visit(load_unaligned(grid + kPositionDimension * p));
-  };
-  builder.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) { rest.visit_hull(visit); });
-}
-
-CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuilder& builder) {
-  alignas(32) std::array<double, kPatchPoints> grid;
-  const PatchPlace place = find_patch(data, cell, Vec3::Constant(0.5));
-  builder.build(cell, place.path, grid.data());
-  const LimitSample sample = in_cell(place, patch_sample(grid.data(), place.local));
+/// `grid`: the points of the patch at the cell's middle.
+CellMap map_of(const PatchPlace& middle, const double* grid) {
+  alignas(32) std::array<double, kPatchPoints> points;
+  std::copy_n(grid, kPatchPoints, points.data());
+  const LimitSample sample = in_cell(middle, patch_sample(points.data(), middle.local));
   CellMap map;
   map.middle = sample.position;
   if (std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant) {
@@ -43,30 +32,54 @@ CellMap cell_map(const LimitSolid::Data& data, const LimitCell& cell, PatchBuild
   return map;
 }
 
+/// One solid, one thread.
+class CellBounds {
+ public:
+  explicit CellBounds(const LimitSolid::Data& data) : data_(data), builder_(data, kPositionDimension) {}
+
+  Box3 bound(const LimitCell& cell, CellMap& map) {
+    const PatchPlace middle = find_patch(data_, cell, Vec3::Constant(0.5));
+    hull_.clear();
+    const auto add_patch = [&](const PatchPath& path, double* grid) {
+      if (path.packed() == middle.path.packed()) map = map_of(middle, grid);
+      bspline_to_bezier(grid, 3, kPositionDimension);
+      hull_.insert(hull_.end(), grid, grid + kPatchPoints);
+    };
+    builder_.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) {
+      hull_.insert(hull_.end(), rest.points.begin(), rest.points.end());
+    });
+    const LaneMap inverse_jacobian(map.inverse_jacobian);
+    const Lanes origin = to_lanes(map.middle);
+    LaneBox box, guesses;
+    for (std::size_t i = 0; i < hull_.size(); i += kPositionDimension) {
+      const Lanes point = load_unaligned(&hull_[i]);
+      box.extend(point);
+      guesses.extend(0.5 + inverse_jacobian(point - origin));
+    }
+    map.hull = guesses.box();
+    return box.box();
+  }
+
+ private:
+  const LimitSolid::Data& data_;
+  PatchBuilder builder_;
+  /// Points, padded, whose hull holds the cell: the Bezier nets of the outermost patches, and points whose hull holds
+  /// the rest at the irregular place.
+  std::vector<double> hull_;
+};
+
 }  // namespace
 
 void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
   std::vector<Box3> boxes(count);
   data.cell_maps.resize(count);
-  const auto make_builder = [&] { return PatchBuilder(data, kPositionDimension); };
+  const auto make_bounds = [&] { return CellBounds(data); };
   options.begin(PreparationStep::kBounding, count);
   const IdRange<LimitCellId> all(count);
-  for_each_range(all, options.threads, make_builder, [&](PatchBuilder& builder, const auto& range) {
+  for_each_range(all, options.threads, make_bounds, [&](CellBounds& bounds, const auto& range) {
     options.cancel.throw_if_cancelled();
-    for (const LimitCellId c : range.ids) {
-      CellMap& map = data.cell_maps[c];
-      map = cell_map(data, data.cells[c], builder);
-      const LaneMap inverse_jacobian(map.inverse_jacobian);
-      const Lanes middle = to_lanes(map.middle);
-      LaneBox box, hull;
-      visit_hull(data.cells[c], builder, [&](Lanes point) {
-        box.extend(point);
-        hull.extend(0.5 + inverse_jacobian(point - middle));
-      });
-      boxes[c] = box.box();
-      map.hull = hull.box();
-    }
+    for (const LimitCellId c : range.ids) boxes[c] = bounds.bound(data.cells[c], data.cell_maps[c]);
     options.count(range.ids.size());
   });
   for (const LimitCellId c : IdRange<LimitCellId>(count)) {

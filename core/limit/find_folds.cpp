@@ -40,7 +40,7 @@ class CellSearch {
     const int line_levels = cell.cell_class == CellClass::kLine ? kFoldLevels : kSubCellFoldLevels;
     builder_.visit_patches(
         cell, kFoldLevels, line_levels, [&](const PatchPath& path, double* grid) { look_at_patch(path, grid); },
-        [&](const PatchRest& rest) { rest.vertex ? look_beside_vertex(cell, rest) : look_beside_line(rest); });
+        [&](const PatchRest& rest) { rest.vertex ? look_beside_vertex(rest) : look_beside_line(rest); });
     return worst_;
   }
 
@@ -60,7 +60,7 @@ class CellSearch {
   }
 
   /// Level by level where a sharp line leads to the vertex, else in one direction, so deep that all others are alike.
-  void look_beside_vertex(const LimitCell& cell, const PatchRest& rest) {
+  void look_beside_vertex(const PatchRest& rest) {
     if (folds()) return;
     if (vertices_.has_sharp_edge(rest.vertex->corner())) {
       cancel_.throw_if_cancelled();
@@ -68,7 +68,9 @@ class CellSearch {
     }
     constexpr PatchPath kPath{kVertexFoldLevel, 7, 0, 0};
     std::array<double, 64 * kPositionDimension> grid;
-    builder_.build(cell, kPath, grid.data());
+    for (int level = rest.path.level; level < kVertexFoldLevel; ++level) rest.vertex->descend();
+    const CornerOperator::Child& child = rest.vertex->make_child(kPath.child, grid.data());
+    fill_phantoms(grid.data(), 3, kPositionDimension, child.phantoms);
     bspline_to_bezier(grid.data(), 3, kPositionDimension);
     BezierVolume net;
     for (std::size_t p = 0; p < 64; ++p) net[p] = Eigen::Vector4d::Map(grid.data() + kPositionDimension * p);

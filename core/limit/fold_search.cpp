@@ -45,16 +45,18 @@ bool keeps_regular(const Mat3& s) {
 /// Bounds of the differences along one axis.
 template <std::size_t kStride>
 LaneBox differences_of(const std::array<Lanes, 64>& net) noexcept {
-  LaneBox bounds;
+  std::array<LaneBox, 3> bounds;  // One that all go into would wait for each comparison to end before the next.
   for (std::size_t block = 0; block < net.size(); block += 4 * kStride) {
     for (std::size_t p = block; p < block + kStride; ++p) {
       const Lanes a = net[p], b = net[p + kStride], c = net[p + 2 * kStride], d = net[p + 3 * kStride];
-      bounds.extend(b - a);
-      bounds.extend(c - b);
-      bounds.extend(d - c);
+      bounds[0].extend(b - a);
+      bounds[1].extend(c - b);
+      bounds[2].extend(d - c);
     }
   }
-  return bounds;
+  bounds[0].extend(bounds[1]);
+  bounds[0].extend(bounds[2]);
+  return bounds[0];
 }
 
 /// True if det J has the sign of det J0 all over the net. J0^-1 J is enclosed entry by entry, C +- R: regular if C is,

@@ -39,6 +39,10 @@ struct LaneBox {
     low = lesser(low, point);
     high = greater(high, point);
   }
+  void extend(const LaneBox& other) noexcept {
+    low = lesser(low, other.low);
+    high = greater(high, other.high);
+  }
   Box3 box() const { return {to_vec3(low), to_vec3(high)}; }
 };
 

@@ -25,6 +25,9 @@ struct Place {
 // own u and v they are (1, 0), (1, 1/2), (1, 1), (1/2, 1) and (0, 1).
 constexpr std::array<Place, 6> kPlaces = {{{3, 0.5, 0.5}, {1, 1, 0}, {3, 1, 0}, {3, 1, 1}, {3, 0, 1}, {2, 0, 1}}};
 
+// The line itself, and d/du and d/dv at each place, at two levels at most.
+constexpr std::size_t kMostCurves = 1 + 2 * 2 * kPlaces.size();
+
 enum class LineKind { kInside, kSmooth, kSharp };
 
 /// Across the line a sharp edge stays where it is, and a smooth one follows three points of the boundary.
@@ -134,6 +137,10 @@ struct Least {
 /// coefficients are values, and all of them bound it. Halving brings them nearer to the values.
 Least least_of(const Polynomial<9>& polynomial, double rounding) {
   Least least{FoldVerdict::kUnfolded, polynomial[0], 0};
+  if (*std::min_element(polynomial.begin(), polynomial.end()) > rounding) {  // As nearly everywhere.
+    if (polynomial.back() < least.value) least = {FoldVerdict::kUnfolded, polynomial.back(), 1};
+    return least;
+  }
   std::vector<Piece> pieces = {{polynomial}};
   while (!pieces.empty()) {
     Piece piece = pieces.back();
@@ -189,7 +196,8 @@ FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers,
   const Lanes padded_origin = load_unaligned(layers.data());
   const Vec3 origin = to_vec3(padded_origin);  // Derivatives are small beside coordinates.
   // Position, then d/du and d/dv by view.
-  std::vector<Curve> curves(views == Views::kAll ? static_cast<std::size_t>(all.cols()) : 3);
+  std::array<Curve, kMostCurves> found;
+  const auto curves = std::span(found).first(views == Views::kAll ? static_cast<std::size_t>(all.cols()) : 3);
   // Weights of the position add up to 1 and those of derivatives to 0: so only positions know of the origin.
   for (std::size_t c = 0; c < curves.size(); ++c) {
     const double* weights = all.col(static_cast<Eigen::Index>(c)).data();
@@ -203,7 +211,7 @@ FoldFinding LineFolds::examine(std::uint32_t op, std::span<const double> layers,
     }
     curves[c] = to_bernstein(curves[c]);
   }
-  const Curve& position = curves[0];
+  const Curve& position = curves.front();
   Curve steps;
   for (std::size_t i = 0; i < 3; ++i) steps[i] = 3 * (position[i + 1] - position[i]);
   steps[3] = steps[2];

@@ -64,10 +64,10 @@ inline constexpr std::size_t kPositionDimension = 4;
 
 /// What visit_patches() leaves out: of a line (sub-)cell, or of a vertex cell beside its vertex.
 struct PatchRest {
-  PatchPath path;                      // Path to a sub-cell; `level`, `line_level`: how many were visited before it.
-  std::uint32_t op = 0;                // That goes on, of a line.
-  const VertexWalk* vertex = nullptr;  // The walk that goes on, unless a line does.
-  std::span<const double> points;      // Points of the ring, or of its four layers, kPositionDimension doubles each.
+  PatchPath path;                  // Path to a sub-cell; `level`, `line_level`: how many were visited before it.
+  std::uint32_t op = 0;            // That goes on, of a line.
+  VertexWalk* vertex = nullptr;    // The walk that may go on, unless a line does.
+  std::span<const double> points;  // Points of the ring, or of its four layers, kPositionDimension doubles each.
 
   /// Calls visit(point) for points, padded, whose hull holds the limit of what is left.
   template <typename Visit>

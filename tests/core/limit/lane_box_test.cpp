@@ -31,6 +31,12 @@ TEST(LaneBox, HoldsItsPointsAndNoMore) {
   for (const Vec3& point : {Vec3(1, 5, -2), Vec3(2, 4, -3), Vec3(1.5, 6, -2.5)}) box.extend(padded(point));
   EXPECT_EQ(box.box().min(), Vec3(1, 4, -3));
   EXPECT_EQ(box.box().max(), Vec3(2, 6, -2));
+  LaneBox other;
+  other.extend(padded(Vec3(0, 5, -1)));
+  other.extend(box);
+  other.extend(LaneBox());
+  EXPECT_EQ(other.box().min(), Vec3(0, 4, -3));
+  EXPECT_EQ(other.box().max(), Vec3(2, 6, -1));
 }
 
 }  // namespace
