@@ -49,6 +49,7 @@ struct Walkers {
   }
   std::deque<RingWalker> rings;
   std::deque<SurfaceWalker> surfaces;
+  KnownStarts known_starts;
 };
 
 /// A limit-ready cell whose turn has come, and what it was walked to.
@@ -212,10 +213,11 @@ void Builder::walk(Walkers& walkers, PendingCell& pending) const {
   if (found.cell_class == CellClass::kRegular) {
     pending.ring = walker.regular(pending.cell);
   } else if (found.cell_class == CellClass::kLine) {
-    pending.ring = canonical_line_ring(walker, pending.cell, found.anchor);
+    pending.ring = canonical_line_ring(walker, walkers.known_starts, pending.cell, found.anchor);
   } else {
     const VertexId vertex = at.complex.cell_vertices(pending.cell)[found.anchor];
-    pending.ring = canonical_vertex_ring(walker, pending.cell, vertex, star_points(pending.level, vertex));
+    const std::vector<VertexId> star = star_points(pending.level, vertex);
+    pending.ring = canonical_vertex_ring(walker, walkers.known_starts, pending.cell, vertex, star);
   }
   for (const HalfFaceId half_face : at.complex.cell_half_faces(pending.cell)) {
     const FaceId face = face_of(half_face);

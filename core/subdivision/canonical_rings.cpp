@@ -54,13 +54,40 @@ FramedRing smallest(std::span<const Start> starts, Walk walk) {
   return best;
 }
 
+/// As smallest(), of starts in one cell.
+template <typename FramedRing, typename Walk>
+FramedRing smallest_known(std::span<const Start> starts, std::map<KnownStarts::Key, std::size_t>& known, Walk walk) {
+  FramedRing first{walk(starts[0]), starts[0].frame};
+  if (starts.size() == 1) return first;
+  // Frames at one corner differ by a rotation, so by which axis comes last. At two corners they follow from these.
+  std::uint32_t places = 0;
+  for (const Start& start : starts) {
+    const auto& axes = starts[0].frame.axis;
+    places = 4 * places + static_cast<std::uint32_t>(std::ranges::find(axes, start.frame.axis[2]) - axes.begin());
+  }
+  const auto [best, fresh] = known.try_emplace({places, first.ring.key}, 0);
+  if (!fresh) {
+    if (best->second == 0) return first;
+    const Start& start = starts[best->second];
+    return {walk(start), start.frame};
+  }
+  for (std::size_t i = 1; i < starts.size(); ++i) {
+    auto ring = walk(starts[i]);
+    if (!(ring.key < first.ring.key)) continue;
+    best->second = i;
+    first = {std::move(ring), starts[i].frame};
+  }
+  return first;
+}
+
 }  // namespace
 
-FramedLineRing canonical_line_ring(RingWalker& walker, CellId cell, std::uint8_t edge) {
+FramedLineRing canonical_line_ring(RingWalker& walker, KnownStarts& known, CellId cell, std::uint8_t edge) {
   const auto& ends = cell_tables::kHexEdges[edge];
   const auto along = static_cast<std::uint8_t>(edge / 4);
   const std::array starts{Start{cell, frame_at(ends[0], along)}, Start{cell, frame_at(ends[1], along)}};
-  return smallest<FramedLineRing>(starts, [&](const Start& at) { return walker.line(at.cell, at.frame); });
+  return smallest_known<FramedLineRing>(starts, known.of_lines,
+                                        [&](const Start& at) { return walker.line(at.cell, at.frame); });
 }
 
 VertexStar canonical_star(RingWalker& walker, VertexId vertex) {
@@ -75,10 +102,10 @@ VertexStar canonical_star(RingWalker& walker, VertexId vertex) {
   return smallest<FramedStar>(starts, [&](const Start& at) { return walker.star(at.cell, at.frame); }).ring;
 }
 
-FramedVertexRing canonical_vertex_ring(RingWalker& walker, CellId cell, VertexId vertex,
+FramedVertexRing canonical_vertex_ring(RingWalker& walker, KnownStarts& known, CellId cell, VertexId vertex,
                                        std::span<const VertexId> star) {
-  return smallest<FramedVertexRing>(leading_starts(walker.complex(), std::array{cell}, vertex),
-                                    [&](const Start& at) { return walker.vertex(at.cell, at.frame, star); });
+  return smallest_known<FramedVertexRing>(leading_starts(walker.complex(), std::array{cell}, vertex), known.of_vertices,
+                                          [&](const Start& at) { return walker.vertex(at.cell, at.frame, star); });
 }
 
 }  // namespace ccslice

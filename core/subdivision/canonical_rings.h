@@ -6,8 +6,12 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "core/mesh/cell_complex.h"
 #include "core/subdivision/frame.h"
@@ -25,15 +29,23 @@ struct FramedVertexRing {
   Frame frame;
 };
 
+/// Which of several starts gives the smallest key, by the key that the first one gives: a key tells the whole topology,
+/// so rings whose first keys are equal needn't be walked from all their starts again. One thread.
+struct KnownStarts {
+  /// By where the starts are, seen from the first one, and the first one's key: the number of the best one.
+  using Key = std::pair<std::uint32_t, std::vector<std::uint32_t>>;
+  std::map<Key, std::size_t> of_lines, of_vertices;
+};
+
 /// The ring of a line cell whose line is that local edge, from one of the line's ends.
-FramedLineRing canonical_line_ring(RingWalker& walker, CellId cell, std::uint8_t edge);
+FramedLineRing canonical_line_ring(RingWalker& walker, KnownStarts& known, CellId cell, std::uint8_t edge);
 
 /// The star of a vertex. Where many cells meet, only some starts are tried: then equal stars may have different keys.
 /// REQUIRES: hexahedra at the vertex, which is complete.
 VertexStar canonical_star(RingWalker& walker, VertexId vertex);
 
 /// The ring of a vertex cell with that irregular vertex. `star`: the points of the vertex's star.
-FramedVertexRing canonical_vertex_ring(RingWalker& walker, CellId cell, VertexId vertex,
+FramedVertexRing canonical_vertex_ring(RingWalker& walker, KnownStarts& known, CellId cell, VertexId vertex,
                                        std::span<const VertexId> star);
 
 }  // namespace ccslice
