@@ -73,7 +73,7 @@ class Builder {
     options_.begin(PreparationStep::kRefining);
     levels_ = build_levels(mesh_, split, std::move(complex), options_, memory_, data_);
     options_.begin(PreparationStep::kBuilding, memory_.limit_cells());
-    reserve_faces();
+    reserve_results();
     stars_.resize(levels_.size());
     own_walkers_.emplace(levels_);
     if (options_.threads > 1) {
@@ -88,7 +88,7 @@ class Builder {
   }
 
  private:
-  void reserve_faces();
+  void reserve_results();
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   template <typename Work>
   void for_each_walked(std::size_t count, Work work);
@@ -121,7 +121,9 @@ class Builder {
   std::vector<SurfaceFaceRing> interface_rings_;
 };
 
-void Builder::reserve_faces() {
+/// Rings are what takes most beside the levels: growing they would be there twice.
+void Builder::reserve_results() {
+  constexpr std::size_t kCellPoints = 64, kFacePoints = 16;  // Of nearly all rings, or fewer.
   std::size_t faces = 0;
   for (const Level& level : levels_) {
     for (const CellId c : level.complex.cells()) {
@@ -132,6 +134,9 @@ void Builder::reserve_faces() {
     }
   }
   memory_.reserve_faces(faces);
+  const std::size_t cells = memory_.limit_cells();
+  data_.cells.reserve(cells);
+  data_.rings.reserve(std::min<std::size_t>(kCellPoints * cells + kFacePoints * faces, kNone));
   data_.faces.reserve(faces);
   data_.face_rings.reserve(faces);
   data_.face_hulls.reserve(faces);

@@ -19,8 +19,8 @@ constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken i
 
 // While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
 // and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
-// to each cell that is left behind, and take up to 1.2 kB.
-constexpr std::uint64_t kLimitCellBytes = 2560, kTwiceRefinedCellBytes = 1408, kBoundaryFaceBytes = 512;
+// to each cell that is left behind, and take up to 1.1 kB.
+constexpr std::uint64_t kLimitCellBytes = 2560, kTwiceRefinedCellBytes = 1216, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
 class LevelBuilder {
@@ -78,8 +78,6 @@ void LevelBuilder::add_control_level(CellComplex complex) {
   const std::size_t channels = mesh_.channel_count();
   data_.dimension = 3 + channels;
   data_.points.reserve(mesh_.vertex_count() * data_.dimension);
-  data_.cells.reserve(mesh_.cell_count());
-  data_.rings.reserve(64 * mesh_.cell_count());
   level.vertex_keys.reserve(mesh_.vertex_count());
   level.edge_roots.reserve(level.complex.edge_count());
   for (const VertexId v : level.complex.vertices()) {

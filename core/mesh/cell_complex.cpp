@@ -141,6 +141,10 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
       half_face_local_[across] = owner[j].local;
     }
   }
+  half_face_cell_.shrink_to_fit();
+  half_face_local_.shrink_to_fit();
+  face_vertices_.shrink_to_fit();
+  face_size_.shrink_to_fit();
 }
 
 void CellComplex::build_edges(const CancellationToken& cancel) {
@@ -168,6 +172,7 @@ void CellComplex::build_edges(const CancellationToken& cancel) {
       if (ends[j][1] == ends[i][1]) cell_edges_[j] = edge;
     }
   }
+  edge_vertices_.shrink_to_fit();
 }
 
 void CellComplex::build_incidences(const CancellationToken& cancel) {
