@@ -41,7 +41,7 @@ bool on_straight_extraordinary_edge(const CellComplex& complex, VertexId vertex)
 
 void RuleRow::add_vertex(VertexId vertex, double weight) {
   if (weight == 0) return;
-  touched_.push_back(vertex);
+  if (weight_[vertex] == 0) touched_.push_back(vertex);  // Not each time: fewer have to be sorted.
   weight_[vertex] += weight;
 }
 
