@@ -36,6 +36,8 @@ inline Lanes greater(Lanes a, Lanes b) noexcept { return _mm256_max_pd(a, b); }
 
 inline Lanes absolute(Lanes lanes) noexcept { return lanes < 0 ? -lanes : lanes; }
 
+inline Lanes square_root(Lanes lanes) noexcept { return _mm256_sqrt_pd(lanes); }
+
 /// Bit k: lane k of a comparison holds.
 template <typename Comparison>
 unsigned lanes_of(Comparison holds) noexcept {

@@ -16,8 +16,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/base/lanes.h"
 #include "core/base/types.h"
-#include "core/interpolation/block_faces.h"
 #include "core/interpolation/block_nodes.h"
 
 namespace ccslice {
@@ -63,6 +63,11 @@ inline double cubic_of(const ArcBends<double>& bends, std::size_t step) {
   return of_third_differences(step) * (std::abs(rising) > std::abs(falling) ? rising : falling);
 }
 
+inline Lanes cubic_of(const ArcBends<Lanes>& bends, std::size_t step) {
+  const Lanes rising = bends.at[1] - bends.at[0], falling = bends.at[2] - bends.at[1];
+  return of_third_differences(step) * (absolute(rising) > absolute(falling) ? rising : falling);
+}
+
 /// A chord's largest height over its arc, and where: t. 0 if it is nowhere above.
 struct HighestOverArc {
   double height, share;
@@ -73,20 +78,15 @@ inline HighestOverArc highest_over_arc(double middle, double cubic) {
   return {(0.25 - from_middle * from_middle) * (4 * middle + cubic * from_middle), 0.5 + from_middle};
 }
 
-/// The arcs along both sides of a face, through all of its nodes.
-class FaceArcs {
- public:
-  FaceArcs(const BlockPoints& points, const BlockFace& face) {
-    for (std::size_t n = 0; n < kBlockNodes; ++n) {
-      along_s_[n] = bends_of<Vec3>([&](std::size_t s) -> const Vec3& { return points[face.node(s, n)]; });
-      along_t_[n] = bends_of<Vec3>([&](std::size_t t) -> const Vec3& { return points[face.node(n, t)]; });
-    }
-  }
-  const ArcBends<Vec3>& along_s(std::size_t t) const { return along_s_[t]; }
-  const ArcBends<Vec3>& along_t(std::size_t s) const { return along_t_[s]; }
-
- private:
-  std::array<ArcBends<Vec3>, kBlockNodes> along_s_, along_t_;
+/// The same of four chords, a lane each.
+struct HighestOverArcs {
+  Lanes height, share;
 };
+inline HighestOverArcs highest_over_arcs(Lanes middle, Lanes cubic) {
+  const Lanes from_middle = cubic / (2 * (8 * middle + square_root(64 * middle * middle + 3 * cubic * cubic)));
+  const Lanes height = (0.25 - from_middle * from_middle) * (4 * middle + cubic * from_middle);
+  const auto above = 0.5 * absolute(cubic) > -4 * middle;
+  return {above ? height : Lanes{}, 0.5 + (above ? from_middle : Lanes{})};
+}
 
 }  // namespace ccslice

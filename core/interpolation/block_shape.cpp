@@ -11,6 +11,7 @@
 #include "core/base/lanes.h"
 #include "core/interpolation/block_arcs.h"
 #include "core/interpolation/block_faces.h"
+#include "core/interpolation/face_quarters.h"
 #include "core/interpolation/shares.h"
 
 namespace ccslice {
@@ -103,71 +104,106 @@ double sagitta(const BlockPoints& p, const BlockArcs& arcs, std::size_t step, do
   return most;
 }
 
-/// How far the chord from one node of an arc to the step-th from there is off it, by heights; or `known`, if that is
-/// more.
-double off_chord(const ArcBends<double>& bends, std::size_t from, std::size_t step, double known) {
-  constexpr double kMostOfCubic = 0.0482;  // t (1 - t) (t - 1/2).
-  double middle = std::abs(bends.middle(from, step));
-  if (step == 1) middle = std::max(middle, std::abs(bends.at[std::clamp<std::size_t>(from, 1, 3) - 1]) / 8);
-  const double cubic = std::abs(cubic_of(bends, step));
-  if (middle + kMostOfCubic * cubic <= known) return known;
-  return std::max(known, highest_over_arc(middle, cubic).height);
+/// How far chords are off: `middle` and `cubic` are m and k (interpolation/block_arcs.h), without their signs. The
+/// bound is no less than the height whatever is rounded, so that what it rules out needn't be known.
+Lanes bounds_over_arcs(Lanes middle, Lanes cubic) {
+  constexpr double kMostOfCubic = 0.0482;  // t (1 - t) (t - 1/2), and some.
+  return middle + kMostOfCubic * cubic;
+}
+Lanes heights_over_arcs(Lanes middle, Lanes cubic) { return highest_over_arcs(middle, cubic).height; }
+
+/// m, without its sign. With step 1 second differences at nodes count, too.
+template <std::size_t Step, typename AtEnd>
+Lanes bent_by(const ArcBends<Lanes>& bends, AtEnd at_end, std::size_t half) {
+  const Lanes middle = absolute(middles<Step>(bends, at_end, half));
+  if constexpr (Step > 1) return middle;
+  const auto& [first, second, third] = bends.at;
+  return greater(middle, absolute(at_end ? (half == 0 ? second : third) : first) / 8);
 }
 
-/// What triangles miss a face by, and which of its two axes, s and t, have a notable part in it: bits 0 and 1.
-struct Miss {
-  double most = 0;
-  unsigned axes = 0;
-};
-
-/// How far triangles between every step-th node of a face miss it at most: what arcs along either side and the twist
-/// tell. Across their quadrilaterals, or four of the smallest together.
-Miss miss_of_face(const BlockPoints& points, const BlockShape& shape, std::size_t side) {
-  const BlockFace face(side / 2, side % 2);
-  const FaceArcs arcs(points, face);
-  const std::size_t step = shape.step, size = std::max<std::size_t>(step, 2);
-  Miss miss;
-  std::array<ArcBends<double>, kBlockNodes> along_s, along_t;
-  for_each_quad(size, [&](std::size_t first_s, std::size_t first_t) {
-    const auto point = [&](std::size_t s, std::size_t t) -> const Vec3& { return points[face.node(s, t)]; };
-    const Eigen::RowVector3d outwards =
-        across_quad(shape, side / 2,
-                    {point(first_s, first_t), point(first_s + size, first_t), point(first_s, first_t + size),
-                     point(first_s + size, first_t + size)});
-    for (std::size_t n = 0; n <= size; ++n) {
-      along_s[n] = across(outwards, arcs.along_s(first_t + n));
-      along_t[n] = across(outwards, arcs.along_t(first_s + n));
-    }
-    for (std::size_t t = first_t; t < first_t + size; t += step) {
-      for (std::size_t s = first_s; s < first_s + size; s += step) {
-        double of_s = 0, of_t = 0;
-        for (std::size_t n = 0; n <= step; ++n) {
-          of_s = off_chord(along_s[t - first_t + n], s, step, of_s);
-          of_t = off_chord(along_t[s - first_s + n], t, step, of_t);
-        }
-        const double twist =
-            0.25 *
-            std::abs(outwards.dot(point(s, t) + point(s + step, t + step) - point(s + step, t) - point(s, t + step)));
-        const double most = of_s + of_t + twist, least = kNotable * most;
-        if (most <= miss.most) continue;
-        miss = {most, (of_s + twist > least ? 1u : 0u) | (of_t + twist > least ? 2u : 0u)};
+/// How far triangles between every step-th node of a face miss it: what arcs along either way and the twist tell.
+/// Across its quarters, or the whole face if they are as large.
+template <std::size_t Step>
+class FaceMisses {
+ public:
+  FaceMisses(const BlockPoints& points, const BlockShape& shape, std::size_t side)
+      : quarters_(points, BlockFace(side / 2, side % 2)),
+        outwards_(quarters_.with_corners<std::max<std::size_t>(Step, 2)>(
+            0, 0, [&](const auto&... corners) { return across_quads(shape, side / 2, corners...); })) {
+    for (std::size_t n = 0; n < FaceQuarters::kNodes; ++n) {
+      const ArcBends<Lanes> along_s = across(outwards_, quarters_.along_s(n)),
+                            along_t = across(outwards_, quarters_.along_t(n));
+      cubic_s_[n] = absolute(cubic_of(along_s, Step));
+      cubic_t_[n] = absolute(cubic_of(along_t, Step));
+      for (std::size_t half = 0; half < kHalves; ++half) {
+        middle_s_[half][n] = bent_by<Step>(along_s, FaceQuarters::at_end_of_s(), half);
+        middle_t_[half][n] = bent_by<Step>(along_t, FaceQuarters::at_end_of_t(), half);
       }
     }
-  });
-  return miss;
-}
+  }
+
+  /// Raises the shape's miss, and says which axes have a part in it.
+  void raise(BlockShape& shape, std::size_t side) const {
+    if (!may_exceed(shape.miss)) return;
+    const std::size_t s = (side / 2 + 1) % 3, t = (side / 2 + 2) % 3;
+    std::array<Parts, kQuads> parts;
+    for (std::size_t quad = 0; quad < kQuads; ++quad) {
+      parts[quad] = parts_of(quad, heights_over_arcs);
+    }
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (const Parts& part : parts) {
+        const double of_s = part.of_s[lane], of_t = part.of_t[lane], twist = part.twist[lane];
+        const double most = of_s + of_t + twist, least = kNotable * most;
+        if (!(most > shape.miss)) continue;
+        shape.miss = most;
+        shape.axes_of_miss = (of_s + twist > least ? 1u << s : 0u) | (of_t + twist > least ? 1u << t : 0u);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kHalves = Step == 1 ? 2 : 1, kQuads = kHalves * kHalves;  // Of a quarter.
+
+  /// Of quadrilaterals that have the same place in each quarter.
+  struct Parts {
+    Lanes of_s, of_t, twist;
+  };
+  template <typename Off>
+  Parts parts_of(std::size_t quad, const Off& off) const {
+    const std::size_t s = quad % kHalves, t = quad / kHalves;
+    Parts parts{};
+    for (std::size_t n = 0; n <= 2 / kHalves; ++n) {
+      parts.of_s = greater(parts.of_s, off(middle_s_[s][t + n], cubic_s_[t + n]));
+      parts.of_t = greater(parts.of_t, off(middle_t_[t][s + n], cubic_t_[s + n]));
+    }
+    if constexpr (Step > 2) parts.of_s = Lanes{} + largest(parts.of_s), parts.of_t = Lanes{} + largest(parts.of_t);
+    parts.twist = 0.25 * absolute(quarters_.with_corners<Step>(
+                             s, t, [&](const auto& lower, const auto& along_s, const auto& along_t, const auto& upper) {
+                               return outwards_.dot(lower + upper - along_s - along_t);
+                             }));
+    return parts;
+  }
+  bool may_exceed(double known) const {
+    Lanes most{};
+    for (std::size_t quad = 0; quad < kQuads; ++quad) {
+      const Parts parts = parts_of(quad, bounds_over_arcs);
+      most = greater(most, parts.of_s + parts.of_t + parts.twist);
+    }
+    return largest(most) > known;
+  }
+
+  const FaceQuarters quarters_;
+  const LanePoints outwards_;
+  std::array<Lanes, FaceQuarters::kNodes> cubic_s_, cubic_t_;                         // By the arc's node.
+  std::array<std::array<Lanes, FaceQuarters::kNodes>, kHalves> middle_s_, middle_t_;  // By half, by the arc's node.
+};
 
 /// Sets what the triangles between every step-th node miss.
+template <std::size_t Step>
 void set_miss(const BlockPoints& points, BlockShape& shape) {
   shape.miss = shape.bulge.maxCoeff();
   shape.axes_of_miss = 0;
-  for (std::size_t side = 0; side < 6; ++side) {
-    const Miss miss = miss_of_face(points, shape, side);
-    if (miss.most <= shape.miss) continue;
-    const std::size_t s = (side / 2 + 1) % 3, t = (side / 2 + 2) % 3;
-    shape.miss = miss.most;
-    shape.axes_of_miss = (miss.axes & 1) << s | (miss.axes >> 1) << t;
-  }
+  for (std::size_t side = 0; side < 6; ++side) FaceMisses<Step>(points, shape, side).raise(shape, side);
 }
 
 }  // namespace
@@ -183,13 +219,18 @@ unsigned BlockShape::bent_axes() const {
 
 double BlockShape::thickness_along_x() const { return 1 / inverse_axes.col(0).cwiseAbs().maxCoeff(); }
 
-Eigen::RowVector3d across_quad(const BlockShape& shape, std::size_t axis, const std::array<Vec3, 4>& corners) {
+LanePoints across_quads(const BlockShape& shape, std::size_t axis, const LanePoints& lower, const LanePoints& along_s,
+                        const LanePoints& along_t, const LanePoints& upper) {
   const auto a = static_cast<Eigen::Index>(axis);
-  const auto& [lower, along_s, along_t, upper] = corners;
-  const Vec3 normal = (along_s + upper - lower - along_t).cross(along_t + upper - lower - along_s);
-  const double along_axis = normal.dot(shape.axes.col(a));
-  if (!(along_axis * shape.axes.determinant() > 0)) return shape.inverse_axes.row(a);
-  return normal.transpose() / along_axis;
+  const auto lanes = [](const auto& vector) {
+    return LanePoints{Lanes{} + vector[0], Lanes{} + vector[1], Lanes{} + vector[2]};
+  };
+  const LanePoints normal = (along_s + upper - lower - along_t).cross(along_t + upper - lower - along_s);
+  const Lanes along_axis = normal.dot(lanes(shape.axes.col(a)));
+  const LanePoints middle = lanes(shape.inverse_axes.row(a));
+  const auto outwards = along_axis * shape.axes.determinant() > 0;
+  return {outwards ? normal.x / along_axis : middle.x, outwards ? normal.y / along_axis : middle.y,
+          outwards ? normal.z / along_axis : middle.z};
 }
 
 BlockShape shape_of(const BlockPoints& points) {
@@ -210,7 +251,7 @@ BlockShape shape_of(const BlockPoints& points) {
     if (sagitta(points, arcs, shape.step, kMostSagitta) <= kMostSagitta) break;
   }
   if (shape.step == 1) shape.bulge = arcs.bulges(1);
-  set_miss(points, shape);
+  (shape.step == 1 ? set_miss<1> : shape.step == 2 ? set_miss<2> : set_miss<4>)(points, shape);
   return shape;
 }
 

@@ -8,11 +8,11 @@
 
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "core/base/types.h"
 #include "core/interpolation/block_nodes.h"
+#include "core/interpolation/face_quarters.h"
 
 namespace ccslice {
 
@@ -37,11 +37,12 @@ struct BlockShape {
   double thickness_along_x() const;
 };
 
-/// Voxels -> shares of the block's thickness across a quadrilateral of a face (interpolation/block_faces.h): 0 along
-/// the quadrilateral, 1 along the middle of the block's `axis`. In a block that tapers, or is fanned out, faces
-/// aren't parallel to what its middle shows, and what nodes are off along a face counts across its middle. Where the
-/// quadrilateral is turned over that way, as in a fold, the middle's.
-Eigen::RowVector3d across_quad(const BlockShape& shape, std::size_t axis, const std::array<Vec3, 4>& corners);
+/// Voxels -> shares of the block's thickness across quadrilaterals of a face (interpolation/block_faces.h), a lane
+/// each: 0 along the quadrilateral, 1 along the middle of the block's `axis`. In a block that tapers, or is fanned out,
+/// faces aren't parallel to what its middle shows, and what nodes are off along a face counts across its middle. Where
+/// a quadrilateral is turned over that way, as in a fold, the middle's.
+LanePoints across_quads(const BlockShape& shape, std::size_t axis, const LanePoints& lower, const LanePoints& along_s,
+                        const LanePoints& along_t, const LanePoints& upper);
 
 /// `points`: in voxels, so that the centre of voxel (column, row, layer) is at those numbers.
 BlockShape shape_of(const BlockPoints& points);

@@ -4,125 +4,198 @@
 #include "core/interpolation/block_shell.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 
 #include "core/interpolation/block_arcs.h"
 #include "core/interpolation/block_faces.h"
+#include "core/interpolation/face_quarters.h"
 
 namespace ccslice {
 namespace {
 
 constexpr double kFlat = 1e-9;  // What is outside by less is flat.
 
-/// How far a face's chords are outside of it, along rows across it.
-class FaceHeights {
- public:
-  FaceHeights(const BlockPoints& points, const BlockFace& face, std::size_t step)
-      : points_(points), face_(face), step_(step), arcs_(points, face) {}
+/// The edges of a quadrilateral's triangles: the diagonal that they share, and its sides.
+enum Edge : std::size_t { kDiagonal, kLowerS, kLowerT, kUpperS, kUpperT, kEdges };
 
-  /// Where a chord, from a node to the step-th along s, is farthest outside of the arc. `outwards`: voxels -> shares of
-  /// the block's thickness.
-  HighestOverArc over_s(const Eigen::RowVector3d& outwards, std::size_t s, std::size_t t) const {
-    return over_arc(across(outwards, arcs_.along_s(t)), s);
-  }
-  HighestOverArc over_t(const Eigen::RowVector3d& outwards, std::size_t s, std::size_t t) const {
-    return over_arc(across(outwards, arcs_.along_t(s)), t);
-  }
-  /// The same for a diagonal of the quadrilateral: that from its lower corner, or the other one, towards larger s.
-  /// `of_sides`: what the larger heights of its sides come to along s and along t.
-  HighestOverArc over_diagonal(const Eigen::RowVector3d& outwards, std::size_t s, std::size_t t, bool from_lower,
-                               double of_sides) const {
-    if (step_ == kBlockNodes - 1) {
-      return over_arc(across(outwards, bends_of<Vec3>([&](std::size_t n) -> const Vec3& {
-                               return points_[face_.node(n, from_lower ? n : step_ - n)];
-                             })),
-                      0);
-    }
-    const auto at = [&](std::size_t right, std::size_t up) {
-      return outwards.dot(points_[face_.node(s + right, t + up)]);
-    };
-    const double a = at(0, 0), b = at(step_, 0), c = at(0, step_), d = at(step_, step_);
-    const double chord = 0.5 * (from_lower ? a + d : b + c);
-    if (step_ > 1) {
-      const double along_s = cubic_of(across(outwards, arcs_.along_s(t + 1)), step_),
-                   along_t = cubic_of(across(outwards, arcs_.along_t(s + 1)), step_) * (from_lower ? 1 : -1);
-      const double cubic = std::copysign(std::abs(along_s) + std::abs(along_t), along_s + along_t);
-      return or_middle(chord - at(1, 1), cubic);
-    }
-    const double of_corners = 0.25 * (a + b + c + d);
-    return {chord - of_corners + of_sides, 0.5};
-  }
+/// Four quadrilaterals, a lane each: where their edges are farthest outside of the face. Of those that are nowhere
+/// outside, how far their middles are: no more than 0.
+struct LaneEdges {
+  LanePoints outwards;
+  unsigned from_lower;  // Those whose diagonal is that from the lower corner, a bit a lane.
+  std::array<Lanes, kEdges> heights, shares;
 
- private:
-  static std::size_t inner(std::size_t n) { return std::clamp<std::size_t>(n, 1, kBlockNodes - 2) - 1; }
-
-  /// What the middle has, below 0, of a chord that is nowhere outside.
-  static HighestOverArc or_middle(double middle, double cubic) {
-    const HighestOverArc highest = highest_over_arc(middle, cubic);
-    return highest.height > 0 ? highest : HighestOverArc{middle, 0.5};
+  void set(Edge edge, Lanes middle, Lanes cubic) {
+    const HighestOverArcs highest = highest_over_arcs(middle, cubic);
+    heights[edge] = highest.height > 0 ? highest.height : middle;
+    shares[edge] = highest.height > 0 ? highest.share : Lanes{} + 0.5;
   }
-
-  HighestOverArc over_arc(const ArcBends<double>& bends, std::size_t from) const {
-    const auto& [first, second, third] = bends.at;
-    if (step_ == kBlockNodes - 1) {  // All nodes lie between its ends.
-      HighestOverArc most{0, 0.5};
-      const std::array<double, 3> heights = {(3 * first + 2 * second + third) / 4, (first + 2 * second + third) / 2,
-                                             (first + 2 * second + 3 * third) / 4};
-      for (std::size_t n = 0; n < heights.size(); ++n) {
-        if (heights[n] > most.height) most = {heights[n], static_cast<double>(n + 1) / static_cast<double>(step_)};
-      }
-      return most;
-    }
-    double middle = bends.middle(from, step_);
-    if (step_ == 1) middle = std::max({middle, bends.at[inner(from)] / 8, bends.at[inner(from + 1)] / 8});
-    return or_middle(middle, cubic_of(bends, step_));
+  Lanes most() const {
+    return greater(greater(greater(heights[kLowerS], heights[kUpperS]), greater(heights[kLowerT], heights[kUpperT])),
+                   heights[kDiagonal]);
   }
-
-  const BlockPoints& points_;
-  const BlockFace face_;
-  const std::size_t step_;
-  const FaceArcs arcs_;
 };
 
+/// A side of each quadrilateral. With step 1 second differences at its ends count, too.
+template <std::size_t Step, typename AtEnd>
+void set_side(Edge edge, const ArcBends<Lanes>& bends, AtEnd at_end, std::size_t half, LaneEdges& edges) {
+  Lanes middle = middles<Step>(bends, at_end, half);
+  if constexpr (Step == 1) {
+    const auto& [first, second, third] = bends.at;
+    const Lanes begin = at_end ? (half == 0 ? second : third) : first;
+    const Lanes end = at_end ? third : (half == 0 ? first : second);
+    middle = greater(greater(middle, begin / 8), end / 8);
+  }
+  edges.set(edge, middle, cubic_of(bends, Step));
+}
+
+/// Lanes of the quadrilaterals whose triangles share the diagonal from the lower corner, as BlockRaster chooses it.
+auto are_from_lower(const LanePoints& lower, const LanePoints& along_s, const LanePoints& along_t,
+                    const LanePoints& upper) {
+  const LanePoints rising = lower - upper, falling = along_s - along_t;
+  return rising.dot(rising) <= falling.dot(falling);
+}
+
+/// The quadrilaterals between every Step-th node of which (s, t) is the lower corner in their quarters.
+template <std::size_t Step>
+void find_edges(const FaceQuarters& quarters, const BlockShape& shape, std::size_t side, std::size_t s, std::size_t t,
+                LaneEdges& edges) {
+  const auto at_end_of_s = FaceQuarters::at_end_of_s();
+  const auto at_end_of_t = FaceQuarters::at_end_of_t();
+  const LanePoints &a = quarters.node(s, t), &b = quarters.node(s + Step, t), &c = quarters.node(s, t + Step),
+                   &d = quarters.node(s + Step, t + Step);
+  const LanePoints outwards = (side % 2 != 0 ? 1 : -1) * across_quads(shape, side / 2, a, b, c, d);
+  edges.outwards = outwards;
+  set_side<Step>(kLowerS, across(outwards, quarters.along_s(t)), at_end_of_s, s, edges);
+  set_side<Step>(kUpperS, across(outwards, quarters.along_s(t + Step)), at_end_of_s, s, edges);
+  set_side<Step>(kLowerT, across(outwards, quarters.along_t(s)), at_end_of_t, t, edges);
+  set_side<Step>(kUpperT, across(outwards, quarters.along_t(s + Step)), at_end_of_t, t, edges);
+
+  const auto from_lower = are_from_lower(a, b, c, d);
+  edges.from_lower = lanes_of(from_lower);
+  const Lanes at_a = outwards.dot(a), at_b = outwards.dot(b), at_c = outwards.dot(c), at_d = outwards.dot(d);
+  const Lanes chord = 0.5 * (from_lower ? at_a + at_d : at_b + at_c);
+  if constexpr (Step > 1) {
+    const Lanes along_s = cubic_of(across(outwards, quarters.along_s(t + 1)), Step),
+                along_t = cubic_of(across(outwards, quarters.along_t(s + 1)), Step) *
+                          (from_lower ? Lanes{} + 1 : Lanes{} - 1);
+    const Lanes cubic = absolute(along_s) + absolute(along_t);
+    edges.set(kDiagonal, chord - outwards.dot(quarters.node(s + 1, t + 1)), along_s + along_t < 0 ? -cubic : cubic);
+  } else {
+    const Lanes of_corners = 0.25 * (at_a + at_b + at_c + at_d);
+    const Lanes of_sides = greater(edges.heights[kLowerS], edges.heights[kUpperS]) +
+                           greater(edges.heights[kLowerT], edges.heights[kUpperT]);
+    edges.heights[kDiagonal] = chord - of_corners + of_sides;
+    edges.shares[kDiagonal] = Lanes{} + 0.5;
+  }
+}
+
+/// Where a chord through the whole of an arc is farthest outside, of the nodes between its ends.
+HighestOverArc over_nodes(const ArcBends<double>& bends) {
+  const auto& [first, second, third] = bends.at;
+  const std::array<double, 3> heights = {(3 * first + 2 * second + third) / 4, (first + 2 * second + third) / 2,
+                                         (first + 2 * second + 3 * third) / 4};
+  HighestOverArc most{0, 0.5};
+  for (std::size_t n = 0; n < heights.size(); ++n) {
+    if (heights[n] > most.height) most = {heights[n], static_cast<double>(n + 1) / 4};
+  }
+  return most;
+}
+
 }  // namespace
+
+/// A quadrilateral between every step-th node, and where its edges are farthest outside of the face.
+struct BlockShell::Edges {
+  std::size_t s, t, step;  // (s, t): the lower corner.
+  bool from_lower;
+  Eigen::RowVector3d outwards;
+  std::array<HighestOverArc, kEdges> highest;
+};
 
 void BlockShell::find(const BlockPoints& points, const BlockShape& shape, std::size_t side) {
   depth_ = 0;
   places_.clear();
   quads_.clear();
+  if (shape.step == 1) {
+    find_in_quarters<1>(points, shape, side);
+  } else if (shape.step == 2) {
+    find_in_quarters<2>(points, shape, side);
+  } else {
+    find_in_whole(points, shape, side);
+  }
+}
+
+template <std::size_t Step>
+void BlockShell::find_in_quarters(const BlockPoints& points, const BlockShape& shape, std::size_t side) {
+  constexpr std::size_t kHalves = 2 / Step;
   const BlockFace face(side / 2, side % 2);
-  const std::size_t step = shape.step;
-  const FaceHeights heights(points, face, step);
-  for_each_quad(step, [&](std::size_t s, std::size_t t) {
-    const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
-                      d = face.node(s + step, t + step);
-    // The diagonal that the triangles share, as BlockRaster chooses it.
-    const bool a_to_d = (points[a] - points[d]).squaredNorm() <= (points[b] - points[c]).squaredNorm();
-    const Eigen::RowVector3d outwards =
-        (side % 2 != 0 ? 1 : -1) * across_quad(shape, side / 2, {points[a], points[b], points[c], points[d]});
-    Quad quad;
-    quad.outwards = outwards;
-    quad.corners = a_to_d ? std::array{a, b, c, d} : std::array{b, a, d, c};
-    const auto add = [&](std::size_t from, std::size_t to, const HighestOverArc& most, bool is_its_own = true) {
-      if (!(most.height > kFlat)) return;
-      if (is_its_own) {
-        places_.push_back({(1 - most.share) * points[from] + most.share * points[to], outwards, most.height});
-      }
-      quad.depth = std::max(quad.depth, most.height);
-    };
-    const HighestOverArc ab = heights.over_s(outwards, s, t), cd = heights.over_s(outwards, s, t + step),
-                         ac = heights.over_t(outwards, s, t), bd = heights.over_t(outwards, s + step, t);
-    const double of_sides = std::max(ab.height, cd.height) + std::max(ac.height, bd.height);
-    add(a_to_d ? a : c, a_to_d ? d : b, heights.over_diagonal(outwards, s, t, a_to_d, of_sides));
-    add(a, b, ab);
-    add(a, c, ac);
-    // The edges at its ends are the next one's, if there is one.
-    add(c, d, cd, t + step + 1 == kBlockNodes);
-    add(b, d, bd, s + step + 1 == kBlockNodes);
-    if (!(quad.depth > 0)) return;
-    quads_.push_back(quad);
-    depth_ = std::max(depth_, quad.depth);
+  const FaceQuarters quarters(points, face);
+  std::array<LaneEdges, kHalves * kHalves> edges;
+  std::array<unsigned, kHalves * kHalves> outside;
+  for (std::size_t place = 0; place < edges.size(); ++place) {
+    find_edges<Step>(quarters, shape, side, place % kHalves, place / kHalves, edges[place]);
+    outside[place] = lanes_of(edges[place].most() > kFlat);
+  }
+  for_each_quad(Step, [&](std::size_t s, std::size_t t) {
+    const std::size_t place = s % 2 + t % 2 * kHalves, lane = s / 2 + t / 2 * 2;
+    if (!(outside[place] >> lane & 1)) return;
+    const LaneEdges& of = edges[place];
+    Edges quad{
+        s, t, Step, (of.from_lower >> lane & 1) != 0, {of.outwards.x[lane], of.outwards.y[lane], of.outwards.z[lane]},
+        {}};
+    for (std::size_t edge = 0; edge < kEdges; ++edge) {
+      quad.highest[edge] = {of.heights[edge][lane], of.shares[edge][lane]};
+    }
+    add(points, face, quad);
   });
+}
+
+/// Triangles as large as the face.
+void BlockShell::find_in_whole(const BlockPoints& points, const BlockShape& shape, std::size_t side) {
+  constexpr std::size_t kStep = kBlockNodes - 1;
+  const BlockFace face(side / 2, side % 2);
+  const auto quad = FaceQuarters(points, face).with_corners<kStep>(0, 0, [&](const auto&... corners) {
+    const LanePoints outwards = (side % 2 != 0 ? 1 : -1) * across_quads(shape, side / 2, corners...);
+    return Edges{
+        0, 0, kStep, (lanes_of(are_from_lower(corners...)) & 1) != 0, {outwards.x[0], outwards.y[0], outwards.z[0]},
+        {}};
+  });
+  const auto over = [&](const auto& node) {
+    return over_nodes(
+        across(quad.outwards, bends_of<Vec3>([&](std::size_t n) -> const Vec3& { return points[node(n)]; })));
+  };
+  const std::array<HighestOverArc, kEdges> highest = {
+      over([&](std::size_t n) { return face.node(n, quad.from_lower ? n : kStep - n); }),
+      over([&](std::size_t n) { return face.node(n, 0); }), over([&](std::size_t n) { return face.node(0, n); }),
+      over([&](std::size_t n) { return face.node(n, kStep); }),
+      over([&](std::size_t n) { return face.node(kStep, n); })};
+  add(points, face, {quad.s, quad.t, quad.step, quad.from_lower, quad.outwards, highest});
+}
+
+void BlockShell::add(const BlockPoints& points, const BlockFace& face, const Edges& edges) {
+  const auto& [s, t, step, from_lower, outwards, highest] = edges;
+  const std::size_t a = face.node(s, t), b = face.node(s + step, t), c = face.node(s, t + step),
+                    d = face.node(s + step, t + step);
+  Quad quad;
+  quad.outwards = outwards;
+  quad.corners = from_lower ? std::array{a, b, c, d} : std::array{b, a, d, c};
+  const auto add_edge = [&](Edge edge, std::size_t from, std::size_t to, bool is_its_own = true) {
+    const HighestOverArc& most = edges.highest[edge];
+    if (!(most.height > kFlat)) return;
+    if (is_its_own) {
+      places_.push_back({(1 - most.share) * points[from] + most.share * points[to], edges.outwards, most.height});
+    }
+    quad.depth = std::max(quad.depth, most.height);
+  };
+  add_edge(kDiagonal, from_lower ? a : c, from_lower ? d : b);
+  add_edge(kLowerS, a, b);
+  add_edge(kLowerT, a, c);
+  // The edges at its ends are the next one's, if there is one.
+  add_edge(kUpperS, c, d, t + step + 1 == kBlockNodes);
+  add_edge(kUpperT, b, d, s + step + 1 == kBlockNodes);
+  if (!(quad.depth > 0)) return;
+  quads_.push_back(quad);
+  depth_ = std::max(depth_, quad.depth);
 }
 
 }  // namespace ccslice

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/interpolation/block_faces.h"
 #include "core/interpolation/block_nodes.h"
 #include "core/interpolation/block_shape.h"
 
@@ -24,7 +25,7 @@ class BlockShell {
   /// parabola, by the square of what the triangle's circumradius is to half of its longest edge.
   struct Place {
     Vec3 voxel;
-    Eigen::RowVector3d outwards;  // across_quad(), away from the block.
+    Eigen::RowVector3d outwards;  // across_quads(), away from the block.
     double depth;                 // How far it is outside, as such a share of the block's thickness. > 0.
   };
   /// A quadrilateral of triangles of which some part is outside. They share the edge from the first corner to the last.
@@ -43,6 +44,12 @@ class BlockShell {
   double depth() const { return depth_; }
 
  private:
+  struct Edges;
+  template <std::size_t Step>
+  void find_in_quarters(const BlockPoints& points, const BlockShape& shape, std::size_t side);
+  void find_in_whole(const BlockPoints& points, const BlockShape& shape, std::size_t side);
+  void add(const BlockPoints& points, const BlockFace& face, const Edges& edges);
+
   double depth_ = 0;
   std::vector<Place> places_;
   std::vector<Quad> quads_;

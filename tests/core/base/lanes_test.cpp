@@ -41,6 +41,14 @@ TEST(Lanes, HaveTheLesserAndTheGreaterLaneByLane) {
   EXPECT_EQ(sum(greater(a, b) * Lanes{1, 10, 100, 1000}), 2 + 50 - 200);
 }
 
+TEST(Lanes, KnowTheirSquareRoots) {
+  const Lanes roots = square_root(Lanes{4, 2, 0, 1e-300});
+  EXPECT_EQ(roots[0], 2);
+  EXPECT_EQ(roots[1], std::sqrt(2.0));
+  EXPECT_EQ(roots[2], 0);
+  EXPECT_EQ(roots[3], std::sqrt(1e-300));
+}
+
 TEST(Lanes, KnowTheirLargestAndTheirSum) {
   for (std::size_t k = 0; k < kLanes; ++k) {
     Lanes a = {-4, -4, -4, -4};

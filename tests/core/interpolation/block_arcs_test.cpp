@@ -50,6 +50,26 @@ TEST(BlockArcs, ChordsOfCubicsAreOffAsDifferencesSay) {
   });
 }
 
+TEST(BlockArcs, FourAreAsOffAsEachOfThem) {
+  std::mt19937 random(kArcSeed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto lanes = [&] { return Lanes{unit(random), 1e-9 * unit(random), unit(random), 0}; };
+  for (int trial = 0; trial < 200; ++trial) {
+    const ArcBends<Lanes> bends = {{lanes(), lanes(), lanes()}};
+    for (const std::size_t step : {1u, 2u, 4u}) {
+      const Lanes middle = bends.middle(0, step), cubic = cubic_of(bends, step);
+      const HighestOverArcs highest = highest_over_arcs(middle, cubic);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        const ArcBends<double> own = {{bends.at[0][lane], bends.at[1][lane], bends.at[2][lane]}};
+        EXPECT_EQ(cubic[lane], cubic_of(own, step)) << "seed " << kArcSeed;
+        const HighestOverArc one = highest_over_arc(middle[lane], cubic[lane]);
+        EXPECT_EQ(highest.height[lane], one.height) << "seed " << kArcSeed;
+        EXPECT_EQ(highest.share[lane], one.share) << "seed " << kArcSeed;
+      }
+    }
+  }
+}
+
 TEST(BlockArcs, StraightLinesAreNowhereOff) {
   const auto bends = bends_of<double>([](std::size_t n) { return 2.0 * static_cast<double>(n); });
   EXPECT_EQ(bends.middle(0, 4), 0);

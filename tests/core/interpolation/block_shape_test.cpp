@@ -11,6 +11,9 @@
 #include <functional>
 #include <random>
 
+#include "core/interpolation/block_arcs.h"
+#include "core/interpolation/block_faces.h"
+
 namespace ccslice {
 namespace {
 
@@ -172,6 +175,84 @@ TEST(BlockShape, FacesOfTaperedBlocksAreMissedAcrossThemselves) {
     // Of the last half, or the first: there nodes are 0.8 times as far apart as in the middle.
     EXPECT_NEAR(shape.miss, 19 * 0.4 / 64 / 21 / 0.8, 1e-9) << grading;
   }
+}
+
+/// How far the chord from the first node to the last of these is off the arc through the five nodes of a row.
+double off_chord(const std::array<double, 5>& heights, std::size_t from, std::size_t step) {
+  const auto bends = bends_of<double>([&](std::size_t n) { return heights[n]; });
+  double middle = std::abs(bends.middle(from, step));
+  if (step == 1) middle = std::max(middle, std::abs(bends.at[from > 0 ? from - 1 : 0]) / 8);
+  return highest_over_arc(middle, std::abs(cubic_of(bends, step))).height;
+}
+
+struct ExpectedMiss {
+  double most;
+  unsigned axes;
+};
+
+/// Raises what is missed by the quadrilateral of a face from node (s, t) on, across that from `corner` on.
+void miss_quad(const BlockPoints& points, const BlockShape& shape, std::size_t side, std::array<std::size_t, 2> corner,
+               std::array<std::size_t, 2> at, ExpectedMiss& expected) {
+  const BlockFace face(side / 2, side % 2);
+  const std::size_t step = shape.step, size = std::max<std::size_t>(step, 2);
+  const auto node = [&](std::size_t s, std::size_t t) { return points[face.node(s, t)]; };
+  const auto [s0, t0] = corner;
+  const Vec3 rising = node(s0 + size, t0 + size) - node(s0, t0), falling = node(s0 + size, t0) - node(s0, t0 + size);
+  const Vec3 normal = (rising + falling).cross(rising - falling);
+  const Vec3 outwards = normal / normal.dot(shape.axes.col(static_cast<Eigen::Index>(side / 2)));
+  const auto [s, t] = at;
+  double of_s = 0, of_t = 0;
+  for (std::size_t n = 0; n <= step; ++n) {
+    std::array<double, 5> along_s, along_t;
+    for (std::size_t k = 0; k < 5; ++k) {
+      along_s[k] = outwards.dot(node(k, t + n) - node(0, t + n));
+      along_t[k] = outwards.dot(node(s + n, k) - node(s + n, 0));
+    }
+    of_s = std::max(of_s, off_chord(along_s, s, step));
+    of_t = std::max(of_t, off_chord(along_t, t, step));
+  }
+  const double twist =
+      0.25 * std::abs(outwards.dot(node(s, t) + node(s + step, t + step) - node(s + step, t) - node(s, t + step)));
+  const double most = of_s + of_t + twist;
+  if (most <= expected.most) return;
+  const std::size_t axis = side / 2;
+  expected.most = most;
+  expected.axes =
+      (of_s + twist > most / 4 ? 1u << (axis + 1) % 3 : 0) | (of_t + twist > most / 4 ? 1u << (axis + 2) % 3 : 0);
+}
+
+// One after another, and none left out as it can't be the one.
+TEST(BlockShape, FacesAreMissedByTheWorstOfTheirQuadrilaterals) {
+  std::mt19937 random(kShapeSeed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::array<int, 5> steps{};
+  for (int trial = 0; trial < 600; ++trial) {
+    const double bend = std::exp(4 * unit(random) - 1), noise = trial % 2 == 0 ? 0 : 0.1 * bend;
+    Eigen::Matrix<double, 3, 8> terms;
+    for (double& term : terms.reshaped()) term = bend * unit(random);
+    const BlockPoints points = shape_block([&](const Vec3& p) -> Vec3 {
+      const double u = p.x(), v = p.y(), w = p.z();
+      Eigen::Matrix<double, 8, 1> powers;
+      powers << u * u, v * v, w * w, u * v, v * w, w * u, u * u * u - u * u, v * v * v - w * w * v;
+      return 100 * p + terms * powers + noise * Vec3(unit(random), unit(random), unit(random));
+    });
+    const BlockShape shape = shape_of(points);
+    ++steps[shape.step];
+    ExpectedMiss expected{shape.bulge.maxCoeff(), 0};
+    for (std::size_t side = 0; side < 6; ++side) {
+      const std::size_t size = std::max<std::size_t>(shape.step, 2);
+      for_each_quad(size, [&](std::size_t s0, std::size_t t0) {
+        for (std::size_t t = t0; t < t0 + size; t += shape.step) {
+          for (std::size_t s = s0; s < s0 + size; s += shape.step) {
+            miss_quad(points, shape, side, {s0, t0}, {s, t}, expected);
+          }
+        }
+      });
+    }
+    ASSERT_NEAR(shape.miss, expected.most, 1e-9 * expected.most) << "trial " << trial << " step " << shape.step;
+    ASSERT_EQ(shape.axes_of_miss, expected.axes) << "trial " << trial << " step " << shape.step;
+  }
+  for (const std::size_t step : {1, 2, 4}) EXPECT_GT(steps[step], 20) << step;
 }
 
 TEST(BlockShape, WithoutVolumeIsFlat) {
