@@ -12,6 +12,7 @@
 #include "core/field/material_field.h"
 #include "core/interpolation/shares.h"
 #include "core/interpolation/voxel_blocks.h"
+#include "core/limit/cell_gaps.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
@@ -20,6 +21,7 @@ namespace {
 constexpr double kMostJump = 8.0 / 6;      // Of third derivatives, as a share of the range, by the cube of the depth.
 constexpr double kDeeper = 1.4;            // Shells may be so much deeper than at the places that BlockShell finds.
 constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
+constexpr double kOffCell = 1e-6;          // mm. Points that far off a cell aren't in it.
 constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
 
 /// Where a jump of third derivatives comes to the tolerance, as a share of a cell.
@@ -63,8 +65,8 @@ void FaceSurroundings::collect(LimitCellId cell) {
     const LimitCellId other{met};
     if (other == cell) return false;
     if (solid_->touch(cell, other)) {
-      touching_.push_back(other);
-      least_thickness_mm_ = std::min(least_thickness_mm_, least_thickness_mm(other));
+      touching_.push_back({other, least_thickness_mm(other)});
+      least_thickness_mm_ = std::min(least_thickness_mm_, touching_.back().thickness_mm);
     } else {
       others_.push_back(other);
     }
@@ -78,6 +80,44 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
   return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
 }
 
+/// Finds out which cells of those that touch may be met across a gap. False if there are none.
+bool FaceSurroundings::find_across_gaps(const Piece& piece, std::size_t side) {
+  if (touching_.empty() || !(solid_->boundary_sides(piece.cell) >> side & 1)) return false;
+  const Box3 box = box_of_shell(piece);
+  const Vec3 outwards =
+      (side % 2 != 0 ? 1 : -1) * thickness_mm(piece.shape.inverse_axes.row(static_cast<Eigen::Index>(side / 2)));
+  bool any = false;
+  for (Touching& touching : touching_) {
+    touching.may_be_met = solid_->index().cell_boxes.box(touching.cell).intersects(box) &&
+                          looks_back(touching.cell, outwards) && is_across_a_gap(touching);
+    any = any || touching.may_be_met;
+  }
+  return any;
+}
+
+/// A cell has a face of the boundary that looks against that direction, more or less.
+bool FaceSurroundings::looks_back(LimitCellId cell, const Vec3& direction) const {
+  constexpr double kAgainst = -0.5;  // Cosine.
+  const unsigned sides = solid_->boundary_sides(cell);
+  const Mat3& across = solid_->index().cell_maps[cell].inverse_jacobian;
+  for (std::size_t side = 0; side < 6; ++side) {
+    if (!(sides >> side & 1)) continue;
+    const auto row = across.row(static_cast<Eigen::Index>(side / 2));
+    const double along = (side % 2 != 0 ? 1 : -1) * row.dot(direction);
+    if (!(along > kAgainst * row.norm() * direction.norm())) return true;
+  }
+  return false;
+}
+
+bool FaceSurroundings::is_across_a_gap(Touching& touching) const {
+  if (!touching.is_across_a_gap) {
+    std::vector<LimitCellId> around;
+    for (const Touching& other : touching_) around.push_back(other.cell);
+    touching.is_across_a_gap = ccslice::is_across_a_gap(*solid_, *cell_, touching.cell, around);
+  }
+  return *touching.is_across_a_gap;
+}
+
 bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   collect(piece.cell);
   const double sure = std::cbrt(1 - piece.error) * sure_share_, sure_mm = sure * least_thickness_mm_;
@@ -85,12 +125,14 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
   if (meets_others(piece)) return true;
+  const bool across_gaps = find_across_gaps(piece, side);
+  std::optional<CellDistance> distance;  // For each piece anew, as in meets_others().
   return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
     const Vec3 outwards = kDeeper * place.depth * thickness_mm(place.outwards);
     const double depth_mm = outwards.norm();
-    if (depth_mm <= sure_mm) return false;
+    if (depth_mm <= sure_mm && !across_gaps) return false;
     const Vec3 deepest = mesh_of_voxel_ * place.voxel + (kDeeper - 1) / kDeeper * outwards;
-    const std::optional<CellParam> there = guess_in_thin_cell(deepest, depth_mm / sure);
+    const std::optional<CellParam> there = guess_beyond(deepest, depth_mm / sure, across_gaps, distance);
     return there && differs_at(piece, deepest, *there);
   });
 }
@@ -101,30 +143,42 @@ Vec3 FaceSurroundings::thickness_mm(const Eigen::RowVector3d& outwards) const {
   return per_mm / per_mm.squaredNorm();
 }
 
+/// Of the last side's shell, kDeeper. mm of the mesh.
+Box3 FaceSurroundings::box_of_shell(const Piece& piece) const {
+  Box3 box;
+  for (const BlockShell::Quad& quad : shell_.quads()) {
+    const Vec3 depth = (kDeeper * quad.depth * thickness_mm(quad.outwards)).cwiseAbs();
+    for (const std::size_t corner : quad.corners) {
+      const Vec3 place = mesh_of_voxel_ * piece.points[corner];
+      box.extend(place - depth);
+      box.extend(place + depth);
+    }
+  }
+  return box;
+}
+
 /// The shell may meet a cell that doesn't touch the piece's.
 bool FaceSurroundings::meets_others(const Piece& piece) const {
   if (others_.empty()) return false;
+  const Box3 box = box_of_shell(piece);
+  const auto is_near = [&](LimitCellId other) { return solid_->index().cell_boxes.box(other).intersects(box); };
+  if (std::ranges::none_of(others_, is_near)) return false;
   struct Part {
     std::array<Vec3, 4> corners;
     Vec3 depth;
   };
   std::vector<Part> parts;
-  Box3 box;
   for (const BlockShell::Quad& quad : shell_.quads()) {
     Part& part = parts.emplace_back();
     part.depth = kDeeper * quad.depth * thickness_mm(quad.outwards);
-    for (std::size_t k = 0; k < 4; ++k) {
-      part.corners[k] = mesh_of_voxel_ * piece.points[quad.corners[k]];
-      box.extend(part.corners[k] - part.depth.cwiseAbs());
-      box.extend(part.corners[k] + part.depth.cwiseAbs());
-    }
+    for (std::size_t k = 0; k < 4; ++k) part.corners[k] = mesh_of_voxel_ * piece.points[quad.corners[k]];
   }
   // What it learns of a cell makes its later answers closer. They mustn't depend on earlier pieces.
   std::optional<CellDistance> distance;
   return std::ranges::any_of(others_, [&](LimitCellId other) {
-    if (!solid_->index().cell_boxes.box(other).intersects(box)) return false;
-    return std::ranges::any_of(
-        parts, [&](const Part& part) { return meets(other, part.corners, part.depth, kMostQuarterings, distance); });
+    return is_near(other) && std::ranges::any_of(parts, [&](const Part& part) {
+             return meets(other, part.corners, part.depth, kMostQuarterings, distance);
+           });
   });
 }
 
@@ -154,19 +208,27 @@ bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corne
          quarter(middle, bd, cd, d);
 }
 
-/// About the parameter of a point in a cell that touches the piece's and is thinner than `thickness_mm`. Nothing if
-/// there is none.
-std::optional<CellParam> FaceSurroundings::guess_in_thin_cell(const Vec3& point, double thickness_mm) const {
+/// About the parameter of a point in a cell that touches the piece's and is thinner than `thickness_mm`, or with
+/// `across_gaps` in one that may be met across a gap. Nothing if there is none.
+std::optional<CellParam> FaceSurroundings::guess_beyond(const Vec3& point, double thickness_mm, bool across_gaps,
+                                                        std::optional<CellDistance>& distance) const {
   std::optional<CellParam> nearest;
   double nearest_distance = std::numeric_limits<double>::infinity();
-  for (const LimitCellId cell : touching_) {
-    const CellMap& map = solid_->index().cell_maps[cell];
+  for (const Touching& touching : touching_) {
+    const bool is_thin = thickness_mm > touching.thickness_mm;
+    const bool may_be_met = across_gaps && touching.may_be_met;
+    if (!is_thin && !(may_be_met && solid_->index().cell_boxes.box(touching.cell).contains(point))) continue;
+    const CellMap& map = solid_->index().cell_maps[touching.cell];
     const Vec3 guess = map(point);
-    if (thickness_mm <= least_thickness_mm(cell) || !map.may_hold(guess, 0)) continue;
-    const double distance = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();
-    if (distance >= nearest_distance) continue;
-    nearest_distance = distance;
-    nearest = CellParam{cell, guess.cwiseMax(0).cwiseMin(1)};
+    if (!map.may_hold(guess, 0)) continue;
+    const double from_middle = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();
+    if (from_middle >= nearest_distance) continue;
+    if (!is_thin) {
+      if (!distance) distance.emplace(*solid_);
+      if (distance->exceeds(touching.cell, point, kOffCell)) continue;
+    }
+    nearest_distance = from_middle;
+    nearest = CellParam{touching.cell, guess.cwiseMax(0).cwiseMin(1)};
   }
   return nearest;
 }

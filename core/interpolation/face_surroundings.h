@@ -10,8 +10,9 @@
 //   continuous derivatives. Only the third ones jump: by 8 times a channel's range at most a parameter of the cell
 //   beyond, as third differences of control values are within 4 times. At the depth s of that cell's thickness that is
 //   8 s^3 / 6 of the range. While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
-//   Deeper shells are looked at, and all where such a cell is of another cell region: the deepest places are inverted,
-//   and what lies there is compared with the polynomials.
+//   Deeper shells are looked at, and all where such a cell is of another cell region, or across a gap that ends in an
+//   edge or a vertex of both (limit/cell_gaps.h) and has a face of the boundary that looks back: the deepest places are
+//   inverted, and what lies there is compared with the polynomials.
 // - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
 //   If one of them may reach into the shell, the polynomials don't hold there.
 // - None. Nobody asks for voxels there.
@@ -58,13 +59,26 @@ class FaceSurroundings {
   bool may_differ(const Piece& piece, std::size_t side);
 
  private:
+  /// A cell that touches the one at hand.
+  struct Touching {
+    LimitCellId cell;
+    double thickness_mm;                       // 0 of another cell region.
+    std::optional<bool> is_across_a_gap = {};  // Once it is known.
+    bool may_be_met = false;                   // By the last side's shell, across a gap.
+  };
+
   void collect(LimitCellId cell);
   double least_thickness_mm(LimitCellId touching) const;
+  bool find_across_gaps(const Piece& piece, std::size_t side);
+  bool looks_back(LimitCellId cell, const Vec3& direction) const;
+  bool is_across_a_gap(Touching& touching) const;
   Vec3 thickness_mm(const Eigen::RowVector3d& outwards) const;
+  Box3 box_of_shell(const Piece& piece) const;
   bool meets_others(const Piece& piece) const;
   bool meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
              std::optional<CellDistance>& distance) const;
-  std::optional<CellParam> guess_in_thin_cell(const Vec3& point, double thickness_mm) const;
+  std::optional<CellParam> guess_beyond(const Vec3& point, double thickness_mm, bool across_gaps,
+                                        std::optional<CellDistance>& distance) const;
   bool differs_at(const Piece& piece, const Vec3& point, const CellParam& hint);
 
   std::shared_ptr<const LimitSolid> solid_;
@@ -77,7 +91,8 @@ class FaceSurroundings {
 
   // About the cell at hand: those whose boxes meet its own.
   std::optional<LimitCellId> cell_;
-  std::vector<LimitCellId> touching_, others_;
+  std::vector<Touching> touching_;
+  std::vector<LimitCellId> others_;
   double least_thickness_mm_ = 0;  // Of those that touch it.
   BlockShell shell_;
 };

@@ -102,6 +102,11 @@ TEST(InterpolatedSlits, BesideALobeThatTapersKeepTheTolerance) {
   expect_within_tolerance(compare(Subject(tapered_slit(0.004)), 400, 60));
 }
 
+// Some of it lies in cells that touch those across it.
+TEST(InterpolatedSlits, BesideLobesThatShareAVertexKeepTheTolerance) {
+  expect_within_tolerance(compare(Subject(vertex_slit(0.001)), 300, 40));
+}
+
 /// Samples of a plane of two bytes that differ by more than one.
 std::uint64_t differing_words(const Layer& one, const Layer& other) {
   std::uint64_t count = 0;

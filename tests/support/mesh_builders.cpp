@@ -86,6 +86,36 @@ ControlMesh tapered_slit(double width_mm) {
   return mesh;
 }
 
+ControlMesh vertex_slit(double width_mm, int cells) {
+  const int middle = cells / 2;
+  // Wide at first: equal positions would be one vertex.
+  HexSoup soup;
+  for (int k = 0; k < 2; ++k) {
+    for (int j = 0; j < cells; ++j) {
+      for (int i = 0; i < cells; ++i) {
+        std::array<Vec3, 8> corners;
+        for (int b = 0; b < 8; ++b) {
+          const int x = i + (b & 1), y = j + (b >> 1 & 1), z = k + (b >> 2 & 1);
+          const bool apart = x > middle || y > middle;
+          corners[kVtkCorner[b]] = Vec3(x, y, z == 1 && k == 1 && apart ? 1.5 : z);
+        }
+        soup.add(corners);
+      }
+    }
+  }
+  ControlMesh mesh = soup.take();
+  sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"lobe"};
+  for (Vec3& p : mesh.positions) {
+    const bool is_outer = p.z() > 1.2;
+    mesh.channel_values.push_back(is_outer ? 1.0f : 0.0f);
+    const double radius = 16 + 4 * std::round(p.z() - 0.25) + (is_outer ? width_mm : 0);
+    const double angle = std::numbers::pi / 8 * p.x();
+    p = Vec3(radius * std::sin(angle), 5 * p.y(), radius * std::cos(angle));
+  }
+  return mesh;
+}
+
 ControlMesh folding_box_mesh() {
   ControlMesh mesh = box_mesh(4, 4, 4);
   for (Vec3& p : mesh.positions) {

@@ -55,6 +55,10 @@ ControlMesh sharp_fan(int cells, double degrees, std::uint32_t seed);
 /// Below a slit a lobe that gets 21 times as thick in its first cell, along which control points come ever closer;
 /// above it another one, in the last column of one piece with it. A channel is 1 in that one, and 0 elsewhere.
 ControlMesh tapered_slit(double width_mm);
+/// Two lobes of so many cells squared, bent round the y axis: in a quarter they are one piece, elsewhere apart by a
+/// slit. Across it there lie cells that share an edge or, beside the middle, a vertex, and no more. A channel is 1 in
+/// the outer lobe, and 0 in the inner one and where they meet.
+ControlMesh vertex_slit(double width_mm, int cells = 4);
 /// A slab with two valleys that cross, sharp at the bottom: folds.
 ControlMesh crossed_valleys();
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on

@@ -96,6 +96,14 @@ TEST(FaceSurroundings, OfALobeThatTapersAreTheOneAcrossASlit) {
   EXPECT_TRUE(cells_that_may_differ(oracle::tapered_slit(2), none).empty());
 }
 
+// Every cell touches every other one.
+TEST(FaceSurroundings, OfLobesThatShareAVertexAreTheOneAcrossTheSlit) {
+  const auto outer = [](const Vec3& p) { return std::hypot(p.x(), p.z()) > 20.0005 ? 1.0 : 0.0; };
+  EXPECT_FALSE(cells_that_may_differ(oracle::vertex_slit(0.001, 2), outer, 1e-3).empty());
+  EXPECT_TRUE(cells_that_may_differ(oracle::vertex_slit(0.001, 2), none, 1e-3).empty());
+  EXPECT_TRUE(cells_that_may_differ(oracle::vertex_slit(2, 2), outer, 1e-3).empty());
+}
+
 // It rises with the cube of the depth from the large cells on, in which it is constant.
 TEST(FaceSurroundings, AreThinCellsInWhichAMaterialBegins) {
   const std::vector<double> coated = {19, 19.5, 20, 24, 28};

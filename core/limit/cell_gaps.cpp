@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/cell_gaps.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kMostOfEdge = 2;  // Vertices that no more than an edge has.
+
+/// The vertices that two control cells share.
+struct SharedVertices {
+  std::size_t count = 0;
+  std::array<std::uint32_t, kMostOfEdge> first{};  // Of them.
+
+  SharedVertices(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) {
+    for (const std::uint32_t vertex : a) {
+      if (std::ranges::find(b, vertex) == b.end()) continue;
+      if (count < first.size()) first[count] = vertex;
+      ++count;
+    }
+  }
+  std::span<const std::uint32_t> few() const { return std::span(first).first(std::min(count, first.size())); }
+};
+
+}  // namespace
+
+bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId there,
+                     std::span<const LimitCellId> around) {
+  const LimitSolid::Data& data = solid.data();
+  const auto vertices = [&](LimitCellId cell) { return data.corners(solid.control_cell(cell)); };
+  const auto share_face = [&](LimitCellId a, LimitCellId b) {
+    return SharedVertices(vertices(a), vertices(b)).count > kMostOfEdge;
+  };
+  const SharedVertices shared(vertices(here), vertices(there));
+  if (shared.count > kMostOfEdge) return false;
+  const bool on_boundary = std::ranges::all_of(
+      shared.few(), [&](std::uint32_t vertex) { return std::ranges::binary_search(data.boundary_vertices, vertex); });
+  if (!on_boundary) return false;
+  std::vector<LimitCellId> next_to_here, next_to_there;
+  for (const LimitCellId cell : around) {
+    if (SharedVertices(shared.few(), vertices(cell)).count < shared.count) continue;
+    if (share_face(here, cell)) next_to_here.push_back(cell);
+    if (share_face(there, cell)) next_to_there.push_back(cell);
+  }
+  return std::ranges::none_of(next_to_here, [&](LimitCellId a) {
+    return std::ranges::any_of(next_to_there, [&](LimitCellId b) {
+      return solid.control_cell(a) == solid.control_cell(b) || (shared.count == 1 && share_face(a, b));
+    });
+  });
+}
+
+}  // namespace ccslice
