@@ -14,12 +14,12 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kMostOfEdge = 2;  // Vertices that no more than an edge has.
+constexpr std::size_t kMostWithoutFace = 3;  // Round the inner corner of a slit.
 
 /// The vertices that two control cells share.
 struct SharedVertices {
   std::size_t count = 0;
-  std::array<std::uint32_t, kMostOfEdge> first{};  // Of them.
+  std::array<std::uint32_t, kMostWithoutFace> first{};  // Of them.
 
   SharedVertices(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) {
     for (const std::uint32_t vertex : a) {
@@ -31,17 +31,29 @@ struct SharedVertices {
   std::span<const std::uint32_t> few() const { return std::span(first).first(std::min(count, first.size())); }
 };
 
+/// Whether these are a triangle of the cell: any three of a tetrahedron, one end of a wedge.
+bool is_triangle(std::span<const std::uint32_t> three, std::span<const std::uint32_t> cell) {
+  constexpr std::size_t kTetrahedron = 4, kWedge = 6;
+  if (cell.size() != kWedge) return cell.size() == kTetrahedron;
+  const auto is_of = [&](std::span<const std::uint32_t> end) { return SharedVertices(three, end).count == 3; };
+  return is_of(cell.first(3)) || is_of(cell.last(3));
+}
+
+bool have_common_face(std::span<const std::uint32_t> a, std::span<const std::uint32_t> b) {
+  const SharedVertices shared(a, b);
+  if (shared.count != kMostWithoutFace) return shared.count > kMostWithoutFace;
+  return is_triangle(shared.few(), a) && is_triangle(shared.few(), b);
+}
+
 }  // namespace
 
 bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId there,
                      std::span<const LimitCellId> around) {
   const LimitSolid::Data& data = solid.data();
   const auto vertices = [&](LimitCellId cell) { return data.corners(solid.control_cell(cell)); };
-  const auto share_face = [&](LimitCellId a, LimitCellId b) {
-    return SharedVertices(vertices(a), vertices(b)).count > kMostOfEdge;
-  };
+  const auto share_face = [&](LimitCellId a, LimitCellId b) { return have_common_face(vertices(a), vertices(b)); };
+  if (share_face(here, there)) return false;
   const SharedVertices shared(vertices(here), vertices(there));
-  if (shared.count > kMostOfEdge) return false;
   const bool on_boundary = std::ranges::all_of(
       shared.few(), [&](std::uint32_t vertex) { return std::ranges::binary_search(data.boundary_vertices, vertex); });
   if (!on_boundary) return false;

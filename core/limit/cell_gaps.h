@@ -14,7 +14,8 @@ namespace ccslice {
 
 /// In a regular mesh two cells that share but an edge go on from one another through one between them, and those that
 /// share but a vertex through two. Where it takes more, and they share it on the boundary, there is a gap, or a mesh
-/// that is far from regular. `around`: those that touch one of the two, or at least all that lie round what they share.
+/// that is far from regular. `around`: those that lie round what they share; where some are missing, a gap may be found
+/// that isn't there.
 /// REQUIRES: the two touch (LimitSolid::touch()).
 bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId there, std::span<const LimitCellId> around);
 

@@ -22,8 +22,8 @@
 // gives back its place and their memory, and begins them anew in its client's next turn, as a long call.
 //
 // Batches and solvers hold memory for scratch. What is read ahead, and each solver beside the first, needs room before;
-// one batch at a time can go on always, or waits for memory: while others wait for some, it does so for each batch. A
-// client of whom several calls run leaves others some of it.
+// one batch at a time can go on always, or waits for memory: while others wait for some, it does so for each batch.
+// Whoever has several batches worked on leaves others some of it.
 
 #pragma once
 
@@ -219,7 +219,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     hold.shares.clear();
     Admission::Memory memory{
         .reserve = [this, on = batch.get(), at = bench.get(), bytes, left] { return reserve(*on, *at, bytes, left); },
-        .is_short = !gave_way,
+        .is_short = !gave_way && left == 0,  // Else short ones would wait behind it for what it leaves them.
         .give_way = how_to_give_way()};
     const auto got_it = [this, self = this->shared_from_this(), batch, bench](const std::exception_ptr& refusal) {
       Hold held(mutex_);
@@ -250,11 +250,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     return false;
   }
 
-  /// To a small range of another client, where several of this one's calls run: half of what short work has. Else it
-  /// would have to wait for one of them to give way. Nothing where the batch could never begin then.
+  /// To a small range of another client, where several of this one's calls have begun, or several batches of this one:
+  /// half of what short work has. Else it would have to wait for one of them to give way. Nothing where the batch could
+  /// never begin then.
   std::uint64_t bytes_left(std::uint64_t batch_bytes) const {
     constexpr std::size_t kSeveral = 4;
-    if (state_.admission.running_of(this->client_) < kSeveral) return 0;
+    if (working_ == 0 && state_.admission.begun_of(this->client_) < kSeveral) return 0;
     const std::uint64_t all = state_.scratch.capacity_bytes();
     return std::min(scratch_for_short(all) / 2, all - batch_bytes - within_half(Solver::kBytes));
   }

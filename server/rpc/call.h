@@ -146,8 +146,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       if (error || !asks_again) return go_on(nullptr);
       self->ask_for_place(go_on);
       // Stopped just when there was no longer anything to stop, and nothing to leave yet.
-      if (self->stopped_loading_ && self->leave_queue())
+      if (self->stopped_loading_ && self->state_.admission.leave_queue(self->place_)) {
         go_on(std::make_exception_ptr(Error(ErrorCode::kCancelled, "")));
+      }
     });
     {
       const std::lock_guard lock(load_mutex_);

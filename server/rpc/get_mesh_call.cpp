@@ -25,7 +25,7 @@ class GetMeshCall final : public UnaryCall {
     if (const auto refused = open_call()) return end(*refused);
     v1::GetMeshRequest request;
     try {
-      parse_request(raw, request);
+      parse_and_drop(raw, request);
     } catch (...) {
       return end(to_status(std::current_exception()));
     }

@@ -77,6 +77,7 @@ class PlanCall final : public UnaryCall {
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }
+    drop_request(raw_);  // The answer may wait for its reader.
     answer(status, response_.ByteSizeLong());
   }
 

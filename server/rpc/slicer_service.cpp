@@ -69,6 +69,8 @@ class LookUpCall final : public UnaryCall {
              const google::protobuf::Message& response)
       : UnaryCall(state, context, method), response_(response) {}
 
+  using UnaryCall::parse_and_drop;
+
   /// `look_up` is given what ends the call, on any thread, and who makes it. May throw.
   template <class LookUp>
   void begin(LookUp&& look_up) {
@@ -240,7 +242,7 @@ void SlicerService::serve_unary(int method,
                                                                    kNames[static_cast<std::size_t>(method)], *response);
                     call->begin([&](const auto& answered, const std::string& client) {
                       Request request;
-                      parse_request(*bytes, request);
+                      call->parse_and_drop(*bytes, request);
                       (this->*look_up)(request, *response, {answered, client});
                     });
                     return call.get();

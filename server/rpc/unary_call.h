@@ -28,6 +28,18 @@ class UnaryCall : public Call<grpc::ServerUnaryReactor> {
     wait_for_reader([&] { end(fits ? status : to_status(too_many_unread())); });
   }
 
+  /// May throw. The request's bytes count nowhere, and a call may wait for a mesh, or for its answer's reader.
+  template <class Request>
+  void parse_and_drop(const grpc::ByteBuffer& raw, Request& request) {
+    try {
+      parse_request(raw, request);
+    } catch (...) {
+      drop_request(raw);
+      throw;
+    }
+    drop_request(raw);
+  }
+
  private:
   static ServiceError too_many_unread() {
     return {ServiceErrorCode::kServerBusy,

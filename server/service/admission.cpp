@@ -353,10 +353,15 @@ std::size_t Admission::running() const {
   return running_;
 }
 
-std::size_t Admission::running_of(const std::string& client) const {
+std::size_t Admission::begun_of(const std::string& client) const {
   const std::lock_guard lock(mutex_);
   const auto found = clients_.find(client);
-  return found == clients_.end() ? 0 : found->second.running;
+  if (found == clients_.end()) return 0;
+  std::size_t begun = found->second.running;
+  for (const Rank rank : {Rank::kResumes, Rank::kHasBegunShort, Rank::kHasBegun}) {
+    begun += found->second.waiting[static_cast<std::size_t>(rank)].size();
+  }
+  return begun;
 }
 
 std::size_t Admission::waiting() const {

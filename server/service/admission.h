@@ -19,7 +19,7 @@
 // Nor for the end of what that one has running, which may take hours: where a client of whom two calls less run has
 // waited for a while, the latest run of the client with most of them is told to GIVE WAY. It gives all back, and waits
 // for its client's next turn. The earlier ones go on undisturbed, so however many others come and go, some of its calls
-// get ahead. And of eight places or more a quarter is never one client's: previews and tessellations can't give way.
+// get ahead. And of eight places or more a quarter is never one client's: not every call can give way.
 
 #pragma once
 
@@ -97,7 +97,7 @@ class Admission {
     Rank rank_ = Rank::kIsNew;                     // While it waits: where
     std::list<Place*>::iterator position_;         // in the queue, and among those of its client.
     std::list<Place*>::iterator position_of_client_;
-    std::function<void()> give_way_;  // Once it has memory; empty if it can't.
+    std::function<void()> give_way_;  // Empty if it can't.
   };
 
   explicit Admission(const AdmissionLimits& limits);
@@ -132,7 +132,8 @@ class Admission {
   void drain();
 
   std::size_t running() const;
-  std::size_t running_of(const std::string& client) const;
+  /// Those that run, and those that have begun and wait.
+  std::size_t begun_of(const std::string& client) const;
   std::size_t waiting() const;
 
  private:

@@ -154,9 +154,12 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
 
 ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  if (now - looked_at_ >= kBetweenIdleLooks) forget_left(now);
+  const bool looks_closely = now - looked_at_ >= kBetweenIdleLooks;
+  if (looks_closely) forget_left(now);
   Dropped dropped;
-  for (auto& [descriptor, connection] : connections_) drop_if_due(descriptor, connection, now, dropped);
+  for (auto& [descriptor, connection] : connections_) {
+    drop_if_due(descriptor, connection, now, looks_closely, dropped);
+  }
   if (limits_.arriving_bytes > 0 && some_arrives()) drop_greedy(dropped);
   return dropped;
 }
@@ -236,14 +239,15 @@ void ConnectionTable::drop_greedy(Dropped& dropped) {
   }
 }
 
-void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now,
+/// What arrives is only looked at closely: that costs system calls.
+void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
                                   Dropped& dropped) const {
   const auto is_due = [&](Clock::time_point since, std::chrono::milliseconds after) {
     return after.count() > 0 && now - since >= after;
   };
   if (!connection.peer || connection.dropped || connection.calls > 0) return;
   const bool idle = is_due(connection.idle_since, limits_.idle);
-  bool arriving = is_due(connection.served, limits_.arriving);
+  bool arriving = looks_closely && is_due(connection.served, limits_.arriving);
   if (!idle && !arriving) return;
   const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
   if (!socket) return;

@@ -92,7 +92,8 @@ class ConnectionTable {
 
   void forget_left(Clock::time_point now);
   Connections::iterator forget(Connections::iterator connection);
-  void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, Dropped& dropped) const;
+  void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
+                   Dropped& dropped) const;
   bool some_arrives();
   static bool may_be_greedy(const Connection& connection);
   static bool brings_much(int socket, const Connection& connection);

@@ -56,7 +56,9 @@ bool HeapTrim::is_worth_it(const Figures& now) {
   const std::uint64_t unknown = unknown_bytes(now);
   for (std::uint64_t* base : {&base_bytes_, &idle_base_bytes_}) *base = std::min(*base, unknown);
   if (now.is_idle) {
-    return unknown - idle_base_bytes_ >= kWorthItWhenIdle || free_bytes_() >= free_at_trim_ + kWorthItWhenIdle;
+    const std::uint64_t free_bytes = free_bytes_();
+    free_at_trim_ = std::min(free_at_trim_, free_bytes);  // Some of it may have been used again since.
+    return unknown - idle_base_bytes_ >= kWorthItWhenIdle || free_bytes >= free_at_trim_ + kWorthItWhenIdle;
   }
   return unknown - base_bytes_ >= kWorthIt && (!trimmed_ || Clock::now() - *trimmed_ >= pause_);
 }

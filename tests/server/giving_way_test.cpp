@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/server/range_reader.h"
 #include "tests/server/test_meshes.h"
@@ -126,8 +127,8 @@ TEST_F(GivingWay, IsNotRefusedByAShutdownButCutOff) {
   EXPECT_EQ(state().admission.waiting(), 0u);
 }
 
-/// Points that take long, of two calls of a client, and another client that waits for memory.
-class GivingWayWithPoints : public ::testing::Test {
+/// Points that take long.
+class HardPoints : public ::testing::Test {
  protected:
   static constexpr int kPoints = 4096;
 
@@ -145,14 +146,14 @@ class GivingWayWithPoints : public ::testing::Test {
     }
   };
 
-  static ServerOptions options() {
+  static ServerOptions options(std::uint64_t scratch_bytes) {
     ServerOptions options = test_options();
     options.threads = 1;
-    options.scratch_budget_bytes = 64 << 20;  // For two solvers and a half, of a single call or of two.
+    options.scratch_budget_bytes = scratch_bytes;
     return options;
   }
-  GivingWayWithPoints() : server_(options()) {
-    request_.set_mesh_id(server_.upload_good(make_overlapping_boxes(1200)));
+  explicit HardPoints(std::uint64_t scratch_bytes) : server_(options(scratch_bytes)) {
+    request_.set_mesh_id(server_.upload_good(make_overlapping_boxes(1800)));
     std::mt19937 random(2);
     for (int i = 0; i < 3 * kPoints; ++i) request_.add_points_mm(2 + 6.0 * random() / std::mt19937::max());
   }
@@ -166,6 +167,15 @@ class GivingWayWithPoints : public ::testing::Test {
     return probe;
   }
   ServiceState& state() { return server_.server().state(); }
+
+  TestServer server_;
+  v1::ProbePointsRequest request_;
+};
+
+/// Of two calls of a client, where another one waits for memory. There is some for three solvers and most of a fourth.
+class GivingWayWithPoints : public HardPoints {
+ protected:
+  GivingWayWithPoints() : HardPoints(64 << 20) {}
 
   /// Once both are being worked on, somebody else waits for what is left and half of what one of them has.
   void SetUp() override {
@@ -185,13 +195,27 @@ class GivingWayWithPoints : public ::testing::Test {
     state().admission.give_back(other_);
   }
 
-  TestServer server_;
-  v1::ProbePointsRequest request_;
   std::unique_ptr<Probe> first_, second_;
   MemoryBudget::Share taken_{state().scratch};
   Admission::Place other_{state().admission, "another client"};
   std::atomic<bool> runs_{false}, is_refused_{false};
 };
+
+/// Of a server with memory for nearly five solvers, half of which is for short work.
+class PointsOfManyCalls : public HardPoints {
+ protected:
+  PointsOfManyCalls() : HardPoints(80 << 20) {}
+};
+
+TEST_F(PointsOfManyCalls, LeaveHalfOfTheMemoryForShortWork) {
+  std::vector<std::unique_ptr<Probe>> calls;
+  for (int i = 0; i < 6; ++i) calls.push_back(begin_probe());
+  EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 3; }, 10s));
+  EXPECT_GE(state().scratch.used_bytes(), 48u << 20) << "three work";
+  EXPECT_LE(state().scratch.used_bytes(), (80u - 20u) << 20);
+  for (const auto& call : calls) call->context.TryCancel();
+  EXPECT_TRUE(eventually([this] { return state().scratch.used_bytes() == 0; }, 10s));
+}
 
 TEST_F(GivingWayWithPoints, LetsTheOtherBeginAndAnswersAllTheSame) {
   EXPECT_TRUE(eventually([this] { return state().admission.waiting() == 1; }, 5s));

@@ -198,12 +198,14 @@ class UnreadAnswers : public LaggingClients {
     std::unique_ptr<v1::SlicerService::Stub> stub;
     std::unique_ptr<grpc::ClientAsyncResponseReader<v1::ListMeshesResponse>> reader;
     v1::ListMeshesResponse response;
+    bool is_answered = false;
 
     /// Nothing is sent or received but meanwhile.
     void poll() {
       void* tag = nullptr;
       bool ok = false;
-      queue.AsyncNext(&tag, &ok, std::chrono::system_clock::now() + 20ms);
+      const auto end = std::chrono::system_clock::now() + 20ms;
+      is_answered = is_answered || queue.AsyncNext(&tag, &ok, end) == grpc::CompletionQueue::GOT_EVENT;
     }
     grpc::Status finish() {
       grpc::Status status;
@@ -228,7 +230,7 @@ class UnreadAnswers : public LaggingClients {
     EXPECT_TRUE(eventually(
         [&] {
           call->poll();
-          return state().calls.open() == open + 1;
+          return call->is_answered && state().calls.open() == open + 1;
         },
         5s));
     return call;

@@ -86,7 +86,7 @@ ControlMesh tapered_slit(double width_mm) {
   return mesh;
 }
 
-ControlMesh vertex_slit(double width_mm, int cells) {
+ControlMesh vertex_slit(double width_mm, int cells, bool only_a_quarter) {
   const int middle = cells / 2;
   // Wide at first: equal positions would be one vertex.
   HexSoup soup;
@@ -96,7 +96,7 @@ ControlMesh vertex_slit(double width_mm, int cells) {
         std::array<Vec3, 8> corners;
         for (int b = 0; b < 8; ++b) {
           const int x = i + (b & 1), y = j + (b >> 1 & 1), z = k + (b >> 2 & 1);
-          const bool apart = x > middle || y > middle;
+          const bool apart = only_a_quarter ? x > middle && y > middle : x > middle || y > middle;
           corners[kVtkCorner[b]] = Vec3(x, y, z == 1 && k == 1 && apart ? 1.5 : z);
         }
         soup.add(corners);

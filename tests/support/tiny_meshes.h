@@ -57,8 +57,9 @@ ControlMesh sharp_fan(int cells, double degrees, std::uint32_t seed);
 ControlMesh tapered_slit(double width_mm);
 /// Two lobes of so many cells squared, bent round the y axis: in a quarter they are one piece, elsewhere apart by a
 /// slit. Across it there lie cells that share an edge or, beside the middle, a vertex, and no more. A channel is 1 in
-/// the outer lobe, and 0 in the inner one and where they meet.
-ControlMesh vertex_slit(double width_mm, int cells = 4);
+/// the outer lobe, and 0 in the inner one and where they meet. With a slit in a quarter only, its end turns a corner
+/// inside of the part, where cells share three vertices.
+ControlMesh vertex_slit(double width_mm, int cells = 4, bool only_a_quarter = false);
 /// A slab with two valleys that cross, sharp at the bottom: folds.
 ControlMesh crossed_valleys();
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <memory>
 #include <set>
 #include <utility>
@@ -44,6 +45,32 @@ TEST(CellGaps, AreBetweenLobesThatShareAnEdgeOrAVertex) {
   const std::set<std::pair<std::uint32_t, std::uint32_t>> expected = {{1, 5}, {1, 7}, {2, 6}, {2, 7},
                                                                       {3, 5}, {3, 6}, {3, 7}};
   EXPECT_EQ(pairs_across_gaps(oracle::vertex_slit(0.5, 2)), expected);
+}
+
+// Cells 0 to 15 are below. Cells 10 and 26 share three vertices, 11 and 26 one.
+TEST(CellGaps, AreRoundTheInnerCornerOfASlit) {
+  const auto found = pairs_across_gaps(oracle::vertex_slit(0.5, 4, /*only_a_quarter=*/true));
+  for (const auto& pair : std::initializer_list<std::pair<std::uint32_t, std::uint32_t>>{
+           {10, 26}, {11, 26}, {10, 27}, {14, 26}, {10, 30}}) {
+    EXPECT_TRUE(found.contains(pair)) << pair.first << ", " << pair.second;
+  }
+  for (const auto& [below, above] : found) {
+    EXPECT_LT(below, 16u);
+    EXPECT_GE(above, 16u) << below;
+  }
+}
+
+// Of two tetrahedra three common vertices are a face.
+TEST(CellGaps, AreNotBetweenTetrahedraThatShareAFace) {
+  const ControlMesh mesh = oracle::kuhn_box(1);
+  for (const auto& [one, other] : pairs_across_gaps(mesh)) {
+    const auto corner = [&](std::uint32_t cell, std::size_t k) { return mesh.cell_vertices[4 * cell + k]; };
+    int common = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j) common += corner(one, i) == corner(other, j) ? 1 : 0;
+    }
+    EXPECT_LT(common, 3) << one << ", " << other;
+  }
 }
 
 }  // namespace

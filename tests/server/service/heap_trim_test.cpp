@@ -96,6 +96,10 @@ TEST(HeapTrim, IsWorthItWhenNothingRunsAndWhatNobodyKnewOfWasFreed) {
   EXPECT_FALSE(trim.sweep());
   free_bytes += 2 * kMiB;
   EXPECT_TRUE(trim.sweep());
+  free_bytes -= 20 * kMiB;
+  EXPECT_FALSE(trim.sweep()) << "it is used again";
+  free_bytes += 10 * kMiB;
+  EXPECT_TRUE(trim.sweep());
 }
 
 TEST(HeapTrim, KnowsWhatTheProcessHolds) { EXPECT_GT(resident_memory_bytes(), kMiB); }
