@@ -164,7 +164,7 @@ class FaceMisses {
  private:
   static constexpr std::size_t kHalves = Step == 1 ? 2 : 1, kQuads = kHalves * kHalves;  // Of a quarter.
 
-  /// Of quadrilaterals that have the same place in each quarter.
+  /// What quadrilaterals at the same place in each quarter miss, by its causes.
   struct Parts {
     Lanes of_s, of_t, twist;
   };

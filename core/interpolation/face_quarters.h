@@ -55,8 +55,8 @@ class FaceQuarters {
   /// Each quarter's own. s, t < kNodes.
   const LanePoints& node(std::size_t s, std::size_t t) const { return nodes_[t][s]; }
 
-  /// Of a quadrilateral of each quarter that is Size nodes long, of which (s, t) is the lower corner: visit(lower,
-  /// along_s, along_t, upper). With size 4 that is the face, in all lanes.
+  /// Calls visit(lower, along_s, along_t, upper) with the corners of a quadrilateral of each quarter: it is Size nodes
+  /// long, and (s, t) is its lower corner. With size 4 it is the face, in all lanes.
   template <std::size_t Size, typename Visit>
   auto with_corners(std::size_t s, std::size_t t, const Visit& visit) const {
     if constexpr (Size < kBlockNodes - 1) {
@@ -85,7 +85,7 @@ class FaceQuarters {
     static Lanes end(Lanes lanes) { return _mm256_permute2f128_pd(lanes, lanes, 0x11); }
   };
 
-  /// Of what quarters know of it: the nodes of their own parts.
+  /// Each quarter knows the nodes of its own part of the arc; lanes give the others theirs.
   template <typename Way>
   static ArcBends<LanePoints> whole_arc(const LanePoints& a, const LanePoints& b, const LanePoints& c) {
     const LanePoints outer = {a.x - 2 * b.x + c.x, a.y - 2 * b.y + c.y, a.z - 2 * b.z + c.z};

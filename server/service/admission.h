@@ -132,7 +132,7 @@ class Admission {
   void drain();
 
   std::size_t running() const;
-  /// Those that run, and those that have begun and wait.
+  /// Counts the client's calls that run, and those that have begun and wait.
   std::size_t begun_of(const std::string& client) const;
   std::size_t waiting() const;
 

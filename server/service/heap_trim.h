@@ -4,7 +4,7 @@
 // Gives memory that was freed back to the machine. The allocator keeps what lies between pieces still in use, for each
 // thread that allocated; looking for it there takes some milliseconds, so it is done now and then: after much has been
 // freed; where the process holds far more than anybody knows of, as messages and what gRPC makes of them count nowhere;
-// and when nothing runs any more. Then the allocator is asked, too: what gRPC freed since nobody else knows of.
+// and when nothing runs any more. The allocator is asked then, too, since nobody else knows what gRPC has freed.
 
 #pragma once
 

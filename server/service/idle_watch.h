@@ -26,8 +26,7 @@ class IdleCall {
  public:
   virtual ~IdleCall() = default;
 
-  /// Calls idle() if the call has been waiting since before `time`, and ends the wait.
-  /// Whether it was that.
+  /// Ends the wait and calls idle() if the call has been waiting since before `time`. Returns whether it had.
   bool end_wait_begun_before(std::chrono::steady_clock::time_point time);
   /// Calls lag() if the call has been waiting since before `time`.
   void note_wait_begun_before(std::chrono::steady_clock::time_point time);

@@ -65,7 +65,7 @@ inline constexpr std::size_t kShortShareOfCalls = 4;
 /// Of the memory of the server, for a call that is open: 18 KB are what the least one takes.
 inline constexpr std::uint64_t kOpenCallBytes = 64u << 10;
 
-/// Of the memory of the server, what the process itself takes (130 MB with OpenImageIO), and work that isn't counted.
+/// What the process itself (130 MB with OpenImageIO) and work that isn't counted take of the server's memory.
 constexpr std::uint64_t process_memory(std::uint64_t memory_bytes) {
   return std::min<std::uint64_t>(256u << 20, memory_bytes / 4);
 }
