@@ -159,7 +159,7 @@ TEST(ParsedSize, EndsWhereItPassesTheMost) {
 }
 
 TEST(ParsedSize, IsNotSaidOfMaps) {
-  EXPECT_THROW(ParsedSize(*google::protobuf::Struct::descriptor()), std::logic_error);
+  EXPECT_THROW(ParsedSize{*google::protobuf::Struct::descriptor()}, std::logic_error);
 }
 
 /// Messages of any type with all that it can hold.
