@@ -4,7 +4,6 @@
 #include "client/cli/folder_lock.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -16,7 +15,8 @@
 
 namespace ccslice::cli {
 
-FolderLock::FolderLock(std::filesystem::path folder) : folder_(std::move(folder)), file_(folder_ / kName) {
+FolderLock::FolderLock(std::filesystem::path folder, LockFile lock_file)
+    : folder_(std::move(folder)), file_(folder_ / kName), lock_file_(lock_file) {
   constexpr int kMostTries = 100;  // Where files have no numbers that last, it seems gone each time.
   for (int tries = 1; !lock() && tries < kMostTries; ++tries) ::close(descriptor_);
 }
@@ -27,7 +27,8 @@ bool FolderLock::lock() {
   if (descriptor_ < 0) {
     throw Error(ErrorCode::kFileUnwritable, "cannot write " + file_.string() + ": " + std::strerror(errno));
   }
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  excludes_others_ = lock_file_(descriptor_, LOCK_EX | LOCK_NB) == 0;
+  if (!excludes_others_ && errno == EWOULDBLOCK) {
     ::close(descriptor_);
     throw Error(ErrorCode::kFileUnwritable,
                 "another job is writing to " + folder_.string() + "; wait for its end, or take another folder");

@@ -264,6 +264,11 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 
 v1::GridSpec parse_grid(const GridOptions& options) {
   v1::GridSpec grid;
+  if (options.printer == "custom") {
+    throw UsageError(
+        "--profile takes a printer that `ccslice profiles` lists; for another one leave it out and give "
+        "--pitch, or --dpi and --layer-height");
+  }
   const bool from_printer =
       !options.printer.empty() && options.pitch.empty() && options.dpi.empty() && options.layer_height_mm == 0;
   if (!from_printer) parse_pitch(options, *grid.mutable_pitch());

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "client/cli/console.h"
 #include "client/cli/manifest.h"
 #include "client/cli/output_file.h"
 #include "client/mesh_bytes.h"
@@ -79,6 +80,9 @@ void refuse_used_folder(const fs::path& path, Existing existing) {
 }
 
 ClaimedFolder::ClaimedFolder(fs::path path, Existing existing) : path_(std::move(path)), lock_(make_folder(path_)) {
+  if (!lock_.excludes_others()) {
+    print_note(path_.string() + " is on a file system without locks: see that no other job writes to it");
+  }
   refuse_files(path_, existing);
   remove_temporary_files(path_);
   if (existing != Existing::kResume) clear();

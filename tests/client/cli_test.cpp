@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <cerrno>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -350,6 +351,20 @@ TEST(LayerFolder, IsForOneJobAtATime) {
   EXPECT_NO_THROW(refuse_used_folder(folder.path(), Existing::kResume));
   EXPECT_NO_THROW(open(Existing::kResume));
   EXPECT_FALSE(fs::exists(folder.path() / ".layer_0001_occupancy.png.0123abcd.part"));
+}
+
+TEST(FolderLock, SaysWhereItExcludesNobody) {
+  const TemporaryFolder folder;
+  const auto no_locks = [](int, int) {
+    errno = ENOLCK;
+    return -1;
+  };
+  {
+    const FolderLock held(folder.path());
+    EXPECT_TRUE(held.excludes_others());
+    EXPECT_FALSE(FolderLock(folder.path(), no_locks).excludes_others());
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / FolderLock::kName));
 }
 
 TEST(LayerFolder, GoesOnAfterTheLayersThatAreWhole) {
