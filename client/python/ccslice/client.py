@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calls of a ccslice server."""
 
+import logging
 import os
 import random
 import threading
@@ -22,9 +23,11 @@ from .printing import Printing
 from .surface import Surface
 from .v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
+_LOG = logging.getLogger("ccslice")
 _DEFAULT_ADDRESS = "localhost:50051"
 _CHUNK_BYTES = 1 << 20
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.2, 10.0
+_SILENT_S = 3.0  # Of an attempt that goes on: whoever waits longer wants to know for what.
 _AT_ONCE_S = 0.05  # What a connection that stands takes to say so.
 _ASK_EVERY_S, _LONGEST_ANSWER_S = 0.5, 5.0  # Of how far a mesh is.
 _MOST_REUPLOADS = 3  # In a row: a server that keeps losing what it has just taken.
@@ -74,6 +77,7 @@ class _Attempts:
 
     def progress(self) -> None:
         self._failures = self.reuploads = 0
+        self._is_told = False
 
     def wait_after(self, error: CallError) -> None:
         """Raises the error if it won't pass, or if patience has run out."""
@@ -86,6 +90,9 @@ class _Attempts:
         pause = max(pause, error.retry_delay_s or 0)
         self._failures += 1
         begin = time.monotonic()
+        if not self._is_told and left > 0 and begin + pause - self._since > _SILENT_S:
+            self._is_told = True
+            _LOG.warning("%s; trying for another %.0f s (patience_s)", error, left)
         if left > 0 and not error.reason and self._wait_for_connection(min(pause, left)):
             # Where nobody answered, whoever is back is used at once. A connection that stood all the time while calls
             # fail is a proxy's.

@@ -529,6 +529,13 @@ class LongJobs(unittest.TestCase):
                 client.server_info()
         self.assertLess(time.monotonic() - begin, 5)
 
+    def test_a_long_wait_is_told_once(self):
+        with mock.patch("ccslice.client._SILENT_S", 0.3), ccslice.Client("127.0.0.1:1", patience_s=1.5) as client:
+            with self.assertLogs("ccslice", "WARNING") as log, self.assertRaises(ccslice.CallError):
+                client.server_info()
+        self.assertEqual(len(log.output), 1)
+        self.assertRegex(log.output[0], r"127\.0\.0\.1:1.*; trying for another [12] s \(patience_s\)")
+
 
 class Connections(unittest.TestCase):
     """What goes with calls, as a server sees it that knows none of them."""
