@@ -135,6 +135,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     } catch (...) {
       return then(MeshPtr(), std::current_exception());
     }
+    has_mesh_ = true;  // Or will have it when it waits for its client.
     if (mesh) return then(mesh, std::exception_ptr());
     const bool asks_again = place == WhileMeshComes::kHasNoPlace;
     if (asks_again) give_place_back();
@@ -251,6 +252,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
 
   bool keeps_message() const override { return for_reader_; }
+  bool keeps_mesh() const override { return has_mesh_; }
   void idle() override {
     stop();
     const grpc::Status status = for_reader_ ? stalled_status() : idle_status();
@@ -269,6 +271,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   std::shared_ptr<MeshLoad> load_;
   std::atomic<bool> stopped_loading_{false};
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
+  std::atomic<bool> has_mesh_{false};
 };
 
 }  // namespace ccslice::server

@@ -187,15 +187,21 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 64;
+  constexpr std::size_t kEndedAtOnce = 64, kEndedForAMesh = 16;
   constexpr std::chrono::milliseconds kUntilMemoryIsBack = 300ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
+  if (state_.cache.take_refused()) {
+    const std::size_t silent = state_.idle_watch.end_longest(kEndedForAMesh, Kept::kMesh) +
+                               state_.preview_watch.end_longest(kEndedForAMesh, Kept::kMesh);
+    if (silent > 0)
+      spdlog::warn("ended {} calls of silent clients: their meshes fill the cache (--cache-bytes)", silent);
+  }
   const auto now = std::chrono::steady_clock::now();
   if (now - relieved_ < kUntilMemoryIsBack || !takes_too_much()) return;
   relieved_ = now;
   state_.heap_trim.trim();
   if (!takes_too_much()) return;
-  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
+  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce, Kept::kMessage);
   if (ended > 0) spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
 }
 

@@ -33,6 +33,8 @@ class IdleCall {
 
   /// Whether it waits for a message to be read, which it keeps meanwhile.
   virtual bool keeps_message() const { return false; }
+  /// Whether it keeps a mesh in use, which the cache can't drop meanwhile.
+  virtual bool keeps_mesh() const { return false; }
   /// When the wait under way began, in ticks of the steady clock; not positive if there is none that could be ended.
   std::int64_t waits_since() const { return since_.load(); }
 
@@ -63,8 +65,12 @@ class IdleCall {
 /// After how long a call lags.
 struct LagTimes {
   std::chrono::milliseconds usual{1000};
-  std::chrono::milliseconds in_need{300};  // Others wait for what calls hold.
+  std::chrono::milliseconds in_need{300};         // Others wait for what calls hold.
+  std::chrono::milliseconds with_a_mesh{10'000};  // Another mesh finds no room in the cache.
 };
+
+/// What others need of calls that lag.
+enum class Kept { kMessage, kMesh };
 
 /// Thread-safe.
 class IdleWatch {
@@ -75,8 +81,9 @@ class IdleWatch {
   void add(const std::shared_ptr<IdleCall>& call);
   /// Ends the calls that have waited too long, and tells those that lag. To be called now and then.
   void sweep(bool in_need = false);
-  /// Ends those calls that lag and keep messages, `most` of them, the ones first that have waited longest. How many.
-  std::size_t end_longest(std::size_t most);
+  /// Ends those calls that lag and keep what others need, `most` of them, the ones first that have waited longest. How
+  /// many.
+  std::size_t end_longest(std::size_t most, Kept kept);
 
  private:
   std::vector<std::shared_ptr<IdleCall>> open_calls();

@@ -138,7 +138,10 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
   std::uint64_t droppable = 0;
   for (const auto& [id, entry] : entries_) droppable += unused(entry) ? entry.mesh->prepared().memory_bytes : 0;
   if (live_bytes_->load() + bytes > options_.capacity_bytes + freed + droppable) {
-    throw ServiceError(ServiceErrorCode::kCacheFull, "all meshes in the cache are in use: try again later");
+    refused_ = true;
+    throw ServiceError(
+        ServiceErrorCode::kCacheFull,
+        "all meshes in the cache are in use: try again soon, when calls of silent clients have been ended");
   }
   for (auto id = recency_.begin(); id != recency_.end() && !has_room();) {
     const auto entry = entries_.find(*id++);

@@ -129,6 +129,8 @@ class MeshCache {
   Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done, const std::string& client = {});
   /// How far the preparation of the mesh is; nothing if none is under way. Doesn't use the mesh.
   std::optional<PreparationProgress::State> preparation(const std::string& id);
+  /// Whether a mesh found no room since this was asked last, as all others are in use (kCacheFull).
+  bool take_refused() { return refused_.exchange(false); }
   /// Drops the mesh; false if it wasn't there. A preparation that is running goes on.
   bool erase(const std::string& id);
   /// Up to `limit` meshes with ids behind `after`, by id.
@@ -173,6 +175,7 @@ class MeshCache {
   std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
   CacheUse counts_;                  // What happened since the start.
   std::uint64_t leaving_bytes_ = 0;  // Dropped for their room and about to be freed: alive, but not counted.
+  std::atomic<bool> refused_{false};
 };
 
 }  // namespace ccslice::server

@@ -398,6 +398,51 @@ TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
   EXPECT_EQ(missing.missing_mesh_ids(0), a);
 }
 
+TEST(UploadMesh, FindsRoomInACacheThatSilentClientsFill) {
+  TestServer probe;
+  v1::UploadMeshResponse first;
+  ASSERT_TRUE(probe.upload(make_block(2, 10), &first).ok());
+
+  ServerOptions options = test_options();
+  options.cache_bytes = first.mesh().memory_bytes() * 5 / 2;
+  TestServer server(options);
+  grpc::ClientContext preview_context, points_context;
+  v1::PreviewRequest preview;
+  preview.set_mesh_id(server.upload_good(make_block(2, 10)));
+  preview.set_number(1);
+  preview.set_width(8);
+  preview.set_height(8);
+  preview.set_encoding(v1::PREVIEW_ENCODING_RGBA);
+  v1::FreePlane& plane = *preview.mutable_plane()->mutable_free();
+  plane.mutable_across()->set_x(1);
+  plane.mutable_up()->set_y(1);
+  plane.set_across_mm_per_pixel(1);
+  preview.mutable_content()->mutable_occupancy();
+  const auto previews = server.stub().Preview(&preview_context);
+  v1::PreviewResponse picture;
+  ASSERT_TRUE(previews->Write(preview) && previews->Read(&picture));
+  v1::ProbePointsRequest point;
+  point.set_mesh_id(server.upload_good(make_block(2, 11)));
+  const auto points = server.stub().ProbePoints(&points_context);
+  v1::ProbePointsResponse answer;
+  ASSERT_TRUE(points->Write(point) && points->Read(&answer));
+
+  const Failure failure = failure_of(server.upload(make_block(2, 12)));
+  EXPECT_EQ(failure.reason, "CACHE_FULL");
+  EXPECT_THAT(failure.message, HasSubstr("silent"));
+  EXPECT_TRUE(eventually([&] { return server.server().state().calls.open() == 2; }, std::chrono::seconds(5)));
+  server.server().relieve();
+  EXPECT_EQ(server.server().state().calls.open(), 2u) << "they have time";
+  std::this_thread::sleep_for(LagTimes{}.with_a_mesh);
+  EXPECT_EQ(failure_of(server.upload(make_block(2, 12))).reason, "CACHE_FULL");
+  server.server().relieve();
+  EXPECT_TRUE(server.upload(make_block(2, 12)).ok());
+  while (previews->Read(&picture)) continue;
+  EXPECT_EQ(failure_of(previews->Finish()).reason, "STREAM_IDLE");
+  EXPECT_FALSE(points->Read(&answer));
+  EXPECT_EQ(failure_of(points->Finish()).reason, "STREAM_IDLE");
+}
+
 TEST(UploadMesh, RefusesWhatTheCacheCantHold) {
   ServerOptions options = test_options();
   options.cache_bytes = 1000;
