@@ -8,10 +8,11 @@
 // accepted one by one; a batch takes with it what holds for it. Answers are written as soon as all before them are, and
 // the first batch that fails ends the call in its turn: those before it are answered.
 //
-//     read -> accept -> begin -> (on a worker) answer -> write -> ...
+//     read -> (on a worker) parse -> accept -> begin -> (on a worker) answer -> write -> ...
 //
-// All but the answering happens under the call's mutex, in go_on(), whoever comes there. A call waits for a message if
-// there are no batches, for its reader while a write is under way, and else for a place or for its own workers.
+// All but parsing and answering happens under the call's mutex, in go_on(), whoever comes there. A call waits for a
+// message if there are no batches, for its reader while a write is under way, and else for a place or for its own
+// workers.
 //
 // Most of the time such a call does nothing. So it has a place among the running ones only while there is a batch to be
 // computed, and asks for another one when the next batch has come. Where its client doesn't read for a while it SHEDS:
@@ -87,11 +88,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     explicit Batch(MemoryBudget& scratch) : share(scratch) {}
 
     MemoryBudget::Share share;  // For its request and its answer. Goes after them.
+    grpc::ByteBuffer raw;       // Until it is accepted, then the request.
     typename Solver::Request request;
     typename Solver::Response response;
     typename Solver::Setting setting;
     std::exception_ptr failure;
-    bool is_begun = false, is_done = false;
+    bool is_accepted = false, is_begun = false, is_done = false;
   };
   using BatchPtr = std::shared_ptr<Batch>;
   /// Where a batch is worked on: a solver, and its part of the memory.
@@ -175,6 +177,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     return within_half(Solver::answer_bytes(kMaxPointsPerMessage, channels()) + kMaxRequestBytes);
   }
   std::uint64_t bytes_of(const Batch& batch) const {
+    if (!batch.is_accepted) return largest_batch_bytes();
     const std::size_t points = std::min<std::size_t>(Solver::points(batch.request), kMaxPointsPerMessage);
     return within_half(Solver::answer_bytes(points, channels()) + batch.request.SpaceUsedLong());
   }
@@ -227,7 +230,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
         held.benches.push_back(bench);
         --benches_;
       } else if (!is_over_) {
-        begin(batch, bench);
+        batch->is_accepted ? begin(batch, bench) : put_back(bench);
       }
       decided(held, refusal);
     };
@@ -295,9 +298,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void begin_batches() {
     if (has_ != Has::kPlace || has_shed_ || gives_way_) return;
     for (const BatchPtr& batch : batches_) {
-      if (batch->failure) return;
+      if (batch->failure || is_taking_) return;
       if (batch->is_begun) continue;
-      if (!mesh_) return load_mesh(batch);
+      if (!batch->is_accepted) return take_later(batch);
       if (idle_benches_.empty() && (benches_ == most_solvers_ || others_wait())) return;
       if (batch->share.bytes() == 0 && others_wait()) return;
       const BenchPtr bench = take_bench();
@@ -334,11 +337,11 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
         [this, self = this->shared_from_this(), batch, bench, cancel = work_cancel_] { answer(batch, bench, cancel); });
   }
 
-  /// For the call's first batch, its only one until then.
-  void load_mesh(const BatchPtr& batch) {
-    batch->is_begun = true;
+  /// One after the other: what a message sets holds for those after it.
+  void take_later(const BatchPtr& batch) {
+    batch->is_begun = is_taking_ = true;
     ++working_;
-    lane_.post([this, self = this->shared_from_this(), batch] { load(batch); });
+    lane_.post([this, self = this->shared_from_this(), batch] { take(batch); });
   }
 
   void accept(Batch& batch) {
@@ -348,29 +351,23 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     }
     Solver::accept(batch.request, *mesh_->solid(), state_.slice_limits, setting_);
     batch.setting = setting_;
+    batch.is_accepted = true;
   }
 
   /// The message that was read, as the last batch.
-  void take_message(Hold& hold) {
+  void keep_message() {
     const auto batch = std::make_shared<Batch>(state_.scratch);
     std::swap(batch->share, read_share_);
+    batch->raw.Swap(&raw_);
     batches_.push_back(batch);
-    try {
-      parse_request(raw_, batch->request);
-      require_known_fields(batch->request);
-      if (mesh_) accept(*batch);
-    } catch (...) {
-      fail(*batch, std::current_exception());
-    }
-    raw_.Clear();
-    const std::uint64_t needed = batch->failure || !mesh_ ? 0 : bytes_of(*batch);
-    hold.shares.push_back(batch->share.split_off_beyond(std::min(needed, batch->share.bytes())));
   }
 
   /// Nothing after it counts.
   void fail(Batch& batch, const std::exception_ptr& failure) {
     batch.failure = failure;
     batch.is_begun = batch.is_done = true;
+    batch.raw.Clear();
+    batch.request = typename Solver::Request();
     reads_done_ = true;
   }
 
@@ -396,7 +393,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       is_waiting_ = false;
     }
     if (!ok) reads_done_ = true;
-    if (!reads_done_) take_message(hold);
+    if (!reads_done_) keep_message();
     go_on(hold);
   }
 
@@ -465,25 +462,38 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
 
   // On workers, without the mutex.
 
-  void load(const BatchPtr& batch) {
+  /// Parses a message, for which gRPC's threads have no time, and finds the mesh for the first one.
+  void take(const BatchPtr& batch) {
+    try {
+      parse_request(batch->raw, batch->request);
+      require_known_fields(batch->request);
+    } catch (...) {
+      return taken(batch, nullptr, std::current_exception());
+    }
+    if (mesh_) return taken(batch, mesh_, nullptr);
     this->with_mesh(
         lane_, batch->request.mesh_id(),
-        [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) {
-          Hold hold(mutex_);
-          --working_;
-          batch->is_begun = false;
-          try {
-            if (error) std::rethrow_exception(error);
-            mesh_ = mesh;
-            if (!is_over_) log_.note_mesh(mesh->id());
-            accept(*batch);
-          } catch (...) {
-            fail(*batch, std::current_exception());
-          }
-          go_on(hold);
-        },
+        [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) { taken(batch, mesh, error); },
         Base::WhileMeshComes::kHasNoPlace);
     if (cancel_.cancelled()) this->stop_loading();  // Cancelled before there was anything to stop.
+  }
+
+  void taken(const BatchPtr& batch, const MeshPtr& mesh, const std::exception_ptr& error) {
+    Hold hold(mutex_);
+    --working_;
+    batch->is_begun = is_taking_ = false;
+    batch->raw.Clear();
+    try {
+      if (error) std::rethrow_exception(error);
+      if (!mesh_ && !is_over_) log_.note_mesh(mesh->id());
+      mesh_ = mesh;
+      accept(*batch);
+    } catch (...) {
+      fail(*batch, std::current_exception());
+    }
+    const std::uint64_t needed = batch->failure ? 0 : bytes_of(*batch);
+    hold.shares.push_back(batch->share.split_off_beyond(std::min(needed, batch->share.bytes())));
+    go_on(hold);
   }
 
   void answer(const BatchPtr& batch, const BenchPtr& bench, const CancellationToken& cancel) {
@@ -528,8 +538,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   bool gives_way_ = false, gave_way_ = false;  // Others come first: as soon as it has stopped; until its next turn.
   Has has_ = Has::kNoPlace;
   bool had_place_ = false;
-  grpc::ByteBuffer raw_;  // The read's.
-  MeshPtr mesh_;          // Once there, it stays.
+  grpc::ByteBuffer raw_;    // The read's.
+  MeshPtr mesh_;            // Once there, it stays.
+  bool is_taking_ = false;  // A batch is parsed, or its mesh comes.
   typename Solver::Setting setting_;
   std::deque<BatchPtr> batches_;  // Neither failed nor answered yet.
   std::size_t working_ = 0;       // Of those, that workers have.

@@ -15,6 +15,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -71,13 +72,17 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
                                                          const google::protobuf::Descriptor& type) {
     try {
       require_request_size(request, type);
-      if (!request_bytes_.resize(request.Length())) {
-        throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of requests at once: try again later");
-      }
+      hold_request_bytes(request.Length());
     } catch (...) {
       return to_status(std::current_exception());
     }
     return std::nullopt;
+  }
+
+  /// Likewise, for a call that keeps so much of its requests. Throws ServiceError{kServerBusy}.
+  void hold_request_bytes(std::uint64_t bytes) {
+    if (request_bytes_.resize(bytes)) return;
+    throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of requests at once: try again later");
   }
 
   /// Once the request has been taken to pieces nothing of it is needed any more: a call may last for hours.
@@ -135,8 +140,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     } catch (...) {
       return then(MeshPtr(), std::current_exception());
     }
-    has_mesh_ = true;  // Or will have it when it waits for its client.
-    if (mesh) return then(mesh, std::exception_ptr());
+    if (mesh) {
+      note_mesh(mesh);
+      return then(mesh, std::exception_ptr());
+    }
     const bool asks_again = place == WhileMeshComes::kHasNoPlace;
     if (asks_again) give_place_back();
     const auto load = std::make_shared<MeshLoad>([lane, then, asks_again, self = this->shared_from_this()](
@@ -144,6 +151,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
       const auto go_on = [lane, then, self, loaded, error](const std::exception_ptr& refusal) {
         lane.post([then, self, loaded, error, refusal] { refusal ? then(MeshPtr(), refusal) : then(loaded, error); });
       };
+      if (loaded) self->note_mesh(loaded);
       if (error || !asks_again) return go_on(nullptr);
       self->ask_for_place(go_on);
       // Stopped just when there was no longer anything to stop, and nothing to leave yet.
@@ -246,13 +254,19 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     end_wait_for_message();
   }
 
+  /// From here on the call may keep it.
+  void note_mesh(const MeshPtr& mesh) {
+    kept_bytes_ = mesh->prepared().memory_bytes;
+    kept_mesh_ = mesh.get();
+  }
+  KeptMesh kept_mesh() const override { return {kept_mesh_, kept_bytes_, client_}; }
+
   /// A client that doesn't read can't be told why, see above.
   void end_wait_for_message() {
     if (!for_reader_ && end_armed_wait()) end(status_of_stop());
   }
 
   bool keeps_message() const override { return for_reader_; }
-  bool keeps_mesh() const override { return has_mesh_; }
   void idle() override {
     stop();
     const grpc::Status status = for_reader_ ? stalled_status() : idle_status();
@@ -271,7 +285,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   std::shared_ptr<MeshLoad> load_;
   std::atomic<bool> stopped_loading_{false};
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
-  std::atomic<bool> has_mesh_{false};
+  std::atomic<const void*> kept_mesh_{nullptr};
+  std::atomic<std::uint64_t> kept_bytes_{0};
 };
 
 }  // namespace ccslice::server

@@ -42,7 +42,9 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kKeepMemory = 10s;  // Of an idle call.
+constexpr auto kKeepMemory = 10s;                    // Of an idle call.
+constexpr std::size_t kParsedAtOnceBytes = 4 << 10;  // While somebody drags, requests have some 200.
+constexpr std::uint64_t kUncountedBytes = 16 << 10;  // Of requests: every open call has them.
 
 class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
  public:
@@ -52,7 +54,6 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
     if (const auto refused = open_call()) return end(*refused);
-    state_.preview_watch.add(shared_from_this());
     const std::weak_ptr<PreviewCall> weak = std::static_pointer_cast<PreviewCall>(shared_from_this());
     const auto when_open = [weak](void (PreviewCall::*act)()) {
       return [weak, act] {
@@ -64,6 +65,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
                                                /*keeps_message=*/true);
     state_.idle_watch.add(memory_watch_);
     state_.idle_watch.add(write_watch_);
+    state_.preview_watch.add(shared_from_this());
     const std::lock_guard lock(mutex_);
     wait_idle([this] { this->StartRead(&raw_); });
   }
@@ -74,6 +76,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   struct Request {
     v1::PreviewRequest message;
     SteadyClock::time_point arrived;
+    std::uint64_t bytes = 0;  // That it takes.
   };
 
   /// `start` starts what is waited for, unless it is under way already.
@@ -120,8 +123,21 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     lock.unlock();  // The painter goes without it.
   }
 
+  /// gRPC's threads, which all calls share, parse what doesn't take them long.
   void OnReadDone(bool ok) override {
+    if (!ok || raw_.Length() <= kParsedAtOnceBytes) return take_message(ok);
+    lane_.post([self = std::static_pointer_cast<PreviewCall>(shared_from_this())] { self->take_message(true); });
+  }
+
+  void take_message(bool ok) {
     const auto self = shared_from_this();
+    Request request;
+    std::exception_ptr error;
+    try {
+      if (ok) request = parse();
+    } catch (...) {
+      error = std::current_exception();
+    }
     std::unique_lock lock(mutex_);
     if (doing_ == Doing::kOver || stopped_) return end_if_idle(lock);
     if (!ok) {
@@ -129,7 +145,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       return end_if_idle(lock);
     }
     try {
-      accept();
+      if (error) std::rethrow_exception(error);
+      accept(std::move(request));
     } catch (...) {
       failure_ = to_status(std::current_exception());
       full_cancel_.cancel();
@@ -152,13 +169,16 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     finish(lock, stopped_ || cancel_.cancelled() ? status_of_stop() : failure_.value_or(grpc::Status::OK));
   }
 
-  /// Takes the message that has come as the one that waits.
-  void accept() {
-    Request request;
-    request.arrived = SteadyClock::now();
+  Request parse() {
+    Request request{.message = {}, .arrived = SteadyClock::now()};
     parse_request(raw_, request.message);
     raw_.Clear();  // It counts among the bytes that gRPC may hold of all clients.
     require_known_fields(request.message);
+    return request;
+  }
+
+  /// Takes it as the one that waits.
+  void accept(Request request) {
     if (request.message.number() <= number_) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "number: " + std::to_string(request.message.number()) + " comes after " +
@@ -170,7 +190,15 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       ++dropped_;
       keep_settings(waiting_->message, request.message);
     }
+    request.bytes = request.message.SpaceUsedLong();
     waiting_ = std::move(request);
+    hold_requests();
+  }
+
+  /// Counts the requests that are kept: the one that waits, the one at hand, and what set the settings that hold.
+  void hold_requests() {
+    const std::uint64_t bytes = (waiting_ ? waiting_->bytes : 0) + answered_.bytes + setting_bytes_;
+    hold_request_bytes(bytes - std::min(bytes, kUncountedBytes));
   }
 
   /// What an unanswered request has set holds all the same.
@@ -178,6 +206,14 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (next.mesh_id().empty()) next.set_mesh_id(dropped.mesh_id());
     if (!next.has_placement() && dropped.has_placement()) next.mutable_placement()->Swap(dropped.mutable_placement());
     if (!next.has_printing() && dropped.has_printing()) next.mutable_printing()->Swap(dropped.mutable_printing());
+  }
+
+  std::int64_t silent_since() const override {
+    const std::int64_t idle = waits_since();
+    return idle > 0 ? idle : write_watch_->waits_since();
+  }
+  bool end_silence_begun_before(SteadyClock::time_point time) override {
+    return end_wait_begun_before(time) || write_watch_->end_wait_begun_before(time);
   }
 
   /// Most of the time a preview does nothing.
@@ -252,6 +288,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
         parts_.begin();
         answered_ = std::move(*waiting_);
         waiting_.reset();
+        if (answered_.message.has_printing() || answered_.message.has_placement()) setting_bytes_ = answered_.bytes;
       }
       request = answered_;
       full_cancel = full_cancel_;
@@ -403,6 +440,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (waiting_) return work_place_ ? start_painting() : ask_for_place(lock);
     give_back_place();
     if (reads_done_) return finish(lock, grpc::Status::OK);
+    answered_ = {};
+    hold_requests();  // Less than before.
     wait_idle([] {});
   }
 
@@ -456,13 +495,14 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   bool has_picture_ = false;  // The request at hand has got its first picture.
   bool is_writing_ = false;
   bool lags_ = false;            // The write takes long.
-  Request answered_;             // The request at hand, or the last one,
+  Request answered_;             // The request at hand,
   PreviewParts parts_;           // its pictures,
   bool again_ = false;           // to be painted again.
   v1::PreviewResponse written_;  // The write's.
   SteadyClock::time_point idle_since_;
   std::shared_ptr<PreviewPainter> painter_;
   std::uint64_t painter_bytes_ = 0;  // Of the one that was given back.
+  std::uint64_t setting_bytes_ = 0;  // Of the request that the settings came with, at most.
   // Of the log:
   std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
   double oldest_ms_ = 0;

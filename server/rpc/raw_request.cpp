@@ -34,9 +34,21 @@ std::size_t most_bytes(const google::protobuf::Descriptor& type) {
   return job ? kMaxJobRequestBytes : kMaxRequestBytes;
 }
 
-/// What a message may take once it is parsed. A chunk of an upload stays as large as it is.
+/// Jobs, points and previews. Others are parsed by gRPC's own threads, which have no time for many small parts.
+bool is_for_workers(const google::protobuf::Descriptor& type) {
+  for (const google::protobuf::Descriptor* work :
+       {v1::SliceRangeRequest::descriptor(), v1::PlanSlicesRequest::descriptor(), v1::ProbePointsRequest::descriptor(),
+        v1::EvaluatePointsRequest::descriptor(), v1::TessellateBoundaryRequest::descriptor(),
+        v1::PreviewRequest::descriptor()}) {
+    if (&type == work) return true;
+  }
+  return false;
+}
+
+/// What a message may take once it is parsed. A chunk of an upload stays as large as it is; ids take twice as much.
 std::size_t most_parsed_bytes(const grpc::ByteBuffer& bytes, const google::protobuf::Descriptor& type) {
-  return kMaxParsedBytes + (&type == v1::UploadMeshRequest::descriptor() ? bytes.Length() : 0);
+  if (&type == v1::UploadMeshRequest::descriptor()) return kMaxParsedBytes + bytes.Length();
+  return is_for_workers(type) ? kMaxParsedBytes : kMaxShortParsedBytes + 2 * bytes.Length();
 }
 
 std::map<const google::protobuf::Descriptor*, ParsedSize> sizes_of_requests() {

@@ -18,6 +18,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@
 #include "server/rpc/load_mesh.h"
 #include "server/rpc/metrics_page.h"
 #include "server/service/logging.h"
+#include "server/service/mesh_room.h"
 
 namespace ccslice::server {
 namespace {
@@ -187,22 +189,27 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 64, kEndedForAMesh = 16;
+  constexpr std::size_t kEndedAtOnce = 64;
   constexpr std::chrono::milliseconds kUntilMemoryIsBack = 300ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
-  if (state_.cache.take_refused()) {
-    const std::size_t silent = state_.idle_watch.end_longest(kEndedForAMesh, Kept::kMesh) +
-                               state_.preview_watch.end_longest(kEndedForAMesh, Kept::kMesh);
-    if (silent > 0)
-      spdlog::warn("ended {} calls of silent clients: their meshes fill the cache (--cache-bytes)", silent);
-  }
+  make_room();
   const auto now = std::chrono::steady_clock::now();
   if (now - relieved_ < kUntilMemoryIsBack || !takes_too_much()) return;
   relieved_ = now;
   state_.heap_trim.trim();
   if (!takes_too_much()) return;
-  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce, Kept::kMessage);
+  const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
   if (ended > 0) spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
+}
+
+/// For a mesh that the cache had no room for, until it is uploaded again.
+void Server::make_room() {
+  const std::optional<RefusedMesh> refused = state_.cache.take_refused();
+  if (!refused) return;
+  std::vector<std::shared_ptr<IdleCall>> calls = state_.idle_watch.open_calls();
+  for (const auto& preview : state_.preview_watch.open_calls()) calls.push_back(preview);
+  const std::size_t ended = make_room_for(*refused, calls);
+  if (ended > 0) spdlog::warn("ended {} calls of silent clients: their meshes fill the cache (--cache-bytes)", ended);
 }
 
 /// The process comes near the memory it should do with, and not for what the budgets know of.

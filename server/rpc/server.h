@@ -83,6 +83,7 @@ class Server {
   };
 
   bool takes_too_much();
+  void make_room();
   /// Gives gRPC a connection.
   static void hand_over(Acceptor& acceptor, int descriptor);
   std::shared_ptr<grpc::ServerCredentials> credentials() const;

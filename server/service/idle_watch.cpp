@@ -62,15 +62,13 @@ void IdleWatch::sweep(bool in_need) {
   }
 }
 
-std::size_t IdleWatch::end_longest(std::size_t most, Kept kept) {
+std::size_t IdleWatch::end_longest(std::size_t most) {
   const std::vector<std::shared_ptr<IdleCall>> open = open_calls();
-  const bool of_mesh = kept == Kept::kMesh;
-  const auto lagging_since = std::chrono::steady_clock::now() - (of_mesh ? lag_.with_a_mesh : lag_.in_need);
+  const auto lagging_since = std::chrono::steady_clock::now() - lag_.in_need;
   std::vector<std::pair<std::int64_t, IdleCall*>> lagging;
   for (const auto& call : open) {
     const std::int64_t since = call->waits_since();
-    if (since <= 0 || since >= lagging_since.time_since_epoch().count()) continue;
-    if (!(of_mesh ? call->keeps_mesh() : call->keeps_message())) continue;
+    if (since <= 0 || since >= lagging_since.time_since_epoch().count() || !call->keeps_message()) continue;
     lagging.emplace_back(since, call.get());
   }
   std::ranges::sort(lagging);

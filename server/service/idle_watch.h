@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 namespace ccslice::server {
@@ -33,8 +34,19 @@ class IdleCall {
 
   /// Whether it waits for a message to be read, which it keeps meanwhile.
   virtual bool keeps_message() const { return false; }
-  /// Whether it keeps a mesh in use, which the cache can't drop meanwhile.
-  virtual bool keeps_mesh() const { return false; }
+  /// A mesh that the call has in use, for whom.
+  struct KeptMesh {
+    const void* mesh = nullptr;  // Which one; null if none.
+    std::uint64_t bytes = 0;
+    std::string client;
+  };
+  virtual KeptMesh kept_mesh() const { return {}; }
+  /// Since when its client has neither sent nor read anything, as waits_since() says it.
+  virtual std::int64_t silent_since() const { return waits_since(); }
+  /// Ends the call if its client has been silent since before `time`. Returns whether it has.
+  virtual bool end_silence_begun_before(std::chrono::steady_clock::time_point time) {
+    return end_wait_begun_before(time);
+  }
   /// When the wait under way began, in ticks of the steady clock; not positive if there is none that could be ended.
   std::int64_t waits_since() const { return since_.load(); }
 
@@ -65,12 +77,8 @@ class IdleCall {
 /// After how long a call lags.
 struct LagTimes {
   std::chrono::milliseconds usual{1000};
-  std::chrono::milliseconds in_need{300};         // Others wait for what calls hold.
-  std::chrono::milliseconds with_a_mesh{10'000};  // Another mesh finds no room in the cache.
+  std::chrono::milliseconds in_need{300};  // Others wait for what calls hold.
 };
-
-/// What others need of calls that lag.
-enum class Kept { kMessage, kMesh };
 
 /// Thread-safe.
 class IdleWatch {
@@ -81,13 +89,12 @@ class IdleWatch {
   void add(const std::shared_ptr<IdleCall>& call);
   /// Ends the calls that have waited too long, and tells those that lag. To be called now and then.
   void sweep(bool in_need = false);
-  /// Ends those calls that lag and keep what others need, `most` of them, the ones first that have waited longest. How
-  /// many.
-  std::size_t end_longest(std::size_t most, Kept kept);
-
- private:
+  /// Ends those calls that lag and keep messages, `most` of them, the ones first that have waited longest. How many.
+  std::size_t end_longest(std::size_t most);
+  /// All that were added and are still there.
   std::vector<std::shared_ptr<IdleCall>> open_calls();
 
+ private:
   const std::chrono::milliseconds patience_;
   const LagTimes lag_;
   std::mutex mutex_;

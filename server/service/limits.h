@@ -21,6 +21,7 @@ inline constexpr std::size_t kClientMessageBytes = 4u << 20;
 inline constexpr std::size_t kMaxJobRequestBytes = 2u << 20;
 inline constexpr std::size_t kMaxRequestBytes = 256u << 10;
 inline constexpr std::size_t kMaxParsedBytes = 8u << 20;
+inline constexpr std::size_t kMaxShortParsedBytes = 16u << 10;  // Of requests without points or jobs, besides texts.
 /// Of uploads: gRPC's own limit (--max-message-bytes) comes first.
 inline constexpr std::size_t kMaxMessageBytes = 2047u << 20;
 

@@ -47,6 +47,7 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
       if (!preparation) {
         preparation = started = std::make_shared<Preparation>();
         started->prepare = std::move(prepare);
+        started->client = client;
       }
       ticket = Ticket(*this, id, next_waiter_++);
       preparation->waiters.emplace(ticket.waiter_, std::move(done));
@@ -62,7 +63,7 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
 void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& preparation) {
   Outcome outcome;
   try {
-    outcome.mesh = insert(id, prepare(*preparation));
+    outcome.mesh = insert(id, prepare(*preparation), preparation->client);
   } catch (...) {
     outcome.error = std::current_exception();
   }
@@ -88,7 +89,7 @@ PreparedMesh MeshCache::prepare(Preparation& preparation) {
 }
 
 /// Large solids are freed after the lock has been let go of.
-MeshPtr MeshCache::insert(const std::string& id, PreparedMesh prepared) {
+MeshPtr MeshCache::insert(const std::string& id, PreparedMesh prepared, const std::string& client) {
   std::vector<MeshPtr> dropped;
   std::uint64_t dropped_bytes = 0;
   MeshPtr mesh;
@@ -96,7 +97,7 @@ MeshPtr MeshCache::insert(const std::string& id, PreparedMesh prepared) {
   {
     std::lock_guard lock(mutex_);
     try {
-      mesh = insert_locked(id, prepared, dropped);
+      mesh = insert_locked(id, prepared, client, dropped);
     } catch (...) {
       error = std::current_exception();
     }
@@ -112,12 +113,18 @@ MeshPtr MeshCache::insert(const std::string& id, PreparedMesh prepared) {
   return mesh;
 }
 
-MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh& prepared, std::vector<MeshPtr>& dropped) {
+MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh& prepared, const std::string& client,
+                                 std::vector<MeshPtr>& dropped) {
   if (const auto entry = entries_.find(id); entry != entries_.end()) {
     touch_locked(entry->second);  // Another preparation, begun after this one was cancelled, was faster.
     return entry->second.mesh;
   }
-  make_room_locked(prepared.memory_bytes, dropped);
+  if (const std::uint64_t missing = make_room_locked(prepared.memory_bytes, dropped); missing > 0) {
+    refused_ = RefusedMesh{client, prepared.memory_bytes, missing};
+    throw ServiceError(
+        ServiceErrorCode::kCacheFull,
+        "all meshes in the cache are in use: try again soon, when calls of silent clients have been ended");
+  }
   const Clock::time_point now = options_.now();
   auto mesh = std::make_shared<const CachedMesh>(id, std::move(prepared), now, live_bytes_);
   recency_.push_back(id);
@@ -125,7 +132,7 @@ MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh& prepared, 
   return mesh;
 }
 
-void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped) {
+std::uint64_t MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped) {
   if (bytes > options_.capacity_bytes) {
     throw ServiceError(ServiceErrorCode::kMeshExceedsCache,
                        "the prepared mesh takes " + std::to_string(bytes) + " bytes, the whole cache has " +
@@ -137,12 +144,8 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
   const auto has_room = [&] { return live_bytes_->load() + bytes <= options_.capacity_bytes + freed; };
   std::uint64_t droppable = 0;
   for (const auto& [id, entry] : entries_) droppable += unused(entry) ? entry.mesh->prepared().memory_bytes : 0;
-  if (live_bytes_->load() + bytes > options_.capacity_bytes + freed + droppable) {
-    refused_ = true;
-    throw ServiceError(
-        ServiceErrorCode::kCacheFull,
-        "all meshes in the cache are in use: try again soon, when calls of silent clients have been ended");
-  }
+  const std::uint64_t wanted = live_bytes_->load() + bytes, at_most = options_.capacity_bytes + freed + droppable;
+  if (wanted > at_most) return wanted - at_most;
   for (auto id = recency_.begin(); id != recency_.end() && !has_room();) {
     const auto entry = entries_.find(*id++);
     if (!unused(entry->second)) continue;
@@ -151,6 +154,12 @@ void MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& drop
     drop_locked(entry);
     ++counts_.evictions;
   }
+  return 0;
+}
+
+std::optional<RefusedMesh> MeshCache::take_refused() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(refused_, std::nullopt);
 }
 
 std::optional<PreparationProgress::State> MeshCache::preparation(const std::string& id) {

@@ -83,6 +83,13 @@ struct CacheUse {
   std::uint64_t prepared = 0, failed_preparations = 0;
 };
 
+/// A mesh that found no room because all others are in use.
+struct RefusedMesh {
+  std::string client;
+  std::uint64_t bytes = 0;
+  std::uint64_t missing_bytes = 0;  // Besides what nobody uses.
+};
+
 /// Thread-safe.
 class MeshCache {
  public:
@@ -129,8 +136,8 @@ class MeshCache {
   Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done, const std::string& client = {});
   /// How far the preparation of the mesh is; nothing if none is under way. Doesn't use the mesh.
   std::optional<PreparationProgress::State> preparation(const std::string& id);
-  /// Whether a mesh found no room since this was asked last, as all others are in use (kCacheFull).
-  bool take_refused() { return refused_.exchange(false); }
+  /// A mesh that found no room, as all others are in use (kCacheFull), since this was asked last; the latest one.
+  std::optional<RefusedMesh> take_refused();
   /// Drops the mesh; false if it wasn't there. A preparation that is running goes on.
   bool erase(const std::string& id);
   /// Up to `limit` meshes with ids behind `after`, by id.
@@ -149,6 +156,7 @@ class MeshCache {
   };
   struct Preparation {
     Prepare prepare;  // Until it runs, or nobody waits for it any more.
+    std::string client;
     CancellationToken cancel = Executor::make_token();
     PreparationProgress progress;
     std::map<std::uint64_t, Done> waiters;
@@ -156,9 +164,11 @@ class MeshCache {
 
   void run(const std::string& id, const std::shared_ptr<Preparation>& preparation);
   PreparedMesh prepare(Preparation& preparation);
-  MeshPtr insert(const std::string& id, PreparedMesh prepared);
-  MeshPtr insert_locked(const std::string& id, PreparedMesh& prepared, std::vector<MeshPtr>& dropped);
-  void make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped);
+  MeshPtr insert(const std::string& id, PreparedMesh prepared, const std::string& client);
+  MeshPtr insert_locked(const std::string& id, PreparedMesh& prepared, const std::string& client,
+                        std::vector<MeshPtr>& dropped);
+  /// Drops what nobody uses, as far as room for `bytes` takes it. Nothing, if that isn't enough: what is missing then.
+  std::uint64_t make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped);
   void touch_locked(Entry& entry);
   void sweep_locked(std::vector<MeshPtr>& dropped);
   void drop_locked(std::map<std::string, Entry>::iterator entry);
@@ -175,7 +185,7 @@ class MeshCache {
   std::shared_ptr<std::atomic<std::uint64_t>> live_bytes_;
   CacheUse counts_;                  // What happened since the start.
   std::uint64_t leaving_bytes_ = 0;  // Dropped for their room and about to be freed: alive, but not counted.
-  std::atomic<bool> refused_{false};
+  std::optional<RefusedMesh> refused_;
 };
 
 }  // namespace ccslice::server

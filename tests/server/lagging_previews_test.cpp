@@ -219,6 +219,40 @@ TEST_F(CrampedPreview, RefusesWhatWillNeverFit) {
 }
 
 /// A server that looks often for silent clients.
+/// Idle calls keep what their requests set, here a table of calibration that nobody looks at.
+TEST_F(Preview, KeepsWhatLargeRequestsSetWithinABudget) {
+  ServiceState& state = server_.server().state();
+  v1::PreviewRequest large = request(1);
+  for (const char* name : {"soft", "hard"}) large.mutable_printing()->add_materials()->set_name(name);
+  large.mutable_printing()->mutable_materials(1)->set_rgba(0xff0000ff);
+  v1::CurveMap& table = *large.mutable_printing()->mutable_map()->mutable_curve();
+  table.set_channel("x");
+  table.set_material("soft");
+  table.set_base("hard");
+  for (int i = 0; i < 100'000; ++i) table.add_points();
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<Stream>> streams;
+  std::uint64_t idle = 0;
+  Failure refused;
+  while (refused.reason.empty() && idle < 20) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(server_.stub().Preview(contexts.back().get()));
+    v1::PreviewResponse message;
+    bool is_answered = streams.back()->Write(large);
+    do {
+      is_answered = is_answered && streams.back()->Read(&message);
+    } while (is_answered && !message.last());
+    is_answered ? static_cast<void>(++idle) : static_cast<void>(refused = failure_of(streams.back()->Finish()));
+  }
+  EXPECT_EQ(refused.reason, "SERVER_BUSY");
+  EXPECT_GT(idle, 0u);
+  EXPECT_GT(state.requests.used_bytes(), idle * 4'000'000);
+  EXPECT_LE(state.requests.used_bytes(), state.requests.capacity_bytes());
+  EXPECT_EQ(shown({request(1)}).size(), 1u) << "usual ones are served";
+  for (const auto& context : contexts) context->TryCancel();
+  EXPECT_TRUE(eventually([&] { return state.requests.used_bytes() == 0; }, 5s));
+}
+
 class PreviewPatience : public Preview {
  protected:
   static ServerOptions impatient() {

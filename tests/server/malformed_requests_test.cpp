@@ -121,6 +121,10 @@ TEST_F(MalformedRequests, AreRefusedWhereTheyGrowTooMuch) {
     expect(end, 0, "BATCH_TOO_LARGE");
     EXPECT_TRUE(end.failure.message.starts_with("unpacked, the message takes more than ")) << end.failure.message;
   }
+  for (const char* const method : {"GetServerInfo", "FindMissingMeshes", "GetMesh", "ListMeshes", "DeleteMesh"}) {
+    SCOPED_TRACE(method);
+    expect(call(method, {repeated("\x7b\x7c", 8'000)}), 0, "BATCH_TOO_LARGE");
+  }
   expect(call("SliceRange", {growing_request()}), 0, "BATCH_TOO_LARGE");
   expect(call("PlanSlices", {repeated("\x22\0"sv, 500'000)}), 0, "BATCH_TOO_LARGE");
 }

@@ -22,9 +22,8 @@ class SilentCall final : public IdleCall {
   using IdleCall::end_wait;
   void wait() { arm_wait(begin_wait()); }
   bool keeps_message() const override { return keeps; }
-  bool keeps_mesh() const override { return has_mesh; }
   int ended = 0, lagged = 0;
-  bool keeps = true, has_mesh = true;
+  bool keeps = true;
 
  private:
   void idle() override { ++ended; }
@@ -60,29 +59,14 @@ TEST(IdleWatch, EndsThoseFirstThatHaveKeptMessagesLongest) {
     std::this_thread::sleep_for(10ms);
   }
   std::this_thread::sleep_for(300ms);
-  EXPECT_EQ(watch.end_longest(1, Kept::kMessage), 1u);
+  EXPECT_EQ(watch.end_longest(1), 1u);
   EXPECT_EQ(calls[2]->ended, 1);
   EXPECT_EQ(calls[1]->ended, 0);
   calls[3]->wait();
-  EXPECT_EQ(watch.end_longest(10, Kept::kMessage), 1u);
+  EXPECT_EQ(watch.end_longest(10), 1u);
   EXPECT_EQ(calls[1]->ended, 1);
   EXPECT_EQ(calls[0]->ended, 0) << "it keeps none";
   EXPECT_EQ(calls[3]->ended, 0) << "it has time";
-}
-
-TEST(IdleWatch, EndsThoseThatKeepMeshesWhereOneFindsNoRoom) {
-  IdleWatch watch(1h, {.with_a_mesh = 20ms});
-  const auto first = std::make_shared<SilentCall>(), second = std::make_shared<SilentCall>();
-  watch.add(first);
-  watch.add(second);
-  first->keeps = false;
-  second->has_mesh = false;
-  for (const auto& call : {first, second}) call->wait();
-  EXPECT_EQ(watch.end_longest(10, Kept::kMesh), 0u) << "they have time";
-  std::this_thread::sleep_for(30ms);
-  EXPECT_EQ(watch.end_longest(10, Kept::kMesh), 1u);
-  EXPECT_EQ(first->ended, 1);
-  EXPECT_EQ(second->ended, 0) << "it has none";
 }
 
 TEST(IdleWatch, TellsCallsThatLagLongBefore) {
