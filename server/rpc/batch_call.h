@@ -485,8 +485,10 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     batch->raw.Clear();
     try {
       if (error) std::rethrow_exception(error);
-      if (!mesh_ && !is_over_) log_.note_mesh(mesh->id());
-      mesh_ = mesh;
+      if (!mesh_) {
+        mesh_ = mesh;  // Once: workers read it.
+        if (!is_over_) log_.note_mesh(mesh->id());
+      }
       accept(*batch);
     } catch (...) {
       fail(*batch, std::current_exception());

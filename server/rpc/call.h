@@ -45,7 +45,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
         caller_(caller_of(state.access, context, method)),
         client_(caller_.identity.client),
         place_(state.admission, client_),
-        request_bytes_(state.requests) {
+        request_bytes_(state.requests, client_) {
     log_.set_client(client_);
   }
 
@@ -82,7 +82,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// Likewise, for a call that keeps so much of its requests. Throws ServiceError{kServerBusy}.
   void hold_request_bytes(std::uint64_t bytes) {
     if (request_bytes_.resize(bytes)) return;
-    throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of requests at once: try again later");
+    throw ServiceError(ServiceErrorCode::kServerBusy,
+                       "too many bytes of requests at once, in all or of one client: try again later");
   }
 
   /// Once the request has been taken to pieces nothing of it is needed any more: a call may last for hours.

@@ -30,7 +30,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
       : Call(state, context, "UploadMesh"),
         response_(response),
-        upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes)),
+        upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes, client_)),
         pace_(state.options.min_upload_rate) {}
 
   void begin() {

@@ -9,9 +9,9 @@ namespace ccslice::server {
 
 bool MemoryBudget::Share::resize(std::uint64_t bytes, std::uint64_t left_bytes) noexcept {
   if (bytes > bytes_) {
-    if (!budget_->try_take(bytes - bytes_, left_bytes)) return false;
+    if (!budget_->try_take(*this, bytes - bytes_, left_bytes)) return false;
   } else if (bytes < bytes_) {
-    budget_->give_back(bytes_ - bytes);
+    budget_->give_back(*this, bytes_ - bytes);
   }
   bytes_ = bytes;
   return true;
@@ -20,6 +20,7 @@ bool MemoryBudget::Share::resize(std::uint64_t bytes, std::uint64_t left_bytes) 
 MemoryBudget::Share MemoryBudget::Share::split_off_beyond(std::uint64_t bytes) noexcept {
   Share rest;
   rest.budget_ = budget_;
+  rest.client_ = client_;
   rest.bytes_ = bytes_ - bytes;
   bytes_ = bytes;
   return rest;
@@ -45,6 +46,48 @@ bool MemoryBudget::try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexc
     if (bytes > most_used || used > most_used - bytes) return false;
   } while (!used_bytes_.compare_exchange_weak(used, used + bytes));
   return true;
+}
+
+bool MemoryBudget::try_take(const Share& share, std::uint64_t bytes, std::uint64_t left_bytes) noexcept {
+  const std::string& client = share.client_;
+  if (client.empty() && try_take(bytes, left_bytes)) return true;
+  const std::lock_guard lock(mutex_);
+  const auto held = used_of_.find(client);
+  const std::uint64_t own = held == used_of_.end() ? 0 : held->second;
+  const Clock::time_point now = Clock::now();
+  if (!client.empty() && !may_grow(share, own, bytes, now)) return false;
+  if (client.empty() || !try_take(bytes, left_bytes)) {
+    if (loan_ && loan_->client != client) loan_->is_wanted = true;
+    return false;
+  }
+  used_of_[client] = own + bytes;
+  if (!loan_ && own + bytes > most_of_one_) loan_ = {.client = client, .since = now};
+  return true;
+}
+
+void MemoryBudget::give_back(const Share& share, std::uint64_t bytes) noexcept {
+  used_bytes_.fetch_sub(bytes);
+  given_back_bytes_.fetch_add(bytes);
+  if (share.client_.empty()) return;
+  const std::lock_guard lock(mutex_);
+  const auto held = used_of_.find(share.client_);
+  held->second -= bytes;
+  if (loan_ && loan_->client == share.client_ && held->second <= most_of_one_) loan_.reset();
+  if (held->second == 0) used_of_.erase(held);
+}
+
+/// `own`: what the client holds. REQUIRES: the lock.
+bool MemoryBudget::may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now) {
+  if (own <= most_of_one_ && bytes <= most_of_one_ - own) return true;
+  if (own > share.bytes_ || now < lends_again_) return false;
+  if (!loan_ || loan_->client != share.client_ || !loan_->is_wanted || now - loan_->since < loan_time_) return true;
+  lends_again_ = now + 2 * loan_time_;
+  return false;
+}
+
+std::size_t MemoryBudget::clients() const {
+  const std::lock_guard lock(mutex_);
+  return used_of_.size();
 }
 
 }  // namespace ccslice::server

@@ -3,13 +3,23 @@
 //
 // Memory that calls may hold together, whatever their number. It is reserved before it is used, by estimate or by
 // count. Nobody waits here: who gets none is refused, or waits in admission.h, where nobody can wait for another.
+//
+// Where shares say whose they are, a quarter of the budget is never one client's. But what is as large as the budget
+// can get in where nothing else is: a share that is all that its client holds may grow into the last quarter, on loan.
+// Once the loan has lasted for a while and others were refused meanwhile, the share grows no more, which ends what it
+// is for; and for twice that while nothing is lent, so that these others have their turn.
 
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <optional>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 namespace ccslice::server {
@@ -21,11 +31,15 @@ class MemoryBudget {
   class [[nodiscard]] Share {
    public:
     Share() = default;
-    explicit Share(MemoryBudget& budget) : budget_(&budget) {}
+    /// `client`: whose it is (client_id.h); empty: nobody's, so that no client's part bounds it.
+    explicit Share(MemoryBudget& budget, std::string client = {}) : budget_(&budget), client_(std::move(client)) {}
     Share(Share&& other) noexcept
-        : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
+        : budget_(std::exchange(other.budget_, nullptr)),
+          client_(std::move(other.client_)),
+          bytes_(std::exchange(other.bytes_, 0)) {}
     Share& operator=(Share&& other) noexcept {
       std::swap(budget_, other.budget_);
+      std::swap(client_, other.client_);
       std::swap(bytes_, other.bytes_);
       return *this;
     }
@@ -33,7 +47,8 @@ class MemoryBudget {
 
     std::uint64_t bytes() const noexcept { return bytes_; }
     /// Takes more, or gives some back, of which nobody is told. False, with nothing changed, if the budget hasn't that
-    /// much, or less than `left_bytes` would be left of it. REQUIRES: made from a budget, or bytes == 0.
+    /// much, or not for this client, or less than `left_bytes` would be left of it. REQUIRES: made from a budget, or
+    /// bytes == 0.
     [[nodiscard]] bool resize(std::uint64_t bytes, std::uint64_t left_bytes = 0) noexcept;
     /// Keeps that much, and makes a share of its own of the rest. REQUIRES: bytes <= bytes().
     [[nodiscard]] Share split_off_beyond(std::uint64_t bytes) noexcept;
@@ -41,13 +56,21 @@ class MemoryBudget {
     void give_back();
 
    private:
+    friend class MemoryBudget;
     MemoryBudget* budget_ = nullptr;
+    std::string client_;
     std::uint64_t bytes_ = 0;
   };
 
-  /// `given_back`: called after shares have given some back, on their threads; mustn't throw.
-  explicit MemoryBudget(std::uint64_t capacity_bytes, std::function<void()> given_back = {})
-      : capacity_bytes_(capacity_bytes), given_back_(std::move(given_back)) {}
+  static constexpr std::chrono::milliseconds kLoan{30'000};
+  /// `given_back`: called after shares have given some back, on their threads; mustn't throw. `loan`: for so long the
+  /// last quarter is lent though others want it.
+  explicit MemoryBudget(std::uint64_t capacity_bytes, std::function<void()> given_back = {},
+                        std::chrono::milliseconds loan = kLoan)
+      : capacity_bytes_(capacity_bytes),
+        most_of_one_(capacity_bytes - capacity_bytes / 4),
+        loan_time_(loan),
+        given_back_(std::move(given_back)) {}
 
   /// A share of `most` bytes while there is plenty, and less the fuller the budget is: at most a quarter of what is
   /// free, at least `least`. Nothing if not even that is free.
@@ -57,17 +80,31 @@ class MemoryBudget {
   std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
   /// In all, since the beginning.
   std::uint64_t given_back_bytes() const noexcept { return given_back_bytes_.load(); }
+  /// How many clients hold something.
+  std::size_t clients() const;
 
  private:
-  [[nodiscard]] bool try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
-  void give_back(std::uint64_t bytes) noexcept {
-    used_bytes_.fetch_sub(bytes);
-    given_back_bytes_.fetch_add(bytes);
-  }
+  using Clock = std::chrono::steady_clock;
+  /// The last quarter, lent to the one client that holds more than the rest.
+  struct Loan {
+    std::string client;
+    Clock::time_point since;
+    bool is_wanted = false;  // Others were refused meanwhile.
+  };
 
-  const std::uint64_t capacity_bytes_;
+  [[nodiscard]] bool try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
+  [[nodiscard]] bool try_take(const Share& share, std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
+  void give_back(const Share& share, std::uint64_t bytes) noexcept;
+  bool may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now);
+
+  const std::uint64_t capacity_bytes_, most_of_one_;
+  const std::chrono::milliseconds loan_time_;
   const std::function<void()> given_back_;
   std::atomic<std::uint64_t> used_bytes_{0}, given_back_bytes_{0};
+  mutable std::mutex mutex_;
+  std::unordered_map<std::string, std::uint64_t> used_of_;  // Of clients that hold something.
+  std::optional<Loan> loan_;
+  Clock::time_point lends_again_;
 };
 
 }  // namespace ccslice::server

@@ -52,8 +52,8 @@ void Upload::append(std::string_view chunk) {
                        "chunk", mesh_id_);
   }
   if (!bytes_.append(chunk)) {
-    throw ServiceError(ServiceErrorCode::kServerBusy, "too many bytes of uploads at once: try again later", "",
-                       mesh_id_);
+    throw ServiceError(ServiceErrorCode::kServerBusy,
+                       "too many bytes of uploads at once, in all or of one client: try again later", "", mesh_id_);
   }
   hasher_.add(chunk);
 }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/service/memory_budget.h"
@@ -21,11 +22,11 @@ namespace ccslice::server {
 /// The bytes of an upload. Blocks, rather than one string, because growing that one would copy and hold them twice.
 class UploadedBytes {
  public:
-  /// The budget outlives the bytes.
-  explicit UploadedBytes(MemoryBudget& budget) : share_(budget) {}
+  /// The budget outlives the bytes. `client`: as in MemoryBudget::Share.
+  explicit UploadedBytes(MemoryBudget& budget, std::string client = {}) : share_(budget, std::move(client)) {}
 
   std::uint64_t size() const noexcept { return share_.bytes(); }
-  /// False if the budget is used up.
+  /// False if the budget is used up, or the client's part of it.
   [[nodiscard]] bool append(std::string_view bytes);
   const std::vector<std::string>& blocks() const noexcept { return blocks_; }
   /// Frees the bytes and gives them back to the budget.
@@ -39,15 +40,17 @@ class UploadedBytes {
 /// One upload. Not thread-safe. Errors are ServiceErrors and end the upload.
 class Upload {
  public:
-  /// The budget outlives the upload.
-  Upload(MemoryBudget& budget, std::uint64_t max_bytes) : max_bytes_(max_bytes), bytes_(budget) {}
+  /// The budget outlives the upload. `client`: as in MemoryBudget::Share.
+  Upload(MemoryBudget& budget, std::uint64_t max_bytes, std::string client = {})
+      : max_bytes_(max_bytes), bytes_(budget, std::move(client)) {}
 
   bool started() const noexcept { return !mesh_id_.empty(); }
   const std::string& mesh_id() const noexcept { return mesh_id_; }
 
   /// Throws kMeshIdInvalid, kUploadSizeInvalid, kRequestMalformed (started already).
   void start(const std::string& mesh_id, std::uint64_t size_bytes);
-  /// Throws kRequestMalformed (not started), kUploadOverrun, kServerBusy (the budget is used up).
+  /// Throws kRequestMalformed (not started), kUploadOverrun, kServerBusy (the budget is used up, or the client's part
+  /// of it).
   void append(std::string_view chunk);
   /// Checks that all bytes came, and their digest. Throws kRequestMalformed (not started), kUploadTruncated,
   /// kUploadDigestMismatch.

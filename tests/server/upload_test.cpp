@@ -349,6 +349,28 @@ TEST(UploadMesh, ThatFindsNoMemoryIsToldWhenToComeAgainAsClientsOfGrpcLookForIt)
   EXPECT_EQ(context.GetServerTrailingMetadata().count("grpc-retry-pushback-ms"), 1u);
 }
 
+TEST(UploadMesh, FindsRoomBesideThoseOfAnotherClientWhichMayNotHaveItAll) {
+  ServerOptions options = test_options();
+  options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;
+  TestServer server(options);
+  MemoryBudget& uploads = server.server().state().uploads;
+  const v1::ControlMesh mesh = make_box(2, 10);
+  MemoryBudget::Share others(uploads, "somebody else"), more(uploads, "somebody else");
+  ASSERT_TRUE(others.resize(3 << 20));
+  EXPECT_FALSE(more.resize(1));
+  EXPECT_TRUE(server.upload(mesh).ok());
+  others.give_back();
+
+  MemoryBudget::Share own(uploads, "ipv4:127.0.0.1");
+  ASSERT_TRUE(own.resize(3 << 20));
+  const Failure failure = failure_of(server.upload(make_box(2, 11)));
+  EXPECT_EQ(failure.reason, "SERVER_BUSY");
+  EXPECT_TRUE(failure.retry);
+  EXPECT_NE(failure.message.find("of one client"), std::string::npos) << failure.message;
+  own.give_back();
+  EXPECT_TRUE(server.upload(make_box(2, 11)).ok());
+}
+
 TEST(UploadMesh, ThatFallsSilentKeepsNobodyOutAndEndsForItsPace) {
   ServerOptions options = test_options();
   options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;

@@ -188,6 +188,31 @@ TEST_F(WaitingCalls, MoreThanMayWaitAreRefusedWithAPushback) {
   }
 }
 
+TEST_F(WaitingCalls, HoldRequestsOfAllMemoryForThemButAQuarterIsNeverOneClients) {
+  place_ = nullptr;
+  MemoryBudget& requests = server_.server().state().requests;
+  const std::uint64_t most = requests.capacity_bytes() / 4 * 3;
+  MemoryBudget::Share others(requests, "somebody else"), more(requests, "somebody else");
+  ASSERT_TRUE(others.resize(most));
+  EXPECT_FALSE(more.resize(1));
+  const auto all = calls();
+  for (const char* const name : {"PlanSlices", "SliceRange", "TessellateBoundary"}) {
+    grpc::ClientContext context;
+    EXPECT_TRUE(all.at(name)(context).ok()) << name;
+  }
+  others.give_back();
+
+  MemoryBudget::Share own(requests, "ipv4:127.0.0.1");
+  ASSERT_TRUE(own.resize(most));
+  for (const char* const name : {"PlanSlices", "SliceRange", "TessellateBoundary"}) {
+    grpc::ClientContext context;
+    const Failure failure = failure_of(all.at(name)(context));
+    EXPECT_EQ(failure.reason, "SERVER_BUSY") << name;
+    EXPECT_TRUE(failure.retry) << name;
+    EXPECT_NE(failure.message.find("of one client"), std::string::npos) << failure.message;
+  }
+}
+
 /// A call of ProbePoints, a point at a time.
 class PointTalk {
  public:

@@ -90,6 +90,22 @@ TEST_F(UploadTest, AllUploadsShareTheBudgetAndGiveItBack) {
   EXPECT_EQ(budget.used_bytes(), 0u);
 }
 
+TEST_F(UploadTest, UploadsOfOneClientLeaveAQuarterToOthersAndTheLargestOneAloneFits) {
+  MemoryBudget budget(1000);
+  {
+    Upload first(budget, 1000, "one"), second(budget, 1000, "one"), other(budget, 1000, "other");
+    for (Upload* const upload : {&first, &second, &other}) upload->start(abc_, 1000);
+    first.append(std::string(500, 'x'));
+    second.append(std::string(250, 'x'));
+    EXPECT_EQ(code_of([&] { second.append("x"); }), ServiceErrorCode::kServerBusy);
+    other.append(std::string(250, 'x'));
+  }
+  Upload largest(budget, 1000, "one");
+  largest.start(abc_, 1000);
+  for (int i = 0; i < 10; ++i) largest.append(std::string(100, 'x'));
+  EXPECT_EQ(budget.used_bytes(), 1000u);
+}
+
 TEST(UploadPace, WantsEnoughBytesInEachWhile) {
   using std::chrono::seconds;
   const UploadPace::Clock::time_point begin{};
