@@ -37,15 +37,14 @@
 #include <deque>
 #include <exception>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/rpc/call.h"
+#include "server/rpc/solver_benches.h"
 #include "server/rpc/unknown_fields.h"
 #include "server/service/limits.h"
 
@@ -68,8 +67,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
  public:
   BatchCall(ServiceState& state, grpc::CallbackServerContext& context, const char* method)
       : Base(state, context, method),
-        most_solvers_(std::min(kMostSolvers, state.executor.threads())),
         lane_(this->make_lane(Pieces::kInteractive)),
+        benches_(state.scratch, std::min(kMostSolvers, state.executor.threads())),
         read_share_(state.scratch) {}
 
   /// From here on the call keeps itself alive until gRPC is done with it.
@@ -96,14 +95,8 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     bool is_accepted = false, is_begun = false, is_done = false;
   };
   using BatchPtr = std::shared_ptr<Batch>;
-  /// Where a batch is worked on: a solver, and its part of the memory.
-  struct Bench {
-    explicit Bench(MemoryBudget& scratch) : share(scratch) {}
-
-    MemoryBudget::Share share;     // Goes after the solver.
-    std::optional<Solver> solver;  // Made by the first worker.
-  };
-  using BenchPtr = std::shared_ptr<Bench>;
+  using Bench = typename SolverBenches<Solver>::Bench;
+  using BenchPtr = typename SolverBenches<Solver>::BenchPtr;
   using Clock = std::chrono::steady_clock;
   enum class Has { kNoPlace, kAskedForPlace, kAskedForMemory, kPlace };
 
@@ -160,7 +153,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   /// Until the mesh is known, one message is enough, and while it can't be worked on. What is read ahead has room; one
   /// alone waits for it when it has come.
   void read_on() {
-    const std::size_t window = mesh_ ? most_solvers_ + kBatchesAhead : 1;
+    const std::size_t window = mesh_ ? benches_.most() + kBatchesAhead : 1;
     if (is_reading_ || reads_done_ || batches_.size() >= window) return;
     if (has_shed_ || (has_ != Has::kPlace && batch_to_begin())) return;
     if (!batches_.empty() && (others_wait() || !read_share_.resize(largest_batch_bytes()))) return;
@@ -209,12 +202,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void ask_for_memory(Hold& hold, const BatchPtr& batch) {
     const bool has_place = has_ == Has::kPlace;
     has_ = Has::kAskedForMemory;
-    drop_benches(hold);
+    benches_.move_idle_to(hold.benches);
     hold.shares.push_back(read_share_.split_off_beyond(0));
     for (const BatchPtr& read : batches_) {
       if (!read->is_begun) hold.shares.push_back(read->share.split_off_beyond(0));
     }
-    const BenchPtr bench = take_bench();
+    const BenchPtr bench = benches_.take();
     const std::uint64_t bytes = bytes_of(*batch), left = bytes_left(bytes);
     const bool gave_way = gave_way_;
     hold.lock.unlock();
@@ -228,9 +221,9 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       Hold held(mutex_);
       if (refusal) {
         held.benches.push_back(bench);
-        --benches_;
+        benches_.note_gone();
       } else if (!is_over_) {
-        batch->is_accepted ? begin(batch, bench) : put_back(bench);
+        batch->is_accepted ? begin(batch, bench) : benches_.put_back(bench);
       }
       decided(held, refusal);
     };
@@ -274,7 +267,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     gives_way_ = false;
     gave_way_ = true;
     work_cancel_ = Executor::make_token();
-    drop_benches(hold);
+    benches_.move_idle_to(hold.benches);
     give_place_back();
   }
 
@@ -301,33 +294,13 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       if (batch->failure || is_taking_) return;
       if (batch->is_begun) continue;
       if (!batch->is_accepted) return take_later(batch);
-      if (idle_benches_.empty() && (benches_ == most_solvers_ || others_wait())) return;
+      if (!benches_.has_idle() && (benches_.are_all_made() || others_wait())) return;
       if (batch->share.bytes() == 0 && others_wait()) return;
-      const BenchPtr bench = take_bench();
+      const BenchPtr bench = benches_.take();
       const std::uint64_t bytes = bytes_of(*batch);
-      if (!reserve(*batch, *bench, bytes, bytes_left(bytes))) return put_back(bench);
+      if (!reserve(*batch, *bench, bytes, bytes_left(bytes))) return benches_.put_back(bench);
       begin(batch, bench);
     }
-  }
-
-  BenchPtr take_bench() {
-    if (idle_benches_.empty()) {
-      ++benches_;
-      return std::make_shared<Bench>(state_.scratch);
-    }
-    const BenchPtr bench = idle_benches_.back();
-    idle_benches_.pop_back();
-    return bench;
-  }
-  void drop_benches(Hold& hold) {
-    benches_ -= idle_benches_.size();
-    std::move(idle_benches_.begin(), idle_benches_.end(), std::back_inserter(hold.benches));
-    idle_benches_.clear();
-  }
-  /// Where there is none to be had for it.
-  void put_back(const BenchPtr& bench) {
-    if (bench->share.bytes() > 0) return idle_benches_.push_back(bench);
-    --benches_;
   }
 
   void begin(const BatchPtr& batch, const BenchPtr& bench) {
@@ -442,7 +415,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   void shed() override {
     Hold hold(mutex_);
     if (is_over_) return;
-    drop_benches(hold);
+    benches_.move_idle_to(hold.benches);
     if (!is_writing_) return;
     if (!has_shed_) ++state_.metrics.shed;
     has_shed_ = resumes_ = true;
@@ -521,14 +494,13 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     if (is_over_ || has_shed_ || gives_way_ || others_wait()) {
       bench->solver.reset();  // The lane keeps the bench until this returns.
       hold.shares.push_back(bench->share.split_off_beyond(0));
-      --benches_;
+      benches_.note_gone();
     } else {
-      idle_benches_.push_back(bench);
+      benches_.put_back(bench);
     }
     go_on(hold);
   }
 
-  const std::size_t most_solvers_;
   Executor::Lane lane_;
   const CancellationToken cancel_ = Executor::make_token();
 
@@ -546,8 +518,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   typename Solver::Setting setting_;
   std::deque<BatchPtr> batches_;  // Neither failed nor answered yet.
   std::size_t working_ = 0;       // Of those, that workers have.
-  std::vector<BenchPtr> idle_benches_;
-  std::size_t benches_ = 0;         // All of them.
+  SolverBenches<Solver> benches_;
   MemoryBudget::Share read_share_;  // For the message that is being read.
   using Base::log_;
   using Base::state_;
