@@ -1,32 +1,19 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A call that is answered once. An answer that nobody reads stays in the server's memory: so it counts among the calls
-// that are open (call_registry.h) until it has been read, and where that takes too long the stream is reset.
+// A call of one request and one answer.
 
 #pragma once
 
 #include <grpcpp/support/server_callback.h>
 
-#include <cstdint>
-#include <mutex>
-
-#include "server/rpc/call.h"
+#include "server/rpc/answered_call.h"
 
 namespace ccslice::server {
 
-class UnaryCall : public Call<grpc::ServerUnaryReactor> {
+class UnaryCall : public AnsweredCall<grpc::ServerUnaryReactor> {
  protected:
-  using Call::Call;
-
-  /// Ends the call; once, in place of end(). `answer_bytes`: of the response. A server that keeps too many unread ones
-  /// already is busy.
-  void answer(const grpc::Status& status, std::uint64_t answer_bytes) {
-    const auto self = shared_from_this();
-    const bool fits = !status.ok() || hold_answer(answer_bytes);
-    watch();
-    wait_for_reader([&] { end(fits ? status : to_status(too_many_unread())); });
-  }
+  using AnsweredCall::AnsweredCall;
 
   /// May throw. The request's bytes count nowhere, and a call may wait for a mesh, or for its answer's reader.
   template <class Request>
@@ -39,30 +26,6 @@ class UnaryCall : public Call<grpc::ServerUnaryReactor> {
     }
     drop_request(raw);
   }
-
- private:
-  static ServiceError too_many_unread() {
-    return {ServiceErrorCode::kServerBusy,
-            "as many answers are unread as the server has memory for: read them, then try again", kRetryDelay};
-  }
-
-  void idle() override {
-    const std::lock_guard lock(mutex_);
-    if (!is_done_) reset_stream(context_, stalled_status());
-  }
-
-  void OnDone() override {
-    const auto self = shared_from_this();
-    (void)end_wait();
-    {
-      const std::lock_guard lock(mutex_);
-      is_done_ = true;
-    }
-    Call::OnDone();
-  }
-
-  std::mutex mutex_;
-  bool is_done_ = false;  // Then gRPC's context is gone.
 };
 
 }  // namespace ccslice::server

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/rpc/call.h"
+#include "server/rpc/answered_call.h"
 #include "server/rpc/prepare_mesh.h"
 #include "server/rpc/summary.h"
 #include "server/service/service_error.h"
@@ -25,10 +25,10 @@
 namespace ccslice::server {
 namespace {
 
-class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> {
+class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteBuffer>> {
  public:
   UploadCall(ServiceState& state, grpc::CallbackServerContext& context, v1::UploadMeshResponse& response)
-      : Call(state, context, "UploadMesh"),
+      : AnsweredCall(state, context, "UploadMesh"),
         response_(response),
         upload_(std::make_shared<Upload>(state.uploads, state.options.max_mesh_bytes, client_)),
         pace_(state.options.min_upload_rate) {}
@@ -103,7 +103,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
     if (state_.store) {
       look_into_store(mesh);
     } else {
-      answer(mesh, /*already_cached=*/true, /*stored=*/false);
+      answer_with(mesh, /*already_cached=*/true, /*stored=*/false);
     }
     return false;
   }
@@ -113,7 +113,7 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
     state_.store->find({mesh->id()}, [this, self = shared_from_this(), mesh](const std::vector<bool>& held) {
       if (stopped_) return end(status_of_stop());
       if (held == std::vector<bool>{false}) return read();
-      answer(mesh, /*already_cached=*/true, /*stored=*/!held.empty());
+      answer_with(mesh, /*already_cached=*/true, /*stored=*/!held.empty());
     });
   }
 
@@ -146,19 +146,19 @@ class UploadCall final : public Call<grpc::ServerReadReactor<grpc::ByteBuffer>> 
   void done(const MeshCache::Outcome& outcome) {
     if (stopped_) return end(status_of_stop());
     if (outcome.error) return end(to_status(outcome.error));
-    if (!state_.store) return answer(outcome.mesh, outcome.already_cached, /*stored=*/false);
+    if (!state_.store) return answer_with(outcome.mesh, outcome.already_cached, /*stored=*/false);
     state_.store->keep(std::move(upload_), [this, self = shared_from_this(), outcome](const std::optional<bool>& kept) {
       if (stopped_) return end(status_of_stop());
-      answer(outcome.mesh, outcome.already_cached, kept.value_or(false));
+      answer_with(outcome.mesh, outcome.already_cached, kept.value_or(false));
     });
   }
 
-  void answer(const MeshPtr& mesh, bool already_cached, bool stored) {
+  void answer_with(const MeshPtr& mesh, bool already_cached, bool stored) {
     *response_.mutable_mesh() = summarize(state_.cache, mesh);
     response_.set_already_cached(already_cached);
     response_.set_stored(stored);
     log_audit("uploaded", mesh->id() + " by " + client_, {{"mesh", mesh->id()}, {"client", client_}});
-    end(grpc::Status::OK);
+    answer(grpc::Status::OK, response_.ByteSizeLong());
   }
 
   void set_ticket(MeshCache::Ticket ticket) {

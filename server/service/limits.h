@@ -34,7 +34,8 @@ inline constexpr std::uint32_t kMaxChunkBytes = 1u << 20;
 inline constexpr std::uint32_t kMaxPointsPerMessage = 4096;
 static_assert(kMaxPointsPerMessage * (64 + 12 + 3) * sizeof(double) < kClientMessageBytes);
 
-/// Ids in one FindMissingMeshes, meshes in one page of ListMeshes (a summary takes up to some kB with many channels).
+/// Ids in one FindMissingMeshes, meshes in one page of ListMeshes (a summary takes some 90 kB with as many channels and
+/// cell regions as there may be).
 inline constexpr std::uint32_t kMaxIdsPerMessage = 1000;
 inline constexpr std::uint32_t kMaxPageSize = 1000;
 inline constexpr std::uint32_t kDefaultPageSize = 100;

@@ -191,29 +191,49 @@ class UnreadAnswers : public LaggingClients {
     return mesh;
   }
 
+  /// Whose summary takes almost 80 kilobytes.
+  static v1::ControlMesh with_many_regions() {
+    constexpr int kRegions = 255;
+    v1::ControlMesh mesh = with_long_names(make_block(7, 10));
+    for (int i = 0; i < kRegions; ++i) mesh.add_cell_region_names(std::to_string(i) + std::string(240, 'x'));
+    for (int cell = 0; cell < mesh.cell_kinds_size(); ++cell) {
+      mesh.add_cell_regions(static_cast<std::uint32_t>(cell % kRegions));
+    }
+    return mesh;
+  }
+
   /// A call whose answer isn't read before finish().
-  struct ListCall {
+  struct UnreadCall {
     grpc::ClientContext context;
     grpc::CompletionQueue queue;
     std::unique_ptr<v1::SlicerService::Stub> stub;
-    std::unique_ptr<grpc::ClientAsyncResponseReader<v1::ListMeshesResponse>> reader;
-    v1::ListMeshesResponse response;
-    bool is_answered = false;
+    bool is_answered = false;  // In part.
+
+    virtual ~UnreadCall() = default;
+    /// Has `status` for its tag.
+    virtual void read(grpc::Status& status) = 0;
 
     /// Nothing is sent or received but meanwhile.
     void poll() {
       void* tag = nullptr;
       bool ok = false;
       const auto end = std::chrono::system_clock::now() + 20ms;
-      is_answered = is_answered || queue.AsyncNext(&tag, &ok, end) == grpc::CompletionQueue::GOT_EVENT;
+      const bool got = queue.AsyncNext(&tag, &ok, end) == grpc::CompletionQueue::GOT_EVENT;
+      is_answered = is_answered || (got && tag == this);
     }
     grpc::Status finish() {
       grpc::Status status;
-      reader->Finish(&response, &status, &status);
+      read(status);
       void* tag = nullptr;
       for (bool ok = false; tag != &status;) queue.Next(&tag, &ok);
       return status;
     }
+  };
+  struct ListCall final : UnreadCall {
+    std::unique_ptr<grpc::ClientAsyncResponseReader<v1::ListMeshesResponse>> reader;
+    v1::ListMeshesResponse response;
+
+    void read(grpc::Status& status) override { reader->Finish(&response, &status, &status); }
   };
   std::unique_ptr<ListCall> list() {
     auto call = std::make_unique<ListCall>();
@@ -223,10 +243,31 @@ class UnreadAnswers : public LaggingClients {
     call->reader->ReadInitialMetadata(call.get());  // Else nothing is sent before Finish().
     return call;
   }
-  /// One that is answered, and that the server still keeps.
-  std::unique_ptr<ListCall> unread() {
+  /// Says which mesh comes, and no more.
+  struct BegunUpload final : UnreadCall {
+    std::unique_ptr<grpc::ClientAsyncWriter<v1::UploadMeshRequest>> writer;
+    v1::UploadMeshRequest start;
+    v1::UploadMeshResponse response;
+
+    void read(grpc::Status& status) override { writer->Finish(&status, &status); }
+  };
+  std::unique_ptr<BegunUpload> upload(const std::string& id) {
+    auto call = std::make_unique<BegunUpload>();
+    call->stub = server_.new_narrow_stub();
+    call->context.set_initial_metadata_corked(true);
+    call->writer = call->stub->PrepareAsyncUploadMesh(&call->context, &call->response, &call->queue);
+    call->writer->StartCall(nullptr);
+    call->start.mutable_start()->set_mesh_id(id);
+    call->start.mutable_start()->set_size_bytes(1);
+    call->writer->Write(call->start, nullptr);
+    call->writer->ReadInitialMetadata(call.get());
+    return call;
+  }
+  /// `begin` begins a call. It is answered, and the server still keeps it.
+  template <class Begin>
+  auto unread(const Begin& begin) {
     const std::size_t open = state().calls.open();
-    auto call = list();
+    auto call = begin();
     EXPECT_TRUE(eventually(
         [&] {
           call->poll();
@@ -235,10 +276,27 @@ class UnreadAnswers : public LaggingClients {
         5s));
     return call;
   }
+  std::unique_ptr<ListCall> unread_list() {
+    return unread([this] { return list(); });
+  }
+  std::unique_ptr<BegunUpload> unread_upload(const std::string& id) {
+    return unread([&] { return upload(id); });
+  }
+  void expect_dropped(UnreadCall& call) {
+    EXPECT_TRUE(comes_true([&] {
+      call.poll();
+      return state().calls.open() == 0;
+    }));
+    expect_stalled(call.finish());
+  }
+  static void expect_stalled(const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+    EXPECT_NE(status.error_message().find("STREAM_STALLED"), std::string::npos) << status.error_message();
+  }
 };
 
 TEST_F(UnreadAnswers, CountAsOpenCallsUntilTheyAreRead) {
-  const auto first = unread(), second = unread();
+  const auto first = unread_list(), second = unread_list();
   const grpc::Status refused = list()->finish();
   EXPECT_EQ(failure_of(refused).reason, "SERVER_BUSY") << refused.error_message();
   EXPECT_TRUE(failure_of(refused).retry);
@@ -251,19 +309,49 @@ TEST_F(UnreadAnswers, CountAsOpenCallsUntilTheyAreRead) {
   EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
 }
 
-TEST_F(UnreadAnswers, AreDroppedInTheEnd) {
-  const auto call = unread();
-  EXPECT_TRUE(comes_true([&] {
-    call->poll();
-    return state().calls.open() == 0;
-  }));
-  const grpc::Status status = call->finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_NE(status.error_message().find("STREAM_STALLED"), std::string::npos) << status.error_message();
+TEST_F(UnreadAnswers, OfUploadsCountAsOpenCallsUntilTheyAreRead) {
+  const std::string id = server_.upload_good(with_many_regions());
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+  std::vector<std::unique_ptr<BegunUpload>> uploads;
+  for (int i = 0; i < 9; ++i) uploads.push_back(unread_upload(id));
+  const grpc::Status refused = upload(id)->finish();
+  EXPECT_EQ(failure_of(refused).reason, "SERVER_BUSY") << refused.error_message();
+  EXPECT_TRUE(failure_of(refused).retry);
+  EXPECT_TRUE(server_.slice(slice_request(id_, 0.5, 0, 10)).status.ok()) << "what is small is served";
+  for (const auto& call : uploads) {
+    EXPECT_TRUE(call->finish().ok());
+    EXPECT_TRUE(call->response.already_cached());
+    EXPECT_GT(call->response.ByteSizeLong(), 4u * (16 << 10)) << "each counts as five calls";
+    EXPECT_LT(call->response.ByteSizeLong(), 5u * (16 << 10));
+  }
+  EXPECT_TRUE(upload(id)->finish().ok());
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+}
+
+TEST_F(UnreadAnswers, AreDroppedInTheEnd) { expect_dropped(*unread_list()); }
+
+TEST_F(UnreadAnswers, OfUploadsAreDroppedInTheEnd) {
+  const std::string id = server_.upload_good(with_many_regions());
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+  expect_dropped(*unread_upload(id));
+}
+
+TEST_F(UnreadAnswers, OfUploadsAreDroppedWhereMemoryRunsShort) {
+  const std::string id = server_.upload_good(with_many_regions());
+  EXPECT_TRUE(eventually([this] { return state().calls.open() == 0; }, 5s));
+  const auto call = unread_upload(id);
+  EXPECT_TRUE(eventually(
+      [&] {
+        server_.server().relieve();
+        call->poll();
+        return state().calls.open() == 0;
+      },
+      5s));
+  expect_stalled(call->finish());
 }
 
 TEST_F(UnreadAnswers, GoWithTheirConnections) {
-  auto call = unread();
+  const auto call = unread_list();
   call->context.TryCancel();
   EXPECT_TRUE(comes_true([&] {
     call->poll();
