@@ -18,7 +18,12 @@ class CountedCall final : public grpc::experimental::Interceptor {
   ~CountedCall() override { connections_.end_call(connection_, ConnectionTable::Clock::now(), served_); }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
-    if (methods->QueryInterceptionHookPoint(grpc::experimental::InterceptionHookPoints::PRE_SEND_STATUS)) {
+    using grpc::experimental::InterceptionHookPoints;
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
+        methods->GetRecvMessage() != nullptr) {  // None: the end of a stream.
+      connections_.note_message(connection_, ConnectionTable::Clock::now());
+    }
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
       served_ = methods->GetSendStatus().error_code() != grpc::StatusCode::CANCELLED;
     }
     methods->Proceed();

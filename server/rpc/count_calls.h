@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Tells the table of connections of every call, whichever service of the server it is for: one begins when gRPC has
-// its request (its headers, where requests come as a stream), and ends when gRPC is done with it.
+// its request (its headers, where requests come as a stream), and ends when gRPC is done with it. And of every message
+// that has come in whole.
 
 #pragma once
 

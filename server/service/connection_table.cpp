@@ -28,7 +28,10 @@ constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0,
 /// To look for connections that have left costs a system call for each: where a limit is reached, and else.
 constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
 /// Pings and settings take less within any time of idleness.
-constexpr std::uint64_t kArrivingBytes = 16 << 10;
+constexpr std::int64_t kArrivingBytes = 16 << 10;
+/// Where calls are open, a message that comes has so long to be whole before it counts: what fast uploads bring at any
+/// one time is more than may arrive.
+constexpr auto kToBeWhole = 1s;
 
 bool is_ipv4(const Peer& peer) { return std::equal(kMappedIpv4.begin(), kMappedIpv4.end(), peer.address.begin()); }
 
@@ -54,13 +57,17 @@ std::string bare_host(std::string host) {
   return host.substr(0, host.find('%'));
 }
 
-/// Bytes that the peer has sent and the kernel has acknowledged.
-std::uint64_t received_bytes(int descriptor) {
+/// Bytes that the peer has sent and the kernel has acknowledged, without what HTTP/2 may have had it say to those that
+/// were sent to him: updates of two windows, of 13 bytes each, where it reads 4 KiB, and besides an answer to a ping,
+/// of 17, where it reads a single small message. So it may sink.
+std::int64_t received_bytes(int descriptor) {
+  constexpr std::uint64_t kReadByByte = 128, kByMessage = 64;
   tcp_info info{};
   socklen_t size = sizeof info;
   if (getsockopt(descriptor, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return 0;
-  return size < offsetof(tcp_info, tcpi_bytes_received) + sizeof info.tcpi_bytes_received ? 0
-                                                                                          : info.tcpi_bytes_received;
+  if (size < offsetof(tcp_info, tcpi_data_segs_out) + sizeof info.tcpi_data_segs_out) return 0;
+  return static_cast<std::int64_t>(info.tcpi_bytes_received) -
+         static_cast<std::int64_t>(info.tcpi_bytes_acked / kReadByByte + info.tcpi_data_segs_out * kByMessage);
 }
 
 /// Stays that socket whatever happens to the number meanwhile. Nothing if the number stands for another file.
@@ -122,8 +129,13 @@ ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>
   };
   if (refusal() != ConnectionVerdict::kTaken && now - looked_at_ >= kBetweenLooks) forget_left(now);
   if (const ConnectionVerdict verdict = refusal(); verdict != ConnectionVerdict::kTaken) return verdict;
-  connections_[descriptor] = {
-      .id = ++last_id_, .device = file.st_dev, .inode = file.st_ino, .peer = peer, .idle_since = now, .served = now};
+  connections_[descriptor] = {.id = ++last_id_,
+                              .device = file.st_dev,
+                              .inode = file.st_ino,
+                              .peer = peer,
+                              .idle_since = now,
+                              .served = now,
+                              .whole = now};
   descriptors_[last_id_] = descriptor;
   if (peer) {
     ids_[*peer] = last_id_;
@@ -140,6 +152,15 @@ ConnectionTable::ConnectionId ConnectionTable::begin_call(const Peer& peer) {
   return id->second;
 }
 
+void ConnectionTable::note_message(ConnectionId id, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  const auto descriptor = descriptors_.find(id);
+  if (descriptor == descriptors_.end()) return;
+  Connection& connection = connections_.at(descriptor->second);
+  connection.whole = now;
+  connection.received_bytes = received_bytes(descriptor->second);
+}
+
 void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool served) {
   const std::lock_guard lock(mutex_);
   const auto descriptor = descriptors_.find(id);
@@ -148,7 +169,7 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
   --connection.calls;
   connection.idle_since = now;
   if (!served) return;
-  connection.served = now;
+  connection.served = connection.whole = now;
   connection.received_bytes = received_bytes(descriptor->second);
 }
 
@@ -160,19 +181,19 @@ ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
   for (auto& [descriptor, connection] : connections_) {
     drop_if_due(descriptor, connection, now, looks_closely, dropped);
   }
-  if (limits_.arriving_bytes > 0 && some_arrives()) drop_greedy(dropped);
+  if (limits_.arriving_bytes > 0 && some_arrives(now)) drop_greedy(now, dropped);
   return dropped;
 }
 
 /// Whether much has come over one of every few connections, others each time: who attacks has many of them, and to look
 /// at thousands that are idle takes its time. REQUIRES: the lock.
-bool ConnectionTable::some_arrives() {
+bool ConnectionTable::some_arrives(Clock::time_point now) {
   constexpr std::size_t kParts = 4, kFew = 256;
   ++looks_;
-  return std::ranges::any_of(connections_, [this](const auto& each) {
+  return std::ranges::any_of(connections_, [this, now](const auto& each) {
     const Connection& connection = each.second;
     if (connections_.size() > kFew && connection.id % kParts != looks_ % kParts) return false;
-    return may_be_greedy(connection) && brings_much(each.first, connection);
+    return may_be_greedy(connection, now) && brings_much(each.first, connection);
   });
 }
 
@@ -205,8 +226,9 @@ ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iter
   return connections_.erase(connection);
 }
 
-bool ConnectionTable::may_be_greedy(const Connection& connection) {
-  return connection.peer && !connection.dropped && connection.calls == 0;
+bool ConnectionTable::may_be_greedy(const Connection& connection, Clock::time_point now) {
+  if (!connection.peer || connection.dropped) return false;
+  return connection.calls == 0 || now - connection.whole >= kToBeWhole;
 }
 
 bool ConnectionTable::brings_much(int socket, const Connection& connection) {
@@ -214,16 +236,16 @@ bool ConnectionTable::brings_much(int socket, const Connection& connection) {
 }
 
 /// REQUIRES: the lock.
-void ConnectionTable::drop_greedy(Dropped& dropped) {
+void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   struct Arriving {
-    std::uint64_t bytes;
+    std::int64_t bytes;
     Connection* connection;
     Descriptor socket;
   };
   std::vector<Arriving> all;
-  std::uint64_t sum = 0;
+  std::int64_t sum = 0;
   for (auto& [descriptor, connection] : connections_) {
-    if (!may_be_greedy(connection)) continue;
+    if (!may_be_greedy(connection, now)) continue;
     Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
     if (!socket || !brings_much(socket.get(), connection)) continue;
     all.push_back({received_bytes(socket.get()) - connection.received_bytes, &connection, std::move(socket)});
@@ -231,7 +253,7 @@ void ConnectionTable::drop_greedy(Dropped& dropped) {
   }
   std::ranges::sort(all, std::greater<>(), &Arriving::bytes);
   for (const Arriving& most : all) {
-    if (sum <= limits_.arriving_bytes) return;
+    if (sum <= static_cast<std::int64_t>(limits_.arriving_bytes)) return;
     sum -= most.bytes;
     shutdown(most.socket.get(), SHUT_RDWR);
     most.connection->dropped = true;

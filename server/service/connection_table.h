@@ -44,7 +44,7 @@ struct ConnectionLimits {
   std::size_t per_address = 0;            // Unix sockets have no addresses.
   std::chrono::milliseconds idle{0};      // Without a call for so long: dropped. 0: never.
   std::chrono::milliseconds arriving{0};  // Without a served one if much has come meanwhile: dropped. 0: never.
-  std::uint64_t arriving_bytes = 0;       // Come over all of those together: beyond it some are dropped. 0: any.
+  std::uint64_t arriving_bytes = 0;       // Come over all together of what isn't whole: beyond it, dropped. 0: any.
 };
 
 enum class ConnectionVerdict { kTaken, kTooMany, kTooManyOfAddress };
@@ -63,6 +63,8 @@ class ConnectionTable {
 
   /// A call begins on the connection from there. To be given back with end_call().
   [[nodiscard]] ConnectionId begin_call(const Peer& peer);
+  /// A message of a call has come in whole.
+  void note_message(ConnectionId id, Clock::time_point now);
   /// `served`: not if it was cancelled, perhaps before its request had come.
   void end_call(ConnectionId id, Clock::time_point now, bool served);
 
@@ -70,7 +72,8 @@ class ConnectionTable {
     std::size_t idle = 0, arriving = 0, greedy = 0;
   };
   /// Forgets connections that have left, and shuts down those whose time is up: whoever serves them closes them then.
-  /// Likewise those over which most has come of requests that aren't whole, until the others are within the bound.
+  /// Likewise those over which most has come of messages that aren't whole, whatever calls are open on them, until the
+  /// others are within the bound.
   /// Unix sockets are left alone, as calls don't tell which of them they came by.
   Dropped sweep(Clock::time_point now);
 
@@ -84,8 +87,9 @@ class ConnectionTable {
     std::optional<Peer> peer;
     std::size_t calls = 0;
     Clock::time_point idle_since;
-    Clock::time_point served;          // When a call was served last,
-    std::uint64_t received_bytes = 0;  // and what had come by then.
+    Clock::time_point served;         // When a call was served last,
+    Clock::time_point whole;          // or a message had come in whole,
+    std::int64_t received_bytes = 0;  // and what had come by then.
     bool dropped = false;
   };
   using Connections = std::unordered_map<int, Connection>;  // By their descriptors.
@@ -94,10 +98,10 @@ class ConnectionTable {
   Connections::iterator forget(Connections::iterator connection);
   void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
                    Dropped& dropped) const;
-  bool some_arrives();
-  static bool may_be_greedy(const Connection& connection);
+  bool some_arrives(Clock::time_point now);
+  static bool may_be_greedy(const Connection& connection, Clock::time_point now);
   static bool brings_much(int socket, const Connection& connection);
-  void drop_greedy(Dropped& dropped);
+  void drop_greedy(Clock::time_point now, Dropped& dropped);
 
   const ConnectionLimits limits_;
   mutable std::mutex mutex_;

@@ -10,12 +10,15 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "server/service/listen_socket.h"
+#include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
 namespace ccslice::server {
@@ -74,19 +77,26 @@ std::string frame(char kind, char flags, char stream, const std::string& payload
          payload;
 }
 
+constexpr char kData = 0, kHeaders = 1;
+
 std::string literal(const std::string& name, const std::string& value) {
   return "\0"s + static_cast<char>(name.size()) + name + static_cast<char>(value.size()) + value;
 }
 
 const std::string kGreeting = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(4, 0, 0, "");
 
+/// How a call begins.
+std::string headers(char stream, const std::string& method) {
+  return frame(kHeaders, 4, stream,
+               literal(":method", "POST") + literal(":scheme", "http") +
+                   literal(":path", "/ccslice.v1.SlicerService/" + method) + literal(":authority", "server") +
+                   literal("te", "trailers") + literal("content-type", "application/grpc"));
+}
+
 /// A request that says it has 1 MB, and 32 KB of it.
-std::string half_a_request() {
-  const std::string headers = literal(":method", "POST") + literal(":scheme", "http") +
-                              literal(":path", "/ccslice.v1.SlicerService/GetMesh") + literal(":authority", "server") +
-                              literal("te", "trailers") + literal("content-type", "application/grpc");
-  const std::string part(16'000, 'x');
-  return frame(1, 4, 1, headers) + frame(0, 0, 1, "\0\0\x10\0\0"s) + frame(0, 0, 1, part) + frame(0, 0, 1, part);
+std::string half_a_request(char stream = 1) {
+  const std::string part = frame(kData, 0, stream, std::string(16'000, 'x'));
+  return headers(stream, "GetMesh") + frame(kData, 0, stream, "\0\0\x10\0\0"s) + part + part;
 }
 
 TEST(Connections, AreRefusedBeyondTheirNumberAndTakenAgainWhenOthersHaveLeft) {
@@ -136,6 +146,38 @@ TEST(Connections, WithRequestsThatDontComeInWholeAreDropped) {
   bare.send(kGreeting + half_a_request());
   EXPECT_FALSE(bare.is_closed_within(500ms));
   EXPECT_TRUE(bare.is_closed_within(5s));
+  EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+TEST(Connections, WithRequestsThatDontComeInWholeAreFewAlsoWhereACallIsOpenOnEach) {
+  ServerOptions options = test_options();
+  options.connection_budget_bytes = 8 << 20;
+  TestServer server(options);
+  const std::string mesh_id = server.upload_good(make_box(2, 10));
+  grpc::ClientContext context;
+  const auto stub = server.new_stub();
+  const auto points = stub->ProbePoints(&context);
+  std::vector<std::unique_ptr<BareConnection>> all;
+  for (int i = 0; i < 100; ++i) {  // 3.2 MB of the 2 MiB that may arrive.
+    all.push_back(std::make_unique<BareConnection>(server.server().address()));
+    all.back()->send(kGreeting + headers(1, "Preview"));
+  }
+  auto& calls = server.server().state().calls;
+  ASSERT_TRUE(eventually([&] { return calls.open() == 101; }, 10s)) << calls.open();
+  for (const auto& each : all) each->send(half_a_request(3));
+  const auto dropped = [&] {
+    return std::ranges::count_if(all, [](auto& each) { return each->is_closed_within(1ms); });
+  };
+  EXPECT_TRUE(eventually([&] { return dropped() >= 30; }, 10s)) << dropped();
+  EXPECT_LE(dropped(), 60) << "until the others are within the bound";
+
+  v1::ProbePointsRequest request;
+  request.set_mesh_id(mesh_id);
+  for (int i = 0; i < 3; ++i) request.add_points_mm(5);
+  v1::ProbePointsResponse response;
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(points->Write(request) && points->Read(&response)) << i;
+  points->WritesDone();
+  EXPECT_TRUE(points->Finish().ok());
   EXPECT_TRUE(ask(server.stub()).ok());
 }
 

@@ -49,6 +49,20 @@ class Keeper {
     const std::lock_guard lock(mutex_);
     kept_.clear();
   }
+  /// Takes in what has come: the system keeps only so much.
+  void read_all() {
+    const std::lock_guard lock(mutex_);
+    std::string bytes(1 << 20, '\0');
+    for (const Descriptor& each : kept_) {
+      while (read(each.get(), bytes.data(), bytes.size()) > 0) {
+      }
+    }
+  }
+  /// Over the connection that came last, as much as it takes in now. How much that was.
+  std::size_t send(const std::string& bytes) {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(std::max<ssize_t>(write(kept_.back().get(), bytes.data(), bytes.size()), 0));
+  }
 
  private:
   std::mutex mutex_;
@@ -75,6 +89,18 @@ bool is_closed_soon(const Descriptor& socket, int limit_ms = 5000) {
   pollfd wait{.fd = socket.get(), .events = POLLIN, .revents = 0};
   char byte = 0;
   return poll(&wait, 1, limit_ms) == 1 && read(socket.get(), &byte, 1) <= 0;
+}
+
+void send_kib(const Descriptor& socket, std::size_t kib) {
+  const std::string much(kib << 10, 'x');
+  ASSERT_EQ(write(socket.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+}
+
+Peer own_address(const Descriptor& socket) {
+  sockaddr_storage own{};
+  socklen_t size = sizeof own;
+  getsockname(socket.get(), reinterpret_cast<sockaddr*>(&own), &size);
+  return *peer_of(own);
 }
 
 ConnectionLimits limits(std::size_t connections, std::size_t per_address) {
@@ -190,6 +216,74 @@ TEST(ConnectionListener, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTh
   EXPECT_TRUE(is_closed_soon(callers[0]));
   EXPECT_FALSE(is_closed_soon(callers[1], 500));
   EXPECT_FALSE(is_closed_soon(callers[2], 500));
+}
+
+TEST(ConnectionListener, DropsThemAlsoWhileCallsAreOpenOnThemButNotWhereAllMessagesComeInWhole) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving_bytes = 128 << 10;
+  Keeper keeper(some);
+  const Descriptor half = call_from("127.0.0.1", keeper.address()), whole = call_from("127.0.0.2", keeper.address()),
+                   slow = call_from("127.0.0.3", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(3));
+  std::vector<ConnectionTable::ConnectionId> calls;
+  for (const Descriptor* const each : {&half, &whole, &slow}) {
+    calls.push_back(keeper.table().begin_call(own_address(*each)));
+    ASSERT_NE(calls.back(), 0u);
+  }
+  for (int i = 0; i < 10; ++i) {
+    send_kib(whole, 64);
+    usleep(50'000);
+    keeper.read_all();
+    keeper.table().note_message(calls[1], ConnectionTable::Clock::now());
+  }
+  send_kib(slow, 96);
+  EXPECT_FALSE(is_closed_soon(slow, 2000)) << "one request that comes slowly";
+  send_kib(half, 192);
+  EXPECT_TRUE(is_closed_soon(half));
+  EXPECT_FALSE(is_closed_soon(slow, 500));
+  EXPECT_FALSE(is_closed_soon(whole, 500));
+}
+
+TEST(ConnectionListener, GivesMessagesThatComeFastTheTimeToBeWhole) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving_bytes = 128 << 10;
+  Keeper keeper(some);
+  const Descriptor fast = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  const ConnectionTable::ConnectionId call = keeper.table().begin_call(own_address(fast));
+  for (const auto ahead : {1h, 0h}) {  // However long this test takes.
+    keeper.read_all();
+    keeper.table().note_message(call, ConnectionTable::Clock::now() + ahead);
+    send_kib(fast, 256);
+    usleep(50'000);
+    keeper.read_all();
+    EXPECT_EQ(is_closed_soon(fast, ahead > 0h ? 1500 : 5000), ahead == 0h);
+  }
+}
+
+/// HTTP/2 has whoever reads send a little: updates of windows, answers to pings.
+TEST(ConnectionListener, TakesWhatAReaderOfLongAnswersSendsForNoRequest) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving_bytes = 24 << 10;
+  Keeper keeper(some);
+  const Descriptor reader = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  ASSERT_NE(keeper.table().begin_call(own_address(reader)), 0u);
+  std::string answer(1 << 20, 'x');
+  std::size_t sent = 0, read = 0;
+  for (std::size_t said_kib = 0; read < (32u << 20);) {
+    sent += keeper.send(answer);
+    while (read < sent) {
+      const ssize_t more = recv(reader.get(), answer.data(), answer.size(), 0);
+      ASSERT_GT(more, 0);
+      read += static_cast<std::size_t>(more);
+    }
+    for (; said_kib < read / 200 / 1024; ++said_kib) send_kib(reader, 1);
+    keeper.read_all();
+  }
+  EXPECT_FALSE(is_closed_soon(reader, 2500));
+  send_kib(reader, 256);
+  EXPECT_TRUE(is_closed_soon(reader)) << "that is more";
 }
 
 TEST(ConnectionListener, FindsThemAmongHundredsThatAreIdle) {
