@@ -29,9 +29,14 @@ constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0,
 constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
 /// Pings and settings take less within any time of idleness.
 constexpr std::int64_t kArrivingBytes = 16 << 10;
-/// Where calls are open, a message that comes has so long to be whole before it counts: what fast uploads bring at any
-/// one time is more than may arrive.
-constexpr auto kToBeWhole = 1s;
+/// Where calls are open, a message has some time to be whole before it counts, as slow uploads send chunks of 1 MiB at
+/// 100 KiB a second. What is more than one message has less.
+std::chrono::milliseconds time_to_be_whole(std::int64_t bytes) {
+  constexpr std::int64_t kOneMessageBytes = (4 << 20) + (64 << 10), kSlowBytesPerMs = 128;
+  constexpr std::chrono::milliseconds kAtLeast = 1s, kAtMost = 10s;
+  if (bytes > kOneMessageBytes) return kAtLeast;
+  return std::min(kAtLeast + std::chrono::milliseconds(bytes / kSlowBytesPerMs), kAtMost);
+}
 
 bool is_ipv4(const Peer& peer) { return std::equal(kMappedIpv4.begin(), kMappedIpv4.end(), peer.address.begin()); }
 
@@ -193,7 +198,7 @@ bool ConnectionTable::some_arrives(Clock::time_point now) {
   return std::ranges::any_of(connections_, [this, now](const auto& each) {
     const Connection& connection = each.second;
     if (connections_.size() > kFew && connection.id % kParts != looks_ % kParts) return false;
-    return may_be_greedy(connection, now) && brings_much(each.first, connection);
+    return counted_bytes(each.first, connection, now) > 0;
   });
 }
 
@@ -226,13 +231,18 @@ ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iter
   return connections_.erase(connection);
 }
 
-bool ConnectionTable::may_be_greedy(const Connection& connection, Clock::time_point now) {
-  if (!connection.peer || connection.dropped) return false;
-  return connection.calls == 0 || now - connection.whole >= kToBeWhole;
-}
-
 bool ConnectionTable::brings_much(int socket, const Connection& connection) {
   return received_bytes(socket) >= connection.received_bytes + kArrivingBytes;
+}
+
+/// What has come over the connection and belongs to nothing that is whole. 0 if it's little, or has time to be whole.
+std::int64_t ConnectionTable::counted_bytes(int socket, const Connection& connection, Clock::time_point now) {
+  if (!connection.peer || connection.dropped) return 0;
+  const bool is_open = connection.calls > 0;
+  if (is_open && now - connection.whole < time_to_be_whole(0)) return 0;
+  const std::int64_t bytes = received_bytes(socket) - connection.received_bytes;
+  if (bytes < kArrivingBytes || (is_open && now - connection.whole < time_to_be_whole(bytes))) return 0;
+  return bytes;
 }
 
 /// REQUIRES: the lock.
@@ -245,11 +255,12 @@ void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   std::vector<Arriving> all;
   std::int64_t sum = 0;
   for (auto& [descriptor, connection] : connections_) {
-    if (!may_be_greedy(connection, now)) continue;
+    if (counted_bytes(descriptor, connection, now) == 0) continue;
     Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
-    if (!socket || !brings_much(socket.get(), connection)) continue;
-    all.push_back({received_bytes(socket.get()) - connection.received_bytes, &connection, std::move(socket)});
-    sum += all.back().bytes;
+    const std::int64_t bytes = socket ? counted_bytes(socket.get(), connection, now) : 0;
+    if (bytes == 0) continue;
+    all.push_back({bytes, &connection, std::move(socket)});
+    sum += bytes;
   }
   std::ranges::sort(all, std::greater<>(), &Arriving::bytes);
   for (const Arriving& most : all) {

@@ -99,8 +99,8 @@ class ConnectionTable {
   void drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
                    Dropped& dropped) const;
   bool some_arrives(Clock::time_point now);
-  static bool may_be_greedy(const Connection& connection, Clock::time_point now);
   static bool brings_much(int socket, const Connection& connection);
+  static std::int64_t counted_bytes(int socket, const Connection& connection, Clock::time_point now);
   void drop_greedy(Clock::time_point now, Dropped& dropped);
 
   const ConnectionLimits limits_;

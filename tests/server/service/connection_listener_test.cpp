@@ -261,6 +261,24 @@ TEST(ConnectionListener, GivesMessagesThatComeFastTheTimeToBeWhole) {
   }
 }
 
+/// A chunk of 1 MiB takes some seconds over a slow line; a request of 4 MiB and half of another isn't one message.
+TEST(ConnectionListener, GivesOneMessageMoreTimeToBeWholeThanSeveral) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving_bytes = 128 << 10;
+  Keeper keeper(some);
+  const Descriptor slow = call_from("127.0.0.1", keeper.address()), several = call_from("127.0.0.2", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  ASSERT_NE(keeper.table().begin_call(own_address(slow)), 0u);
+  ASSERT_NE(keeper.table().begin_call(own_address(several)), 0u);
+  for (int mib = 0; mib < 6; ++mib) {
+    if (mib == 0) send_kib(slow, 1024);
+    send_kib(several, 1024);
+    keeper.read_all();
+  }
+  EXPECT_TRUE(is_closed_soon(several, 4000));
+  EXPECT_FALSE(is_closed_soon(slow, 0));
+}
+
 /// HTTP/2 has whoever reads send a little: updates of windows, answers to pings.
 TEST(ConnectionListener, TakesWhatAReaderOfLongAnswersSendsForNoRequest) {
   ConnectionLimits some = limits(10, 10);
