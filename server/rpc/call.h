@@ -79,7 +79,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     return std::nullopt;
   }
 
-  /// Likewise, for a call that keeps so much of its requests. Throws ServiceError{kServerBusy}.
+  /// Counts so many bytes of requests, in place of those before: for a call that keeps something of them. Throws
+  /// ServiceError{kServerBusy}.
   void hold_request_bytes(std::uint64_t bytes) {
     if (request_bytes_.resize(bytes)) return;
     throw ServiceError(ServiceErrorCode::kServerBusy,

@@ -72,8 +72,8 @@ class ConnectionTable {
     std::size_t idle = 0, arriving = 0, greedy = 0;
   };
   /// Forgets connections that have left, and shuts down those whose time is up: whoever serves them closes them then.
-  /// Likewise those over which most has come of messages that aren't whole, whatever calls are open on them, until the
-  /// others are within the bound.
+  /// It shuts down those, too, over which most has come of messages that aren't whole, whatever calls are open on them,
+  /// until the others are within the bound.
   /// Unix sockets are left alone, as calls don't tell which of them they came by.
   Dropped sweep(Clock::time_point now);
 

@@ -38,7 +38,7 @@ UsedMeshes used_meshes(const std::vector<std::shared_ptr<IdleCall>>& calls, std:
   return meshes;
 }
 
-/// Those that may go, the most silent ones first.
+/// Meshes that may go, the most silent ones first.
 std::vector<const UsedMesh*> silent_meshes(const UsedMeshes& meshes, const RefusedMesh& refused) {
   std::map<std::string, std::uint64_t> bytes_of;
   for (const auto& used : meshes) {

@@ -172,7 +172,7 @@ class HardPoints : public ::testing::Test {
   v1::ProbePointsRequest request_;
 };
 
-/// Of two calls of a client, where another one waits for memory. There is some for three solvers and most of a fourth.
+/// A client has two calls, and another one waits for memory. There is some for three solvers and most of a fourth.
 class GivingWayWithPoints : public HardPoints {
  protected:
   GivingWayWithPoints() : HardPoints(64 << 20) {}
@@ -201,7 +201,7 @@ class GivingWayWithPoints : public HardPoints {
   std::atomic<bool> runs_{false}, is_refused_{false};
 };
 
-/// Of a server with memory for nearly five solvers, half of which is for short work.
+/// The server has memory for nearly five solvers, half of which is for short work.
 class PointsOfManyCalls : public HardPoints {
  protected:
   PointsOfManyCalls() : HardPoints(80 << 20) {}

@@ -401,14 +401,18 @@ TEST(UploadMesh, ThatFallsSilentKeepsNobodyOutAndEndsForItsPace) {
   EXPECT_EQ(failure_of(writer->Finish()).reason, "UPLOAD_TOO_SLOW");
 }
 
-TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
+/// Options of a server whose cache has room for two meshes like make_block(2, 10), and not for a third one.
+ServerOptions room_for_two_meshes() {
   TestServer probe;
-  v1::UploadMeshResponse first;
-  ASSERT_TRUE(probe.upload(make_block(2, 10), &first).ok());
-
+  v1::UploadMeshResponse one;
+  EXPECT_TRUE(probe.upload(make_block(2, 10), &one).ok());
   ServerOptions options = test_options();
-  options.cache_bytes = first.mesh().memory_bytes() * 5 / 2;
-  TestServer server(options);
+  options.cache_bytes = one.mesh().memory_bytes() * 5 / 2;
+  return options;
+}
+
+TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
+  TestServer server(room_for_two_meshes());
   const std::string a = server.upload_good(make_block(2, 10));
   const std::string b = server.upload_good(make_block(2, 11));
   const std::string c = server.upload_good(make_block(2, 12));
@@ -422,13 +426,7 @@ TEST(UploadMesh, DropsTheLeastRecentlyUsedMeshWhenTheCacheIsFull) {
 }
 
 TEST(UploadMesh, FindsRoomInACacheThatSilentClientsFill) {
-  TestServer probe;
-  v1::UploadMeshResponse first;
-  ASSERT_TRUE(probe.upload(make_block(2, 10), &first).ok());
-
-  ServerOptions options = test_options();
-  options.cache_bytes = first.mesh().memory_bytes() * 5 / 2;
-  TestServer server(options);
+  TestServer server(room_for_two_meshes());
   grpc::ClientContext preview_context, points_context;
   v1::PreviewRequest preview;
   preview.set_mesh_id(server.upload_good(make_block(2, 10)));

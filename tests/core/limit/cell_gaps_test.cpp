@@ -60,7 +60,7 @@ TEST(CellGaps, AreRoundTheInnerCornerOfASlit) {
   }
 }
 
-// Of two tetrahedra three common vertices are a face.
+// Three vertices that two tetrahedra share are a face.
 TEST(CellGaps, AreNotBetweenTetrahedraThatShareAFace) {
   const ControlMesh mesh = oracle::kuhn_box(1);
   for (const auto& [one, other] : pairs_across_gaps(mesh)) {
