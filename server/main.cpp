@@ -23,6 +23,7 @@
 #include "server/rpc/health_client.h"
 #include "server/rpc/server.h"
 #include "server/service/access.h"
+#include "server/service/heap_trim.h"
 #include "server/service/logging.h"
 #include "server/service/option_values.h"
 #include "server/service/options.h"
@@ -164,6 +165,7 @@ int run(const std::vector<std::string>& arguments, StopSignals& signals) {
 
 int main(int argc, char** argv) {
   ccslice::server::StopSignals signals;
+  ccslice::server::bound_kept_memory();
   try {
     return ccslice::server::run({argv + 1, argv + argc}, signals);
   } catch (const ccslice::server::OptionError& error) {

@@ -41,7 +41,7 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
   return out;
 }
 
-BitImage arranged_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement) {
+void arrange_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement, BitImage& out) {
   const LayerWindow& to = arrangement.to;
   std::vector<VoxelRun> placed;
   for (const VoxelRun& span : spans) {
@@ -52,7 +52,7 @@ BitImage arranged_bits(std::span<const VoxelRun> spans, const Arrangement& arran
     if (arrangement.order.rows_descending) there.row = to.rows - 1 - there.row;
     if (arrangement.order.columns_descending) there = {there.row, to.columns - there.end, to.columns - there.begin};
   }
-  return to_bit_image(placed, to.columns, to.rows);
+  draw_bits(placed, to.columns, to.rows, out);
 }
 
 }  // namespace ccslice

@@ -38,7 +38,7 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
                                       const Arrangement& arrangement, std::vector<std::uint8_t>& out,
                                       const CancellationToken& cancel);
 
-/// The voxels of spans as a picture of arrangement.to; arrangement.from doesn't matter.
-BitImage arranged_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement);
+/// Draws the voxels of spans as a picture of arrangement.to; arrangement.from doesn't matter.
+void arrange_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement, BitImage& out);
 
 }  // namespace ccslice

@@ -67,7 +67,13 @@ std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& la
 }
 
 BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height) {
-  BitImage image(width, height);
+  BitImage image;
+  draw_bits(spans, width, height, image);
+  return image;
+}
+
+void draw_bits(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height, BitImage& image) {
+  image.clear(width, height);
   for (const VoxelRun& span : spans) {
     std::uint8_t* row = image.bits.data() + std::size_t{image.row_bytes} * span.row;
     const std::uint32_t first = span.begin / 8, last = span.end / 8;
@@ -82,7 +88,6 @@ BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std:
     std::fill(row + first + 1, row + last, std::uint8_t{0xff});
     if (before_end != 0) row[last] |= before_end;
   }
-  return image;
 }
 
 }  // namespace ccslice

@@ -26,6 +26,13 @@ struct BitImage {
   BitImage() = default;
   BitImage(std::uint32_t w, std::uint32_t h)
       : width(w), height(h), row_bytes((w + 7) / 8), bits(std::size_t{row_bytes} * h) {}
+  /// All 0, in the memory that there is.
+  void clear(std::uint32_t w, std::uint32_t h) {
+    width = w;
+    height = h;
+    row_bytes = (w + 7) / 8;
+    bits.assign(std::size_t{row_bytes} * h, 0);
+  }
   bool get(std::uint32_t x, std::uint32_t y) const {
     return bits[std::size_t{row_bytes} * y + x / 8] >> (7 - x % 8) & 1;
   }
@@ -49,5 +56,7 @@ std::vector<VoxelRun> rasterize(const Contours& contours, const LayerLattice& la
                                 const CancellationToken& cancel = {});
 
 BitImage to_bit_image(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height);
+/// The same, in the memory that `image` has.
+void draw_bits(std::span<const VoxelRun> spans, std::uint32_t width, std::uint32_t height, BitImage& image);
 
 }  // namespace ccslice

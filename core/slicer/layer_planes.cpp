@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "core/output/encodings.h"
 #include "core/output/region_colours.h"
@@ -88,20 +89,22 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
   std::vector<EncodedPlane> planes;
   const PixelPitch pitch{job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
   std::span<const ContonePlane> left = std::span(contone_).first(shown_);
-  BitImage bits;
-  std::vector<std::uint8_t> indices;
   if (shows_materials(job_)) {
-    materials.indices = arrange(materials.indices, 1, arrangement, indices, cancel);
+    materials.indices = arrange(materials.indices, 1, arrangement, indices_, cancel);
     materials.width = arrangement.to.columns;
     materials.height = arrangement.to.rows;
     materials.pitch = pitch;
   }
-  std::vector<std::uint8_t> ordered_regions;
+  bool has_bits = false;
+  const auto inside = [&]() -> const BitImage& {
+    if (!std::exchange(has_bits, true)) arrange_bits(spans, arrangement, bits_);
+    return bits_;
+  };
   std::span<const std::uint8_t> region_numbers;
   if (shows_cell_regions(job_)) {
     draw_regions(regions, arrangement.to, region_numbers_);
     region_numbers =
-        arrange(region_numbers_, 1, {arrangement.to, arrangement.to, arrangement.order}, ordered_regions, cancel);
+        arrange(region_numbers_, 1, {arrangement.to, arrangement.to, arrangement.order}, ordered_regions_, cancel);
   }
   for (const PlaneSpec& plane : job_.planes) {
     if (plane.content == PlaneContent::kCellRegions) {
@@ -120,17 +123,13 @@ std::vector<EncodedPlane> LayerPlanes::encode(std::span<const VoxelRun> spans, I
     SampleImage image;
     std::vector<std::string> names;
     if (plane.content == PlaneContent::kOccupancy) {
-      if (bits.bits.empty()) bits = arranged_bits(spans, arrangement);
-      image = {SampleType::kBit, bits.width, bits.height, bits.bits};
+      image = {SampleType::kBit, inside().width, inside().height, inside().bits};
     } else {
       names = channel_names(plane);
       image = arranged_samples(left.first(names.size()), arrangement, cancel);
       image.channel_names = names;
       left = left.subspan(names.size());
-      if (find_encoding(plane.encoding)->has_alpha) {
-        if (bits.bits.empty()) bits = arranged_bits(spans, arrangement);
-        image.inside = bits.bits;
-      }
+      if (find_encoding(plane.encoding)->has_alpha) image.inside = inside().bits;
     }
     image.pitch = pitch;
     planes.push_back(encoder_.encode(image, plane.encoding, cancel));

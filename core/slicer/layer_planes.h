@@ -19,6 +19,7 @@
 #include "core/limit/limit_solid.h"
 #include "core/output/arrange.h"
 #include "core/output/encode.h"
+#include "core/raster/occupancy.h"
 #include "core/raster/region_runs.h"
 #include "core/raster/voxel_runs.h"
 
@@ -64,7 +65,9 @@ class LayerPlanes {
   std::size_t shown_ = 0;
   std::vector<std::uint32_t> region_palette_;
   PlaneEncoder encoder_;
-  std::vector<std::uint8_t> interleaved_, arranged_, region_numbers_;  // Scratch memory.
+  // Scratch memory:
+  std::vector<std::uint8_t> interleaved_, arranged_, indices_, region_numbers_, ordered_regions_;
+  BitImage bits_;
 };
 
 }  // namespace ccslice

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint64_t kWorthIt = 64u << 20;
 constexpr std::uint64_t kWorthItWhenIdle = 8u << 20;
+constexpr int kKeptByThread = 1 << 20, kMappedAlone = 4 << 20;
 
 std::uint64_t unknown_bytes(const HeapTrim::Figures& figures) {
   return figures.resident_bytes - std::min(figures.resident_bytes, figures.known_bytes);
@@ -29,6 +30,16 @@ std::uint64_t resident_memory_bytes() {
 }
 
 std::uint64_t free_heap_bytes() { return mallinfo2().fordblks; }
+
+// glibc's malloc_trim() gives back what lies free in between, but of a thread's own heap not the free end. That shrinks
+// when something large is freed there and the end is longer than M_TRIM_THRESHOLD, which by itself grows up to 64 MiB
+// (arena.c: heap_trim(); malloc.c: free()): with a thread for each processor that can be gigabytes. To set either of
+// the two thresholds fixes both. Blocks above M_MMAP_THRESHOLD are mapped one by one: they leave nothing behind, but
+// their pages are faulted in each time.
+void bound_kept_memory() {
+  mallopt(M_TRIM_THRESHOLD, kKeptByThread);
+  mallopt(M_MMAP_THRESHOLD, kMappedAlone);
+}
 
 bool HeapTrim::sweep() {
   if (!is_worth_it(figures_())) return false;

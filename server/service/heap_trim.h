@@ -23,6 +23,9 @@ namespace ccslice::server {
 /// What the allocator holds of what was freed, given back to the machine or not. Takes some time.
 [[nodiscard]] std::uint64_t free_heap_bytes();
 
+/// Bounds what each thread keeps of what it frees, which trimming can't reach. To be called before there are threads.
+void bound_kept_memory();
+
 /// One thread.
 class HeapTrim {
  public:

@@ -49,13 +49,18 @@ TEST(Arrange, StopsWhenCancelled) {
   EXPECT_THROW(arrange(kSamples, 1, {kFrom, kFrom, {true, false}}, out, cancel), Error);
 }
 
-TEST(ArrangedBits, CropTurnAndPackSpans) {
+TEST(ArrangeBits, CropTurnAndPackSpans) {
   const std::vector<VoxelRun> spans = {{19, 0, 50}, {20, 5, 11}, {20, 12, 40}, {21, 11, 12}};
-  const auto rows = [&](const PictureOrder& order) { return arranged_bits(spans, {kFrom, kFrom, order}).bits; };
+  BitImage image;
+  const auto rows = [&](const PictureOrder& order) {
+    arrange_bits(spans, {kFrom, kFrom, order}, image);
+    return image.bits;
+  };
   EXPECT_EQ(rows({}), (Bytes{0b10100000, 0b01000000}));
   EXPECT_EQ(rows({false, true}), (Bytes{0b01000000, 0b10100000}));
   const LayerWindow two{10, 20, 2, 2};
-  EXPECT_EQ(arranged_bits(spans, {kFrom, two, {true, false}}).bits, (Bytes{0b01000000, 0b10000000}));
+  arrange_bits(spans, {kFrom, two, {true, false}}, image);
+  EXPECT_EQ(image.bits, (Bytes{0b01000000, 0b10000000})) << "nothing is left of what was there";
 }
 
 }  // namespace

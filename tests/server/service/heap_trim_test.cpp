@@ -4,6 +4,13 @@
 #include "server/service/heap_trim.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <future>
+#include <string>
+#include <thread>
+#include <vector>
 
 namespace ccslice::server {
 namespace {
@@ -100,6 +107,37 @@ TEST(HeapTrim, IsWorthItWhenNothingRunsAndWhatNobodyKnewOfWasFreed) {
   EXPECT_FALSE(trim.sweep()) << "it is used again";
   free_bytes += 10 * kMiB;
   EXPECT_TRUE(trim.sweep());
+}
+
+/// Touched, so that the machine's memory is behind it.
+std::vector<std::string> blocks(std::size_t count, std::size_t bytes) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < count; ++i) all.emplace_back(bytes, 'x');
+  return all;
+}
+
+TEST(KeptMemory, IsLittleOfWhatAThreadHasFreed) {
+  bound_kept_memory();
+  {
+    const std::size_t mapped_bytes = mallinfo2().hblkhd;
+    // When it goes, the allocator keeps more from then on, unless it is told otherwise.
+    const std::vector<std::string> large = blocks(1, 30 * kMiB);
+    if (mallinfo2().hblkhd == mapped_bytes) GTEST_SKIP() << "sanitizers have allocators of their own";
+  }
+  std::promise<std::uint64_t> freed_bytes;
+  std::promise<void> end;
+  std::thread thread([&] {
+    const std::uint64_t before_bytes = resident_memory_bytes();
+    const std::size_t count = blocks(400, 100 << 10).size();
+    malloc_trim(0);
+    const std::uint64_t after_bytes = resident_memory_bytes();
+    EXPECT_EQ(count, 400u);
+    freed_bytes.set_value(after_bytes - std::min(after_bytes, before_bytes));
+    end.get_future().wait();
+  });
+  EXPECT_LT(freed_bytes.get_future().get(), 8 * kMiB) << "of 39 MiB";
+  end.set_value();
+  thread.join();
 }
 
 TEST(HeapTrim, KnowsWhatTheProcessHolds) { EXPECT_GT(resident_memory_bytes(), kMiB); }
