@@ -74,12 +74,21 @@ int to_ms(std::chrono::milliseconds time) {
   return time.count() == 0 ? kNever : static_cast<int>(std::min<std::int64_t>(time.count(), kNever));
 }
 
+/// A message that is compressed is bounded before it is inflated only: 4 MB of it can become 4 GB.
+void take_no_compressed_messages(grpc::ServerBuilder& builder) {
+  builder.AddChannelArgument(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, 1 << GRPC_COMPRESS_NONE);
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+}
+
 /// Idle connections are probed, so that the calls of a client that vanished without a word end too. One that doesn't
 /// even begin to speak HTTP/2 isn't waited for.
 void set_channel_arguments(const ServerOptions& options, grpc::ServerBuilder& builder) {
+  constexpr int kThreadsOfReflection = 16;  // gRPC gives each of its streams a thread.
   grpc::ResourceQuota quota("connections");
   quota.Resize(options.connection_budget_bytes);
+  quota.SetMaxThreads(kThreadsOfReflection);
   builder.SetResourceQuota(quota);
+  take_no_compressed_messages(builder);
   builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_message_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, static_cast<int>(options.max_connection_streams));
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, static_cast<int>(kHandshake.count()));
@@ -150,6 +159,7 @@ Server::HealthServer::HealthServer(const std::string& address)
   grpc::ServerBuilder builder;
   acceptor = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+  take_no_compressed_messages(builder);
   builder.SetMaxReceiveMessageSize(kHealthMessageBytes);
   server = builder.BuildAndStart();
   if (!server) throw std::runtime_error("gRPC's server of health doesn't start; --log-level debug says why");
@@ -189,7 +199,7 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 64;
+  constexpr std::size_t kEndedAtOnce = 64, kDroppedAtOnce = 512;
   constexpr std::chrono::milliseconds kUntilMemoryIsBack = 300ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
   make_room();
@@ -200,6 +210,8 @@ void Server::relieve() {
   if (!takes_too_much()) return;
   const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
   if (ended > 0) spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
+  const std::size_t dropped = listener_.connections().drop_unserved(kDroppedAtOnce, now);
+  if (dropped > 0) spdlog::warn("dropped {} connections with calls that ask for nothing: memory runs short", dropped);
 }
 
 /// For a mesh that the cache had no room for, until it is uploaded again.

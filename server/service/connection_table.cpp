@@ -272,6 +272,35 @@ void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   }
 }
 
+std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point now) {
+  constexpr std::int64_t kGreetingBytes = 256;
+  struct Unserved {
+    std::int64_t bytes;
+    Connections::iterator connection;
+  };
+  const std::lock_guard lock(mutex_);
+  std::vector<Unserved> all;
+  for (auto each = connections_.begin(); each != connections_.end(); ++each) {
+    const Connection& connection = each->second;
+    if (!connection.peer || connection.dropped || connection.calls > 0) continue;
+    const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
+    const std::int64_t bytes = received_bytes(each->first) - connection.received_bytes;
+    if (bytes >= kGreetingBytes + pings) all.push_back({bytes, each});
+  }
+  std::ranges::sort(all, std::greater<>(), &Unserved::bytes);
+  std::size_t dropped = 0;
+  for (const Unserved& most : all) {
+    if (dropped == count) break;
+    auto& [descriptor, connection] = *most.connection;
+    const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
+    if (!socket) continue;
+    shutdown(socket.get(), SHUT_RDWR);
+    connection.dropped = true;
+    ++dropped;
+  }
+  return dropped;
+}
+
 /// What arrives is only looked at closely: that costs system calls.
 void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
                                   Dropped& dropped) const {

@@ -77,6 +77,11 @@ class ConnectionTable {
   /// Unix sockets are left alone, as calls don't tell which of them they came by.
   Dropped sweep(Clock::time_point now);
 
+  /// Shuts down up to `count` of those on which no call is open, though something has come since the last one was
+  /// served: those first over which most has come. For when memory runs short: calls that are begun and never asked for
+  /// anything cost little to send, and count nowhere. How many.
+  std::size_t drop_unserved(std::size_t count, Clock::time_point now);
+
   std::size_t size() const;
 
  private:

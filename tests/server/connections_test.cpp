@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <thread>
@@ -86,11 +88,19 @@ std::string literal(const std::string& name, const std::string& value) {
 const std::string kGreeting = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(4, 0, 0, "");
 
 /// How a call begins.
-std::string headers(char stream, const std::string& method) {
+std::string headers_of(char stream, const std::string& path) {
   return frame(kHeaders, 4, stream,
-               literal(":method", "POST") + literal(":scheme", "http") +
-                   literal(":path", "/ccslice.v1.SlicerService/" + method) + literal(":authority", "server") +
-                   literal("te", "trailers") + literal("content-type", "application/grpc"));
+               literal(":method", "POST") + literal(":scheme", "http") + literal(":path", path) +
+                   literal(":authority", "server") + literal("te", "trailers") +
+                   literal("content-type", "application/grpc"));
+}
+std::string headers(char stream, const std::string& method) {
+  return headers_of(stream, "/ccslice.v1.SlicerService/" + method);
+}
+
+std::size_t threads_of_process() {
+  const std::filesystem::directory_iterator all("/proc/self/task");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
 /// A request that says it has 1 MB, and 32 KB of it.
@@ -122,6 +132,19 @@ TEST(Connections, WithoutCallsAreDroppedAndTheirClientsConnectAgain) {
   EXPECT_TRUE(bare.is_closed_within(5s));
   ASSERT_TRUE(ask(server.stub()).ok());
   EXPECT_TRUE(eventually([&] { return server.channel()->GetState(false) == GRPC_CHANNEL_IDLE; }, 5s));
+  EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+TEST(Connections, TakeNoThreadForEachStreamOfReflection) {
+  TestServer server;
+  ASSERT_TRUE(ask(server.stub()).ok());
+  const std::size_t before = threads_of_process();
+  BareConnection bare(server.server().address());
+  bare.send(kGreeting);
+  for (int stream = 1; stream < 127; stream += 2) {
+    bare.send(headers_of(static_cast<char>(stream), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
+  }
+  EXPECT_FALSE(eventually([&] { return threads_of_process() > before + 24; }, 2s)) << "of 63 streams";
   EXPECT_TRUE(ask(server.stub()).ok());
 }
 

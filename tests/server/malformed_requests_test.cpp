@@ -113,6 +113,18 @@ TEST_F(MalformedRequests, AreRefusedBeforeTheyAreParsedWhereTheyAreTooLarge) {
   }
 }
 
+/// 64 MB of the same byte take 64 KB on their way: what they become is bounded by nothing.
+TEST(CompressedRequests, AreNotTaken) {
+  TestServer server;
+  grpc::ClientContext context;
+  context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
+  v1::ListMeshesRequest request;
+  request.set_page_token(std::string(64 << 20, 'x'));
+  v1::ListMeshesResponse response;
+  const grpc::Status status = server.stub().ListMeshes(&context, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED) << status.error_message();
+}
+
 TEST_F(MalformedRequests, AreRefusedWhereTheyGrowTooMuch) {
   const std::string groups = repeated("\x7b\x7c", kMaxRequestBytes / 2);  // Of a field that no request has.
   for (const char* const method : kMethods) {

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 """Clients that mean harm: requests that never arrive in whole, small ones that grow when parsed, streams that are reset
-at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.cfg) where it is installed. And several
-at the same time, to a server in 2 GiB: uploads of a byte now and then, requests that never arrive in whole, those that
-grow, and layers of hundreds of boxes that overlap, in tens of thousands of rows."""
+at once (CVE-2023-44487), the last also through HAProxy (deploy/proxies/haproxy.cfg) where it is installed, and what
+small_bytes.py has. And several at the same time, to a server in 2 GiB: uploads of a byte now and then, requests that
+never arrive in whole, those that grow, and layers of hundreds of boxes that overlap, in tens of thousands of rows."""
 
 import collections
 import multiprocessing
@@ -19,6 +19,7 @@ import grpc
 
 from ccsliced_process import Server
 from free_port import free_port
+from load import small_bytes
 from load.http2 import Connection, headers_frame, request_headers, reset_frame
 from load.fair import MOST_SLOWDOWN, overlapping_boxes, small_range_s
 from load.part import Figure, MemoryLimit, Peak, resident_mb, seconds_until
@@ -300,4 +301,4 @@ def measure(job):
     figures = _all_in_2gib(job) + _half_sent(job) + _half_sent(job, True) + _amplified(job)
     with Server(job.ccsliced(), job.folder) as server:
         figures += _resets(job, server.address(), server.pid(), "resets")
-    return figures + _resets_through_haproxy(job)
+    return figures + _resets_through_haproxy(job) + small_bytes.measure(job)

@@ -23,10 +23,10 @@ def _literal(name, value):
     return b"\0" + bytes([len(name)]) + name.encode() + bytes([len(value)]) + value.encode()
 
 
-def request_headers(method, authority="localhost"):
+def request_headers(method, authority="localhost", more=()):
     return b"".join(_literal(*each) for each in [
         (":method", "POST"), (":scheme", "http"), (":path", "/ccslice.v1.SlicerService/" + method),
-        (":authority", authority), ("te", "trailers"), ("content-type", "application/grpc")])
+        (":authority", authority), ("te", "trailers"), ("content-type", "application/grpc"), *more])
 
 
 def headers_frame(stream, block):
@@ -74,10 +74,10 @@ class Connection:
         self._next_stream += 2
         return self._next_stream - 2
 
-    def open_stream(self, method):
+    def open_stream(self, method, more=()):
         stream = self.next_stream()
         self._windows[stream] = self._initial_window
-        self.send(headers_frame(stream, request_headers(method)))
+        self.send(headers_frame(stream, request_headers(method, more=more)))
         return stream
 
     def is_answered(self, method, timeout_s):

@@ -339,6 +339,30 @@ TEST(ConnectionListener, CountsNoCancelledCallAsServed) {
   EXPECT_TRUE(is_closed_soon(half));
 }
 
+TEST(ConnectionListener, DropsInNeedThoseOverWhichMostHasComeForNoCall) {
+  Keeper keeper(limits(10, 10));
+  std::vector<Descriptor> callers;
+  for (const std::size_t kib : {0, 1, 3, 2}) {
+    callers.push_back(call_from("127.0.0.1", keeper.address()));
+    send_kib(callers.back(), kib);
+  }
+  const Descriptor works = call_from("127.0.0.1", keeper.address());
+  send_kib(works, 4);
+  ASSERT_TRUE(keeper.comes_to_keep(5));
+  const auto call = keeper.table().begin_call(own_address(works));
+  const auto drop = [&](std::size_t count) {
+    return keeper.table().drop_unserved(count, ConnectionTable::Clock::now());
+  };
+  EXPECT_EQ(drop(1), 1u);
+  EXPECT_TRUE(is_closed_soon(callers[2]));
+  EXPECT_EQ(drop(10), 2u) << "not what does no more than greet, and not what makes a call";
+  EXPECT_TRUE(is_closed_soon(callers[1]));
+  EXPECT_TRUE(is_closed_soon(callers[3]));
+  EXPECT_EQ(drop(10), 0u);
+  keeper.table().end_call(call, ConnectionTable::Clock::now(), /*served=*/true);
+  EXPECT_EQ(drop(10), 0u);
+}
+
 TEST(ConnectionListener, ReplacesAUnixSocketThatNobodyListensOnAndNoOther) {
   const std::string path = "/tmp/ccslice-listener-" + std::to_string(getpid()), address = "unix:" + path;
   {
