@@ -30,11 +30,12 @@ MeshPtr find_mesh(ServiceState& state, const std::string& mesh_id) {
 }
 
 void MeshLoad::begin(ServiceState& state, const std::string& mesh_id, const std::string& client) {
-  state.store->load(mesh_id, [self = shared_from_this(), &state, mesh_id, client](const std::shared_ptr<Upload>& upload,
-                                                                                  const std::exception_ptr& error) {
-    if (upload) return self->prepare(state, mesh_id, client, upload);
-    self->end(nullptr, error ? error : std::make_exception_ptr(missing_mesh(mesh_id)));
-  });
+  state.store->load(mesh_id, client,
+                    [self = shared_from_this(), &state, mesh_id, client](const std::shared_ptr<Upload>& upload,
+                                                                         const std::exception_ptr& error) {
+                      if (upload) return self->prepare(state, mesh_id, client, upload);
+                      self->end(nullptr, error ? error : std::make_exception_ptr(missing_mesh(mesh_id)));
+                    });
 }
 
 /// Whoever was cancelled meanwhile prepares nothing.

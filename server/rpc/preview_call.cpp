@@ -281,6 +281,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       if (again_ && is_outrun) {
         ++dropped_;
         keep_settings(answered_.message, waiting_->message);
+        waiting_->bytes = waiting_->message.SpaceUsedLong();
       }
       if (std::exchange(again_, false) && !is_outrun) {
         parts_.begin_again();

@@ -262,7 +262,7 @@ void SlicerService::find_missing_meshes(const v1::FindMissingMeshesRequest& requ
     response.mutable_missing_mesh_ids()->Assign(missing.begin(), missing.end());
     return answered(nullptr);
   }
-  state_.store->find(missing, [missing, &response, answered](const std::vector<bool>& held) {
+  state_.store->find(missing, answered.client, [missing, &response, answered](const std::vector<bool>& held) {
     for (std::size_t i = 0; i < missing.size(); ++i) {
       if (held.empty() || !held[i]) response.add_missing_mesh_ids(missing[i]);
     }
@@ -292,16 +292,17 @@ void SlicerService::delete_mesh(const v1::DeleteMeshRequest& request, v1::Delete
   log_audit("deleted", request.mesh_id() + " by " + answered.client,
             {{"mesh", request.mesh_id()}, {"client", answered.client}});
   if (!state_.store) return answered(nullptr);
-  state_.store->erase(request.mesh_id(), [was_cached, &response, answered](const std::optional<bool>& was_stored) {
-    if (was_stored) {
-      response.set_deleted(was_cached || *was_stored);
-      return answered(nullptr);
-    }
-    answered(std::make_exception_ptr(ServiceError(
-        ServiceErrorCode::kStoreUnavailable,
-        "the mesh has left this server's cache, but the store that servers share can't be asked: try again later",
-        std::chrono::seconds(5))));
-  });
+  state_.store->erase(
+      request.mesh_id(), answered.client, [was_cached, &response, answered](const std::optional<bool>& was_stored) {
+        if (was_stored) {
+          response.set_deleted(was_cached || *was_stored);
+          return answered(nullptr);
+        }
+        answered(std::make_exception_ptr(ServiceError(
+            ServiceErrorCode::kStoreUnavailable,
+            "the mesh has left this server's cache, but the store that servers share can't be asked: try again later",
+            std::chrono::seconds(5))));
+      });
 }
 
 }  // namespace ccslice::server

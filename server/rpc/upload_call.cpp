@@ -5,7 +5,7 @@
 //                 : read and hash chunks -> check the digest -> wait for a place -> prepare, or join -> answer
 //
 // One of these is under way at any time and decides what comes next; a cancel only makes it end sooner. Hashing a chunk
-// costs about as much as receiving it, so it needs no worker.
+// costs about as much as receiving it, so it needs no worker, but a client that sends tiny ones waits for its turn.
 
 #include "server/rpc/upload_call.h"
 
@@ -49,10 +49,17 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     if (stopped_) return end(status_of_stop());
     try {
       if (!ok) return finish_reading();
-      if (accept()) read();
+      const bool is_tiny = raw_.Length() < kTinyBytes;
+      if (accept()) is_tiny ? read_in_turn() : read();
     } catch (...) {
       end(to_status(std::current_exception()));
     }
+  }
+
+  /// Messages of a few bytes each, one right after the other, would keep gRPC's threads from all other calls.
+  void read_in_turn() {
+    if (!lane_) lane_ = make_lane(Pieces::kInteractive);
+    lane_->post([this, self = shared_from_this()] { read(); });
   }
 
   void OnCancel() override {
@@ -110,7 +117,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
 
   /// Bytes that the store lacks are worth having, although the mesh is cached.
   void look_into_store(const MeshPtr& mesh) {
-    state_.store->find({mesh->id()}, [this, self = shared_from_this(), mesh](const std::vector<bool>& held) {
+    state_.store->find({mesh->id()}, client_, [this, self = shared_from_this(), mesh](const std::vector<bool>& held) {
       if (stopped_) return end(status_of_stop());
       if (held == std::vector<bool>{false}) return read();
       answer_with(mesh, /*already_cached=*/true, /*stored=*/!held.empty());
@@ -147,10 +154,11 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     if (stopped_) return end(status_of_stop());
     if (outcome.error) return end(to_status(outcome.error));
     if (!state_.store) return answer_with(outcome.mesh, outcome.already_cached, /*stored=*/false);
-    state_.store->keep(std::move(upload_), [this, self = shared_from_this(), outcome](const std::optional<bool>& kept) {
-      if (stopped_) return end(status_of_stop());
-      answer_with(outcome.mesh, outcome.already_cached, kept.value_or(false));
-    });
+    state_.store->keep(std::move(upload_), client_,
+                       [this, self = shared_from_this(), outcome](const std::optional<bool>& kept) {
+                         if (stopped_) return end(status_of_stop());
+                         answer_with(outcome.mesh, outcome.already_cached, kept.value_or(false));
+                       });
   }
 
   void answer_with(const MeshPtr& mesh, bool already_cached, bool stored) {
@@ -174,8 +182,11 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     return ticket_;
   }
 
+  static constexpr std::size_t kTinyBytes = 1024;
+
   v1::UploadMeshResponse& response_;
   grpc::ByteBuffer raw_;
+  std::optional<Executor::Lane> lane_;
   std::shared_ptr<Upload> upload_;
   std::mutex pace_mutex_;
   UploadPace pace_;  // Counted as bytes come, and by the watch where none do.

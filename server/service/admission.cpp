@@ -25,17 +25,20 @@ std::exception_ptr draining() {
 /// Runs decisions one after the other, those too that come up while one of them runs: calls that end as soon as they
 /// begin would otherwise be stacked on one another, as many as wait.
 void run_in_turn(std::function<void()> decision) {
-  thread_local std::vector<std::function<void()>>* to_come = nullptr;
+  using Decisions = std::vector<std::function<void()>>;
+  thread_local Decisions* to_come = nullptr;
   if (to_come != nullptr) return to_come->push_back(std::move(decision));
-  std::vector<std::function<void()>> decisions;
+  Decisions decisions;
   decisions.push_back(std::move(decision));
   to_come = &decisions;
+  struct End {
+    ~End() { to_come = nullptr; }  // Also where a decision throws.
+  } const end;
   while (!decisions.empty()) {
     const std::function<void()> next = std::move(decisions.back());
     decisions.pop_back();
     next();
   }
-  to_come = nullptr;
 }
 
 }  // namespace
@@ -134,6 +137,10 @@ Admission::Rank Admission::rank_of(const Place& place) {
   return Rank::kIsNew;
 }
 
+std::size_t Admission::group_of(Rank rank) {
+  return static_cast<std::size_t>(rank == Rank::kResumes ? Rank::kHasBegun : rank);
+}
+
 /// Whether the client of `a` comes before that of `b`, which came before it. REQUIRES: the lock.
 bool Admission::comes_first(const Place& a, const Place& b) const {
   const auto turn_of = [this](const Place& place) {
@@ -150,8 +157,10 @@ bool Admission::has_memory_for(const Place& place) const {
   if (!memory.reserve) return true;
   const Rank rank = rank_of(place);
   const bool others_come_first = std::ranges::any_of(queue_, [&](const Place* other) {
-    return other->lacks_memory_ && (other->memory_.is_short || !memory.is_short) &&
-           (other->rank_ < rank || (other->rank_ == rank && !comes_first(place, *other)));
+    if (!other->lacks_memory_ || (memory.is_short && !other->memory_.is_short)) return false;
+    const bool is_own = other->client_ == place.client_;
+    if (is_own || group_of(other->rank_) != group_of(rank)) return other->rank_ <= rank;
+    return !comes_first(place, *other);
   });
   return !others_come_first && memory.reserve();
 }
@@ -261,28 +270,47 @@ void Admission::note_left() {
 /// Begins what may begin. REQUIRES: the lock.
 void Admission::admit(std::vector<Decision>& admitted) {
   AwaitedMemory awaited;  // By those before.
-  for (const Rank rank : {Rank::kResumes, Rank::kHasBegunShort, Rank::kHasBegun, Rank::kIsNew}) {
-    admit_of_rank(rank, awaited, admitted);
-  }
+  admit_of_ranks(Rank::kHasBegunShort, Rank::kHasBegunShort, awaited, admitted);
+  admit_of_ranks(Rank::kResumes, Rank::kHasBegun, awaited, admitted);
+  admit_of_ranks(Rank::kIsNew, Rank::kIsNew, awaited, admitted);
 }
 
-/// Clients in turn. REQUIRES: the lock.
-void Admission::admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Decision>& admitted) {
-  struct Waiting {
-    Client* client;
-    std::list<Place*>::iterator next;
-    auto order() const { return std::tuple(client->running, client->served, (*next)->since_); }
-  };
+/// A client's calls that wait, by rank, as far as the last one.
+struct Admission::Waiting {
+  Client* client;
+  std::size_t rank, last_rank;
+  std::list<Place*>::iterator next{};
+
+  Waiting(Client& the_client, Rank first, Rank last)
+      : client(&the_client), rank(static_cast<std::size_t>(first)), last_rank(static_cast<std::size_t>(last)) {
+    next = client->waiting[rank].begin();
+    skip_ends();
+  }
+  bool is_over() const { return next == client->waiting[rank].end(); }
+  Place& take() {
+    Place& place = **next++;
+    skip_ends();
+    return place;
+  }
+  void skip_ends() {
+    while (is_over() && rank < last_rank) next = client->waiting[++rank].begin();
+  }
+  auto order() const { return std::tuple(client->running, client->served, (*next)->since_); }
+};
+
+/// Clients in turn, those of each by rank. REQUIRES: the lock, and ranks of one group.
+void Admission::admit_of_ranks(Rank first, Rank last, AwaitedMemory& awaited, std::vector<Decision>& admitted) {
   if (running_ >= limits_.running + limits_.short_more) return;
   std::vector<Waiting> all;
   for (auto& [name, client] : clients_) {
-    if (!client.of(rank).empty()) all.push_back({&client, client.of(rank).begin()});
+    const Waiting waiting(client, first, last);
+    if (!waiting.is_over()) all.push_back(waiting);
   }
   while (!all.empty() && running_ < limits_.running + limits_.short_more) {
-    const auto first = std::ranges::min_element(all, {}, &Waiting::order);
-    Place& place = **first->next++;
-    if (first->next == first->client->of(rank).end()) {
-      *first = all.back();
+    const auto next = std::ranges::min_element(all, {}, &Waiting::order);
+    Place& place = next->take();
+    if (next->is_over()) {
+      *next = all.back();
       all.pop_back();
     }
     if (!has_place_for(place)) continue;

@@ -9,8 +9,8 @@
 //
 // A call that finds out what memory it needs, and doesn't find that, gives up its place and waits for both, before
 // those that come new. Who waits for memory holds up nobody who needs none. Calls that gave back all that they had in
-// their middle RESUME: before all others, and they wait for as long as it takes, since their clients have begun to
-// read.
+// their middle RESUME: before all others of their client, and they wait for as long as it takes, since their clients
+// have begun to read. A client who reads slowly has them resume again and again, so others needn't wait for that.
 //
 // Among those whose turn it is equally, the client comes first of whom fewest calls run, then the one who was served
 // longest ago, then who waits longest. Where the queue is full, a client who has two calls less in it than another one
@@ -81,8 +81,9 @@ class Admission {
     enum class State { kNone, kWaiting, kRunning };
     enum class Turn { kResumes, kGaveWay, kHasBegun, kIsNew };
     /// Among calls that have begun short ones come before long ones: else these would take turns with the memory that
-    /// one of those needs.
-    enum class Rank : std::size_t { kResumes, kHasBegunShort, kHasBegun, kIsNew, kCount };  // Who comes first.
+    /// one of those needs. Of a client the ranks come in this order; the second and the third are one GROUP, in which
+    /// clients take turns.
+    enum class Rank : std::size_t { kHasBegunShort, kResumes, kHasBegun, kIsNew, kCount };
 
     Admission& admission_;
     const std::string client_;
@@ -150,6 +151,7 @@ class Admission {
       return running == 0 && std::ranges::all_of(waiting, [](const auto& places) { return places.empty(); });
     }
   };
+  struct Waiting;
   struct AwaitedMemory {
     bool by_any = false, by_short = false;
   };
@@ -164,8 +166,9 @@ class Admission {
   bool has_place_for(const Place& place) const;
   bool has_memory_for(const Place& place) const;
   static Rank rank_of(const Place& place);
+  static std::size_t group_of(Rank rank);
   bool comes_first(const Place& a, const Place& b) const;
-  void admit_of_rank(Rank rank, AwaitedMemory& awaited, std::vector<Decision>& admitted);
+  void admit_of_ranks(Rank first, Rank last, AwaitedMemory& awaited, std::vector<Decision>& admitted);
   void run(Place& place);
   void stop_running(Place& place);
   bool make_room_in_queue(const Place& place, Refusal& refused);

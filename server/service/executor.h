@@ -13,7 +13,8 @@
 // again. So there are more threads than processors, one for each piece that has begun, but no more of them run.
 //
 // Work of which too much must not be begun (preparing a mesh, which takes memory, tessellating) is queued in lanes of
-// kLong pieces. One processor is kept free of them, unless there is only one.
+// kLong pieces. Those of one client leave one processor free, unless there is only one. Those of a few other clients
+// begin all the same: a large mesh takes minutes to prepare, and they would wait for its end.
 
 #pragma once
 

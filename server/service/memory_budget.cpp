@@ -4,6 +4,7 @@
 #include "server/service/memory_budget.h"
 
 #include <algorithm>
+#include <new>
 
 namespace ccslice::server {
 
@@ -49,38 +50,54 @@ bool MemoryBudget::try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexc
 }
 
 bool MemoryBudget::try_take(const Share& share, std::uint64_t bytes, std::uint64_t left_bytes) noexcept {
-  const std::string& client = share.client_;
-  if (client.empty() && try_take(bytes, left_bytes)) return true;
+  const bool is_anybodys = share.client_ == nullptr;
+  if (is_anybodys && try_take(bytes, left_bytes)) return true;
   const std::lock_guard lock(mutex_);
-  const auto held = used_of_.find(client);
-  const std::uint64_t own = held == used_of_.end() ? 0 : held->second;
-  const Clock::time_point now = Clock::now();
-  if (!client.empty() && !may_grow(share, own, bytes, now)) return false;
-  if (client.empty() || !try_take(bytes, left_bytes)) {
-    if (loan_ && loan_->client != client) loan_->is_wanted = true;
+  if (is_anybodys) {
+    if (loan_) loan_->is_wanted = true;
     return false;
   }
-  used_of_[client] = own + bytes;
-  if (!loan_ && own + bytes > most_of_one_) loan_ = {.client = client, .since = now};
+  try {
+    const auto held = used_of_.try_emplace(*share.client_).first;
+    const bool has_taken = try_take_of(share, held->second, bytes, left_bytes);
+    if (held->second == 0) used_of_.erase(held);
+    return has_taken;
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
+
+/// `own`: what the client holds. REQUIRES: the lock.
+bool MemoryBudget::try_take_of(const Share& share, std::uint64_t& own, std::uint64_t bytes,
+                               std::uint64_t left_bytes) noexcept {
+  const Clock::time_point now = Clock::now();
+  if (!may_grow(share, own, bytes, now)) return false;
+  if (!try_take(bytes, left_bytes)) {
+    if (loan_ && *loan_->client != *share.client_) loan_->is_wanted = true;
+    return false;
+  }
+  own += bytes;
+  if (!loan_ && own > most_of_one_) loan_ = {.client = share.client_, .since = now};
   return true;
 }
 
 void MemoryBudget::give_back(const Share& share, std::uint64_t bytes) noexcept {
   used_bytes_.fetch_sub(bytes);
   given_back_bytes_.fetch_add(bytes);
-  if (share.client_.empty()) return;
+  if (share.client_ == nullptr) return;
   const std::lock_guard lock(mutex_);
-  const auto held = used_of_.find(share.client_);
+  const auto held = used_of_.find(*share.client_);
   held->second -= bytes;
-  if (loan_ && loan_->client == share.client_ && held->second <= most_of_one_) loan_.reset();
+  if (loan_ && *loan_->client == *share.client_ && held->second <= most_of_one_) loan_.reset();
   if (held->second == 0) used_of_.erase(held);
 }
 
 /// `own`: what the client holds. REQUIRES: the lock.
-bool MemoryBudget::may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now) {
+bool MemoryBudget::may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes,
+                            Clock::time_point now) noexcept {
   if (own <= most_of_one_ && bytes <= most_of_one_ - own) return true;
   if (own > share.bytes_ || now < lends_again_) return false;
-  if (!loan_ || loan_->client != share.client_ || !loan_->is_wanted || now - loan_->since < loan_time_) return true;
+  if (!loan_ || *loan_->client != *share.client_ || !loan_->is_wanted || now - loan_->since < loan_time_) return true;
   lends_again_ = now + 2 * loan_time_;
   return false;
 }

@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -26,13 +27,18 @@ namespace ccslice::server {
 
 /// Thread-safe.
 class MemoryBudget {
+ private:
+  using ClientPtr = std::shared_ptr<const std::string>;  // To copy it never fails. Null: nobody.
+
  public:
   /// A part of a budget, given back with the object. Movable, not thread-safe. The budget outlives it.
   class [[nodiscard]] Share {
    public:
     Share() = default;
     /// `client`: whose it is (client_id.h); empty: nobody's, so that no client's part bounds it.
-    explicit Share(MemoryBudget& budget, std::string client = {}) : budget_(&budget), client_(std::move(client)) {}
+    explicit Share(MemoryBudget& budget, std::string client = {})
+        : budget_(&budget),
+          client_(client.empty() ? nullptr : std::make_shared<const std::string>(std::move(client))) {}
     Share(Share&& other) noexcept
         : budget_(std::exchange(other.budget_, nullptr)),
           client_(std::move(other.client_)),
@@ -47,8 +53,8 @@ class MemoryBudget {
 
     std::uint64_t bytes() const noexcept { return bytes_; }
     /// Takes more, or gives some back, of which nobody is told. False, with nothing changed, if the budget hasn't that
-    /// much, or not for this client, or less than `left_bytes` would be left of it. REQUIRES: made from a budget, or
-    /// bytes == 0.
+    /// much, or not for this client, or less than `left_bytes` would be left of it, or the machine has no memory to
+    /// note it. REQUIRES: made from a budget, or bytes == 0.
     [[nodiscard]] bool resize(std::uint64_t bytes, std::uint64_t left_bytes = 0) noexcept;
     /// Keeps that much, and makes a share of its own of the rest. REQUIRES: bytes <= bytes().
     [[nodiscard]] Share split_off_beyond(std::uint64_t bytes) noexcept;
@@ -58,7 +64,7 @@ class MemoryBudget {
    private:
     friend class MemoryBudget;
     MemoryBudget* budget_ = nullptr;
-    std::string client_;
+    ClientPtr client_;
     std::uint64_t bytes_ = 0;
   };
 
@@ -87,15 +93,17 @@ class MemoryBudget {
   using Clock = std::chrono::steady_clock;
   /// The last quarter, lent to the one client that holds more than the rest.
   struct Loan {
-    std::string client;
+    ClientPtr client;
     Clock::time_point since;
     bool is_wanted = false;  // Others were refused meanwhile.
   };
 
   [[nodiscard]] bool try_take(std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
   [[nodiscard]] bool try_take(const Share& share, std::uint64_t bytes, std::uint64_t left_bytes) noexcept;
+  [[nodiscard]] bool try_take_of(const Share& share, std::uint64_t& own, std::uint64_t bytes,
+                                 std::uint64_t left_bytes) noexcept;
   void give_back(const Share& share, std::uint64_t bytes) noexcept;
-  bool may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now);
+  bool may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now) noexcept;
 
   const std::uint64_t capacity_bytes_, most_of_one_;
   const std::chrono::milliseconds loan_time_;

@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kMostRequests = 4096;
 constexpr std::size_t kMostMarks = 100'000;
+constexpr const char* kServer = "";  // Asks by itself, for no client.
 
 }  // namespace
 
@@ -36,7 +37,7 @@ StoredMeshes::~StoredMeshes() {
   for (const RequestPtr& request : queue_) request->give_up();
 }
 
-void StoredMeshes::load(const std::string& mesh_id, Loaded done) {
+void StoredMeshes::load(const std::string& mesh_id, const std::string& client, Loaded done) {
   {
     const std::lock_guard lock(mutex_);
     std::vector<Loaded>& readers = readers_[mesh_id];
@@ -44,7 +45,7 @@ void StoredMeshes::load(const std::string& mesh_id, Loaded done) {
     if (readers.size() > 1) return;
   }
   post(
-      StoreOperation::kRead,
+      StoreOperation::kRead, client,
       [this, mesh_id](const MeshStore::Progress& progress) -> std::function<void()> {
         std::shared_ptr<Upload> upload;
         std::exception_ptr error;
@@ -102,10 +103,10 @@ std::shared_ptr<Upload> StoredMeshes::read(const std::string& mesh_id, const Mes
   }
 }
 
-void StoredMeshes::keep(std::shared_ptr<Upload> upload, Done done) {
+void StoredMeshes::keep(std::shared_ptr<Upload> upload, const std::string& client, Done done) {
   const std::string mesh_id = upload->mesh_id();
   post(
-      StoreOperation::kWrite,
+      StoreOperation::kWrite, client,
       [this, upload = std::move(upload), done](const MeshStore::Progress& progress) -> std::function<void()> {
         store_->write(upload->mesh_id(), upload->bytes().blocks(), progress);
         note(StoreOperation::kWrite, StoreOutcome::kFound);
@@ -114,9 +115,9 @@ void StoredMeshes::keep(std::shared_ptr<Upload> upload, Done done) {
       [done] { done(std::nullopt); });
 }
 
-void StoredMeshes::find(std::vector<std::string> mesh_ids, Held done) {
+void StoredMeshes::find(std::vector<std::string> mesh_ids, const std::string& client, Held done) {
   post(
-      StoreOperation::kLook,
+      StoreOperation::kLook, client,
       [this, mesh_ids = std::move(mesh_ids), done](const MeshStore::Progress& progress) -> std::function<void()> {
         std::vector<bool> held;
         const auto end = Clock::now() + options_.patience;
@@ -130,13 +131,13 @@ void StoredMeshes::find(std::vector<std::string> mesh_ids, Held done) {
       [done] { done({}); });
 }
 
-void StoredMeshes::erase(const std::string& mesh_id, Done done) {
+void StoredMeshes::erase(const std::string& mesh_id, const std::string& client, Done done) {
   {
     const std::lock_guard lock(mutex_);
     marked_.erase(mesh_id);
   }
   post(
-      StoreOperation::kErase,
+      StoreOperation::kErase, client,
       [this, mesh_id, done](const MeshStore::Progress&) -> std::function<void()> {
         const bool was_there = store_->erase(mesh_id);
         note(StoreOperation::kErase, was_there ? StoreOutcome::kFound : StoreOutcome::kMissing);
@@ -154,13 +155,13 @@ void StoredMeshes::mark_used(const std::string& mesh_id) {
     if (!is_new && now - mark->second < options_.mark_every) return;
     mark->second = now;
   }
-  find({mesh_id}, [](const std::vector<bool>&) {});
+  find({mesh_id}, kServer, [](const std::vector<bool>&) {});
 }
 
 std::vector<std::string> StoredMeshes::last_used(std::size_t count) {
   const auto promise = std::make_shared<std::promise<std::vector<std::string>>>();
   post(
-      StoreOperation::kLook,
+      StoreOperation::kLook, kServer,
       [this, count, promise](const MeshStore::Progress& progress) -> std::function<void()> {
         return [promise, ids = store_->last_used(count, progress)] { promise->set_value(ids); };
       },
@@ -168,12 +169,12 @@ std::vector<std::string> StoredMeshes::last_used(std::size_t count) {
   return promise->get_future().get();
 }
 
-void StoredMeshes::post(StoreOperation operation, Work work, std::function<void()> instead) {
+void StoredMeshes::post(StoreOperation operation, const std::string& client, Work work, std::function<void()> instead) {
   {
     const std::lock_guard lock(mutex_);
     const auto now = Clock::now();
-    if (now >= rests_until_ && queue_.size() < kMostRequests && !over_) {
-      queue_.push_back(std::make_shared<Request>(Request{operation, std::move(work), std::move(instead), now}));
+    if (now >= rests_until_ && !over_ && has_room_locked(client)) {
+      queue_.push_back(std::make_shared<Request>(Request{operation, client, std::move(work), std::move(instead), now}));
       changed_.notify_all();
       return;
     }
@@ -182,13 +183,32 @@ void StoredMeshes::post(StoreOperation operation, Work work, std::function<void(
   instead();
 }
 
+bool StoredMeshes::has_room_locked(const std::string& client) const {
+  if (queue_.size() < kMostRequests / 4 * 3) return true;
+  const auto own = std::ranges::count(queue_, client, [](const RequestPtr& request) { return request->client; });
+  return queue_.size() < kMostRequests && static_cast<std::size_t>(own) < kMostRequests / 4 * 3;
+}
+
+/// That of the client whose last turn was longest ago. REQUIRES: there is one.
+StoredMeshes::RequestPtr StoredMeshes::take_next_locked() {
+  constexpr std::size_t kManyClients = 1000;
+  if (last_of_.size() > kManyClients) last_of_.clear();
+  const auto next = std::ranges::min_element(queue_, {}, [this](const RequestPtr& request) {
+    const auto last = last_of_.find(request->client);
+    return last == last_of_.end() ? 0 : last->second;
+  });
+  RequestPtr request = std::move(*next);
+  queue_.erase(next);
+  last_of_[request->client] = ++turns_;
+  return request;
+}
+
 void StoredMeshes::serve() {
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return over_ || !queue_.empty(); });
     if (over_) return;
-    current_ = std::move(queue_.front());
-    queue_.pop_front();
+    current_ = take_next_locked();
     progress_ = Clock::now();
     const RequestPtr request = current_;
     changed_.notify_all();

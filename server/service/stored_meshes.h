@@ -67,16 +67,17 @@ class StoredMeshes {
   StoredMeshes(const StoredMeshes&) = delete;
   StoredMeshes& operator=(const StoredMeshes&) = delete;
 
-  // All callbacks run once: on the store's thread, on the clock's, or on the caller's where the store rests.
+  // All callbacks run once: on the store's thread, on the clock's, or on the caller's where the store rests. `client`:
+  // who asks (client_id.h): clients take turns, and a quarter of what may wait is never one client's.
 
   /// Many who ask for the same mesh at the same time share one read, and its bytes.
-  void load(const std::string& mesh_id, Loaded done);
+  void load(const std::string& mesh_id, const std::string& client, Loaded done);
   /// Whether it was kept. The upload's bytes stay as they are until then.
-  void keep(std::shared_ptr<Upload> upload, Done done);
+  void keep(std::shared_ptr<Upload> upload, const std::string& client, Done done);
   /// Which of the meshes are there.
-  void find(std::vector<std::string> mesh_ids, Held done);
+  void find(std::vector<std::string> mesh_ids, const std::string& client, Held done);
   /// Whether it was there.
-  void erase(const std::string& mesh_id, Done done);
+  void erase(const std::string& mesh_id, const std::string& client, Done done);
   /// A cached mesh was used: the store learns it now and then.
   void mark_used(const std::string& mesh_id);
   /// Up to so many ids, last used first; waits for them. None where the store isn't there.
@@ -93,6 +94,7 @@ class StoredMeshes {
   using Work = std::function<std::function<void()>(const MeshStore::Progress& progress)>;
   struct Request {
     StoreOperation operation;
+    std::string client;
     Work work;
     std::function<void()> give_up;  // In place of what the work gives.
     Clock::time_point posted;
@@ -100,7 +102,9 @@ class StoredMeshes {
   };
   using RequestPtr = std::shared_ptr<Request>;
 
-  void post(StoreOperation operation, Work work, std::function<void()> instead);
+  void post(StoreOperation operation, const std::string& client, Work work, std::function<void()> instead);
+  bool has_room_locked(const std::string& client) const;
+  RequestPtr take_next_locked();
   void serve();
   void run(const RequestPtr& request);
   void watch();
@@ -123,7 +127,9 @@ class StoredMeshes {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<RequestPtr> queue_;
+  std::deque<RequestPtr> queue_;                  // As they came.
+  std::map<std::string, std::uint64_t> last_of_;  // By client with a turn or a request: the number of its last turn.
+  std::uint64_t turns_ = 0;
   RequestPtr current_;
   Clock::time_point progress_;  // Of the current request.
   Clock::time_point rests_until_;

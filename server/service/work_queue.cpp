@@ -56,7 +56,12 @@ void WorkQueue::leave_if_done(const CallPtr& call) {
 
 bool WorkQueue::is_ready(const Call& call) const {
   if (call.items.empty()) return false;
-  return call.pieces != Pieces::kLong || call.items.front().parked != nullptr || begun_long_ < max_long_;
+  return call.pieces != Pieces::kLong || call.items.front().parked != nullptr || may_begin_long(*call.account);
+}
+
+bool WorkQueue::may_begin_long(const Client& client) const {
+  if (begun_long_ < max_long_) return true;
+  return client.begun_long == 0 && begun_long_ < max_long_ + kLongOfOthers;
 }
 
 WorkQueue::CallPtr WorkQueue::next_of(const Client& client) const {
@@ -95,13 +100,18 @@ std::optional<WorkQueue::Taken> WorkQueue::take(bool interactive_only) {
   call->items.pop_front();
   --size_;
   count_running(*call, +1);
-  if (call->pieces == Pieces::kLong && item.parked == nullptr) ++begun_long_;
+  if (call->pieces == Pieces::kLong && item.parked == nullptr) count_begun_long(*call, +1);
   return Taken{std::move(call), std::move(item)};
 }
 
 /// REQUIRES: the call is active.
 void WorkQueue::count_running(Call& call, int change) {
   for (FairShare* const share : {&call.share, &call.account->share, &class_of(call).share}) share->running += change;
+}
+
+/// REQUIRES: the call is active.
+void WorkQueue::count_begun_long(Call& call, int change) {
+  for (std::size_t* const begun : {&call.account->begun_long, &begun_long_}) *begun += change;
 }
 
 void WorkQueue::charge(Call& call, std::chrono::nanoseconds time) {
@@ -113,7 +123,7 @@ void WorkQueue::charge(Call& call, std::chrono::nanoseconds time) {
 
 void WorkQueue::end(const CallPtr& call) {
   count_running(*call, -1);
-  if (call->pieces == Pieces::kLong) --begun_long_;
+  if (call->pieces == Pieces::kLong) count_begun_long(*call, -1);
   leave_if_done(call);
 }
 

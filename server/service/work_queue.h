@@ -29,7 +29,7 @@ struct Worker;
 enum class Pieces {
   kInteractive,  // Somebody waits for the answer, and little is asked for.
   kBatch,        // The layers of jobs.
-  kLong,         // Batch work of which only so much is begun at a time.
+  kLong,         // Batch work of which a client has only so much begun at a time.
 };
 
 /// Not thread-safe.
@@ -45,6 +45,7 @@ class WorkQueue {
     Worker* parked = nullptr;
   };
   enum class Place { kFront, kBack };
+  static constexpr std::size_t kLongOfOthers = 3;
 
   struct Call {
     Call(std::string the_client, Pieces the_pieces) : client(std::move(the_client)), pieces(the_pieces) {}
@@ -65,7 +66,8 @@ class WorkQueue {
     Item item;
   };
 
-  /// `max_long`: kLong pieces that have begun and haven't ended, at most.
+  /// `max_long`: kLong pieces of one client that have begun and haven't ended, at most. Beyond so many in all only
+  /// clients begin one that have none, and kLongOfOthers of those.
   explicit WorkQueue(std::size_t max_long) : max_long_(max_long) {}
 
   void push(const CallPtr& call, Item item, Place place);
@@ -84,6 +86,7 @@ class WorkQueue {
     FairShare share;
     FairLevel level;              // Of its calls.
     std::vector<CallPtr> active;  // Whose turn was longest ago first.
+    std::size_t begun_long = 0;
   };
   struct Class {
     FairShare share;
@@ -95,8 +98,10 @@ class WorkQueue {
   Class& class_of(const Call& call) { return classes_[call.pieces == Pieces::kInteractive ? 0 : 1]; }
   void enter(const CallPtr& call);
   void count_running(Call& call, int change);
+  void count_begun_long(Call& call, int change);
   void leave_if_done(const CallPtr& call);
   bool is_ready(const Call& call) const;
+  bool may_begin_long(const Client& client) const;
   CallPtr next_of(const Client& client) const;
   Client* next_client_of(const Class& work) const;
 

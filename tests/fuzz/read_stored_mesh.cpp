@@ -30,7 +30,7 @@ struct Fixture {
 
 bool is_found(Fixture& fixture, const std::string& id) {
   std::promise<bool> found;
-  fixture.stored.load(id, [&](const std::shared_ptr<Upload>& upload, const std::exception_ptr&) {
+  fixture.stored.load(id, "client", [&](const std::shared_ptr<Upload>& upload, const std::exception_ptr&) {
     found.set_value(upload != nullptr);
   });
   return found.get_future().get();
@@ -38,7 +38,8 @@ bool is_found(Fixture& fixture, const std::string& id) {
 
 bool is_held(Fixture& fixture, const std::string& id) {
   std::promise<bool> held;
-  fixture.stored.find({id}, [&](const std::vector<bool>& answers) { held.set_value(!answers.empty() && answers[0]); });
+  fixture.stored.find({id}, "client",
+                      [&](const std::vector<bool>& answers) { held.set_value(!answers.empty() && answers[0]); });
   return held.get_future().get();
 }
 

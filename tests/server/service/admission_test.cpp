@@ -414,6 +414,22 @@ TEST_F(AdmissionToMemory, GoesToClientsInTurn) {
   EXPECT_TRUE(waits->runs());
 }
 
+TEST_F(AdmissionToMemory, GoesToClientsInTurnThoughCallsOfOneOfThemResume) {
+  const auto runs = wanting(8, "many"), begun = wanting(5, "many");
+  Wanting resumes(*this, 5, /*is_short=*/false, /*resumes=*/true, "many");
+  const auto other = wanting(5, "one");
+  EXPECT_TRUE(runs->runs());
+  EXPECT_FALSE(other->runs());
+  free(3);
+  EXPECT_TRUE(other->runs()) << "as none of that client's runs";
+  EXPECT_FALSE(resumes.runs());
+  free(5);
+  EXPECT_TRUE(resumes.runs());
+  EXPECT_FALSE(begun->runs()) << "of one client those come first that resume";
+  free(5);
+  EXPECT_TRUE(begun->runs());
+}
+
 TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {
   Wanting first(*this, 10), second(*this, 10), third(*this, 10);
   EXPECT_FALSE(second.leave_as_new()) << "it has begun";

@@ -8,7 +8,11 @@
 #include <atomic>
 #include <future>
 #include <map>
+#include <memory>
 #include <semaphore>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "server/service/mesh_id.h"
 #include "server/service/service_error.h"
@@ -75,10 +79,11 @@ class StoredMeshesTest : public ::testing::Test {
     std::shared_ptr<Upload> upload;
     std::exception_ptr error;
   };
-  std::future<Loaded> load(const std::string& id) {
+  std::future<Loaded> load(const std::string& id) { return load(stored_, id, "client"); }
+  static std::future<Loaded> load(StoredMeshes& stored, const std::string& id, const std::string& client) {
     auto promise = std::make_shared<std::promise<Loaded>>();
     std::future<Loaded> future = promise->get_future();
-    stored_.load(id, [promise](const std::shared_ptr<Upload>& upload, const std::exception_ptr& error) {
+    stored.load(id, client, [promise](const std::shared_ptr<Upload>& upload, const std::exception_ptr& error) {
       promise->set_value({upload, error});
     });
     return future;
@@ -88,17 +93,17 @@ class StoredMeshesTest : public ::testing::Test {
     upload->start(mesh_id_of(bytes), bytes.size());
     upload->append(bytes);
     std::promise<std::optional<bool>> done;
-    stored_.keep(upload, [&done](const std::optional<bool>& kept) { done.set_value(kept); });
+    stored_.keep(upload, "client", [&done](const std::optional<bool>& kept) { done.set_value(kept); });
     return done.get_future().get();
   }
   std::vector<bool> find(const std::vector<std::string>& ids) {
     std::promise<std::vector<bool>> done;
-    stored_.find(ids, [&done](const std::vector<bool>& held) { done.set_value(held); });
+    stored_.find(ids, "client", [&done](const std::vector<bool>& held) { done.set_value(held); });
     return done.get_future().get();
   }
   std::optional<bool> erase(const std::string& id) {
     std::promise<std::optional<bool>> done;
-    stored_.erase(id, [&done](const std::optional<bool>& was_there) { done.set_value(was_there); });
+    stored_.erase(id, "client", [&done](const std::optional<bool>& was_there) { done.set_value(was_there); });
     return done.get_future().get();
   }
 
@@ -124,6 +129,22 @@ TEST_F(StoredMeshesTest, KeepsFindsLoadsAndErases) {
   EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kFound), 1u);
   EXPECT_EQ(stored_.count(StoreOperation::kRead, StoreOutcome::kMissing), 1u);
   EXPECT_EQ(stored_.count(StoreOperation::kErase, StoreOutcome::kFound), 1u);
+}
+
+TEST_F(StoredMeshesTest, ServesClientsInTurn) {
+  StoredMeshes patient(std::make_unique<FakeMeshStore>(fake_), budget_, {.max_mesh_bytes = 1000, .patience = 1h});
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::vector<std::future<Loaded>> of_many;
+  for (int i = 0; i < 50; ++i) of_many.push_back(load(patient, mesh_id_of(std::to_string(i)), "many"));
+  while (fake_.asked == 0) std::this_thread::yield();
+  std::future<Loaded> other = load(patient, id_, "one");
+  fake_.go_on.release(2);
+  EXPECT_TRUE(other.get().upload);
+  EXPECT_LE(fake_.asked, 3) << "right after the one that was being served";
+  fake_.hangs = false;
+  fake_.go_on.release(1);
+  for (std::future<Loaded>& each : of_many) EXPECT_FALSE(each.get().upload);
 }
 
 TEST_F(StoredMeshesTest, DropsDamagedBytes) {

@@ -215,8 +215,8 @@ TEST(WorkQueue, TakesInteractiveWorkOnlyWhereItIsAskedTo) {
 TEST(WorkQueue, BeginsOnlySoManyLongPiecesThoughTheyGiveWay) {
   WorkQueue queue(2);
   std::vector<WorkQueue::CallPtr> calls;
-  for (const char* client : {"a", "b", "c"}) {
-    calls.push_back(make_call(client, Pieces::kLong));
+  for (int i = 0; i < 3; ++i) {
+    calls.push_back(make_call("client", Pieces::kLong));
     queue.push(calls.back(), {.work = [] {}}, WorkQueue::Place::kBack);
   }
   const auto a = queue.take(false), b = queue.take(false);
@@ -232,7 +232,36 @@ TEST(WorkQueue, BeginsOnlySoManyLongPiecesThoughTheyGiveWay) {
   queue.end(b->call);
   const auto c = queue.take(false);
   ASSERT_TRUE(c);
-  EXPECT_EQ(c->call->client, "c");
+  EXPECT_EQ(c->call, calls.back());
+}
+
+TEST(WorkQueue, BeginsLongPiecesOfAFewOthersThoughOneClientHasBegunAllThatThereMayBe) {
+  WorkQueue queue(1);
+  const auto push = [&](const std::string& client) {
+    queue.push(make_call(client, Pieces::kLong), {.work = [] {}}, WorkQueue::Place::kBack);
+  };
+  const auto next = [&]() -> WorkQueue::CallPtr {
+    const auto taken = queue.take(/*interactive_only=*/false);
+    return taken ? taken->call : nullptr;
+  };
+  for (const char* client : {"many", "many", "one"}) push(client);
+  const auto many = next(), one = next();
+  ASSERT_TRUE(many && one);
+  EXPECT_EQ(many->client + one->client, "manyone");
+  EXPECT_FALSE(next()) << "the first has one";
+  for (const char* client : {"second", "third", "fourth"}) push(client);
+  const auto second = next(), third = next();
+  ASSERT_TRUE(second && third);
+  EXPECT_FALSE(next()) << "memory has an end";
+  queue.end(many);
+  const auto again = next();
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->client, "many") << "it has none now";
+  EXPECT_FALSE(next());
+  queue.end(one);
+  const auto last = next();
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->client, "fourth");
 }
 
 TEST(WorkQueue, GivesOutWhatWasPutInOnceWhateverHappens) {
