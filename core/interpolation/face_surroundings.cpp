@@ -89,24 +89,10 @@ bool FaceSurroundings::find_across_gaps(const Piece& piece, std::size_t side) {
   bool any = false;
   for (Touching& touching : touching_) {
     touching.may_be_met = solid_->index().cell_boxes.box(touching.cell).intersects(box) &&
-                          looks_back(touching.cell, outwards) && is_across_a_gap(touching);
+                          looks_back(*solid_, touching.cell, outwards) && is_across_a_gap(touching);
     any = any || touching.may_be_met;
   }
   return any;
-}
-
-/// A cell has a face of the boundary that looks against that direction, more or less.
-bool FaceSurroundings::looks_back(LimitCellId cell, const Vec3& direction) const {
-  constexpr double kAgainst = -0.5;  // Cosine.
-  const unsigned sides = solid_->boundary_sides(cell);
-  const Mat3& across = solid_->index().cell_maps[cell].inverse_jacobian;
-  for (std::size_t side = 0; side < 6; ++side) {
-    if (!(sides >> side & 1)) continue;
-    const auto row = across.row(static_cast<Eigen::Index>(side / 2));
-    const double along = (side % 2 != 0 ? 1 : -1) * row.dot(direction);
-    if (!(along > kAgainst * row.norm() * direction.norm())) return true;
-  }
-  return false;
 }
 
 bool FaceSurroundings::is_across_a_gap(Touching& touching) const {

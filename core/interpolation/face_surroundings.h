@@ -70,7 +70,6 @@ class FaceSurroundings {
   void collect(LimitCellId cell);
   double least_thickness_mm(LimitCellId touching) const;
   bool find_across_gaps(const Piece& piece, std::size_t side);
-  bool looks_back(LimitCellId cell, const Vec3& direction) const;
   bool is_across_a_gap(Touching& touching) const;
   Vec3 thickness_mm(const Eigen::RowVector3d& outwards) const;
   Box3 box_of_shell(const Piece& piece) const;

@@ -45,6 +45,28 @@ bool have_common_face(std::span<const std::uint32_t> a, std::span<const std::uin
   return is_triangle(shared.few(), a) && is_triangle(shared.few(), b);
 }
 
+/// Calls visit(outwards) for each of the cell's faces on the boundary, by its Jacobian in the middle.
+template <typename Visit>
+void for_each_outwards(const LimitSolid& solid, LimitCellId cell, Visit visit) {
+  const unsigned sides = solid.boundary_sides(cell);
+  const Mat3& inverse_jacobian = solid.index().cell_maps[cell].inverse_jacobian;
+  for (std::size_t side = 0; side < 6; ++side) {
+    const Vec3 rising = inverse_jacobian.row(static_cast<Eigen::Index>(side / 2));
+    if (sides >> side & 1) visit(side % 2 != 0 ? rising : -rising);
+  }
+}
+
+/// A face that one cell has on the boundary looks to where the other one is, and that one has a face that looks back.
+bool are_face_to_face(const LimitSolid& solid, LimitCellId here, LimitCellId there) {
+  const std::vector<CellMap>& maps = solid.index().cell_maps;
+  const Vec3 way = maps[there].middle - maps[here].middle;
+  bool any = false;
+  for_each_outwards(solid, here, [&](const Vec3& outwards) {
+    any = any || (outwards.dot(way) > 0 && looks_back(solid, there, outwards));
+  });
+  return any;
+}
+
 }  // namespace
 
 bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId there,
@@ -59,15 +81,35 @@ bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId ther
   if (!on_boundary) return false;
   std::vector<LimitCellId> next_to_here, next_to_there;
   for (const LimitCellId cell : around) {
+    const ControlCellId control = solid.control_cell(cell);
+    if (control == solid.control_cell(here) || control == solid.control_cell(there)) continue;
     if (SharedVertices(shared.few(), vertices(cell)).count < shared.count) continue;
     if (share_face(here, cell)) next_to_here.push_back(cell);
     if (share_face(there, cell)) next_to_there.push_back(cell);
+  }
+  // Inside of a part a cell goes on through both of its faces at an edge, on the boundary through one or none.
+  const auto ends_here = [&](std::span<const LimitCellId> next) {
+    return std::ranges::none_of(
+        next, [&](LimitCellId cell) { return solid.control_cell(cell) != solid.control_cell(next.front()); });
+  };
+  if (shared.count == 2 && ends_here(next_to_here) && ends_here(next_to_there) &&
+      are_face_to_face(solid, here, there)) {
+    return true;
   }
   return std::ranges::none_of(next_to_here, [&](LimitCellId a) {
     return std::ranges::any_of(next_to_there, [&](LimitCellId b) {
       return solid.control_cell(a) == solid.control_cell(b) || (shared.count == 1 && share_face(a, b));
     });
   });
+}
+
+bool looks_back(const LimitSolid& solid, LimitCellId cell, const Vec3& direction) {
+  constexpr double kAgainst = -0.5;  // Cosine.
+  bool any = false;
+  for_each_outwards(solid, cell, [&](const Vec3& outwards) {
+    any = any || !(outwards.dot(direction) > kAgainst * outwards.norm() * direction.norm());
+  });
+  return any;
 }
 
 }  // namespace ccslice

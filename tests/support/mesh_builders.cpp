@@ -116,6 +116,40 @@ ControlMesh vertex_slit(double width_mm, int cells, bool only_a_quarter) {
   return mesh;
 }
 
+ControlMesh forked_slit(double width_mm) {
+  using Corner = std::array<double, 2>;  // Along the arc, and across it: what is above 1.2 is the outer lobe.
+  constexpr int kCells = 4;              // Along each lobe.
+  constexpr double kAbove = 1.5, kEnd = -0.4;
+  std::vector<std::array<Corner, 4>> quads = {{{{kEnd - 1, 1}, {kEnd, 0}, {0, 1}, {kEnd, 2}}}};
+  for (int i = 0; i < kCells; ++i) {
+    const double first = i == 0 ? kEnd : i, above = i == 0 ? 1 : kAbove;
+    quads.push_back({{{first, 0}, {i + 1.0, 0}, {i + 1.0, 1}, {i + 0.0, 1}}});
+    quads.push_back({{{i + 0.0, above}, {i + 1.0, kAbove}, {i + 1.0, 2}, {first, 2}}});
+  }
+  // Wide at first: equal positions would be one vertex.
+  HexSoup soup;
+  for (int layer = 0; layer < 2; ++layer) {
+    for (const std::array<Corner, 4>& quad : quads) {
+      std::array<Vec3, 8> corners;
+      for (std::size_t c = 0; c < 8; ++c) {
+        corners[c] = Vec3(quad[c % 4][0], layer + (c < 4 ? 0 : 1), quad[c % 4][1]);
+      }
+      soup.add(corners);
+    }
+  }
+  ControlMesh mesh = soup.take();
+  sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"lobe"};
+  for (Vec3& p : mesh.positions) {
+    const bool is_outer = p.z() > 1.2;
+    mesh.channel_values.push_back(is_outer ? static_cast<float>(std::max(0.0, p.x()) / kCells) : 0.0f);
+    const double radius = 16 + 4 * std::round(p.z() - 0.25) + (p.z() == kAbove ? width_mm : 0);
+    const double angle = std::numbers::pi / 8 * p.x();
+    p = Vec3(radius * std::sin(angle), 5 * p.y(), radius * std::cos(angle));
+  }
+  return mesh;
+}
+
 ControlMesh folding_box_mesh() {
   ControlMesh mesh = box_mesh(4, 4, 4);
   for (Vec3& p : mesh.positions) {

@@ -60,6 +60,9 @@ ControlMesh tapered_slit(double width_mm);
 /// the outer lobe, and 0 in the inner one and where they meet. With a slit in a quarter only, its end turns a corner
 /// inside of the part, where cells share three vertices.
 ControlMesh vertex_slit(double width_mm, int cells = 4, bool only_a_quarter = false);
+/// Two lobes bent round the y axis, apart by a slit. A single column of cells lies round its end, beside both. In the
+/// inner lobe a channel is 0, along the outer one it rises from there on.
+ControlMesh forked_slit(double width_mm);
 /// A slab with two valleys that cross, sharp at the bottom: folds.
 ControlMesh crossed_valleys();
 /// One hex for each triangle round a centre vertex whose link is the given triangulation of the sphere (vertices on

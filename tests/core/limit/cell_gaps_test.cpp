@@ -60,6 +60,15 @@ TEST(CellGaps, AreRoundTheInnerCornerOfASlit) {
   }
 }
 
+// Cell 0 lies round the end, 1 and 2 are on either side of the slit. Cells 9, 10 and 11 are beside them.
+TEST(CellGaps, AreBetweenLobesRoundWhoseSlitASingleCellLies) {
+  const std::set<std::pair<std::uint32_t, std::uint32_t>> expected = {{1, 2}, {10, 11}};
+  EXPECT_EQ(pairs_across_gaps(oracle::forked_slit(0.5)), expected);
+}
+
+// Diagonal ones share an edge from the boundary to the boundary, where they have faces that look to either side.
+TEST(CellGaps, AreNotInThinPlates) { EXPECT_TRUE(pairs_across_gaps(oracle::box_mesh(3, 3, 1)).empty()); }
+
 // Three vertices that two tetrahedra share are a face.
 TEST(CellGaps, AreNotBetweenTetrahedraThatShareAFace) {
   const ControlMesh mesh = oracle::kuhn_box(1);
