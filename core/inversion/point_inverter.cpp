@@ -203,6 +203,7 @@ struct PointInverter::State {
 
   /// From where a hint led to: if that is a face of the boundary just below the point, the foot of the perpendicular is
   /// the answer, or else what one of the cells holds that the point may lie in by their maps: a part may touch itself.
+  /// False also if one of them is nearer than the foot, across a slit.
   bool end_just_outside(const Vec3& point, InversionResult& best) noexcept {
     const double most = just_outside_mm(best.at.cell);
     if (!(best.residual_mm <= most)) return false;
@@ -216,6 +217,7 @@ struct PointInverter::State {
       if (c.distance > kFarthestOfCell) break;
       InversionResult other = foot;
       if (run(c.cell, c.start, point, other, Patience::kQuick)) return best = other, true;
+      if (other.residual_mm < foot.residual_mm - acceptance.in_cell(c.cell)) return false;
       foot.newton_steps = other.newton_steps;
     }
     best = foot;

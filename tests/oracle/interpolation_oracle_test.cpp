@@ -109,6 +109,11 @@ TEST(InterpolatedSlits, BesideLobesThatShareAVertexKeepTheTolerance) {
   expect_within_tolerance(compare(Subject(vertex_slit(0.001)), 300, 40));
 }
 
+// Some voxels are in the air between, nearer to one side.
+TEST(InterpolatedSlits, OfAFewThousandthsKeepTheTolerance) {
+  expect_within_tolerance(compare(Subject(vertex_slit(0.002)), 600, 40));
+}
+
 TEST(InterpolatedSlits, RoundWhoseEndASingleCellLiesKeepTheTolerance) {
   expect_within_tolerance(compare(Subject(forked_slit(0.0001)), 400, 100, 0.01));
 }

@@ -184,6 +184,22 @@ TEST(PointInverter, FindsWhatAnotherPartHoldsBeyondTheFaceThatAHintLeadsTo) {
   }
 }
 
+// Off both of them.
+TEST(PointInverter, TakesTheNearerFaceOfASlitWhateverTheHint) {
+  const auto solid = LimitSolid::prepare(two_boxes(Vec3(30.0015, 0, 0)));
+  PointInverter inverter(*solid);
+  const auto first = inverter.invert(Vec3(29, 14, 16)), second = inverter.invert(Vec3(31, 14, 16));
+  ASSERT_TRUE(first && second);
+  for (const double off_mm : {1e-5, 5e-4, 1e-3, 1.49e-3}) {
+    for (const CellParam& hint : {first->at, second->at}) {
+      const auto found = inverter.invert(Vec3(30 + off_mm, 14, 16), hint);
+      ASSERT_TRUE(found);
+      EXPECT_EQ(found->at.cell >= 27u, off_mm > 0.75e-3) << off_mm << " from " << hint.cell;
+      EXPECT_NEAR(found->residual_mm, std::min(off_mm, 1.5e-3 - off_mm), 1e-8) << off_mm << " from " << hint.cell;
+    }
+  }
+}
+
 // A U whose arms lean through each other.
 TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
   ControlMesh mesh = oracle::box_mesh(7, 3, 8, 10, [](int x, int, int z) { return z < 2 || x != 3; });
