@@ -15,15 +15,30 @@ class BoxTree::Builder {
       : tree_(tree), boxes_(boxes), cancel_(cancel), items_(boxes.size()) {
     std::iota(items_.begin(), items_.end(), 0u);
     tree_.branches_.resize(boxes.size());
-    tree_.nodes_.reserve(boxes.size() / 3 + 1);
+    tree_.nodes_.reserve(node_count(boxes.size()));
   }
 
-  void run() {
-    add_node(items_);
-    tree_.nodes_.shrink_to_fit();
-  }
+  void run() { add_node(items_); }
 
  private:
+  /// Items of each of a node's full branches: a power of kLanes.
+  static std::size_t items_of_branch(std::size_t items) {
+    std::size_t most = 1;
+    while (most * kLanes < items) most *= kLanes;
+    return most;
+  }
+
+  /// Of the node that has so many items, and all below it. A full branch of n items has (n - 1) / (kLanes - 1).
+  static std::size_t node_count(std::size_t items) {
+    std::size_t count = 0;
+    for (std::size_t left = items; left > 1 || count == 0;) {
+      const std::size_t most = items_of_branch(left);
+      count += 1 + left / most * ((most - 1) / (kLanes - 1));
+      left %= most;
+    }
+    return count;
+  }
+
   /// Full branches, one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
   std::uint32_t add_node(std::span<std::uint32_t> items) {
     cancel_.throw_if_cancelled();
@@ -32,10 +47,8 @@ class BoxTree::Builder {
     Node& node = tree_.nodes_.emplace_back();
     node.min.fill(Lanes{kNone, kNone, kNone, kNone});
     node.max = node.min;
-    std::size_t most = 1;  // Items of a branch.
-    while (most * kLanes < items.size()) most *= kLanes;
     std::size_t branches = 0;
-    add_branches(items, most, index, branches);
+    add_branches(items, items_of_branch(items.size()), index, branches);
     return index;
   }
 

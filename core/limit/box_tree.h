@@ -26,7 +26,9 @@ class BoxTree {
 
   std::size_t size() const { return branches_.size(); }
   Box3 box(std::uint32_t item) const;
-  std::size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + branches_.size() * sizeof(std::uint32_t); }
+  std::size_t memory_bytes() const {
+    return nodes_.capacity() * sizeof(Node) + branches_.capacity() * sizeof(std::uint32_t);
+  }
 
   /// Calls visit(item) for every item whose box, grown by `margin`, holds the point. No order. Allocation-free.
   template <typename Visit>

@@ -5,98 +5,111 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
-#include "core/subdivision/refine.h"
 
 namespace ccslice {
 namespace {
 
-constexpr int kMaxRefinements = 4;  // Two always suffice; more means a broken invariant.
-
-// While they are prepared limit cells were measured to take up to 2.2 kB, operators, channels and boundary faces apart,
+// While they are prepared limit cells were measured to take up to 1.4 kB, operators, channels and boundary faces apart,
 // and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
-// to each cell that is left behind, and take up to 1.1 kB.
-constexpr std::uint64_t kLimitCellBytes = 2560, kTwiceRefinedCellBytes = 1216, kBoundaryFaceBytes = 512;
+// to each cell that is left behind, and take up to 0.67 kB. Cut-outs take up to 0.7 kB a cell.
+constexpr std::uint64_t kLimitCellBytes = 2048, kTwiceRefinedCellBytes = 704, kBoundaryFaceBytes = 512;
+constexpr std::uint64_t kCutOutCellBytes = 768;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
-class LevelBuilder {
- public:
-  LevelBuilder(const ControlMesh& mesh, const SplitMesh& split, const PrepareOptions& options, BuildingMemory& memory,
-               LimitSolid::Data& data)
-      : mesh_(mesh), split_(split), cancel_(options.cancel), memory_(memory), data_(data) {}
+constexpr std::size_t kRefinedTogether = 2048;      // Cells: some 12 MB, a quarter of which are others' children.
+constexpr std::uint32_t kPointsTogether = 1 << 14;  // 5 MB of rules.
 
-  std::deque<Level> run(CellComplex complex) {
-    memory_.reserve_control_cells();
-    add_control_level(std::move(complex));
-    std::vector<CellId> cells = levels_.front().complex.cells().to_vector();
-    std::size_t limit_cells = 0;  // So far.
-    for (std::vector<CellId> bad = classify(cells); !bad.empty(); bad = classify(cells)) {
-      if (levels_.size() > kMaxRefinements) throw Error(ErrorCode::kInternal, "refinement doesn't end");
-      limit_cells += cells.size() - bad.size();
-      const std::size_t children = child_count(bad);
-      const bool twice = levels_.size() > 1;
-      memory_.reserve_cells(limit_cells + (twice ? 0 : children), twice ? children : 0);
-      cells = add_refined_level(bad);
+/// Places along a curve through a box that keeps neighbours together: bits of the three coordinates in turns.
+class NeighbourOrder {
+ public:
+  explicit NeighbourOrder(const Box3& box)
+      : low_(box.min()), per_mm_(kSteps / std::max(box.diagonal().maxCoeff(), 1e-300)) {}
+
+  std::uint32_t operator()(const Vec3& place) const {
+    std::uint32_t order = 0;
+    const Vec3 steps = ((place - low_) * per_mm_).cwiseMax(0.0).cwiseMin(kSteps - 1);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto step = static_cast<std::uint32_t>(steps[axis]);
+      for (int bit = 0; bit < kBits; ++bit) order |= (step >> bit & 1u) << (3 * bit + axis);
     }
-    return std::move(levels_);
+    return order;
   }
 
  private:
-  std::size_t child_count(const std::vector<CellId>& cells) const;
-  void add_control_level(CellComplex complex);
-  void name_copies(Level& level) const;
-  std::vector<CellId> classify(const std::vector<CellId>& cells);
-  std::vector<CellId> add_refined_level(const std::vector<CellId>& bad);
-  void name_refined_places(const Refinement& refined, Level& level);
-  void hand_down_interfaces(const Refinement& refined, Level& level) const;
+  static constexpr int kBits = 10;
+  static constexpr double kSteps = 1 << kBits;
 
-  const ControlMesh& mesh_;
-  const SplitMesh& split_;
-  const CancellationToken& cancel_;
-  BuildingMemory& memory_;
-  LimitSolid::Data& data_;
-  std::deque<Level> levels_;
-  std::uint32_t next_vertex_root_ = 0;
-  std::uint32_t next_edge_root_ = 0;
+  Vec3 low_;
+  double per_mm_;
 };
 
+}  // namespace
+
+Levels::Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex, const PrepareOptions& options,
+               BuildingMemory& memory, LimitSolid::Data& data)
+    : mesh_(mesh), split_(split), cancel_(options.cancel), data_(data) {
+  memory.reserve_control_cells();
+  add_control_level(std::move(complex));
+  std::vector<CellId> cells = whole_.front().level.complex.cells().to_vector();
+  std::size_t limit_cells = 0;  // So far.
+  for (std::vector<CellId> left = classify(cells); !left.empty(); left = classify(cells)) {
+    limit_cells += cells.size() - left.size();
+    const std::size_t children = child_count(left);
+    const bool twice = whole_.size() > 1;
+    memory.reserve_cells(limit_cells + (twice ? 0 : children), twice ? children : 0, children);
+    if (are_hexahedra(left)) {
+      number_last_level(left);
+      break;
+    }
+    cells = add_refined_level(left);
+  }
+}
+
 /// How many children these cells of the last level have.
-std::size_t LevelBuilder::child_count(const std::vector<CellId>& cells) const {
+std::size_t Levels::child_count(const std::vector<CellId>& cells) const {
   std::size_t count = 0;
   for (const CellId c : cells) {
-    count += static_cast<std::size_t>(corner_count(levels_.back().complex.kind(c)));
+    count += static_cast<std::size_t>(corner_count(whole_.back().level.complex.kind(c)));
   }
   return count;
 }
 
-void LevelBuilder::add_control_level(CellComplex complex) {
-  Level level{std::move(complex), 0, {}, {}, {}, {}, {}};
+bool Levels::are_hexahedra(const std::vector<CellId>& cells) const {
+  const CellComplex& complex = whole_.back().level.complex;
+  return std::ranges::all_of(cells, [&](CellId c) { return complex.kind(c) == CellKind::kHex; });
+}
+
+void Levels::add_whole_level(CellComplex complex, ChildOrigins origins, const LevelNames& names) {
+  const std::size_t cells = complex.cell_count();
+  WholeLevel& added = whole_.emplace_back(WholeLevel{std::move(origins), names, {std::move(complex), nullptr}, {}, {}});
+  added.classes.resize(cells);
+  if (names.parent != nullptr) added.names.origins = &added.origins;
+  added.level.names = &added.names;
+}
+
+void Levels::add_control_level(CellComplex complex) {
   const std::size_t channels = mesh_.channel_count();
   data_.dimension = 3 + channels;
   data_.points.reserve(mesh_.vertex_count() * data_.dimension);
-  level.vertex_keys.reserve(mesh_.vertex_count());
-  level.edge_roots.reserve(level.complex.edge_count());
-  for (const VertexId v : level.complex.vertices()) {
+  for (const VertexId v : complex.vertices()) {
     const Vec3& p = mesh_.positions[v];
     data_.points.insert(data_.points.end(), {p.x(), p.y(), p.z()});
     for (std::size_t c = 0; c < channels; ++c) data_.points.push_back(mesh_.channel_values[v * channels + c]);
-    level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, v, 0, 0});
   }
-  for (const EdgeId e : level.complex.edges()) level.edge_roots.push_back({e, 0, kSurfaceOne});
-  next_vertex_root_ = level.complex.vertex_count();
-  next_edge_root_ = level.complex.edge_count();
-  if (!split_.origins.empty()) name_copies(level);
-  levels_.push_back(std::move(level));
+  add_whole_level(std::move(complex), {}, {});
+  if (!split_.origins.empty()) name_copies(whole_.back().level);
 }
 
 /// Copies of a vertex, or of an edge, are one place on the surface.
-void LevelBuilder::name_copies(Level& level) const {
+void Levels::name_copies(Level& level) const {
   const auto original = [&](VertexId v) { return split_.origins[v]; };
-  for (const VertexId v : level.complex.vertices()) level.vertex_keys[v].id = original(v);
+  level.originals = split_.origins;
+  for (const EdgeId e : level.complex.edges()) level.edge_roots.push_back({e, 0, kSurfaceOne});
   std::map<std::array<std::uint32_t, 2>, EdgeId> first_copies;
   for (const EdgeId e : level.complex.edges()) {
     if (!level.complex.edge_on_boundary(e)) continue;
@@ -107,91 +120,101 @@ void LevelBuilder::name_copies(Level& level) const {
                     .first->second;
     if (turned) std::swap(root.t_begin, root.t_end);
   }
-  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
+  level.regions_beyond.assign(level.complex.face_count(), kNoCellRegion);
   for (const auto& [cell, side, beyond] : split_.interfaces) {
-    level.beyond[face_of(level.complex.cell_half_faces(cell)[side])] = beyond;
+    level.regions_beyond[face_of(level.complex.cell_half_faces(cell)[side])] = beyond;
   }
 }
 
-std::vector<CellId> LevelBuilder::classify(const std::vector<CellId>& cells) {
-  Level& level = levels_.back();
-  level.classes.resize(level.complex.cell_count());
-  level.first_child.assign(level.complex.cell_count(), CellId{kNone});
-  Classifier classifier(level.complex);
+std::vector<CellId> Levels::classify(const std::vector<CellId>& cells) {
+  WholeLevel& last = whole_.back();
+  Classifier classifier(last.level.complex);
   PeriodicPoll poll(cancel_);
-  std::vector<CellId> bad;
+  std::vector<CellId> left;
   for (const CellId c : cells) {
     poll();
-    level.classes[c] = classifier.classify(c);
-    if (!level.classes[c]) bad.push_back(c);
+    last.classes[c] = classifier.classify(c);
+    if (!last.classes[c]) left.push_back(c);
   }
-  return bad;
+  return left;
 }
 
-std::vector<CellId> LevelBuilder::add_refined_level(const std::vector<CellId>& bad) {
-  Level& parent = levels_.back();
-  Refinement refined = refine(parent.complex, bad, cancel_);
-  std::vector<CellId> children;
-  for (std::size_t i = 0; i < bad.size(); ++i) {
-    parent.first_child[bad[i]] = refined.first_child[i];
-    const auto count = static_cast<std::uint32_t>(corner_count(parent.complex.kind(bad[i])));
-    for (std::uint32_t k = 0; k < count; ++k) children.emplace_back(refined.first_child[i] + k);
-  }
+LevelNames Levels::next_names(const ChildOrigins& origins) const {
+  const WholeLevel& last = whole_.back();
+  const CellComplex& complex = last.level.complex;
+  const bool of_control_mesh = whole_.size() == 1;
+  const std::uint32_t edges = of_control_mesh ? complex.edge_count() : 4 * whole_.front().level.complex.face_count();
+  return {static_cast<std::uint32_t>(data_.points.size() / data_.dimension), &last.level, &origins,
+          last.names.first_vertex + complex.vertex_count(), last.names.first_edge + edges};
+}
+
+void Levels::add_points(const ChildOrigins& children) {
+  const WholeLevel& parent = whole_.back();
+  const std::size_t dimension = data_.dimension;
   const std::size_t base = data_.points.size();
-  data_.points.resize(base + refined.stencils.rows() * data_.dimension);
-  refined.stencils.apply(0, refined.stencils.rows(), data_.points.data() + parent.point_base * data_.dimension,
-                         data_.dimension, data_.points.data() + base);
-  Level level{std::move(refined.complex), static_cast<std::uint32_t>(base / data_.dimension), {}, {}, {}, {}, {}};
-  name_refined_places(refined, level);
-  if (!parent.beyond.empty()) hand_down_interfaces(refined, level);
-  levels_.push_back(std::move(level));
+  data_.points.resize(base + children.count() * dimension);
+  ChildRules rules(parent.level.complex, children);
+  for (std::uint32_t first = 0; first < children.count(); first += kPointsTogether) {
+    const Stencils rows = rules.rows(first, std::min(kPointsTogether, children.count() - first), cancel_);
+    rows.apply(0, rows.rows(), data_.points.data() + parent.names.point_base * dimension, dimension,
+               data_.points.data() + base + first * dimension);
+  }
+}
+
+std::vector<CellId> Levels::add_refined_level(const std::vector<CellId>& cells) {
+  WholeLevel& parent = whole_.back();
+  ChildVertices vertices(parent.level.complex, cells);
+  CutOut all = CutOutMaker(parent.level.complex, vertices).make(cells, cancel_);
+  parent.first_child.assign(parent.level.complex.cell_count(), CellId{kNone});
+  std::vector<CellId> children;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    parent.first_child[cells[i]] = all.first_child[i];
+    const auto count = static_cast<std::uint32_t>(corner_count(parent.level.complex.kind(cells[i])));
+    for (std::uint32_t k = 0; k < count; ++k) children.emplace_back(all.first_child[i] + k);
+  }
+  const LevelNames names = next_names(vertices);
+  add_points(vertices);
+  add_whole_level(std::move(all.complex), std::move(vertices), names);
   return children;
 }
 
-void LevelBuilder::name_refined_places(const Refinement& refined, Level& level) {
-  const Level& parent = levels_.back();
-  const auto middle = [&](EdgeId edge) {
-    const FaceSide& root = parent.edge_roots[edge];
-    return static_cast<std::uint32_t>((std::uint64_t{root.t_begin} + root.t_end) / 2);
+void Levels::number_last_level(const std::vector<CellId>& cells) {
+  const CellComplex& parent = whole_.back().level.complex;
+  last_vertices_.emplace(parent, cells);
+  last_names_ = next_names(*last_vertices_);
+  add_points(*last_vertices_);
+  cut_outs_.emplace(parent, *last_vertices_);
+  group_neighbours(cells);
+}
+
+/// A cut-out has all children round its own: the fewer, the nearer its cells are to each other. Their numbers needn't
+/// say that.
+void Levels::group_neighbours(std::vector<CellId> cells) {
+  const Level& parent = whole_.back().level;
+  const auto middle = [&](CellId cell) {
+    Vec3 sum = Vec3::Zero();
+    for (const VertexId v : parent.complex.cell_vertices(cell)) sum += data_.position(parent.point(v));
+    return Vec3(sum / 8);
   };
-  for (const VertexId v : level.complex.vertices()) {
-    const std::uint32_t origin = refined.origin[v];
-    if (v < refined.edge_points_begin) {
-      level.vertex_keys.push_back(parent.vertex_keys[origin]);
-    } else if (v < refined.face_points_begin) {
-      level.vertex_keys.push_back({SurfaceKey::Kind::kEdge, parent.edge_roots[origin].edge, middle(EdgeId{origin}), 0});
-    } else {
-      level.vertex_keys.push_back({SurfaceKey::Kind::kVertex, next_vertex_root_ + v, 0, 0});
-    }
-  }
-  for (const EdgeId e : level.complex.edges()) {
-    const auto [a, b] = level.complex.edge_vertices(e);
-    if (a < refined.edge_points_begin && b < refined.face_points_begin) {
-      const EdgeId whole{refined.origin[b]};
-      const FaceSide& root = parent.edge_roots[whole];
-      const bool from_begin = parent.complex.edge_vertices(whole)[0] == refined.origin[a];
-      level.edge_roots.push_back({root.edge, from_begin ? root.t_begin : root.t_end, middle(whole)});
-    } else {
-      level.edge_roots.push_back({next_edge_root_ + e, 0, kSurfaceOne});
-    }
-  }
-  next_vertex_root_ += level.complex.vertex_count();
-  next_edge_root_ += level.complex.edge_count();
-}
-
-/// A child of a face has the face's point.
-void LevelBuilder::hand_down_interfaces(const Refinement& refined, Level& level) const {
-  const Level& parent = levels_.back();
-  level.beyond.assign(level.complex.face_count(), kNoCellRegion);
-  for (const FaceId f : level.complex.faces()) {
-    for (const VertexId v : level.complex.face_vertices(f)) {
-      const bool is_face_point = v >= refined.face_points_begin && v < refined.cell_points_begin;
-      if (is_face_point && level.complex.face_on_boundary(f)) level.beyond[f] = parent.beyond[refined.origin[v]];
-    }
+  Box3 box;
+  for (const CellId c : cells) box.extend(middle(c));
+  const NeighbourOrder order_of(box);
+  std::vector<std::pair<std::uint32_t, CellId>> ordered;
+  ordered.reserve(cells.size());
+  for (const CellId c : cells) ordered.emplace_back(order_of(middle(c)), c);
+  std::ranges::sort(ordered);
+  for (std::size_t begin = 0; begin < ordered.size(); begin += kRefinedTogether) {
+    Group& group = groups_.emplace_back();
+    const std::size_t end = std::min(begin + kRefinedTogether, ordered.size());
+    for (std::size_t i = begin; i < end; ++i) group.push_back(ordered[i].second);
+    std::ranges::sort(group);
   }
 }
 
-}  // namespace
+Levels::RefinedGroup Levels::refine(const Group& group) {
+  CutOut cut_out = cut_outs_->make(group, cancel_);
+  return {{std::move(cut_out.complex), &last_names_, std::move(cut_out.numbers)}, std::move(cut_out.first_child)};
+}
 
 void BuildingMemory::reserve_control_cells() {
   std::size_t once = 0, twice = 0;
@@ -203,12 +226,13 @@ void BuildingMemory::reserve_control_cells() {
       twice += kChildren * static_cast<std::size_t>(corner_count(kind));
     }
   }
-  reserve_cells(once, twice);
+  reserve_cells(once, twice, twice);
 }
 
-void BuildingMemory::reserve_cells(std::size_t cells, std::size_t twice_refined_cells) {
+void BuildingMemory::reserve_cells(std::size_t cells, std::size_t twice_refined_cells, std::size_t children) {
   cells_ = cells;
   twice_refined_cells_ = twice_refined_cells;
+  children_ = children;
   reserve();
 }
 
@@ -228,15 +252,12 @@ void BuildingMemory::reserve() {
   if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
+  const std::uint64_t cut_out = std::min(children_, 8 * kRefinedTogether);
   const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kTwiceRefinedCellBytes * twice_refined_cells_ +
-                              kBoundaryFaceBytes * faces_ + sizeof(double) * values + operator_bytes_;
+                              kCutOutCellBytes * cut_out + kBoundaryFaceBytes * faces_ + sizeof(double) * values +
+                              operator_bytes_;
   told_bytes_ = std::max(told_bytes_, bytes);
   options_.reserve(told_bytes_);
-}
-
-std::deque<Level> build_levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex,
-                               const PrepareOptions& options, BuildingMemory& memory, LimitSolid::Data& data) {
-  return LevelBuilder(mesh, split, options, memory, data).run(std::move(complex));
 }
 
 }  // namespace ccslice

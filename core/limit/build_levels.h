@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The levels of refinement from which limit-ready cells are taken: the control mesh, and what is refined of it.
+// The levels of refinement from which limit-ready cells are taken: the control mesh, and what is refined of it. The
+// last level has nearly all cells, and its complex would take more than all else does. So it is made in cut-outs of
+// children that are near to each other, which are left behind one after the other.
 //
 // Private to core/limit.
 
@@ -13,23 +15,23 @@
 #include <optional>
 #include <vector>
 
+#include "core/limit/level.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/control_mesh.h"
 #include "core/subdivision/classify.h"
+#include "core/subdivision/refine.h"
 
 namespace ccslice {
 
-/// One refinement level: a complex, where its points start, and what its places are called on the surface.
-struct Level {
-  CellComplex complex;
-  std::uint32_t point_base = 0;
-  std::vector<SurfaceKey> vertex_keys;
-  std::vector<FaceSide> edge_roots;                    // From the edge's first vertex to its second.
-  std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined cells and for mere context.
-  std::vector<CellId> first_child;                     // By cell, in the next level; kNone if not refined.
-  std::vector<std::uint8_t> beyond;  // By face of the complex: the region beyond an interface. Empty if there is none.
+/// A whole level, and what becomes of its cells. Nothing is said of cells that are mere context.
+struct WholeLevel {
+  ChildOrigins origins;
+  LevelNames names;
+  Level level;
+  std::vector<std::optional<Classification>> classes;  // By cell; nothing for refined ones.
+  std::vector<CellId> first_child;                     // By cell of the last but one: in the last one, or kNone.
 };
 
 /// What building the cells takes, as options.reserve is told it, from what is known so far.
@@ -41,8 +43,8 @@ class BuildingMemory {
   /// Each throws what options.reserve does, which is never told less than before.
   /// What the kinds of cells tell: tetrahedra and wedges are refined twice, but for a few of their children.
   void reserve_control_cells();
-  /// Cells: those after one refinement at most, and those after two or more.
-  void reserve_cells(std::size_t cells, std::size_t twice_refined_cells);
+  /// Cells: those after one refinement at most, those after two, and how many of either the last refinement makes.
+  void reserve_cells(std::size_t cells, std::size_t twice_refined_cells, std::size_t children);
   void reserve_faces(std::size_t faces);
   /// How many different operators there are shows as they are made: asks for as much again each time.
   void reserve_operators(std::size_t bytes);
@@ -57,14 +59,55 @@ class BuildingMemory {
   const PrepareOptions& options_;
   std::size_t cells_;
   std::size_t twice_refined_cells_ = 0;
+  std::size_t children_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
   std::size_t operator_bytes_ = 0;
   std::uint64_t told_bytes_ = 0;
 };
 
-/// Refines the mesh where necessary and classifies: each cell of a level is limit-ready, refined or mere context. Fills
-/// points. `complex`: the mesh's. Throws Error{kCancelled}, and what `memory` does.
-std::deque<Level> build_levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex,
-                               const PrepareOptions& options, BuildingMemory& memory, LimitSolid::Data& data);
+class Levels {
+ public:
+  /// Refines the mesh where necessary and classifies. Fills points of all levels. `complex`: the mesh's. Throws
+  /// Error{kCancelled}, and what `memory` does.
+  Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex, const PrepareOptions& options,
+         BuildingMemory& memory, LimitSolid::Data& data);
+
+  /// All but the one that is made in cut-outs.
+  const std::deque<WholeLevel>& whole() const { return whole_; }
+
+  /// Cells of the last whole level, ascending, whose children are limit-ready and make one cut-out.
+  using Group = std::vector<CellId>;
+  const std::vector<Group>& groups() const { return groups_; }
+
+  struct RefinedGroup {
+    Level level;
+    std::vector<CellId> first_child;  // By cell of the group.
+  };
+  /// Throws Error{kCancelled}.
+  RefinedGroup refine(const Group& group);
+
+ private:
+  void add_whole_level(CellComplex complex, ChildOrigins origins, const LevelNames& names);
+  void add_control_level(CellComplex complex);
+  void name_copies(Level& level) const;
+  std::vector<CellId> classify(const std::vector<CellId>& cells);
+  std::size_t child_count(const std::vector<CellId>& cells) const;
+  bool are_hexahedra(const std::vector<CellId>& cells) const;
+  LevelNames next_names(const ChildOrigins& origins) const;
+  void add_points(const ChildOrigins& children);
+  std::vector<CellId> add_refined_level(const std::vector<CellId>& cells);
+  void number_last_level(const std::vector<CellId>& cells);
+  void group_neighbours(std::vector<CellId> cells);
+
+  const ControlMesh& mesh_;
+  const SplitMesh& split_;
+  const CancellationToken& cancel_;
+  LimitSolid::Data& data_;
+  std::deque<WholeLevel> whole_;
+  std::optional<ChildVertices> last_vertices_;
+  LevelNames last_names_;
+  std::optional<CutOutMaker> cut_outs_;
+  std::vector<Group> groups_;
+};
 
 }  // namespace ccslice

@@ -14,39 +14,6 @@ namespace ccslice {
 
 namespace {
 
-/// Numbers the child vertices that are needed: those of the parent's items that touch a complete vertex.
-struct ChildVertices {
-  std::vector<VertexId> of_vertex, of_edge, of_face, of_cell;
-  std::vector<std::uint32_t> origin;
-  std::array<std::uint32_t, 3> begins{};  // Where edge, face and cell points begin.
-
-  ChildVertices(const CellComplex& parent, const std::vector<std::uint8_t>& keep) {
-    const auto touches = [&](auto vertices) {
-      return std::any_of(vertices.begin(), vertices.end(), [&](VertexId v) { return keep[v] != 0; });
-    };
-    number(of_vertex, parent.vertices(), [&](VertexId v) { return keep[v] != 0; });
-    begins[0] = count();
-    number(of_edge, parent.edges(), [&](EdgeId e) { return touches(parent.edge_vertices(e)); });
-    begins[1] = count();
-    number(of_face, parent.faces(), [&](FaceId f) { return touches(parent.face_vertices(f)); });
-    begins[2] = count();
-    number(of_cell, parent.cells(), [&](CellId c) { return touches(parent.cell_vertices(c)); });
-  }
-
-  std::uint32_t count() const { return static_cast<std::uint32_t>(origin.size()); }
-
- private:
-  template <typename Ids, typename Wanted>
-  void number(std::vector<VertexId>& children, Ids items, Wanted wanted) {
-    children.assign(items.size(), VertexId{kNone});
-    for (const auto item : items) {
-      if (!wanted(item)) continue;
-      children[item] = VertexId{count()};
-      origin.push_back(item);
-    }
-  }
-};
-
 FaceId face_with(const CellComplex& parent, CellId cell, const std::array<VertexId, 3>& vertices) {
   for (const HalfFaceId h : parent.cell_half_faces(cell)) {
     const auto ring = parent.face_vertices(face_of(h));
@@ -82,17 +49,16 @@ struct SharpFeatures {
   std::vector<std::uint32_t> vertices;
 };
 
-/// Both halves of a sharp edge are sharp, at every level.
-SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVertices& ids) {
+/// Both halves of a sharp edge are sharp, at every level. `local`: numbers of child vertices in the cut-out.
+SharpFeatures inherit_sharp_features(const CellComplex& parent, const ChildVertices& children,
+                                     std::span<const VertexId> kept, const std::vector<std::uint32_t>& local) {
   SharpFeatures sharp;
-  for (const EdgeId e : parent.edges()) {
-    if (!parent.edge_sharp(e) || ids.of_edge[e] == kNone) continue;
-    for (const VertexId v : parent.edge_vertices(e)) {
-      if (ids.of_vertex[v] != kNone) sharp.edges.push_back({ids.of_vertex[v], ids.of_edge[e]});
+  for (const VertexId v : kept) {
+    const std::uint32_t here = local[children.of_vertex[v]];
+    if (parent.vertex_sharp(v)) sharp.vertices.push_back(here);
+    for (const EdgeId e : parent.vertex_edges(v)) {
+      if (parent.edge_sharp(e)) sharp.edges.push_back({here, local[children.of_edge[e]]});
     }
-  }
-  for (const VertexId v : parent.vertices()) {
-    if (parent.vertex_sharp(v) && ids.of_vertex[v] != kNone) sharp.vertices.push_back(ids.of_vertex[v]);
   }
   return sharp;
 }
@@ -108,28 +74,104 @@ VertexId opposite_in_cell(const CellComplex& parent, CellId cell, VertexId verte
   return corners[static_cast<std::size_t>(std::find(corners.begin(), corners.end(), vertex) - corners.begin()) ^ 7u];
 }
 
-Stencils make_stencils(const CellComplex& parent, const ChildVertices& ids, const CancellationToken& cancel) {
+}  // namespace
+
+template <typename Ids, typename Wanted>
+void ChildVertices::number(std::vector<VertexId>& children, Ids items, Wanted wanted) {
+  children.assign(items.size(), VertexId{kNone});
+  for (const auto item : items) {
+    if (!wanted(item)) continue;
+    children[item] = VertexId{count()};
+    origin.push_back(item);
+  }
+}
+
+ChildVertices::ChildVertices(const CellComplex& parent, std::span<const CellId> cells) {
+  origin.reserve(std::size_t{parent.vertex_count()} + parent.edge_count() + parent.face_count() + parent.cell_count());
+  std::vector<std::uint8_t> keep(parent.vertex_count(), 0);
+  for (const CellId c : cells) {
+    for (const VertexId v : parent.cell_vertices(c)) keep[v] = 1;
+  }
+  const auto touches = [&](auto vertices) {
+    return std::any_of(vertices.begin(), vertices.end(), [&](VertexId v) { return keep[v] != 0; });
+  };
+  number(of_vertex, parent.vertices(), [&](VertexId v) { return keep[v] != 0; });
+  begins[0] = count();
+  number(of_edge, parent.edges(), [&](EdgeId e) { return touches(parent.edge_vertices(e)); });
+  begins[1] = count();
+  number(of_face, parent.faces(), [&](FaceId f) { return touches(parent.face_vertices(f)); });
+  begins[2] = count();
+  number(of_cell, parent.cells(), [&](CellId c) { return touches(parent.cell_vertices(c)); });
+  origin.shrink_to_fit();
+}
+
+Stencils ChildRules::rows(std::uint32_t first, std::uint32_t count, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Stencils stencils;
-  RuleRow row(parent);
-  for (std::uint32_t i = 0; i < ids.count(); ++i) {
+  for (std::uint32_t i = first; i < first + count; ++i) {
     poll();
-    const std::uint32_t origin = ids.origin[i];
-    if (i < ids.begins[0]) {
-      row.add_vertex_point(VertexId{origin});
-    } else if (i < ids.begins[1]) {
-      row.add_edge_point(EdgeId{origin});
-    } else if (i < ids.begins[2]) {
-      row.add_face_point(FaceId{origin});
+    const std::uint32_t origin = children_.origin[i];
+    if (i < children_.begins[0]) {
+      row_.add_vertex_point(VertexId{origin});
+    } else if (i < children_.begins[1]) {
+      row_.add_edge_point(EdgeId{origin});
+    } else if (i < children_.begins[2]) {
+      row_.add_face_point(FaceId{origin});
     } else {
-      row.add_cell_point(CellId{origin});
+      row_.add_cell_point(CellId{origin});
     }
-    row.flush(stencils);
+    row_.flush(stencils);
   }
   return stencils;
 }
 
-}  // namespace
+void CutOutMaker::add_children(CellId cell, std::vector<VertexId>& corners) const {
+  const auto vertices = parent_.cell_vertices(cell);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (!keep_[vertices[i]]) continue;
+    const auto child = child_at(parent_, children_, cell, i);
+    corners.insert(corners.end(), child.begin(), child.end());
+  }
+}
+
+/// A child belongs to a corner of its parent. All children at the vertices of `cells` are made, so that around those
+/// that are asked for none is missing.
+CutOut CutOutMaker::make(std::span<const CellId> cells, const CancellationToken& cancel) {
+  PeriodicPoll poll(cancel);
+  std::vector<VertexId> kept, numbers, corners;
+  std::vector<CellId> parents, first_child;
+  for (const CellId c : cells) {
+    for (const VertexId v : parent_.cell_vertices(c)) {
+      if (std::exchange(keep_[v], std::uint8_t{1}) != 0) continue;
+      kept.push_back(v);
+      const auto around = parent_.vertex_cells(v);
+      parents.insert(parents.end(), around.begin(), around.end());
+    }
+  }
+  std::ranges::sort(parents);
+  parents.erase(std::unique(parents.begin(), parents.end()), parents.end());
+  for (std::size_t next = 0; const CellId c : parents) {
+    poll();
+    if (next < cells.size() && cells[next] == c) {
+      first_child.emplace_back(static_cast<std::uint32_t>(corners.size() / 8));
+      ++next;
+    }
+    add_children(c, corners);
+  }
+  for (const VertexId v : corners) {
+    if (std::exchange(local_[v], 0) == kNone) numbers.push_back(v);
+  }
+  std::ranges::sort(numbers);
+  for (std::uint32_t i = 0; i < numbers.size(); ++i) local_[numbers[i]] = i;
+  for (VertexId& v : corners) v = VertexId{local_[v]};
+  const SharpFeatures sharp = inherit_sharp_features(parent_, children_, kept, local_);
+  for (const VertexId v : kept) keep_[v] = 0;
+  for (const VertexId v : numbers) local_[v] = kNone;
+  std::vector<CellKind> kinds(corners.size() / 8, CellKind::kHex);
+  return {CellComplex(static_cast<std::uint32_t>(numbers.size()), std::move(kinds), std::move(corners), sharp.edges,
+                      sharp.vertices, cancel),
+          std::move(numbers), std::move(first_child)};
+}
 
 Stencils refine_star(const CellComplex& star, VertexId vertex) {
   enum class Joint : std::uint8_t { kVertex, kEdge, kFace, kCell };
@@ -160,41 +202,12 @@ VertexId seen_from(const CellComplex& parent, const Refinement& refined, VertexI
 }
 
 Refinement refine(const CellComplex& parent, std::span<const CellId> cells, const CancellationToken& cancel) {
-  PeriodicPoll poll(cancel);
-  // A child belongs to a corner of its parent. All children at the vertices of `cells` are made, so that around those
-  // that are asked for none is missing.
-  std::vector<std::uint8_t> keep(parent.vertex_count(), 0);
-  for (const CellId c : cells) {
-    for (const VertexId v : parent.cell_vertices(c)) keep[v] = 1;
-  }
-  ChildVertices ids(parent, keep);
-  std::vector<CellId> first_child;
-  std::vector<VertexId> corners;
-  std::uint32_t children = 0;
-  std::size_t next = 0;
-  for (const CellId c : parent.cells()) {
-    poll();
-    if (next < cells.size() && cells[next] == c) {
-      first_child.emplace_back(children);
-      ++next;
-    }
-    const auto vertices = parent.cell_vertices(c);
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      if (!keep[vertices[i]]) continue;
-      const auto child = child_at(parent, ids, c, i);
-      corners.insert(corners.end(), child.begin(), child.end());
-      ++children;
-    }
-  }
-  const SharpFeatures sharp = inherit_sharp_features(parent, ids);
-  return {CellComplex(ids.count(), std::vector<CellKind>(children, CellKind::kHex), std::move(corners), sharp.edges,
-                      sharp.vertices, cancel),
-          make_stencils(parent, ids, cancel),
-          std::move(first_child),
-          ids.begins[0],
-          ids.begins[1],
-          ids.begins[2],
-          std::move(ids.origin)};
+  ChildVertices children(parent, cells);
+  CutOut all = CutOutMaker(parent, children).make(cells, cancel);
+  return {std::move(all.complex),     ChildRules(parent, children).rows(0, children.count(), cancel),
+          std::move(all.first_child), children.begins[0],
+          children.begins[1],         children.begins[2],
+          std::move(children.origin)};
 }
 
 }  // namespace ccslice

@@ -2,17 +2,84 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One step of Catmull-Clark refinement of solids, of those cells that need it. The rules are refine_rules.h's.
+//
+// refine() makes all children at once. A complex takes ten times what its points do, so where children are many they
+// are numbered together, and then made in cut-outs, one after the other: in each, cells, faces, edges and vertices are
+// in the order that they have among all children.
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/mesh/cell_complex.h"
+#include "core/subdivision/refine_rules.h"
 #include "core/subdivision/stencils.h"
 
 namespace ccslice {
+
+/// Where child vertices come from: the parent's vertex, edge, face or cell of each.
+struct ChildOrigins {
+  std::array<std::uint32_t, 3> begins{};  // Of edge, face and cell points, after those of vertices.
+  std::vector<std::uint32_t> origin;
+
+  std::uint32_t count() const { return static_cast<std::uint32_t>(origin.size()); }
+};
+
+/// The child vertices that the children of some cells need, and those next to them, numbered.
+struct ChildVertices : ChildOrigins {
+  std::vector<VertexId> of_vertex, of_edge, of_face, of_cell;  // kNone where there is none.
+
+  ChildVertices(const CellComplex& parent, std::span<const CellId> cells);
+
+ private:
+  template <typename Ids, typename Wanted>
+  void number(std::vector<VertexId>& children, Ids items, Wanted wanted);
+};
+
+/// Child vertices from the parent's vertices. REQUIRES: complex and origins outlive it.
+class ChildRules {
+ public:
+  ChildRules(const CellComplex& parent, const ChildOrigins& children)
+      : parent_(parent), children_(children), row_(parent) {}
+
+  /// A row for each of `count` child vertices. Throws Error{kCancelled}.
+  Stencils rows(std::uint32_t first, std::uint32_t count, const CancellationToken& cancel);
+
+ private:
+  const CellComplex& parent_;
+  const ChildOrigins& children_;
+  RuleRow row_;
+};
+
+/// Some of the children, as a complex of hexahedra.
+struct CutOut {
+  CellComplex complex;
+  std::vector<VertexId> numbers;    // By vertex, ascending: which of the child vertices it is.
+  std::vector<CellId> first_child;  // By refined cell: its children follow in the order of its corners.
+};
+
+/// Makes cut-outs. Keeps scratch memory for each of the parent's and of the child vertices. REQUIRES: what it is given
+/// outlives it.
+class CutOutMaker {
+ public:
+  CutOutMaker(const CellComplex& parent, const ChildVertices& children)
+      : parent_(parent), children_(children), keep_(parent.vertex_count(), 0), local_(children.count(), kNone) {}
+
+  /// For each vertex v of these cells (ascending), every child at v. REQUIRES: they are among those whose children are
+  /// numbered. Throws Error{kCancelled}.
+  CutOut make(std::span<const CellId> cells, const CancellationToken& cancel);
+
+ private:
+  void add_children(CellId cell, std::vector<VertexId>& corners) const;
+
+  const CellComplex& parent_;
+  const ChildVertices& children_;
+  std::vector<std::uint8_t> keep_;    // By the parent's vertices.
+  std::vector<std::uint32_t> local_;  // By child vertex: its number in the cut-out.
+};
 
 /// The children of some cells of a complex, and the children next to them, as a cut-out complex of hexahedra.
 struct Refinement {

@@ -41,6 +41,7 @@ COVERED = {
     # Parts of a unit whose test looks at each of them.
     "build_cells": ("limit_solid_test", "the first step of preparing"),
     "build_levels": ("limit_solid_test", "the levels that cells are built from; limit_oracle_test refines everything"),
+    "cell_adder": ("limit_solid_test", "what build_cells does with each cell; level_test looks at the faces"),
     "find_folds": ("limit_solid_test", "folds are looked for there and in line_folds_test"),
     "byte_order": ("netcdf_file_test", "numbers of every type"),
     "id_ranges": ("limit_solid_test", "solids are the same for any number of threads"),

@@ -45,4 +45,9 @@ std::size_t ccslice::oracle::allocated_bytes() { return total_bytes; }
 
 ccslice::oracle::HeldMemory::HeldMemory() : before_(held_bytes) { most_held_bytes = before_; }
 
+std::size_t ccslice::oracle::HeldMemory::bytes() const {
+  const std::size_t held = held_bytes;
+  return held - std::min(held, before_);
+}
+
 std::size_t ccslice::oracle::HeldMemory::most_bytes() const { return most_held_bytes - before_; }

@@ -13,10 +13,11 @@ namespace ccslice::oracle {
 /// In all, since the program began.
 std::size_t allocated_bytes();
 
-/// How much more was held at once than when this was made, at most. One at a time.
+/// How much more is held than when this was made, and was at once, at most. One at a time.
 class HeldMemory {
  public:
   HeldMemory();
+  std::size_t bytes() const;
   std::size_t most_bytes() const;
 
  private:

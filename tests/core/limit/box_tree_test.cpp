@@ -57,6 +57,15 @@ TEST(BoxTree, FindsWhatALinearScanFinds) {
   }
 }
 
+// Nodes have room for what there is: a fourth of a kilobyte for each three boxes, and a node with fewer for each level.
+TEST(BoxTree, TakesNoMoreThanItsNodes) {
+  std::mt19937 random(8);
+  for (std::size_t count = 1; count < 600; count += 7) {
+    const BoxTree tree(random_boxes(count, random));
+    EXPECT_LE(tree.memory_bytes(), 256 * (count / 3 + 5) + 4 * count) << count << " boxes";
+  }
+}
+
 TEST(BoxTree, KnowsTheBoxOfEachItem) {
   std::mt19937 random(8);
   for (const std::size_t count : kSizes) {

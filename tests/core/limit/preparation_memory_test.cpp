@@ -53,6 +53,7 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
   return {{"smooth box", oracle::box_mesh(12, 12, 12)},
           {"sharp box", sharp},
           {"tetrahedra", oracle::kuhn_box(4)},
+          {"tetrahedra in several cut-outs", oracle::kuhn_box(8)},
           {"coyote", find_sample_model("coyote")->make()},
           {"engine", find_sample_model("engine")->make()}};
 }

@@ -5,6 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <random>
+#include <vector>
+
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -74,6 +80,60 @@ TEST(Refine, CutsOutWhatTheChildrenNeedAndNoMore) {
     for (std::size_t j = 0; j < 8; ++j) {
       EXPECT_LT((apply_row(part, cut[j], points) - apply_row(whole, full[j], points)).norm(), 1e-13);
       EXPECT_FALSE(part.complex.vertex_on_boundary(cut[j]));
+    }
+  }
+}
+
+/// Where the cell across each side is, as the number of one of its vertices that the side lacks.
+std::vector<std::uint32_t> beyond_sides(const CutOut& cut_out, CellId cell) {
+  std::vector<std::uint32_t> beyond;
+  for (const HalfFaceId h : cut_out.complex.cell_half_faces(cell)) {
+    const CellId next = cut_out.complex.half_face_cell(opposite(h));
+    const auto ring = cut_out.complex.face_vertices(face_of(h));
+    beyond.push_back(kNone);
+    if (next == kNone) continue;
+    for (const VertexId v : cut_out.complex.cell_vertices(next)) {
+      if (std::ranges::find(ring, v) == ring.end()) beyond.back() = std::min(beyond.back(), +cut_out.numbers[v]);
+    }
+  }
+  return beyond;
+}
+
+// What is walked in a cut-out comes in the order that it has among all children.
+TEST(Refine, CutsOutCellsAsTheyAreAmongAll) {
+  ControlMesh mesh = oracle::kuhn_box(3);
+  oracle::sharpen_by_cells(mesh, 1);
+  const CellComplex complex = make_cell_complex(mesh);
+  const ChildVertices children(complex, all_cells(complex));
+  CutOutMaker maker(complex, children);
+  const CutOut all = maker.make(all_cells(complex), {});
+  std::mt19937 random(7);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<CellId> some;
+    for (const CellId c : complex.cells()) {
+      if (random() % 8 == 0) some.push_back(c);
+    }
+    const CutOut part = maker.make(some, {});
+    ASSERT_TRUE(std::ranges::is_sorted(part.numbers));
+    const auto number = [&](VertexId v) { return part.numbers[v]; };
+    const auto in_all = [&](VertexId v) { return VertexId{number(v)}; };
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const CellId here{part.first_child[i] + k}, there{all.first_child[some[i]] + k};
+        const auto vertices = part.complex.cell_vertices(here);
+        EXPECT_TRUE(std::ranges::equal(vertices, all.complex.cell_vertices(there), {}, number));
+        EXPECT_EQ(beyond_sides(part, here), beyond_sides(all, there));
+        for (const VertexId v : vertices) {
+          EXPECT_EQ(part.complex.vertex_on_boundary(v), all.complex.vertex_on_boundary(in_all(v)));
+          EXPECT_EQ(part.complex.vertex_sharp(v), all.complex.vertex_sharp(in_all(v)));
+          const auto edges = part.complex.vertex_edges(v), edges_of_all = all.complex.vertex_edges(in_all(v));
+          ASSERT_EQ(edges.size(), edges_of_all.size());
+          for (std::size_t e = 0; e < edges.size(); ++e) {
+            EXPECT_EQ(number(part.complex.edge_other(edges[e], v)), all.complex.edge_other(edges_of_all[e], in_all(v)));
+            EXPECT_EQ(part.complex.edge_sharp(edges[e]), all.complex.edge_sharp(edges_of_all[e]));
+          }
+        }
+      }
     }
   }
 }

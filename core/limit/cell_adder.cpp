@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/limit/cell_adder.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/mesh/cell_regions.h"
+
+namespace ccslice {
+namespace {
+
+/// So many cells wait for their turn, and a thread walks so many.
+constexpr std::size_t kWalkedTogether = 512, kWalkedInTurn = 16;
+
+}  // namespace
+
+CellAdder::CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
+                     std::size_t faces, LimitSolid::Data& data)
+    : mesh_(mesh), options_(options), cancel_(options.cancel), memory_(memory), data_(data), stars_(levels) {
+  faces_.reserve(faces);
+  if (options_.threads > 1) arena_.emplace(options_.threads);
+}
+
+void CellAdder::enter(const Level& level, std::size_t number) {
+  level_ = &level;
+  level_number_ = number;
+  own_walkers_.emplace(level.complex, own_starts_);
+  if (arena_) others_walkers_.emplace([this] { return Walkers(level_->complex, others_starts_.local()); });
+}
+
+void CellAdder::add(CellId cell, LimitCellId id, const Classification& found) {
+  pending_.push_back({cell, id, found});
+  if (!arena_ || pending_.size() == kWalkedTogether) finish_level();
+}
+
+std::uint32_t CellAdder::put_ring(std::span<const VertexId> points) {
+  if (data_.rings.size() + points.size() >= kNone) {
+    throw Error(
+        ErrorCode::kMeshTooComplex,
+        "cell_vertices: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
+        "coarser control mesh",
+        "cell_vertices");
+  }
+  const auto begin = static_cast<std::uint32_t>(data_.rings.size());
+  for (const VertexId p : points) data_.rings.push_back(p == kNone ? kNone : level_->point(p));
+  return begin;
+}
+
+template <typename Work>
+void CellAdder::for_each_walked(std::size_t count, Work work) {
+  if (!arena_ || count <= kWalkedInTurn) {
+    for (std::size_t i = 0; i < count; ++i) work(*own_walkers_, i);
+    return;
+  }
+  arena_->execute([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kWalkedInTurn), [&](const auto& range) {
+      Walkers& walkers = others_walkers_->local();
+      for (std::size_t i = range.begin(); i != range.end(); ++i) work(walkers, i);
+    });
+  });
+}
+
+void CellAdder::finish_level() {
+  walk_stars();
+  for_each_walked(pending_.size(), [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
+  for (const PendingCell& pending : pending_) put_cell(pending);
+  options_.count(pending_.size());
+  pending_.clear();
+}
+
+CellAdder::Star& CellAdder::star_at(VertexId vertex) {
+  std::vector<Star>& stars = stars_[level_number_];
+  const std::uint32_t number = level_->number(vertex);
+  if (number >= stars.size()) stars.resize(number + std::size_t{1});
+  return stars[number];
+}
+
+/// Walks the stars of those vertices of pending cells that have none yet.
+void CellAdder::walk_stars() {
+  std::vector<decltype(walked_stars_)::value_type*> missing;
+  for (const PendingCell& pending : pending_) {
+    if (pending.found.cell_class != CellClass::kVertex) continue;
+    const VertexId vertex = irregular_vertex(pending);
+    if (star_at(vertex).op != kNone) continue;
+    const auto [place, is_new] = walked_stars_.try_emplace(vertex);
+    if (is_new) missing.push_back(&*place);
+  }
+  for_each_walked(missing.size(), [&](Walkers& walkers, std::size_t i) {
+    cancel_.throw_if_cancelled();
+    missing[i]->second = canonical_star(walkers.rings, missing[i]->first);
+  });
+}
+
+void CellAdder::walk(Walkers& walkers, PendingCell& pending) const {
+  cancel_.throw_if_cancelled();
+  RingWalker& walker = walkers.rings;
+  if (pending.found.cell_class == CellClass::kRegular) {
+    pending.ring = walker.regular(pending.cell);
+  } else if (pending.found.cell_class == CellClass::kLine) {
+    pending.ring = canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor);
+  } else {
+    const VertexId vertex = irregular_vertex(pending);
+    const std::vector<VertexId> star = star_points(vertex);
+    pending.ring = canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, star);
+  }
+  for (const HalfFaceId half_face : level_->complex.cell_half_faces(pending.cell)) {
+    const FaceId face = face_of(half_face);
+    if (becomes_face(pending, face)) pending.surfaces.push_back(walkers.surfaces.walk(face));
+  }
+}
+
+/// Faces of the boundary, and those of interfaces from the side of the lower region.
+bool CellAdder::becomes_face(const PendingCell& pending, FaceId face) const {
+  return level_->complex.face_on_boundary(face) &&
+         level_->beyond(face) >= region_of(mesh_, CellId{control_cell(pending)});
+}
+
+std::vector<VertexId> CellAdder::star_points(VertexId vertex) const {
+  const Star& star = stars_[level_number_][level_->number(vertex)];
+  if (star.op == kNone) return walked_stars_.at(vertex).points;
+  std::vector<VertexId> points;
+  for (std::uint32_t n = 0; n < data_.operators.stars()[star.op].points; ++n) {
+    points.push_back(level_->vertex_of_point(data_.rings[star.ring_begin + n]));
+  }
+  return points;
+}
+
+/// REQUIRES: walked.
+const CellAdder::Star& CellAdder::star_of(VertexId vertex) {
+  Star& star = star_at(vertex);
+  if (star.op == kNone) {
+    const auto walked = walked_stars_.extract(vertex);
+    star = {data_.operators.star(walked.mapped()), put_ring(walked.mapped().points)};
+  }
+  return star;
+}
+
+void CellAdder::put_vertex_ring(const PendingCell& pending, LimitCell& record) {
+  const Star& star = star_of(irregular_vertex(pending));
+  record.star_begin = star.ring_begin;
+  const auto& [ring, frame] = std::get<FramedVertexRing>(pending.ring);
+  record.frame = frame;
+  record.op = data_.operators.vertex(star.op, ring, own_walkers_->rings, pending.cell, frame);
+  record.ring_count = static_cast<std::uint32_t>(ring.own().size());
+  record.ring_begin = put_ring(ring.own());
+}
+
+void CellAdder::put_cell(const PendingCell& pending) {
+  cancel_.throw_if_cancelled();
+  LimitCell& record = data_.cells[pending.id];
+  record.cell_class = pending.found.cell_class;
+  if (const auto* regular = std::get_if<RegularRing>(&pending.ring)) {
+    record.phantoms = regular->phantoms;
+    record.ring_count = 64;
+    record.ring_begin = put_ring(regular->points);
+  } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
+    record.frame = line->frame;
+    record.phantoms = line->ring.phantoms;
+    record.op = data_.operators.line(line->ring);
+    record.ring_count = static_cast<std::uint32_t>(line->ring.points.size());
+    record.ring_begin = put_ring(line->ring.points);
+  } else {
+    put_vertex_ring(pending, record);
+  }
+  memory_.reserve_operators(data_.operators.memory_bytes());
+  put_boundary_faces(pending);
+}
+
+void CellAdder::put_boundary_faces(const PendingCell& pending) {
+  const CellComplex& complex = level_->complex;
+  const auto half_faces = complex.cell_half_faces(pending.cell);
+  auto walked = pending.surfaces.begin();
+  for (std::uint8_t side = 0; side < 6; ++side) {
+    const FaceId face = face_of(half_faces[side]);
+    if (!becomes_face(pending, face)) continue;
+    const SurfaceRing& ring = *walked++;
+    const auto cycle = complex.face_vertices(face);
+    BoundaryFace record;
+    record.cell = pending.id;
+    record.cell_side = side;
+    record.regular = ring.regular;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t here = (ring.start + i) % 4, next = (ring.start + i + 1) % 4;
+      record.corners[i] = level_->vertex_key(cycle[here]);
+      record.cell_corner[i] = cell_tables::kHexFaces[side].corners[here];
+      record.sides[i] = level_->side(cycle[here], cycle[next]);
+    }
+    record.region = region_of(mesh_, CellId{control_cell(pending)});
+    record.beyond = level_->beyond(face);
+    LimitCell& cell = data_.cells[pending.id];
+    (record.beyond != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
+        static_cast<std::uint8_t>(1u << side);
+    faces_.push_back({record,
+                      {ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), put_ring(ring.points),
+                       static_cast<std::uint32_t>(ring.points.size())}});
+  }
+}
+
+void CellAdder::put_faces() {
+  std::ranges::sort(faces_, {}, &WalkedFace::place);
+  data_.faces.reserve(faces_.size());
+  data_.face_rings.reserve(faces_.size());
+  data_.face_hulls.reserve(faces_.size());
+  for (const auto& [face, ring] : faces_) {
+    data_.boundary_face_count += face.beyond == kNoCellRegion;
+    data_.faces.push_back(face);
+    data_.face_rings.push_back(ring);
+    Box3& hull = data_.face_hulls.emplace_back();
+    for (const std::uint32_t p : data_.ring(ring)) {
+      if (p != kNone) hull.extend(data_.position(p));
+    }
+  }
+}
+
+}  // namespace ccslice

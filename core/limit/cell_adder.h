@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Gives limit-ready cells what a prepared solid keeps of them: rings, operators, boundary faces. Cells are walked on
+// several threads, some at a time, and put one by one.
+//
+// Private to core/limit.
+
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/task_arena.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <variant>
+#include <vector>
+
+#include "core/limit/build_levels.h"
+#include "core/limit/level.h"
+#include "core/limit/solid_data.h"
+#include "core/mesh/control_mesh.h"
+#include "core/subdivision/canonical_rings.h"
+#include "core/subdivision/classify.h"
+#include "core/subdivision/ring.h"
+#include "core/subdivision/surface_ring.h"
+
+namespace ccslice {
+
+class CellAdder {
+ public:
+  /// `levels`: how many there are, cut-outs of one counting as one. REQUIRES: data.cells know their control cells.
+  CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
+            std::size_t faces, LimitSolid::Data& data);
+
+  /// What follows is of this level, or of this cut-out of it. REQUIRES: it outlives what is added of it.
+  void enter(const Level& level, std::size_t number);
+  void add(CellId cell, LimitCellId id, const Classification& found);
+  /// Of all that has been entered so far. Throws Error{kMeshTooComplex}, Error{kCancelled}, and what memory does, as
+  /// add() does.
+  void finish_level();
+  /// Puts all faces of the boundary in the order of their cells, then interfaces, and finds the hulls of both.
+  void put_faces();
+
+ private:
+  /// The star of a vertex: its operator, and where its points stand in LimitSolid::Data::rings.
+  struct Star {
+    std::uint32_t op = kNone;
+    std::uint32_t ring_begin = 0;
+  };
+
+  /// What walks a level's cells and faces, on one thread.
+  struct Walkers {
+    Walkers(const CellComplex& complex, KnownStarts& starts)
+        : rings(complex), surfaces(complex), known_starts(&starts) {}
+
+    RingWalker rings;
+    SurfaceWalker surfaces;
+    KnownStarts* known_starts;
+  };
+
+  /// A limit-ready cell whose turn has come, and what it was walked to.
+  struct PendingCell {
+    CellId cell;
+    LimitCellId id;
+    Classification found;
+    std::variant<RegularRing, FramedLineRing, FramedVertexRing> ring{};
+    std::vector<SurfaceRing> surfaces{};  // Of the sides that become faces.
+  };
+
+  /// A face of the boundary or an interface.
+  struct WalkedFace {
+    BoundaryFace face;
+    SurfaceFaceRing ring;
+
+    auto place() const { return std::tuple(face.beyond != kNoCellRegion, std::uint32_t{face.cell}, face.cell_side); }
+  };
+
+  template <typename Work>
+  void for_each_walked(std::size_t count, Work work);
+  void walk_stars();
+  void walk(Walkers& walkers, PendingCell& pending) const;
+  bool becomes_face(const PendingCell& pending, FaceId face) const;
+  ControlCellId control_cell(const PendingCell& pending) const { return data_.cells[pending.id].control_cell; }
+  VertexId irregular_vertex(const PendingCell& pending) const {
+    return level_->complex.cell_vertices(pending.cell)[pending.found.anchor];
+  }
+  Star& star_at(VertexId vertex);
+  const Star& star_of(VertexId vertex);
+  std::vector<VertexId> star_points(VertexId vertex) const;
+  void put_cell(const PendingCell& pending);
+  void put_boundary_faces(const PendingCell& pending);
+  void put_vertex_ring(const PendingCell& pending, LimitCell& record);
+  std::uint32_t put_ring(std::span<const VertexId> points);
+
+  const ControlMesh& mesh_;
+  const PrepareOptions& options_;
+  const CancellationToken& cancel_;
+  BuildingMemory& memory_;
+  LimitSolid::Data& data_;
+  std::vector<std::vector<Star>> stars_;  // By level and number of the vertex there.
+  std::vector<WalkedFace> faces_;
+  KnownStarts own_starts_;
+  tbb::enumerable_thread_specific<KnownStarts> others_starts_;
+  std::optional<tbb::task_arena> arena_;  // Nothing on one thread.
+  // Of the level that was entered last:
+  const Level* level_ = nullptr;
+  std::size_t level_number_ = 0;
+  std::optional<Walkers> own_walkers_;
+  std::optional<tbb::enumerable_thread_specific<Walkers>> others_walkers_;
+  std::vector<PendingCell> pending_;
+  std::map<VertexId, VertexStar> walked_stars_;  // Not yet in its Star.
+};
+
+}  // namespace ccslice
