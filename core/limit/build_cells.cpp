@@ -31,9 +31,11 @@ class Builder {
     options_.begin(PreparationStep::kBuilding, memory_.limit_cells());
     const std::size_t faces = count_faces();
     memory_.reserve_faces(faces);
-    reserve_rings(faces);
     number_cells();
-    adder_.emplace(mesh_, options_, memory_, levels_->whole().size() + 1, faces, data_);
+    std::size_t families = 0;
+    for (const Levels::Group& group : levels_->groups()) families += group.size();
+    adder_.emplace(mesh_, options_, memory_, levels_->whole().size() + 1,
+                   RingStore(data_.cells.size() - 8 * families, families, faces, data_), faces, data_);
     for (std::size_t n = 0; n < levels_->whole().size(); ++n) add_ready_cells(n);
     for (const Levels::Group& group : levels_->groups()) add_children(group);
     adder_->put_faces();
@@ -43,7 +45,6 @@ class Builder {
 
  private:
   std::size_t count_faces() const;
-  void reserve_rings(std::size_t faces);
   void number_cells();
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   void add_ready_cells(std::size_t whole_level);
@@ -78,12 +79,6 @@ std::size_t Builder::count_faces() const {
   return faces;
 }
 
-/// Rings are what takes most: growing they would be there twice.
-void Builder::reserve_rings(std::size_t faces) {
-  constexpr std::size_t kCellPoints = 64, kFacePoints = 16;  // Of nearly all rings, or fewer.
-  data_.rings.reserve(std::min<std::size_t>(kCellPoints * memory_.limit_cells() + kFacePoints * faces, kNone));
-}
-
 void Builder::number_cells() {
   data_.cells.resize(memory_.limit_cells());
   for (const WholeLevel& whole : levels_->whole()) limit_cells_.emplace_back(whole.level.complex.cell_count());
@@ -111,7 +106,7 @@ void Builder::add_ready_cells(std::size_t whole_level) {
   if (std::ranges::none_of(whole.classes, [](const auto& found) { return found.has_value(); })) return;
   adder_->enter(whole.level, whole_level);
   for (const CellId c : whole.level.complex.cells()) {
-    if (whole.classes[c]) adder_->add(c, limit_cells_[whole_level][c], *whole.classes[c]);
+    if (whole.classes[c]) adder_->add(c, limit_cells_[whole_level][c], *whole.classes[c], true);
   }
   adder_->finish_level();
 }
@@ -126,7 +121,7 @@ void Builder::add_children(const Levels::Group& group) {
       const CellId child{refined.first_child[i] + k};
       const auto found = classifier.classify(child);
       if (!found) throw Error(ErrorCode::kInternal, "refinement doesn't end");
-      adder_->add(child, LimitCellId{first + k}, *found);
+      adder_->add(child, LimitCellId{first + k}, *found, k == 0);
     }
   }
   adder_->finish_level();

@@ -16,8 +16,8 @@ namespace {
 
 // While they are prepared limit cells were measured to take up to 1.4 kB, operators, channels and boundary faces apart,
 // and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
-// to each cell that is left behind, and take up to 0.67 kB. Cut-outs take up to 0.7 kB a cell.
-constexpr std::uint64_t kLimitCellBytes = 2048, kTwiceRefinedCellBytes = 704, kBoundaryFaceBytes = 512;
+// to each cell that is left behind, and take up to 0.44 kB. Cut-outs take up to 0.7 kB a cell.
+constexpr std::uint64_t kLimitCellBytes = 2048, kTwiceRefinedCellBytes = 480, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kCutOutCellBytes = 768;
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 

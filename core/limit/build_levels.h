@@ -34,6 +34,9 @@ struct WholeLevel {
   std::vector<CellId> first_child;                     // By cell of the last but one: in the last one, or kNone.
 };
 
+/// Cells that are walked together, where there are several threads.
+inline constexpr std::size_t kWalkedTogether = 512;
+
 /// What building the cells takes, as options.reserve is told it, from what is known so far.
 class BuildingMemory {
  public:

@@ -15,14 +15,20 @@
 namespace ccslice {
 namespace {
 
-/// So many cells wait for their turn, and a thread walks so many.
-constexpr std::size_t kWalkedTogether = 512, kWalkedInTurn = 16;
+/// Cells that a thread walks in its turn.
+constexpr std::size_t kWalkedInTurn = 16;
 
 }  // namespace
 
 CellAdder::CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
-                     std::size_t faces, LimitSolid::Data& data)
-    : mesh_(mesh), options_(options), cancel_(options.cancel), memory_(memory), data_(data), stars_(levels) {
+                     RingStore rings, std::size_t faces, LimitSolid::Data& data)
+    : mesh_(mesh),
+      options_(options),
+      cancel_(options.cancel),
+      memory_(memory),
+      data_(data),
+      rings_(std::move(rings)),
+      stars_(levels) {
   faces_.reserve(faces);
   if (options_.threads > 1) arena_.emplace(options_.threads);
 }
@@ -30,26 +36,14 @@ CellAdder::CellAdder(const ControlMesh& mesh, const PrepareOptions& options, Bui
 void CellAdder::enter(const Level& level, std::size_t number) {
   level_ = &level;
   level_number_ = number;
+  rings_.enter(level);
   own_walkers_.emplace(level.complex, own_starts_);
   if (arena_) others_walkers_.emplace([this] { return Walkers(level_->complex, others_starts_.local()); });
 }
 
-void CellAdder::add(CellId cell, LimitCellId id, const Classification& found) {
-  pending_.push_back({cell, id, found});
-  if (!arena_ || pending_.size() == kWalkedTogether) finish_level();
-}
-
-std::uint32_t CellAdder::put_ring(std::span<const VertexId> points) {
-  if (data_.rings.size() + points.size() >= kNone) {
-    throw Error(
-        ErrorCode::kMeshTooComplex,
-        "cell_vertices: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
-        "coarser control mesh",
-        "cell_vertices");
-  }
-  const auto begin = static_cast<std::uint32_t>(data_.rings.size());
-  for (const VertexId p : points) data_.rings.push_back(p == kNone ? kNone : level_->point(p));
-  return begin;
+void CellAdder::add(CellId cell, LimitCellId id, const Classification& found, bool begins_family) {
+  pending_.push_back({cell, id, found, begins_family});
+  if (!arena_ || pending_.size() == kWalkedTogether) add_pending();
 }
 
 template <typename Work>
@@ -67,6 +61,11 @@ void CellAdder::for_each_walked(std::size_t count, Work work) {
 }
 
 void CellAdder::finish_level() {
+  add_pending();
+  rings_.end_family();
+}
+
+void CellAdder::add_pending() {
   walk_stars();
   for_each_walked(pending_.size(), [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
   for (const PendingCell& pending : pending_) put_cell(pending);
@@ -136,7 +135,7 @@ const CellAdder::Star& CellAdder::star_of(VertexId vertex) {
   Star& star = star_at(vertex);
   if (star.op == kNone) {
     const auto walked = walked_stars_.extract(vertex);
-    star = {data_.operators.star(walked.mapped()), put_ring(walked.mapped().points)};
+    star = {data_.operators.star(walked.mapped()), rings_.append(walked.mapped().points)};
   }
   return star;
 }
@@ -147,28 +146,26 @@ void CellAdder::put_vertex_ring(const PendingCell& pending, LimitCell& record) {
   const auto& [ring, frame] = std::get<FramedVertexRing>(pending.ring);
   record.frame = frame;
   record.op = data_.operators.vertex(star.op, ring, own_walkers_->rings, pending.cell, frame);
-  record.ring_count = static_cast<std::uint32_t>(ring.own().size());
-  record.ring_begin = put_ring(ring.own());
+  rings_.put(pending.id, ring.own());
 }
 
 void CellAdder::put_cell(const PendingCell& pending) {
   cancel_.throw_if_cancelled();
   LimitCell& record = data_.cells[pending.id];
   record.cell_class = pending.found.cell_class;
+  if (pending.begins_family) rings_.end_family();
   if (const auto* regular = std::get_if<RegularRing>(&pending.ring)) {
     record.phantoms = regular->phantoms;
-    record.ring_count = 64;
-    record.ring_begin = put_ring(regular->points);
+    rings_.put(pending.id, regular->points);
   } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
     record.frame = line->frame;
     record.phantoms = line->ring.phantoms;
     record.op = data_.operators.line(line->ring);
-    record.ring_count = static_cast<std::uint32_t>(line->ring.points.size());
-    record.ring_begin = put_ring(line->ring.points);
+    rings_.put(pending.id, line->ring.points);
   } else {
     put_vertex_ring(pending, record);
   }
-  memory_.reserve_operators(data_.operators.memory_bytes());
+  memory_.reserve_operators(data_.operators.memory_bytes() + rings_.memory_bytes());
   put_boundary_faces(pending);
 }
 
@@ -197,7 +194,7 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     (record.beyond != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
         static_cast<std::uint8_t>(1u << side);
     faces_.push_back({record,
-                      {ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), put_ring(ring.points),
+                      {ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), rings_.append(ring.points),
                        static_cast<std::uint32_t>(ring.points.size())}});
   }
 }

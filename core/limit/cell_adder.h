@@ -22,6 +22,7 @@
 
 #include "core/limit/build_levels.h"
 #include "core/limit/level.h"
+#include "core/limit/ring_store.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/control_mesh.h"
 #include "core/subdivision/canonical_rings.h"
@@ -35,11 +36,11 @@ class CellAdder {
  public:
   /// `levels`: how many there are, cut-outs of one counting as one. REQUIRES: data.cells know their control cells.
   CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
-            std::size_t faces, LimitSolid::Data& data);
+            RingStore rings, std::size_t faces, LimitSolid::Data& data);
 
   /// What follows is of this level, or of this cut-out of it. REQUIRES: it outlives what is added of it.
   void enter(const Level& level, std::size_t number);
-  void add(CellId cell, LimitCellId id, const Classification& found);
+  void add(CellId cell, LimitCellId id, const Classification& found, bool begins_family);
   /// Of all that has been entered so far. Throws Error{kMeshTooComplex}, Error{kCancelled}, and what memory does, as
   /// add() does.
   void finish_level();
@@ -68,6 +69,7 @@ class CellAdder {
     CellId cell;
     LimitCellId id;
     Classification found;
+    bool begins_family;
     std::variant<RegularRing, FramedLineRing, FramedVertexRing> ring{};
     std::vector<SurfaceRing> surfaces{};  // Of the sides that become faces.
   };
@@ -82,6 +84,7 @@ class CellAdder {
 
   template <typename Work>
   void for_each_walked(std::size_t count, Work work);
+  void add_pending();
   void walk_stars();
   void walk(Walkers& walkers, PendingCell& pending) const;
   bool becomes_face(const PendingCell& pending, FaceId face) const;
@@ -95,13 +98,13 @@ class CellAdder {
   void put_cell(const PendingCell& pending);
   void put_boundary_faces(const PendingCell& pending);
   void put_vertex_ring(const PendingCell& pending, LimitCell& record);
-  std::uint32_t put_ring(std::span<const VertexId> points);
 
   const ControlMesh& mesh_;
   const PrepareOptions& options_;
   const CancellationToken& cancel_;
   BuildingMemory& memory_;
   LimitSolid::Data& data_;
+  RingStore rings_;
   std::vector<std::vector<Star>> stars_;  // By level and number of the vertex there.
   std::vector<WalkedFace> faces_;
   KnownStarts own_starts_;

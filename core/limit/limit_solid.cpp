@@ -22,12 +22,12 @@ std::size_t bytes_of(const std::vector<T>& v) {
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
-         bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) + bytes_of(data.face_rings) +
-         bytes_of(data.face_hulls) + bytes_of(data.cell_regions) + bytes_of(data.control_corners) +
-         bytes_of(data.first_corners) + data.operators.memory_bytes() + data.cell_boxes.memory_bytes() +
-         data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() +
-         data.overlap_boxes.memory_bytes() + bytes_of(data.parts) + bytes_of(data.boundary_vertices) +
-         bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
+         bytes_of(data.ring_orders) + bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) +
+         bytes_of(data.face_rings) + bytes_of(data.face_hulls) + bytes_of(data.cell_regions) +
+         bytes_of(data.control_corners) + bytes_of(data.first_corners) + data.operators.memory_bytes() +
+         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
+         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
+         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
 }
 
 }  // namespace
@@ -42,6 +42,7 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   measure_boundary(mesh, rings, options, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
+  data->ring_orders.shrink_to_fit();
   data->cells.shrink_to_fit();
   build_cell_boxes(options, *data);
   find_folds(options, *data);

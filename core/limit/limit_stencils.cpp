@@ -115,7 +115,9 @@ class StencilWalk {
 
   WeightTable weights_of(const LimitCell& cell) const {
     const Range all{0, places_.size()};
-    if (cell.cell_class == CellClass::kLine) return of_line_ring(cell.op, cell.ring_count / 4, cell.phantoms, all);
+    if (cell.cell_class == CellClass::kLine) {
+      return of_line_ring(cell.op, data_.operators.lines()[cell.op].points, cell.phantoms, all);
+    }
     return of_vertex_ring(data_.operators.vertices()[cell.op], all);
   }
 

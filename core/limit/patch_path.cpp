@@ -169,9 +169,10 @@ void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms)
 
 std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& path) noexcept {
   if (line_.cell == &cell && line_.level == path.level && line_.child == path.child) return line_.op;
-  std::uint32_t layer_points = cell.ring_count / 4;
+  std::uint32_t layer_points = 0;
   line_ = {&cell, path.level, path.child, cell.op};
   if (cell.cell_class == CellClass::kLine) {
+    layer_points = data_.operators.lines()[cell.op].points;
     gather(cell, a_.data());
     fill_layers(layer_points, cell.phantoms);
   } else {

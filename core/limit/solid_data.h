@@ -21,7 +21,8 @@
 
 namespace ccslice {
 
-/// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or what the vertex's star lacks (vertex).
+/// A limit-ready cell. Its ring: 64 points (regular), 4 layers (line), or what the vertex's star lacks (vertex), picked
+/// from those of a family of cells that have most in common.
 struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
   std::uint8_t boundary_sides = 0;   // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
@@ -29,8 +30,8 @@ struct LimitCell {
   PhantomMask phantoms = 0;
   Frame frame;
   std::uint32_t op = kNone;
-  std::uint32_t ring_begin = 0;
-  std::uint32_t ring_count = 0;
+  std::uint32_t ring_begin = 0;  // The family's points,
+  std::uint32_t ring_order = 0;  // and where its own ones stand among them.
   std::uint32_t star_begin = 0;  // Vertex cells: the points of the star, shared by the cells at the vertex.
   ControlCellId control_cell;
 };
@@ -42,10 +43,24 @@ struct SurfaceFaceRing {
   std::uint32_t ring_count = 0;
 };
 
+/// The points of a cell's ring.
+class CellRing {
+ public:
+  CellRing(const std::uint32_t* family, std::span<const std::uint32_t> order) : family_(family), order_(order) {}
+
+  std::size_t size() const { return order_.size(); }
+  std::uint32_t operator[](std::size_t n) const { return family_[order_[n]]; }
+
+ private:
+  const std::uint32_t* family_;
+  std::span<const std::uint32_t> order_;
+};
+
 struct LimitSolid::Data : CellIndex {
-  std::size_t dimension = 3;   // 3 + channels.
-  std::vector<double> points;  // dimension doubles a control point: x, y, z (mm), channels.
-  std::vector<std::uint32_t> rings;
+  std::size_t dimension = 3;               // 3 + channels.
+  std::vector<double> points;              // dimension doubles a control point: x, y, z (mm), channels.
+  std::vector<std::uint32_t> rings;        // Of families of cells, of stars and of faces.
+  std::vector<std::uint32_t> ring_orders;  // Shared by cells with rings that are alike.
   std::vector<LimitCell> cells;
   OperatorTable operators;
   std::vector<BoundaryFace> faces;  // Of the boundary, then of interfaces.
@@ -61,8 +76,15 @@ struct LimitSolid::Data : CellIndex {
   std::vector<Vec3> meant_positions;             // Likewise, if a fit missed any: meant_position().
   SolidSummary summary;
 
-  std::span<const std::uint32_t> ring(const LimitCell& cell) const {
-    return std::span(rings).subspan(cell.ring_begin, cell.ring_count);
+  std::uint32_t ring_count(const LimitCell& cell) const {
+    switch (cell.cell_class) {
+      case CellClass::kLine: return 4 * operators.lines()[cell.op].points;
+      case CellClass::kVertex: return operators.corners()[operators.vertices()[cell.op].corner].own;
+      default: return 64;
+    }
+  }
+  CellRing ring(const LimitCell& cell) const {
+    return {rings.data() + cell.ring_begin, std::span(ring_orders).subspan(cell.ring_order, ring_count(cell))};
   }
   std::span<const std::uint32_t> ring(const SurfaceFaceRing& face) const {
     return std::span(rings).subspan(face.ring_begin, face.ring_count);
@@ -73,7 +95,7 @@ struct LimitSolid::Data : CellIndex {
   }
   /// Points that an irregular cell's limit depends on: a vertex cell's star comes before its ring.
   std::size_t point_count(const LimitCell& cell) const {
-    return (cell.cell_class == CellClass::kVertex ? star(cell).size() : 0) + cell.ring_count;
+    return (cell.cell_class == CellClass::kVertex ? star(cell).size() : 0) + ring_count(cell);
   }
   /// Calls visit(n, id) for the n-th of them; kNone in phantom layers.
   template <typename Visit>
@@ -82,7 +104,8 @@ struct LimitSolid::Data : CellIndex {
     if (cell.cell_class == CellClass::kVertex) {
       for (const std::uint32_t id : star(cell)) visit(n++, id);
     }
-    for (const std::uint32_t id : ring(cell)) visit(n++, id);
+    const CellRing own = ring(cell);
+    for (std::size_t i = 0; i < own.size(); ++i) visit(n++, own[i]);
   }
   std::span<const std::uint32_t> corners(ControlCellId cell) const {
     return std::span(control_corners).subspan(first_corners[cell], first_corners[cell + 1] - first_corners[cell]);

@@ -49,6 +49,7 @@ COVERED = {
     "patch_path": ("limit_evaluator_test", "each evaluation finds its patch by it; line_folds_test walks it"),
     "vertex_folds": ("line_folds_test", "cells at the ends of sharp edges are sampled there"),
     "contour_tracer": ("contour_test", "contours of one layer after the other"),
+    "ring_store": ("limit_solid_test", "rings are looked at there, and every evaluation reads them"),
     "cell_index": ("limit_solid_test", "a struct; its queries are tested there"),
     "piece_finder": ("cell_node_store_test", "pieces of slabs, whatever the store holds"),
     "slab_pieces": ("cell_node_store_test", "pieces of slabs, whatever the store holds; piece_cover_test asks them"),

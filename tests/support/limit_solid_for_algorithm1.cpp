@@ -13,7 +13,7 @@ namespace {
 /// A cell's own corners among its points (core/subdivision/ring.h); a vertex cell's are all in its star.
 std::array<std::uint32_t, 8> corner_points(const LimitSolid::Data& data, const LimitCell& cell) {
   std::array<std::uint32_t, 8> points{};
-  const std::size_t layer = cell.ring_count / 4;  // Of a line cell.
+  const std::size_t layer = data.ring_count(cell) / 4;  // Of a line cell.
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const std::size_t u = corner & 1, v = corner >> 1 & 1, w = corner >> 2;
     switch (cell.cell_class) {

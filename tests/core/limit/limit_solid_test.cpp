@@ -9,6 +9,7 @@
 #include <chrono>
 #include <numbers>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "core/base/error.h"
@@ -292,16 +293,35 @@ TEST(LimitSolid, KeepsARegularCellUnderThreeQuartersOfAKilobyte) {
 }
 
 // However many cells meet at their vertices, tetrahedra share the operators of few rings.
-TEST(LimitSolid, KeepsATetrahedronUnderThirtyKilobytes) {
+TEST(LimitSolid, KeepsATetrahedronUnderSixteenKilobytes) {
   const ControlMesh mesh = oracle::kuhn_box(4);
   std::uint64_t asked = 0;
   PrepareOptions options;
   options.reserve = [&](std::uint64_t bytes) { asked = bytes; };
   const auto solid = LimitSolid::prepare(mesh, options);
   EXPECT_EQ(solid->summary().limit_cells, 32 * mesh.cell_count());
-  EXPECT_LT(solid->summary().memory_bytes, 30'000 * mesh.cell_count());
-  EXPECT_LT(asked, 70'000 * mesh.cell_count());
+  EXPECT_LT(solid->summary().memory_bytes, 16'000 * mesh.cell_count());
+  EXPECT_LT(asked, 50'000 * mesh.cell_count());
   EXPECT_LT(solid->data().operators.corners().size(), 300u);
+}
+
+// Children of one cell list the points that they have in common once, and there are few orders to pick them in.
+TEST(LimitSolid, SharesTheRingsOfChildren) {
+  const auto solid = LimitSolid::prepare(oracle::kuhn_box(4));
+  const LimitSolid::Data& data = solid->data();
+  std::size_t points = 0;
+  for (const LimitCell& cell : data.cells) {
+    const CellRing ring = data.ring(cell);
+    points += ring.size();
+    std::set<std::uint32_t> different;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      if (ring[i] == kNone) continue;
+      EXPECT_LT(ring[i], data.points.size() / data.dimension);
+      EXPECT_TRUE(different.insert(ring[i]).second);
+    }
+  }
+  EXPECT_LT(data.rings.size(), points / 2);
+  EXPECT_LT(data.ring_orders.size(), points / 4);
 }
 
 TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Fills the rings of a solid in the making. Eight children of one cell have a third of their points to themselves, so
+// they are a FAMILY: its points are listed once, as they are met, and where those of a cell's ring stand in the list is
+// its order, of which there are few: like the operators it follows from the topology next to the family alone.
+//
+// Private to core/limit.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "core/limit/level.h"
+#include "core/limit/solid_data.h"
+
+namespace ccslice {
+
+class RingStore {
+ public:
+  /// `cells`, `families`: how many there will be; `faces`: of the boundary.
+  RingStore(std::size_t cells, std::size_t families, std::size_t faces, LimitSolid::Data& data);
+
+  /// What follows has points of this level. REQUIRES: no family is open; the level outlives those that follow.
+  void enter(const Level& level);
+  /// Gives a cell of the family its ring, once the family ends.
+  void put(LimitCellId cell, std::span<const VertexId> ring);
+  /// What is put next belongs to another one.
+  void end_family();
+  /// Where a list of its own begins. Throws Error{kMeshTooComplex}, as end_family() does.
+  std::uint32_t append(std::span<const VertexId> points);
+
+  /// Of orders: how many there are shows as they are made.
+  std::size_t memory_bytes() const { return bytes_ + data_.ring_orders.capacity() * sizeof(std::uint32_t); }
+
+ private:
+  using Order = std::vector<std::uint32_t>;
+  std::uint32_t place_of(VertexId point);
+
+  LimitSolid::Data& data_;
+  const Level* level_ = nullptr;
+  std::map<Order, std::uint32_t> known_orders_;  // Where they begin.
+  std::size_t bytes_ = 0;
+  // Of the family:
+  std::vector<VertexId> points_;
+  std::vector<LimitCellId> cells_;
+  std::vector<std::uint32_t> places_;    // By vertex of the level: in points_, or kNone.
+  std::uint32_t phantom_place_ = kNone;  // Of kNone.
+  Order order_;
+};
+
+}  // namespace ccslice
