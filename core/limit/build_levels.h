@@ -57,6 +57,7 @@ class BuildingMemory {
 
  private:
   void reserve();
+  std::uint64_t bytes_of_threads() const;
 
   const ControlMesh& mesh_;
   const PrepareOptions& options_;

@@ -324,6 +324,20 @@ TEST(LimitSolid, SharesTheRingsOfChildren) {
   EXPECT_LT(data.ring_orders.size(), points / 4);
 }
 
+// Each thread walks with places of its own.
+TEST(LimitSolid, AsksForTheMemoryOfItsThreads) {
+  const auto asked_by = [](int threads) {
+    std::uint64_t asked = 0;
+    PrepareOptions options;
+    options.threads = threads;
+    options.reserve = [&](std::uint64_t bytes) { asked = bytes; };
+    EXPECT_GT(LimitSolid::prepare(oracle::box_mesh(20, 20, 20), options)->summary().limit_cells, 0u);
+    return asked;
+  };
+  EXPECT_GT(asked_by(2), asked_by(1) + 16 * 8000);
+  EXPECT_GT(asked_by(16), asked_by(2) + 14 * 16 * 8000);
+}
+
 TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     std::vector<std::uint64_t> asked;

@@ -59,12 +59,15 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
 }
 
 TEST(PreparationMemory, IsAskedForBeforeItIsTaken) {
-  for (auto& [name, mesh] : meshes()) {
-    Bookkeeper bookkeeper(name);
-    PrepareOptions options;
-    options.reserve = [&](std::uint64_t bytes) { bookkeeper.ask(bytes); };
-    const auto solid = LimitSolid::prepare(std::move(mesh), options);
-    bookkeeper.end();
+  for (const int threads : {1, 2}) {
+    for (auto& [name, mesh] : meshes()) {
+      Bookkeeper bookkeeper(name + ", threads: " + std::to_string(threads));
+      PrepareOptions options;
+      options.threads = threads;
+      options.reserve = [&](std::uint64_t bytes) { bookkeeper.ask(bytes); };
+      const auto solid = LimitSolid::prepare(std::move(mesh), options);
+      bookkeeper.end();
+    }
   }
 }
 
