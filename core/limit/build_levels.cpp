@@ -14,11 +14,12 @@
 namespace ccslice {
 namespace {
 
-// While they are prepared limit cells were measured to take up to 1.4 kB, operators, channels and boundary faces apart,
-// and cells that share no faces up to 0.5 kB more for each. Where two refinements are needed, the limit cells are many
-// to each cell that is left behind, and take up to 0.44 kB. Cut-outs take up to 0.7 kB a cell.
-constexpr std::uint64_t kLimitCellBytes = 2048, kTwiceRefinedCellBytes = 480, kBoundaryFaceBytes = 512;
+// While they are prepared cells of whole levels were measured to take up to 1.4 kB, operators, channels and boundary
+// faces apart, and cells that share no faces up to 0.5 kB more for each. Those that are made in cut-outs are many to
+// each cell that is left behind, and take up to 0.46 kB; their cut-out takes up to 0.7 kB a cell.
+constexpr std::uint64_t kLimitCellBytes = 2048, kRefinedCellBytes = 512, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kCutOutCellBytes = 768;
+constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
 constexpr std::size_t kRefinedTogether = 2048;      // Cells: some 12 MB, a quarter of which are others' children.
@@ -60,9 +61,9 @@ Levels::Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex comp
   for (std::vector<CellId> left = classify(cells); !left.empty(); left = classify(cells)) {
     limit_cells += cells.size() - left.size();
     const std::size_t children = child_count(left);
-    const bool twice = whole_.size() > 1;
-    memory.reserve_cells(limit_cells + (twice ? 0 : children), twice ? children : 0, children);
-    if (are_hexahedra(left)) {
+    const bool is_last = are_hexahedra(left);
+    memory.reserve_cells(limit_cells + (is_last ? 0 : children), is_last ? children : 0);
+    if (is_last) {
       number_last_level(left);
       break;
     }
@@ -226,12 +227,11 @@ void BuildingMemory::reserve_control_cells() {
       twice += kChildren * static_cast<std::size_t>(corner_count(kind));
     }
   }
-  reserve_cells(once, twice, twice);
+  reserve_cells(once, twice);
 }
 
-void BuildingMemory::reserve_cells(std::size_t cells, std::size_t twice_refined_cells, std::size_t children) {
+void BuildingMemory::reserve_cells(std::size_t cells, std::size_t children) {
   cells_ = cells;
-  twice_refined_cells_ = twice_refined_cells;
   children_ = children;
   reserve();
 }
@@ -243,7 +243,7 @@ void BuildingMemory::reserve_faces(std::size_t faces) {
 
 void BuildingMemory::reserve_operators(std::size_t bytes) {
   if (bytes <= operator_bytes_) return;
-  operator_bytes_ = 2 * bytes;
+  operator_bytes_ = bytes + bytes / kOperatorGrowth;
   reserve();
 }
 
@@ -253,7 +253,7 @@ std::uint64_t BuildingMemory::bytes_of_threads() const {
   constexpr std::uint64_t kWholeLevelBytes = 16, kCutOutBytes = 64, kKnownBytes = 256, kMostKnownBytes = 1 << 20;
   constexpr std::uint64_t kWalkedCellBytes = 4096;
   if (options_.threads <= 1) return 0;
-  const std::uint64_t places = mesh_.vertex_count() + mesh_.cell_count() + cells_ + twice_refined_cells_ / 8;
+  const std::uint64_t places = mesh_.vertex_count() + mesh_.cell_count() + cells_ + children_ / 8;
   const std::uint64_t each = (cells_ > 0 ? kWholeLevelBytes * places : 0) +
                              kCutOutBytes * std::min(children_, 8 * kRefinedTogether) +
                              std::min(kKnownBytes * limit_cells(), kMostKnownBytes);
@@ -267,7 +267,7 @@ void BuildingMemory::reserve() {
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
   const std::uint64_t cut_out = std::min(children_, 8 * kRefinedTogether);
-  const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kTwiceRefinedCellBytes * twice_refined_cells_ +
+  const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kRefinedCellBytes * children_ +
                               kCutOutCellBytes * cut_out + kBoundaryFaceBytes * faces_ + sizeof(double) * values +
                               operator_bytes_ + bytes_of_threads();
   told_bytes_ = std::max(told_bytes_, bytes);

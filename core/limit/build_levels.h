@@ -46,14 +46,14 @@ class BuildingMemory {
   /// Each throws what options.reserve does, which is never told less than before.
   /// What the kinds of cells tell: tetrahedra and wedges are refined twice, but for a few of their children.
   void reserve_control_cells();
-  /// Cells: those after one refinement at most, those after two, and how many of either the last refinement makes.
-  void reserve_cells(std::size_t cells, std::size_t twice_refined_cells, std::size_t children);
+  /// Those of whole levels, and those that are made in cut-outs.
+  void reserve_cells(std::size_t cells, std::size_t children);
   void reserve_faces(std::size_t faces);
-  /// How many different operators there are shows as they are made: asks for as much again each time.
+  /// How many different operators there are shows as they are made: asks for some more each time.
   void reserve_operators(std::size_t bytes);
 
   /// All of them, once the levels are built.
-  std::size_t limit_cells() const { return cells_ + twice_refined_cells_; }
+  std::size_t limit_cells() const { return cells_ + children_; }
 
  private:
   void reserve();
@@ -62,7 +62,6 @@ class BuildingMemory {
   const ControlMesh& mesh_;
   const PrepareOptions& options_;
   std::size_t cells_;
-  std::size_t twice_refined_cells_ = 0;
   std::size_t children_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
   std::size_t operator_bytes_ = 0;

@@ -14,6 +14,7 @@
 
 #include "core/limit/deviation.h"
 #include "core/limit/limit_solid.h"
+#include "core/mesh/cell_kind.h"
 #include "core/mesh/models.h"
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/support/allocation_count.h"
@@ -46,16 +47,31 @@ class Bookkeeper {
   std::uint64_t asked_bytes_ = 0;
 };
 
+/// Cells of these corners that share nothing, more than one cut-out has.
+ControlMesh lone_cells(CellKind kind, const std::vector<Vec3>& corners) {
+  ControlMesh cell, mesh;
+  cell.positions = corners;
+  cell.cell_kinds = {kind};
+  for (std::uint32_t i = 0; i < corners.size(); ++i) cell.cell_vertices.push_back(i);
+  for (std::uint32_t i = 0; i < 700; ++i) {
+    oracle::append_mesh(mesh, cell, 2.0 * Vec3(i % 8, i / 8 % 8, i / 64));
+  }
+  return mesh;
+}
+
 std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh sharp = oracle::box_mesh(12, 12, 12);
   oracle::sharpen_by_cells(sharp, 1);
   oracle::add_random_channels(sharp, 2, 3);
-  return {{"smooth box", oracle::box_mesh(12, 12, 12)},
-          {"sharp box", sharp},
-          {"tetrahedra", oracle::kuhn_box(4)},
-          {"tetrahedra in several cut-outs", oracle::kuhn_box(8)},
-          {"coyote", find_sample_model("coyote")->make()},
-          {"engine", find_sample_model("engine")->make()}};
+  return {
+      {"smooth box", oracle::box_mesh(12, 12, 12)},
+      {"sharp box", sharp},
+      {"tetrahedra", oracle::kuhn_box(4)},
+      {"tetrahedra in several cut-outs", oracle::kuhn_box(8)},
+      {"lone tetrahedra", lone_cells(CellKind::kTet, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})},
+      {"lone wedges", lone_cells(CellKind::kWedge, {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 1}, {1, 0, 1}})},
+      {"coyote", find_sample_model("coyote")->make()},
+      {"engine", find_sample_model("engine")->make()}};
 }
 
 TEST(PreparationMemory, IsAskedForBeforeItIsTaken) {
