@@ -19,6 +19,7 @@ namespace {
 // each cell that is left behind, and take up to 0.46 kB; their cut-out takes up to 0.7 kB a cell.
 constexpr std::uint64_t kLimitCellBytes = 2048, kRefinedCellBytes = 512, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kCutOutCellBytes = 768;
+constexpr std::uint64_t kWalkedCellBytes = 2560;
 constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
@@ -247,20 +248,6 @@ void BuildingMemory::reserve_operators(std::size_t bytes) {
   reserve();
 }
 
-/// What all threads beyond the first hold: numbers for the places of the level, or the cut-out, that they walk, and
-/// what they know of rings; and the cells that are walked together.
-std::uint64_t BuildingMemory::bytes_of_threads() const {
-  constexpr std::uint64_t kWholeLevelBytes = 16, kCutOutBytes = 64, kKnownBytes = 256, kMostKnownBytes = 1 << 20;
-  constexpr std::uint64_t kWalkedCellBytes = 4096;
-  if (options_.threads <= 1) return 0;
-  const std::uint64_t places = mesh_.vertex_count() + mesh_.cell_count() + cells_ + children_ / 8;
-  const std::uint64_t each = (cells_ > 0 ? kWholeLevelBytes * places : 0) +
-                             kCutOutBytes * std::min(children_, 8 * kRefinedTogether) +
-                             std::min(kKnownBytes * limit_cells(), kMostKnownBytes);
-  return kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether) +
-         static_cast<std::uint64_t>(options_.threads - 1) * each;
-}
-
 /// Refined cells with their share of the levels above.
 void BuildingMemory::reserve() {
   if (!options_.reserve) return;
@@ -269,7 +256,7 @@ void BuildingMemory::reserve() {
   const std::uint64_t cut_out = std::min(children_, 8 * kRefinedTogether);
   const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kRefinedCellBytes * children_ +
                               kCutOutCellBytes * cut_out + kBoundaryFaceBytes * faces_ + sizeof(double) * values +
-                              operator_bytes_ + bytes_of_threads();
+                              operator_bytes_ + kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   told_bytes_ = std::max(told_bytes_, bytes);
   options_.reserve(told_bytes_);
 }
