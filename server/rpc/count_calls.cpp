@@ -4,24 +4,35 @@
 #include "server/rpc/count_calls.h"
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
 
 #include <optional>
+#include <string>
+#include <string_view>
+
+#include "ccslice/v1/service.grpc.pb.h"
 
 namespace ccslice::server {
 namespace {
 
+/// Those of SlicerService take their requests as they came (slicer_service.cpp); gRPC's own services don't.
+bool is_of_service(std::string_view method) {
+  return method.starts_with("/" + std::string(v1::SlicerService::service_full_name()) + "/");
+}
+
 /// Lives as long as its call.
 class CountedCall final : public grpc::experimental::Interceptor {
  public:
-  CountedCall(ConnectionTable& connections, const std::optional<Peer>& peer)
-      : connections_(connections), connection_(peer ? connections.begin_call(*peer) : 0) {}
+  CountedCall(ConnectionTable& connections, const std::optional<Peer>& peer, bool has_bytes)
+      : connections_(connections), connection_(peer ? connections.begin_call(*peer) : 0), has_bytes_(has_bytes) {}
   ~CountedCall() override { connections_.end_call(connection_, ConnectionTable::Clock::now(), served_); }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
     using grpc::experimental::InterceptionHookPoints;
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr) {  // None: the end of a stream.
-      connections_.note_message(connection_, ConnectionTable::Clock::now());
+      const auto* const bytes = has_bytes_ ? static_cast<grpc::ByteBuffer*>(methods->GetRecvMessage()) : nullptr;
+      connections_.note_message(connection_, bytes != nullptr ? bytes->Length() : 0, ConnectionTable::Clock::now());
     }
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
       served_ = methods->GetSendStatus().error_code() != grpc::StatusCode::CANCELLED;
@@ -32,6 +43,7 @@ class CountedCall final : public grpc::experimental::Interceptor {
  private:
   ConnectionTable& connections_;
   const ConnectionTable::ConnectionId connection_;
+  const bool has_bytes_;
   bool served_ = false;
 };
 
@@ -40,7 +52,7 @@ class CountedCalls final : public grpc::experimental::ServerInterceptorFactoryIn
   explicit CountedCalls(ConnectionTable& connections) : connections_(connections) {}
 
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* info) override {
-    return new CountedCall(connections_, parse_peer(info->server_context()->peer()));
+    return new CountedCall(connections_, parse_peer(info->server_context()->peer()), is_of_service(info->method()));
   }
 
  private:

@@ -42,7 +42,7 @@ constexpr std::chrono::milliseconds kLastWords = 1s;
 constexpr std::chrono::milliseconds kHandshake = 20s;
 
 constexpr std::size_t kHealthConnections = 256;
-constexpr int kHealthMessageBytes = 4096;
+constexpr int kHealthMessageBytes = 4096, kHealthStreams = 16;
 /// How often gRPC looks for renewed certificates.
 constexpr unsigned int kLookAtCertificatesS = 1;
 
@@ -80,10 +80,11 @@ void take_no_compressed_messages(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
 }
 
+constexpr int kThreadsOfReflection = 16;  // gRPC gives each of its streams one.
+
 /// Idle connections are probed, so that the calls of a client that vanished without a word end too. One that doesn't
 /// even begin to speak HTTP/2 isn't waited for.
 void set_channel_arguments(const ServerOptions& options, grpc::ServerBuilder& builder) {
-  constexpr int kThreadsOfReflection = 16;  // gRPC gives each of its streams a thread.
   grpc::ResourceQuota quota("connections");
   quota.Resize(options.connection_budget_bytes);
   quota.SetMaxThreads(kThreadsOfReflection);
@@ -159,6 +160,10 @@ Server::HealthServer::HealthServer(const std::string& address)
   grpc::ServerBuilder builder;
   acceptor = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
+  grpc::ResourceQuota quota("health");
+  quota.SetMaxThreads(kThreadsOfReflection);
+  builder.SetResourceQuota(quota);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kHealthStreams);
   take_no_compressed_messages(builder);
   builder.SetMaxReceiveMessageSize(kHealthMessageBytes);
   server = builder.BuildAndStart();
@@ -209,7 +214,7 @@ void Server::relieve() {
   state_.heap_trim.trim();
   if (!takes_too_much()) return;
   const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
-  if (ended > 0) spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
+  if (ended > 0) return spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
   const std::size_t dropped = listener_.connections().drop_unserved(kDroppedAtOnce, now);
   if (dropped > 0) spdlog::warn("dropped {} connections with calls that ask for nothing: memory runs short", dropped);
 }

@@ -49,8 +49,8 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     if (stopped_) return end(status_of_stop());
     try {
       if (!ok) return finish_reading();
-      const bool is_tiny = raw_.Length() < kTinyBytes;
-      if (accept()) is_tiny ? read_in_turn() : read();
+      tiny_in_row_ = raw_.Length() < kTinyBytes ? tiny_in_row_ + 1 : 0;
+      if (accept()) tiny_in_row_ < kTinyAtOnce ? read() : read_in_turn();
     } catch (...) {
       end(to_status(std::current_exception()));
     }
@@ -58,6 +58,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
 
   /// Messages of a few bytes each, one right after the other, would keep gRPC's threads from all other calls.
   void read_in_turn() {
+    tiny_in_row_ = 0;
     if (!lane_) lane_ = make_lane(Pieces::kInteractive);
     lane_->post([this, self = shared_from_this()] { read(); });
   }
@@ -182,10 +183,11 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     return ticket_;
   }
 
-  static constexpr std::size_t kTinyBytes = 1024;
+  static constexpr std::size_t kTinyBytes = 1024, kTinyAtOnce = 64;
 
   v1::UploadMeshResponse& response_;
   grpc::ByteBuffer raw_;
+  std::size_t tiny_in_row_ = 0;
   std::optional<Executor::Lane> lane_;
   std::shared_ptr<Upload> upload_;
   std::mutex pace_mutex_;

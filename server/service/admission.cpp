@@ -129,7 +129,9 @@ bool Admission::has_place_for(const Place& place) const {
 
 Admission::Rank Admission::rank_of(const Place& place) {
   switch (place.turn_) {
-    case Place::Turn::kResumes: return Rank::kResumes;
+    case Place::Turn::kResumes:
+      if (!place.memory_.is_short) return Rank::kResumes;
+      [[fallthrough]];
     case Place::Turn::kGaveWay:
     case Place::Turn::kHasBegun: return place.memory_.is_short ? Rank::kHasBegunShort : Rank::kHasBegun;
     case Place::Turn::kIsNew: break;
@@ -156,8 +158,10 @@ bool Admission::has_memory_for(const Place& place) const {
   const Memory& memory = place.memory_;
   if (!memory.reserve) return true;
   const Rank rank = rank_of(place);
+  const Clock::time_point now = Clock::now();
   const bool others_come_first = std::ranges::any_of(queue_, [&](const Place* other) {
     if (!other->lacks_memory_ || (memory.is_short && !other->memory_.is_short)) return false;
+    if (is_overdue(*other, clients_.at(other->client_), now)) return true;
     const bool is_own = other->client_ == place.client_;
     if (is_own || group_of(other->rank_) != group_of(rank)) return other->rank_ <= rank;
     return !comes_first(place, *other);
@@ -220,7 +224,8 @@ void Admission::insert(Place& place, Decision decision, bool lacks_memory) {
   place.rank_ = rank_of(place);
   Client& client = clients_[place.client_];
   std::list<Place*>& of_client = client.of(place.rank_);
-  const bool comes_first = place.turn_ == Place::Turn::kGaveWay;
+  const bool comes_first =
+      place.turn_ == Place::Turn::kGaveWay || (place.turn_ == Place::Turn::kResumes && place.memory_.is_short);
   place.position_of_client_ = of_client.insert(comes_first ? of_client.begin() : of_client.end(), &place);
   place.position_ = queue_.insert(queue_.end(), &place);
   note_lack_of_memory(place, lacks_memory);
@@ -270,9 +275,39 @@ void Admission::note_left() {
 /// Begins what may begin. REQUIRES: the lock.
 void Admission::admit(std::vector<Decision>& admitted) {
   AwaitedMemory awaited;  // By those before.
+  admit_overdue(awaited, admitted);
   admit_of_ranks(Rank::kHasBegunShort, Rank::kHasBegunShort, awaited, admitted);
   admit_of_ranks(Rank::kResumes, Rank::kHasBegun, awaited, admitted);
   admit_of_ranks(Rank::kIsNew, Rank::kIsNew, awaited, admitted);
+}
+
+/// Whether it comes before all others. REQUIRES: the lock.
+bool Admission::is_overdue(const Place& place, const Client& client, Clock::time_point now) const {
+  return place.turn_ == Place::Turn::kResumes && now - place.since_ >= limits_.longest_wait &&
+         now - client.overdue_begun >= limits_.longest_wait;
+}
+
+/// The client's call that does; null if there is none. REQUIRES: the lock.
+Admission::Place* Admission::overdue_of(Client& client, Clock::time_point now) {
+  for (const Rank rank : {Rank::kResumes, Rank::kHasBegunShort}) {
+    const auto found =
+        std::ranges::find_if(client.of(rank), [&](const Place* place) { return is_overdue(*place, client, now); });
+    if (found != client.of(rank).end()) return *found;
+  }
+  return nullptr;
+}
+
+/// REQUIRES: the lock.
+void Admission::admit_overdue(AwaitedMemory& awaited, std::vector<Decision>& admitted) {
+  const Clock::time_point now = Clock::now();
+  std::vector<Place*> overdue;
+  for (auto& [name, client] : clients_) {
+    if (Place* const place = overdue_of(client, now)) overdue.push_back(place);
+  }
+  std::ranges::sort(overdue, {}, &Place::since_);
+  for (Place* const place : overdue) {
+    if (try_admit(*place, awaited, admitted)) clients_[place->client_].overdue_begun = now;
+  }
 }
 
 /// A client's calls that wait, by rank, as far as the last one.
@@ -313,18 +348,24 @@ void Admission::admit_of_ranks(Rank first, Rank last, AwaitedMemory& awaited, st
       *next = all.back();
       all.pop_back();
     }
-    if (!has_place_for(place)) continue;
-    const Memory& memory = place.memory_;
-    if (memory.reserve) note_lack_of_memory(place, true);  // Before it is asked for, as above.
-    if (memory.reserve && ((memory.is_short ? awaited.by_short : awaited.by_any) || !memory.reserve())) {
-      awaited.by_any = true;
-      awaited.by_short = awaited.by_short || memory.is_short;
-      continue;
-    }
-    admitted.push_back(std::move(place.decision_));
-    take_out(place);
-    run(place);
+    try_admit(place, awaited, admitted);
   }
+}
+
+/// REQUIRES: the lock, and a place that waits.
+bool Admission::try_admit(Place& place, AwaitedMemory& awaited, std::vector<Decision>& admitted) {
+  if (!has_place_for(place)) return false;
+  const Memory& memory = place.memory_;
+  if (memory.reserve) note_lack_of_memory(place, true);  // Before it is asked for, as above.
+  if (memory.reserve && ((memory.is_short ? awaited.by_short : awaited.by_any) || !memory.reserve())) {
+    awaited.by_any = true;
+    awaited.by_short = awaited.by_short || memory.is_short;
+    return false;
+  }
+  admitted.push_back(std::move(place.decision_));
+  take_out(place);
+  run(place);
+  return true;
 }
 
 void Admission::retry() {

@@ -9,8 +9,9 @@
 //
 // A call that finds out what memory it needs, and doesn't find that, gives up its place and waits for both, before
 // those that come new. Who waits for memory holds up nobody who needs none. Calls that gave back all that they had in
-// their middle RESUME: before all others of their client, and they wait for as long as it takes, since their clients
-// have begun to read. A client who reads slowly has them resume again and again, so others needn't wait for that.
+// their middle RESUME: before long ones of their client, and they wait for as long as it takes, since their clients
+// have begun to read. A client who reads slowly has them resume again and again, so others needn't wait for that. But
+// the oldest of a client that has waited as long as others may at most comes before all, once in such a time.
 //
 // Among those whose turn it is equally, the client comes first of whom fewest calls run, then the one who was served
 // longest ago, then who waits longest. Where the queue is full, a client who has two calls less in it than another one
@@ -142,9 +143,10 @@ class Admission {
   using Rank = Place::Rank;
   struct Client {
     std::size_t running = 0;
-    std::uint64_t served = 0;  // How many runs had begun in all when the last one of its own did.
-    std::size_t expiring = 0;  // Of those that wait.
-    std::list<Place*> giving;  // Of those that run, who can give way: the one to be told next comes last.
+    std::uint64_t served = 0;           // How many runs had begun in all when the last one of its own did.
+    std::size_t expiring = 0;           // Of those that wait.
+    Clock::time_point overdue_begun{};  // When one of its calls last came before all others.
+    std::list<Place*> giving;           // Of those that run, who can give way: the one to be told next comes last.
     std::array<std::list<Place*>, static_cast<std::size_t>(Rank::kCount)> waiting;  // By rank, as they came.
     std::list<Place*>& of(Rank rank) { return waiting[static_cast<std::size_t>(rank)]; }
     bool is_idle() const {
@@ -168,6 +170,10 @@ class Admission {
   static Rank rank_of(const Place& place);
   static std::size_t group_of(Rank rank);
   bool comes_first(const Place& a, const Place& b) const;
+  Place* overdue_of(Client& client, Clock::time_point now);
+  bool is_overdue(const Place& place, const Client& client, Clock::time_point now) const;
+  void admit_overdue(AwaitedMemory& awaited, std::vector<Decision>& admitted);
+  bool try_admit(Place& place, AwaitedMemory& awaited, std::vector<Decision>& admitted);
   void admit_of_ranks(Rank first, Rank last, AwaitedMemory& awaited, std::vector<Decision>& admitted);
   void run(Place& place);
   void stop_running(Place& place);

@@ -29,6 +29,7 @@ constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0,
 constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
 /// Pings and settings take less within any time of idleness.
 constexpr std::int64_t kArrivingBytes = 16 << 10;
+constexpr std::int64_t kHeadersBytes = 8 << 10;  // Of a call, at most.
 /// Where calls are open, a message has some time to be whole before it counts, as slow uploads send chunks of 1 MiB at
 /// 100 KiB a second. What is more than one message has less.
 std::chrono::milliseconds time_to_be_whole(std::int64_t bytes) {
@@ -153,17 +154,22 @@ ConnectionTable::ConnectionId ConnectionTable::begin_call(const Peer& peer) {
   const std::lock_guard lock(mutex_);
   const auto id = ids_.find(peer);
   if (id == ids_.end()) return 0;
-  ++connections_.at(descriptors_.at(id->second)).calls;
+  Connection& connection = connections_.at(descriptors_.at(id->second));
+  ++connection.calls;
+  connection.known_bytes += kHeadersBytes;
   return id->second;
 }
 
-void ConnectionTable::note_message(ConnectionId id, Clock::time_point now) {
+void ConnectionTable::note_message(ConnectionId id, std::uint64_t bytes, Clock::time_point now) {
+  constexpr std::int64_t kFrame = 16384, kFrameBytes = 16;  // Its header, and that of a message.
   const std::lock_guard lock(mutex_);
   const auto descriptor = descriptors_.find(id);
   if (descriptor == descriptors_.end()) return;
   Connection& connection = connections_.at(descriptor->second);
   connection.whole = now;
   connection.received_bytes = received_bytes(descriptor->second);
+  const auto length = static_cast<std::int64_t>(bytes);
+  connection.known_bytes += length + (length / kFrame + 1) * kFrameBytes;
 }
 
 void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool served) {
@@ -272,8 +278,19 @@ void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   }
 }
 
+/// What has come over the connection and asked for nothing; 0 if it's little.
+std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& connection, Clock::time_point now) {
+  constexpr std::int64_t kGreetingBytes = 1024, kSomeMessagesBytes = 8 << 20;
+  if (!connection.peer || connection.dropped) return 0;
+  const std::int64_t all = received_bytes(socket), unknown = all - connection.known_bytes;
+  if (unknown >= kSomeMessagesBytes) return unknown;
+  if (connection.calls > 0) return 0;
+  const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
+  const std::int64_t bytes = all - connection.received_bytes;
+  return bytes >= kGreetingBytes + pings ? bytes : 0;
+}
+
 std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point now) {
-  constexpr std::int64_t kGreetingBytes = 256;
   struct Unserved {
     std::int64_t bytes;
     Connections::iterator connection;
@@ -281,11 +298,8 @@ std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point 
   const std::lock_guard lock(mutex_);
   std::vector<Unserved> all;
   for (auto each = connections_.begin(); each != connections_.end(); ++each) {
-    const Connection& connection = each->second;
-    if (!connection.peer || connection.dropped || connection.calls > 0) continue;
-    const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
-    const std::int64_t bytes = received_bytes(each->first) - connection.received_bytes;
-    if (bytes >= kGreetingBytes + pings) all.push_back({bytes, each});
+    const std::int64_t bytes = unserved_bytes(each->first, each->second, now);
+    if (bytes > 0) all.push_back({bytes, each});
   }
   std::ranges::sort(all, std::greater<>(), &Unserved::bytes);
   std::size_t dropped = 0;

@@ -63,8 +63,8 @@ class ConnectionTable {
 
   /// A call begins on the connection from there. To be given back with end_call().
   [[nodiscard]] ConnectionId begin_call(const Peer& peer);
-  /// A message of a call has come in whole.
-  void note_message(ConnectionId id, Clock::time_point now);
+  /// A message of a call has come in whole, of so many bytes.
+  void note_message(ConnectionId id, std::uint64_t bytes, Clock::time_point now);
   /// `served`: not if it was cancelled, perhaps before its request had come.
   void end_call(ConnectionId id, Clock::time_point now, bool served);
 
@@ -78,8 +78,9 @@ class ConnectionTable {
   Dropped sweep(Clock::time_point now);
 
   /// Shuts down up to `count` of those on which no call is open, though something has come since the last one was
-  /// served: those first over which most has come. For when memory runs short: calls that are begun and never asked for
-  /// anything cost little to send, and count nowhere. How many.
+  /// served, and of those over which far more has come in all than in messages that were whole: those first over which
+  /// most has. For when memory runs short: calls that are begun and never ask for anything cost little to send, and
+  /// count nowhere, and a small message that is whole hides a large one that isn't. How many.
   std::size_t drop_unserved(std::size_t count, Clock::time_point now);
 
   std::size_t size() const;
@@ -95,6 +96,7 @@ class ConnectionTable {
     Clock::time_point served;         // When a call was served last,
     Clock::time_point whole;          // or a message had come in whole,
     std::int64_t received_bytes = 0;  // and what had come by then.
+    std::int64_t known_bytes = 0;     // Of all messages that came in whole, and of the headers of all calls.
     bool dropped = false;
   };
   using Connections = std::unordered_map<int, Connection>;  // By their descriptors.
@@ -105,6 +107,7 @@ class ConnectionTable {
                    Dropped& dropped) const;
   bool some_arrives(Clock::time_point now);
   static bool brings_much(int socket, const Connection& connection);
+  static std::int64_t unserved_bytes(int socket, const Connection& connection, Clock::time_point now);
   static std::int64_t counted_bytes(int socket, const Connection& connection, Clock::time_point now);
   void drop_greedy(Clock::time_point now, Dropped& dropped);
 

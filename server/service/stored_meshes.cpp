@@ -185,7 +185,8 @@ void StoredMeshes::post(StoreOperation operation, const std::string& client, Wor
 
 bool StoredMeshes::has_room_locked(const std::string& client) const {
   if (queue_.size() < kMostRequests / 4 * 3) return true;
-  const auto own = std::ranges::count(queue_, client, [](const RequestPtr& request) { return request->client; });
+  const auto own = std::ranges::count(queue_, client,
+                                      [](const RequestPtr& request) -> const std::string& { return request->client; });
   return queue_.size() < kMostRequests && static_cast<std::size_t>(own) < kMostRequests / 4 * 3;
 }
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <list>
@@ -428,6 +429,45 @@ TEST_F(AdmissionToMemory, GoesToClientsInTurnThoughCallsOfOneOfThemResume) {
   EXPECT_FALSE(begun->runs()) << "of one client those come first that resume";
   free(5);
   EXPECT_TRUE(begun->runs());
+}
+
+TEST_F(AdmissionToMemory, TakesTurnsWithClientsOfShortOnesForAShortOneThatResumes) {
+  const auto runs = wanting(10, "other");
+  std::vector<std::unique_ptr<Wanting>> many;
+  for (int i = 0; i < 2; ++i) {
+    many.push_back(std::make_unique<Wanting>(*this, 4, /*is_short=*/true, /*resumes=*/false, "many"));
+  }
+  Wanting resumes(*this, 4, /*is_short=*/true, /*resumes=*/true, "one");
+  free(8);
+  EXPECT_TRUE(resumes.runs());
+  EXPECT_TRUE(many[0]->runs());
+  EXPECT_FALSE(many[1]->runs());
+}
+
+/// Where a call may wait for a moment only.
+class HastyAdmissionToMemory : public AdmissionToMemory {
+ protected:
+  HastyAdmissionToMemory() : AdmissionToMemory({.running = 20, .waiting = 40, .longest_wait = 200ms}) {}
+};
+
+TEST_F(HastyAdmissionToMemory, ComesFirstToTheOldestOfAClientThatResumeOnceItHasWaitedForLong) {
+  const auto holds = wanting(1, "slow");
+  std::vector<std::unique_ptr<Wanting>> ran;
+  for (int i = 0; i < 3; ++i) ran.push_back(wanting(3, "client " + std::to_string(i)));
+  Wanting resumes(*this, 9, /*is_short=*/false, /*resumes=*/true, "slow");
+  EXPECT_TRUE(holds->runs() && !resumes.runs());
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  for (std::size_t i = 3; !resumes.runs() && std::chrono::steady_clock::now() < end; ++i) {
+    ran.push_back(wanting(3, "client " + std::to_string(i)));
+    std::this_thread::sleep_for(10ms);
+    std::erase_if(ran, [](const auto& each) { return each->refused(); });
+    const auto first = std::ranges::find_if(ran, [](const auto& each) { return each->runs(); });
+    if (first == ran.end()) break;
+    (*first)->end();
+    ran.erase(first);
+    free(3);
+  }
+  EXPECT_TRUE(resumes.runs()) << "though there is always a client of whom less runs";
 }
 
 TEST_F(AdmissionToMemory, IsLeftByWhoNoLongerWantsIt) {

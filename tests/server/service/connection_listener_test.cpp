@@ -234,7 +234,7 @@ TEST(ConnectionListener, DropsThemAlsoWhileCallsAreOpenOnThemButNotWhereAllMessa
     send_kib(whole, 64);
     usleep(50'000);
     keeper.read_all();
-    keeper.table().note_message(calls[1], ConnectionTable::Clock::now());
+    keeper.table().note_message(calls[1], 64 << 10, ConnectionTable::Clock::now());
   }
   send_kib(slow, 96);
   EXPECT_FALSE(is_closed_soon(slow, 2000)) << "one request that comes slowly";
@@ -253,7 +253,7 @@ TEST(ConnectionListener, GivesMessagesThatComeFastTheTimeToBeWhole) {
   const ConnectionTable::ConnectionId call = keeper.table().begin_call(own_address(fast));
   for (const auto ahead : {1h, 0h}) {  // However long this test takes.
     keeper.read_all();
-    keeper.table().note_message(call, ConnectionTable::Clock::now() + ahead);
+    keeper.table().note_message(call, 0, ConnectionTable::Clock::now() + ahead);
     send_kib(fast, 256);
     usleep(50'000);
     keeper.read_all();
@@ -361,6 +361,24 @@ TEST(ConnectionListener, DropsInNeedThoseOverWhichMostHasComeForNoCall) {
   EXPECT_EQ(drop(10), 0u);
   keeper.table().end_call(call, ConnectionTable::Clock::now(), /*served=*/true);
   EXPECT_EQ(drop(10), 0u);
+}
+
+TEST(ConnectionListener, DropsInNeedWhatSendsFarMoreThanItsWholeMessages) {
+  Keeper keeper(limits(10, 10));
+  const Descriptor half = call_from("127.0.0.1", keeper.address()), whole = call_from("127.0.0.2", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  const auto of_half = keeper.table().begin_call(own_address(half)),
+             of_whole = keeper.table().begin_call(own_address(whole));
+  for (int i = 0; i < 150; ++i) {
+    send_kib(half, 64);
+    send_kib(whole, 64);
+    keeper.read_all();
+    keeper.table().note_message(of_half, 10, ConnectionTable::Clock::now());
+    keeper.table().note_message(of_whole, 64 << 10, ConnectionTable::Clock::now());
+  }
+  EXPECT_EQ(keeper.table().drop_unserved(10, ConnectionTable::Clock::now()), 1u);
+  EXPECT_TRUE(is_closed_soon(half));
+  EXPECT_FALSE(is_closed_soon(whole, 100));
 }
 
 TEST(ConnectionListener, ReplacesAUnixSocketThatNobodyListensOnAndNoOther) {
