@@ -42,7 +42,10 @@ void Attempts::count_reupload(const ClientError& error) {
 }
 
 bool Attempts::choose_untried() {
-  for (const std::shared_ptr<const Endpoint>& endpoint : order()) {
+  const EndpointList endpoints = order();
+  // A name that stands for other servers at each look has always one that is untried.
+  if (failed_.size() > endpoints.size() && Clock::now() >= since_ + policy_.patience) return false;
+  for (const std::shared_ptr<const Endpoint>& endpoint : endpoints) {
     const auto is_it = [&](const auto& failed) { return failed.first == endpoint->address; };
     if (std::ranges::any_of(failed_, is_it)) continue;
     endpoint_ = endpoint;
@@ -104,10 +107,9 @@ bool Attempts::anybody_connected() const {
 }
 
 void Attempts::pause_until(Clock::time_point then, Clock::time_point end, const ClientError& error) const {
-  const auto pause = std::chrono::duration_cast<std::chrono::milliseconds>(then - Clock::now());
-  if (pause.count() <= 0) return;
-  if (then >= end) throw error;
-  wait_for(pause);
+  const Clock::time_point now = Clock::now();
+  if (std::max(then, now) >= end) throw error;
+  if (then > now) wait_for(std::chrono::ceil<std::chrono::milliseconds>(then - now));
 }
 
 void Attempts::wait_for(std::chrono::milliseconds pause) const {

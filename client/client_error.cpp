@@ -5,7 +5,9 @@
 
 #include <google/protobuf/any.pb.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
@@ -13,8 +15,12 @@
 namespace ccslice::client {
 namespace {
 
-std::chrono::milliseconds to_milliseconds(const google::protobuf::Duration& duration) {
-  return std::chrono::seconds(duration.seconds()) + std::chrono::milliseconds(duration.nanos() / 1'000'000);
+/// From none to an hour, whatever the server says: added to a time, more might overflow.
+std::chrono::milliseconds pause_of(const google::protobuf::Duration& duration) {
+  constexpr std::chrono::milliseconds kNone(0), kMost(std::chrono::hours(1));
+  constexpr std::int64_t kMostSeconds = 3'600;
+  const std::chrono::seconds seconds(std::clamp(std::int64_t{duration.seconds()}, -kMostSeconds, kMostSeconds));
+  return std::clamp(seconds + std::chrono::milliseconds(duration.nanos() / 1'000'000), kNone, kMost);
 }
 
 /// Streams that stalled are reset: their reason comes without details, in front of the message.
@@ -45,7 +51,7 @@ ClientError::ClientError(const grpc::Status& status)
       reason_ = info.reason();
       metadata_.insert(info.metadata().begin(), info.metadata().end());
     } else if (detail.UnpackTo(&retry)) {
-      retry_delay_ = to_milliseconds(retry.retry_delay());
+      retry_delay_ = pause_of(retry.retry_delay());
     } else if (detail.UnpackTo(&failure)) {
       for (const auto& violation : failure.violations()) {
         if (violation.type() == "MISSING") missing_mesh_id_ = violation.subject();

@@ -51,7 +51,7 @@ class ClientError : public std::runtime_error {
   const std::string& reason() const noexcept { return reason_; }
   /// ErrorInfo.metadata: "field" and "ids", where the server named them.
   const std::map<std::string, std::string>& metadata() const noexcept { return metadata_; }
-  /// How long the server asks to wait before another attempt.
+  /// How long the server asks to wait before another attempt: an hour where it says more, none where it says less.
   std::optional<std::chrono::milliseconds> retry_delay() const noexcept { return retry_delay_; }
   /// The mesh that the server doesn't hold (FAILED_PRECONDITION with PreconditionFailure MISSING); else empty.
   const std::string& missing_mesh_id() const noexcept { return missing_mesh_id_; }

@@ -9,9 +9,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <future>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -258,6 +261,43 @@ TEST_F(Fleet, AProxyThatKnowsNoMeshesIsNamedWithTheRemedy) {
   EXPECT_THAT(error.what(), AllOf(HasSubstr(proxy.address() + " was given the mesh 3 times"),
                                   HasSubstr("ccslice-mesh-id"), HasSubstr("--mesh-store")));
   EXPECT_EQ(proxy.uploads, 4);
+}
+
+TEST(Attempts, EndWithPatienceWhenTheServersOfANameKeepChanging) {
+  const auto looked_up = std::make_shared<std::atomic<int>>(0);  // The thread may outlive this.
+  const Endpoints endpoints({.address = "slicers.example:1", .resolver = [looked_up](const auto&, const auto&) {
+                               return std::vector<std::string>{"127.0.0.1:" + std::to_string(++*looked_up)};
+                             }});
+  const CallOptions call;
+  Attempts attempts({.patience = milliseconds(1'000)}, call, endpoints, mesh_id_of("a mesh"));
+  const auto fail_slowly = [&] {
+    for (int i = 0; i < 6; ++i) {
+      attempts.go_on_after(ClientError(busy_for(0, 0)));
+      std::this_thread::sleep_for(milliseconds(1'100));  // Until the name stands for another server.
+    }
+  };
+  EXPECT_EQ(error_of(fail_slowly).reason(), "SERVER_BUSY");
+}
+
+TEST(ClientError, AsksForAPauseOfNoMoreThanAnHourAndNeverForLessThanNone) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int32_t kMostNanos = std::numeric_limits<std::int32_t>::max();
+  constexpr std::chrono::hours kHour(1);
+  const auto delay = [](std::int64_t seconds, std::int32_t nanos) {
+    return ClientError(busy_for(seconds, nanos)).retry_delay().value();
+  };
+  EXPECT_EQ(delay(2, 500'000'000), milliseconds(2'500));
+  EXPECT_EQ(delay(3'599, 999'000'000), milliseconds(3'599'999));
+  EXPECT_EQ(delay(3'600, 1'000'000), kHour);
+  EXPECT_EQ(delay(10'000'000'000, 0), kHour) << "beyond 64 bits as nanoseconds";
+  EXPECT_EQ(delay(kMost, kMostNanos), kHour) << "beyond 64 bits as milliseconds";
+  EXPECT_EQ(delay(kMost / 1'000 + 1, 0), kHour);
+  EXPECT_EQ(delay(-1, 0), milliseconds(0));
+  EXPECT_EQ(delay(-kMost - 1, -kMostNanos - 1), milliseconds(0));
+  // The nanoseconds of a duration are less than a second and of its sign. These aren't.
+  EXPECT_EQ(delay(0, kMostNanos), milliseconds(2'147));
+  EXPECT_EQ(delay(0, -kMostNanos - 1), milliseconds(0));
+  EXPECT_EQ(delay(1, -500'000'000), milliseconds(500));
 }
 
 TEST(ClientError, PassesWhereTheServersTransportHasNoMemory) {

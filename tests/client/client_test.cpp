@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <span>
@@ -342,6 +344,33 @@ TEST_F(ClientTest, PatienceIsAskedOfABusyServerToo) {
   EXPECT_EQ(error_of([&] { client_.server_info({.retry = policy}); }).code(), grpc::StatusCode::UNAVAILABLE);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, milliseconds(2000));
   EXPECT_GT(server_.info_calls, 3);
+}
+
+TEST_F(ClientTest, PatienceIsAskedWhateverPauseAServerAsksFor) {
+  client_.ensure_uploaded(mesh_);
+  std::int64_t seconds = 0;
+  server_.before_layer = [&](std::uint32_t, grpc::ServerContext&) { return busy_for(seconds, 0); };
+  const auto ignore = [](const v1::SliceHeader&, const Layer&) {};
+  for (const std::int64_t asked :
+       {std::numeric_limits<std::int64_t>::min(), std::int64_t{-10'000'000'000}, std::int64_t{3'600},
+        std::int64_t{9'223'372'036}, std::int64_t{10'000'000'000}, std::numeric_limits<std::int64_t>::max()}) {
+    seconds = asked;
+    server_.slice_requests.clear();
+    const RetryPolicy policy{.patience = milliseconds(300), .first_pause = milliseconds(20)};
+    const CallOptions call{.deadline = std::chrono::system_clock::now() + milliseconds(2'000), .retry = policy};
+    const ClientError error = error_of([&] { client_.slice(some_request(mesh_->id()), ignore, call); });
+    EXPECT_EQ(error.reason(), "SERVER_BUSY") << asked;
+    EXPECT_LT(server_.slice_requests.size(), 10u) << asked;
+  }
+}
+
+TEST_F(ClientTest, PatienceEndsWhereThereAreNoPauses) {
+  server_.failing_info_calls = 1'000'000;
+  const RetryPolicy policy{
+      .patience = milliseconds(100), .first_pause = milliseconds(0), .longest_pause = milliseconds(0)};
+  const CallOptions call{.deadline = std::chrono::system_clock::now() + milliseconds(2'000), .retry = policy};
+  EXPECT_EQ(error_of([&] { client_.server_info(call); }).reason(), "SERVER_BUSY");
+  EXPECT_LT(std::chrono::system_clock::now(), *call.deadline - milliseconds(500));
 }
 
 TEST_F(ClientTest, PatienceBeginsWithTheFirstFailure) {

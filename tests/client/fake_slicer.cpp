@@ -74,6 +74,14 @@ grpc::Status mesh_missing(const std::string& mesh_id) {
   return with_details(grpc::StatusCode::FAILED_PRECONDITION, "mesh " + mesh_id + " is not here", {&info, &missing});
 }
 
+grpc::Status busy_for(std::int64_t seconds, std::int32_t nanos) {
+  const google::rpc::ErrorInfo info = error_info("SERVER_BUSY");
+  google::rpc::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(seconds);
+  retry.mutable_retry_delay()->set_nanos(nanos);
+  return with_details(grpc::StatusCode::UNAVAILABLE, "busy", {&info, &retry});
+}
+
 FakeSlicer::FakeSlicer(std::shared_ptr<grpc::ServerCredentials> credentials) {
   int port = 0;
   grpc::ServerBuilder builder;

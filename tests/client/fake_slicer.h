@@ -92,5 +92,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
 /// A failure as ccslice reports it.
 grpc::Status failure(grpc::StatusCode code, const std::string& reason, const std::string& message);
 grpc::Status mesh_missing(const std::string& mesh_id);
+/// SERVER_BUSY with a RetryInfo.
+grpc::Status busy_for(std::int64_t seconds, std::int32_t nanos);
 
 }  // namespace ccslice::client

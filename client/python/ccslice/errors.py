@@ -9,6 +9,8 @@ from typing import Dict, Optional
 import grpc
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
+_LONGEST_DELAY_S = 3600.0
+
 
 class Error(Exception):
     """Any failure of this package. Wrong arguments are ValueErrors."""
@@ -27,7 +29,7 @@ class CallError(Error):
 
     code: grpc.StatusCode. reason: a stable name such as "PITCH_INVALID", empty if no ccslice server has seen the call.
     metadata: "field" and "ids" where the server named them. retry_delay_s: after which the server asks to be called
-    again, or None. missing_mesh_id: the mesh that the server doesn't hold, or empty.
+    again, from 0 to an hour whatever it says, or None. missing_mesh_id: the mesh that the server doesn't hold, or empty.
     """
 
     def __init__(self, code: grpc.StatusCode, message: str, reason: str = "", metadata: Optional[Dict[str, str]] = None,
@@ -83,5 +85,5 @@ def call_error(error: grpc.RpcError) -> CallError:
     reason = info.reason if info else ""
     return CallError(
         error.code(), error.details() or "", reason, dict(info.metadata) if info else {},
-        retry.retry_delay.seconds + retry.retry_delay.nanos * 1e-9 if retry else None,
+        min(max(retry.retry_delay.seconds + retry.retry_delay.nanos * 1e-9, 0.0), _LONGEST_DELAY_S) if retry else None,
         resource.resource_name if resource and reason == "MESH_MISSING" else "")

@@ -22,6 +22,7 @@ import numpy as np
 
 import ccslice
 import ccslice.client
+import ccslice.errors
 from ccslice.v1 import mesh_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -56,6 +57,16 @@ def comes_true(condition, seconds=10):
     while not condition() and time.monotonic() < end:
         time.sleep(0.02)
     return condition()
+
+
+def busy_for(seconds, nanos):
+    """The details of a failure that asks to be called again after that long."""
+    classes = ccslice.errors._detail_classes()
+    retry = classes["RetryInfo"]()
+    retry.retry_delay.seconds, retry.retry_delay.nanos = seconds, nanos
+    status = classes["Status"](code=grpc.StatusCode.UNAVAILABLE.value[0], message="busy")
+    status.details.add().Pack(retry)
+    return status.SerializeToString()
 
 
 class Stream:
@@ -521,6 +532,35 @@ class LongJobs(unittest.TestCase):
             for layer in client.slice(cube(), 2):
                 passed += 90 if layer.index == 0 else 0  # What a caller does with a layer may take longer.
         self.assertEqual(firsts, [0, 1])
+
+    def test_patience_bounds_the_pause_that_a_server_asks_for(self):
+        calls, delay = [], b""
+
+        class Busy(grpc.GenericRpcHandler):
+            def service(self, details):
+                def refuse(_, context):
+                    calls.append(details.method)
+                    context.set_trailing_metadata((("grpc-status-details-bin", busy_for(*delay)),))
+                    context.abort(grpc.StatusCode.UNAVAILABLE, "busy")
+
+                return grpc.unary_unary_rpc_method_handler(refuse)
+
+        busy = grpc.server(futures.ThreadPoolExecutor(2), handlers=[Busy()])
+        self.addCleanup(lambda: busy.stop(0))
+        port = busy.add_insecure_port("127.0.0.1:0")
+        busy.start()
+        most, most_nanos = (1 << 63) - 1, (1 << 31) - 1
+        for delay, told in (((-most, -most_nanos), 0), ((0, -most_nanos), 0), ((1, -500_000_000), 0.5),
+                            ((0, most_nanos), 2.147483647), ((3600, 1), 3600), ((10_000_000_000, 0), 3600),
+                            ((most, most_nanos), 3600)):
+            calls.clear()
+            begin = time.monotonic()
+            with self.subTest(delay), ccslice.Client(f"127.0.0.1:{port}", patience_s=0.3) as client:
+                with self.assertRaises(ccslice.CallError) as caught:
+                    client.server_info()
+                self.assertAlmostEqual(caught.exception.retry_delay_s, told)
+                self.assertLess(len(calls), 5)
+            self.assertLess(time.monotonic() - begin, 3)
 
     def test_patience_runs_out(self):
         begin = time.monotonic()
