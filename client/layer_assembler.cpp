@@ -45,6 +45,11 @@ void LayerAssembler::begin(const v1::LayerBegin& begin) {
                  "layer " + std::to_string(begin.layer()) + " where " + std::to_string(next_layer_) + " is due");
   require_answer(begin.encoded_bytes_size() == header_.planes_size(),
                  "a layer with another number of planes than asked for");
+  for (int i = 0; i < header_.planes_size(); ++i) {
+    require_possible_size(header_.planes(i), region_of(header_).extent(), begin.encoded_bytes(i));
+  }
+  require_answer(begin.contour_loops() <= most_contour_points_, "a layer of more contours than there can be");
+  contour_room_ = most_contour_points_;
   begun_ = begin;
   complete_loops_ = 0;
   open_.emplace();
@@ -57,6 +62,7 @@ void LayerAssembler::begin(const v1::LayerBegin& begin) {
 void LayerAssembler::add_plane_chunk(v1::PlaneChunk&& chunk) {
   require_open_layer();
   require_answer(chunk.plane() < open_->planes.size(), "a chunk of a plane that wasn't asked for");
+  require_answer(!chunk.data().empty(), "an empty chunk");
   std::string& encoded = open_->planes[chunk.plane()].encoded;
   require_answer(chunk.offset() == encoded.size(), "chunks of a plane with a gap");
   const std::uint64_t announced = begun_.encoded_bytes(static_cast<int>(chunk.plane()));
@@ -70,14 +76,22 @@ void LayerAssembler::add_plane_chunk(v1::PlaneChunk&& chunk) {
 
 void LayerAssembler::add_contour_chunk(const v1::ContourChunk& chunk) {
   require_open_layer();
+  require_answer(chunk.pieces_size() > 0, "an empty chunk");
   for (const v1::ContourPiece& piece : chunk.pieces()) add_piece(piece);
 }
 
 void LayerAssembler::add_piece(const v1::ContourPiece& piece) {
+  constexpr std::uint64_t kPointsOfALoop = 5;  // As many as take its memory without points.
   require_answer(piece.loop() == complete_loops_, "contour loops out of order");
+  require_answer(complete_loops_ < begun_.contour_loops(), "more contour loops than announced");
   require_answer(piece.points_mm_size() % 2 == 0, "half a contour point");
+  require_answer(piece.points_mm_size() > 0, "a piece with no contour points");
+  take_room(static_cast<std::uint64_t>(piece.points_mm_size()) / 2);
   std::vector<ContourLoop>& loops = open_->contours;
-  if (loops.size() == complete_loops_) loops.emplace_back();
+  if (loops.size() == complete_loops_) {
+    take_room(kPointsOfALoop);
+    loops.emplace_back();
+  }
   ContourLoop& loop = loops.back();
   const auto regions = static_cast<std::uint32_t>(header_.cell_region_names_size());
   if (piece.first_point() == 0) loop.cell_region = piece.cell_region();
@@ -91,6 +105,11 @@ void LayerAssembler::add_piece(const v1::ContourPiece& piece) {
   require_answer(2 * loop.faces.size() == numbers && loop.parameters.size() == numbers,
                  "contour points without their faces or parameters");
   if (piece.last()) ++complete_loops_;
+}
+
+void LayerAssembler::take_room(std::uint64_t points) {
+  require_answer(points <= contour_room_, "a layer of more contours than there can be");
+  contour_room_ -= points;
 }
 
 Layer LayerAssembler::end(v1::LayerEnd&& end) {

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Puts the messages of a SliceRange stream together to layers. Pure: no calls, so every order of messages can be
-// tested.
+// tested. Whatever a server sends, a layer takes no more than twice the memory that its grid's planes can take and that
+// of kMostContourPoints, and each message brings something, so that layers end.
 
 #pragma once
 
@@ -16,8 +17,12 @@ namespace ccslice::client {
 
 class LayerAssembler {
  public:
+  /// Of a layer. They take more than 2 GB, and some 4 GB as a file.
+  static constexpr std::uint64_t kMostContourPoints = 1 << 26;
+
   /// `header` of the stream; layers are expected from header.first_layer() on.
-  explicit LayerAssembler(const v1::SliceHeader& header) : header_(header), next_layer_(header.first_layer()) {}
+  explicit LayerAssembler(const v1::SliceHeader& header, std::uint64_t most_contour_points = kMostContourPoints)
+      : header_(header), most_contour_points_(most_contour_points), next_layer_(header.first_layer()) {}
 
   /// Takes the next message (not the header). Gives the layer when it is complete, decoded and checked. Throws
   /// ClientError{DATA_LOSS, ANSWER_CORRUPT} for anything out of order or out of shape.
@@ -37,12 +42,17 @@ class LayerAssembler {
   void finish(const v1::SliceSummary& summary);
   void require_open_layer() const;
 
+  /// Room for `points` more of the layer's contours.
+  void take_room(std::uint64_t points);
+
   const v1::SliceHeader header_;
+  const std::uint64_t most_contour_points_;
   std::uint32_t next_layer_;
   bool complete_ = false;
   std::optional<Layer> open_;
   v1::LayerBegin begun_;
   std::uint64_t complete_loops_ = 0;
+  std::uint64_t contour_room_ = 0;  // For so many points more.
 };
 
 }  // namespace ccslice::client

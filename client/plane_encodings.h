@@ -24,6 +24,8 @@ struct PlaneEncoding {
   bool only_materials = false;
   /// Without alpha, which the command line asks for on its own, this is that encoding; UNSPECIFIED if there is none.
   v1::PlaneEncoding without_alpha = v1::PLANE_ENCODING_UNSPECIFIED;
+  /// How many numbers a picture file has for each sample, at most: with alpha, or as colours.
+  unsigned numbers_a_sample = 1;
   /// Why the command line doesn't ask for such a plane so; empty if it does. Null: it always does.
   std::string_view (*objection)(const v1::PlaneSpec& plane) = nullptr;
   /// The samples. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}. Null for picture files.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Puts the messages of a TessellateBoundary stream together to a surface. Pure: no calls. What is announced is checked
-// against what comes, never allocated unseen.
+// against what comes, never allocated unseen, and is no more than a surface may be, whatever comes.
 
 #pragma once
 
@@ -20,6 +20,7 @@ class SurfaceAssembler {
   [[nodiscard]] Surface finish() &&;
 
  private:
+  void begin(const v1::TessellationHeader& header);
   void add(const v1::VertexChunk& chunk);
   void add(const v1::TriangleChunk& chunk);
 

@@ -6,7 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "client/client_error.h"
@@ -15,6 +19,7 @@ namespace ccslice::client {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 v1::SliceHeader contours_only() {
   v1::SliceHeader header;
@@ -111,6 +116,98 @@ TEST(LayerAssembler, RefusesContoursWithGaps) {
         },
         ClientError);
   }
+}
+
+/// What is wrong with the last message of a stream, the first one to be refused.
+std::string objection_to_the_last(LayerAssembler assembler, std::vector<v1::SliceRangeResponse> stream) {
+  v1::SliceRangeResponse last = std::move(stream.back());
+  stream.pop_back();
+  for (v1::SliceRangeResponse& message : stream) (void)assembler.add(std::move(message));
+  try {
+    (void)assembler.add(std::move(last));
+  } catch (const ClientError& error) {
+    EXPECT_EQ(error.reason(), local_reason::kAnswerCorrupt);
+    return error.what();
+  }
+  return {};
+}
+
+TEST(LayerAssembler, TakesNoContoursBeyondThoseAnnounced) {
+  const LayerAssembler assembler(contours_only());
+  const auto objection = [&](std::vector<v1::SliceRangeResponse> stream) {
+    return objection_to_the_last(assembler, std::move(stream));
+  };
+  EXPECT_THAT(objection({begin(0), piece(0, 0, {1, 2}, false)}), HasSubstr("more contour loops than announced"));
+  EXPECT_THAT(objection({begin(1), piece(0, 0, {1, 2}, true), piece(1, 0, {1, 2}, false)}),
+              HasSubstr("more contour loops than announced"));
+}
+
+TEST(LayerAssembler, TakesNoMessagesThatBringNothing) {
+  const LayerAssembler assembler(contours_only());
+  v1::SliceRangeResponse no_pieces;
+  no_pieces.mutable_contour_chunk();
+  EXPECT_THAT(objection_to_the_last(assembler, {begin(1), no_pieces}), HasSubstr("an empty chunk"));
+  EXPECT_THAT(objection_to_the_last(assembler, {begin(1), piece(0, 0, {}, false)}), HasSubstr("no contour points"));
+  v1::SliceHeader header = contours_only();
+  header.mutable_grid()->mutable_extent()->set_columns(3);
+  header.mutable_grid()->mutable_extent()->set_rows(1);
+  header.add_planes()->set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  header.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  v1::SliceRangeResponse opening = begin(0), no_bytes;
+  opening.mutable_layer_begin()->add_encoded_bytes(3);
+  no_bytes.mutable_plane_chunk();
+  EXPECT_THAT(objection_to_the_last(LayerAssembler(header), {opening, no_bytes}), HasSubstr("an empty chunk"));
+}
+
+TEST(LayerAssembler, TakesNoMoreContoursThanALayerCanHave) {
+  constexpr std::uint64_t kMostPoints = 20;
+  const LayerAssembler assembler(contours_only(), kMostPoints);
+  const auto objection = [&](std::vector<v1::SliceRangeResponse> stream) {
+    return objection_to_the_last(assembler, std::move(stream));
+  };
+  const std::vector<double> ten_points(20);
+  EXPECT_EQ(objection({begin(1), piece(0, 0, ten_points, false), piece(0, 10, {1, 2}, true), end()}), "");
+  EXPECT_THAT(objection({begin(std::uint64_t{1} << 60)}), HasSubstr("more contours than there can be"));
+  EXPECT_THAT(objection({begin(1), piece(0, 0, ten_points, false), piece(0, 10, ten_points, false)}),
+              HasSubstr("more contours than there can be"));
+  EXPECT_THAT(objection({begin(4), piece(0, 0, {1, 2}, true), piece(1, 0, ten_points, true)}),
+              HasSubstr("more contours than there can be"))
+      << "loops take memory of their own";
+}
+
+TEST(LayerAssembler, CountsTheContoursOfEachLayerAnew) {
+  v1::SliceHeader header = contours_only();
+  header.set_layer_count(2);
+  LayerAssembler assembler(header, 20);
+  const std::vector<double> ten_points(20);
+  for (std::uint32_t layer = 4; layer < 6; ++layer) {
+    v1::SliceRangeResponse opening = begin(1), closing = end();
+    opening.mutable_layer_begin()->set_layer(layer);
+    closing.mutable_layer_end()->set_layer(layer);
+    EXPECT_FALSE(assembler.add(std::move(opening)));
+    EXPECT_FALSE(assembler.add(piece(0, 0, ten_points, true)));
+    EXPECT_TRUE(assembler.add(std::move(closing)));
+  }
+}
+
+TEST(LayerAssembler, TakesNoPlanesLargerThanTheirGridMakesThem) {
+  v1::SliceHeader header = contours_only();
+  header.mutable_grid()->mutable_extent()->set_columns(100);
+  header.mutable_grid()->mutable_extent()->set_rows(100);
+  for (const v1::PlaneEncoding encoding : {v1::PLANE_ENCODING_RAW, v1::PLANE_ENCODING_PNG}) {
+    header.add_planes()->set_sample_type(v1::SAMPLE_TYPE_UINT8);
+    header.mutable_planes(header.planes_size() - 1)->set_encoding(encoding);
+  }
+  const auto objection = [&](std::uint64_t raw_bytes, std::uint64_t png_bytes) {
+    v1::SliceRangeResponse opening = begin(0);
+    opening.mutable_layer_begin()->add_encoded_bytes(raw_bytes);
+    opening.mutable_layer_begin()->add_encoded_bytes(png_bytes);
+    return objection_to_the_last(LayerAssembler(header), {opening});
+  };
+  EXPECT_EQ(objection(10'000, 12'000), "");
+  EXPECT_THAT(objection(10'000, 8 << 20), HasSubstr("a plane of impossible size"));
+  EXPECT_THAT(objection(8 << 20, 10'000), HasSubstr("a plane of impossible size"));
+  EXPECT_THAT(objection(std::numeric_limits<std::uint64_t>::max(), 10'000), HasSubstr("a plane of impossible size"));
 }
 
 TEST(LayerAssembler, IsCompleteWithItsSummaryOnly) {
