@@ -7,6 +7,7 @@
 
 #include "client/attempts.h"
 #include "client/call.h"
+#include "client/client_error.h"
 #include "client/endpoints.h"
 #include "client/preparation_watch.h"
 
@@ -75,6 +76,8 @@ v1::MeshSummary Client::mesh_summary(const std::string& mesh_id, const CallOptio
 }
 
 std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
+  constexpr std::uint64_t kMostBytes = 256 << 20;  // Of summaries, which take some 500 bytes each.
+  std::uint64_t bytes = 0;
   std::vector<v1::MeshSummary> meshes;
   v1::ListMeshesRequest request;
   do {
@@ -84,6 +87,9 @@ std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
       one.check(at.stub->ListMeshes(&one.context(), request, &response));
       return response;
     });
+    require_answer(page.meshes_size() > 0 || page.next_page_token().empty(), "a page of meshes without any");
+    bytes += page.ByteSizeLong();
+    require_answer(bytes <= kMostBytes, "a list of more meshes than a server can hold");
     meshes.insert(meshes.end(), page.meshes().begin(), page.meshes().end());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());

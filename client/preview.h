@@ -30,15 +30,28 @@ struct PreviewPicture {
   std::vector<v1::PreviewOutline> outlines;  // If asked for.
 };
 
-/// Puts the messages of a Preview stream together to pictures. Pure: no calls.
+/// Puts the messages of a Preview stream together to pictures. Pure: no calls. Whatever a server sends, a picture ends
+/// and takes no more memory than there can be of it.
 class PreviewAssembler {
  public:
+  /// Four for each pixel of the largest picture.
+  static constexpr std::uint64_t kMostOutlinePoints = 1 << 24;
+
+  explicit PreviewAssembler(std::uint64_t most_outline_points = kMostOutlinePoints)
+      : most_outline_points_(most_outline_points) {}
+
   /// Takes the next message; a picture if it ends one. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT} for anything out
   /// of order or out of shape.
   std::optional<PreviewPicture> add(v1::PreviewResponse&& message);
 
  private:
+  void begin(v1::PreviewResponse& message);
+  void add_outlines(v1::PreviewResponse& message);
+
+  const std::uint64_t most_outline_points_;
   std::optional<PreviewPicture> open_;
+  std::uint64_t outline_points_ = 0;  // Of the open picture.
+  bool brought_nothing_ = false;      // The part before.
 };
 
 /// ask() and done() from one thread at a time, next() from another one.

@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/preview.h"
 #include "tests/client/fake_slicer.h"
 #include "tests/client/sample_calls.h"
 
@@ -391,6 +392,45 @@ TEST_F(ClientTest, RetriesABusyServer) {
   server_.failing_info_calls = 2;
   EXPECT_EQ(client_.server_info().engine_version(), "engine-1");
   EXPECT_EQ(server_.info_calls, 3);
+}
+
+TEST_F(ClientTest, ListsMeshesPageByPage) {
+  int pages = 0;
+  server_.tamper_answer = [&](google::protobuf::Message& answer) {
+    auto& page = dynamic_cast<v1::ListMeshesResponse&>(answer);
+    page.add_meshes()->set_mesh_id(std::to_string(pages));
+    if (++pages < 3) page.set_next_page_token("more");
+  };
+  EXPECT_EQ(client_.list_meshes().size(), 3u);
+}
+
+TEST_F(ClientTest, ListsOfMeshesEnd) {
+  int pages = 0;
+  bool are_empty = false;
+  server_.tamper_answer = [&](google::protobuf::Message& answer) {
+    auto& page = dynamic_cast<v1::ListMeshesResponse&>(answer);
+    if (!are_empty) page.add_meshes()->set_mesh_id(std::string(3 << 20, 'm'));
+    if (++pages < 1'000) page.set_next_page_token("more");
+  };
+  EXPECT_EQ(error_of([&] { client_.list_meshes(); }).reason(), local_reason::kAnswerCorrupt);
+  EXPECT_LT(pages, 100);
+  pages = 0;
+  are_empty = true;
+  EXPECT_EQ(error_of([&] { client_.list_meshes(); }).reason(), local_reason::kAnswerCorrupt);
+  EXPECT_EQ(pages, 1);
+}
+
+TEST_F(ClientTest, PicturesThatNobodyAskedForAreRefused) {
+  EXPECT_EQ(client_.preview({}).bytes, "rgba");
+  server_.pictures_of_a_preview = 2;
+  EXPECT_EQ(client_.preview({}).bytes, "rgba") << "a coarse one came first";
+  server_.pictures_of_a_preview = 1'000'000;
+  EXPECT_EQ(error_of([&] { client_.preview({}); }).reason(), local_reason::kAnswerCorrupt);
+  server_.pictures_of_a_preview = 1;
+  server_.tamper_answer = [](google::protobuf::Message& answer) {
+    dynamic_cast<v1::PreviewResponse&>(answer).set_number(2);
+  };
+  EXPECT_EQ(error_of([&] { client_.preview({}); }).reason(), local_reason::kAnswerCorrupt);
 }
 
 TEST_F(ClientTest, ProbesAnyNumberOfPoints) {

@@ -165,6 +165,12 @@ grpc::Status FakeSlicer::GetMesh(grpc::ServerContext* context, const v1::GetMesh
   return answer(*response);
 }
 
+grpc::Status FakeSlicer::ListMeshes(grpc::ServerContext*, const v1::ListMeshesRequest*,
+                                    v1::ListMeshesResponse* response) {
+  for (const std::string& id : meshes) response->add_meshes()->set_mesh_id(id);
+  return answer(*response);
+}
+
 grpc::Status FakeSlicer::DeleteMesh(grpc::ServerContext*, const v1::DeleteMeshRequest* request,
                                     v1::DeleteMeshResponse* response) {
   response->set_deleted(meshes.erase(request->mesh_id()) > 0);
@@ -283,6 +289,24 @@ grpc::Status FakeSlicer::ProbePoints(
       response.add_materials(batch.points_mm(i));
     }
     stream->Write(response);
+  }
+  return grpc::Status::OK;
+}
+
+grpc::Status FakeSlicer::Preview(grpc::ServerContext*,
+                                 grpc::ServerReaderWriter<v1::PreviewResponse, v1::PreviewRequest>* stream) {
+  v1::PreviewRequest request;
+  while (stream->Read(&request)) {
+    v1::PreviewResponse response;
+    response.set_number(request.number());
+    response.set_stage(v1::PREVIEW_STAGE_FULL);
+    response.mutable_header()->set_width(1);
+    response.mutable_header()->set_height(1);
+    response.mutable_header()->set_picture_bytes(4);
+    response.set_picture("rgba");
+    response.set_last(true);
+    if (tamper_answer) tamper_answer(response);
+    for (int i = 0; i < pictures_of_a_preview && stream->Write(response); ++i) continue;
   }
   return grpc::Status::OK;
 }

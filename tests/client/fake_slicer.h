@@ -42,6 +42,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
   std::function<grpc::Status(grpc::ServerContext& context, v1::GetPreparationResponse& response)> preparation;
   std::string engine_version = "engine-1";
   double pitch_drift_mm = 0;
+  int pictures_of_a_preview = 1;
   std::vector<grpc::Status> upload_failures;  // Used up from the back, one an upload.
 
   // What has happened.
@@ -65,6 +66,9 @@ class FakeSlicer final : public v1::SlicerService::Service {
                               v1::GetPreparationResponse* response) override;
   grpc::Status GetMesh(grpc::ServerContext* context, const v1::GetMeshRequest* request,
                        v1::GetMeshResponse* response) override;
+  /// One page.
+  grpc::Status ListMeshes(grpc::ServerContext* context, const v1::ListMeshesRequest* request,
+                          v1::ListMeshesResponse* response) override;
   grpc::Status DeleteMesh(grpc::ServerContext* context, const v1::DeleteMeshRequest* request,
                           v1::DeleteMeshResponse* response) override;
   grpc::Status PlanSlices(grpc::ServerContext* context, const v1::PlanSlicesRequest* request,
@@ -73,6 +77,9 @@ class FakeSlicer final : public v1::SlicerService::Service {
                           grpc::ServerWriter<v1::SliceRangeResponse>* writer) override;
   grpc::Status ProbePoints(grpc::ServerContext* context,
                            grpc::ServerReaderWriter<v1::ProbePointsResponse, v1::ProbePointsRequest>* stream) override;
+  /// Pictures of one pixel.
+  grpc::Status Preview(grpc::ServerContext* context,
+                       grpc::ServerReaderWriter<v1::PreviewResponse, v1::PreviewRequest>* stream) override;
 
  private:
   /// Keeps the metadata of a call.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/client_error.h"
@@ -33,8 +34,7 @@ std::vector<v1::PreviewResponse> good_parts() {
   return parts;
 }
 
-std::string error_of_parts(std::vector<v1::PreviewResponse> parts) {
-  PreviewAssembler assembler;
+std::string error_of_parts(std::vector<v1::PreviewResponse> parts, PreviewAssembler assembler = PreviewAssembler()) {
   try {
     for (v1::PreviewResponse& part : parts) assembler.add(std::move(part));
   } catch (const ClientError& error) {
@@ -75,6 +75,28 @@ TEST(PreviewAssembler, RefusesWhatIsOutOfShape) {
   EXPECT_THAT(changed([](auto& p) { p[0].mutable_header()->set_height(5000); }), HasSubstr("impossible size"));
   EXPECT_THAT(changed([](auto& p) { p[0].mutable_header()->set_picture_bytes(1ull << 40); }),
               HasSubstr("impossible length"));
+}
+
+TEST(PreviewAssembler, TakesNoPartsThatBringNothingForLong) {
+  std::vector<v1::PreviewResponse> parts = good_parts();
+  parts[1].clear_picture();
+  parts.insert(parts.begin() + 1, parts[1]);
+  EXPECT_THAT(error_of_parts(parts), HasSubstr("parts of a picture with nothing in them"));
+}
+
+TEST(PreviewAssembler, TakesNoMoreOutlinesThanThereCanBe) {
+  const auto error_of_outlines = [](int outlines, int points) {
+    std::vector<v1::PreviewResponse> parts = good_parts();
+    parts[2].clear_outlines();
+    for (int i = 0; i < outlines; ++i) {
+      v1::PreviewOutline& outline = *parts[1].add_outlines();
+      for (int k = 0; k < 2 * points; ++k) outline.add_points_mm(k);
+    }
+    return error_of_parts(parts, PreviewAssembler(/*most_outline_points=*/100));
+  };
+  EXPECT_EQ(error_of_outlines(2, 40), "");
+  EXPECT_THAT(error_of_outlines(2, 50), HasSubstr("more outlines than there can be"));
+  EXPECT_THAT(error_of_outlines(30, 0), HasSubstr("more outlines than there can be")) << "each takes memory of its own";
 }
 
 }  // namespace
