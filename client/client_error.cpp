@@ -35,10 +35,25 @@ bool is_refused_by_transport(const grpc::Status& status) {
          status.error_message() == "Received RST_STREAM with error code 11";
 }
 
+/// What gRPC itself says of answers that are compressed or don't parse. Servers give a reason.
+bool is_of_no_message(const grpc::Status& status) {
+  return status.error_code() == grpc::StatusCode::UNIMPLEMENTED && status.error_details().empty() &&
+         (status.error_message().starts_with("Compression algorithm '") ||
+          status.error_message() == "No message returned for unary request");
+}
+
 }  // namespace
 
 ClientError::ClientError(const grpc::Status& status)
-    : std::runtime_error(status.error_message()), code_(status.error_code()) {
+    : std::runtime_error(is_of_no_message(status)
+                             ? "the server's answer is wrong: it is compressed, or no message of ccslice.v1"
+                             : status.error_message()),
+      code_(status.error_code()) {
+  if (is_of_no_message(status)) {
+    code_ = grpc::StatusCode::DATA_LOSS;
+    reason_ = local_reason::kAnswerCorrupt;
+    return;
+  }
   google::rpc::Status details;
   reason_ = reason_in_message(status.error_message());
   refused_by_transport_ = is_refused_by_transport(status);

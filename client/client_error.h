@@ -31,7 +31,7 @@ inline constexpr const char* kCredentialsInvalid = "CREDENTIALS_INVALID";
 
 class ClientError : public std::runtime_error {
  public:
-  /// A failed call. `status` MUST NOT be OK.
+  /// A failed call. `status` MUST NOT be OK. What gRPC couldn't read is an answer that can't be right.
   explicit ClientError(const grpc::Status& status);
   /// A failure found on this side.
   ClientError(grpc::StatusCode code, const std::string& reason, const std::string& message)

@@ -433,6 +433,34 @@ TEST_F(ClientTest, PicturesThatNobodyAskedForAreRefused) {
   EXPECT_EQ(error_of([&] { client_.preview({}); }).reason(), local_reason::kAnswerCorrupt);
 }
 
+TEST_F(ClientTest, CompressedAnswersAreRefusedAndNeverInflated) {
+  client_.ensure_uploaded(mesh_);
+  const auto ignore = [](const v1::SliceHeader&, const Layer&) {};
+  for (const grpc_compression_algorithm algorithm : {GRPC_COMPRESS_GZIP, GRPC_COMPRESS_DEFLATE}) {
+    server_.at_begin = [&](grpc::ServerContext& context) { context.set_compression_algorithm(algorithm); };
+    // Inflated, the last one is more than a message may have.
+    for (const std::size_t bytes : {1'000, 100'000, 100'000'000}) {
+      server_.engine_version = std::string(bytes, 'e');
+      EXPECT_EQ(error_of([&] { client_.server_info(); }).reason(), local_reason::kAnswerCorrupt) << bytes;
+      EXPECT_EQ(error_of([&] { client_.slice(some_request(mesh_->id()), ignore); }).reason(),
+                local_reason::kAnswerCorrupt)
+          << bytes;
+    }
+  }
+}
+
+TEST_F(ClientTest, ServersAreToldNotToCompress) {
+  server_.at_begin = [](grpc::ServerContext& context) { context.set_compression_level(GRPC_COMPRESS_LEVEL_HIGH); };
+  server_.engine_version = std::string(10'000, 'e');
+  EXPECT_EQ(client_.server_info().engine_version(), server_.engine_version);
+}
+
+TEST_F(ClientTest, AnswersThatAreNoMessagesAreRefused) {
+  // A text that isn't UTF-8.
+  server_.engine_version = "\xff";
+  EXPECT_EQ(error_of([&] { client_.server_info(); }).reason(), local_reason::kAnswerCorrupt);
+}
+
 TEST_F(ClientTest, ProbesAnyNumberOfPoints) {
   client_.ensure_uploaded(mesh_);
   std::vector<double> points;

@@ -100,7 +100,8 @@ std::vector<std::string> FakeSlicer::metadata() const {
   return metadata_;
 }
 
-void FakeSlicer::note(const std::string& method, const grpc::ServerContext& context) {
+void FakeSlicer::note(const std::string& method, grpc::ServerContext& context) {
+  if (at_begin) at_begin(context);
   const std::lock_guard lock(mutex_);
   for (const auto& [name, value] : context.client_metadata()) {
     if (name != "ccslice-mesh-id" && name != "authorization") continue;

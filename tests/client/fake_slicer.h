@@ -37,6 +37,7 @@ class FakeSlicer final : public v1::SlicerService::Service {
   std::function<grpc::Status(const v1::ProbePointsRequest&)> before_probe;  // A batch.
   std::function<void(v1::SliceRangeResponse&)> tamper;                      // Sees every message before it is sent.
   std::function<void(google::protobuf::Message&)> tamper_answer;            // The same for all other calls.
+  std::function<void(grpc::ServerContext& context)> at_begin;               // Of most calls.
   std::function<void(grpc::ServerContext& context)> before_upload_ends;
   /// What GetPreparation answers. None: an older server, which doesn't know it.
   std::function<grpc::Status(grpc::ServerContext& context, v1::GetPreparationResponse& response)> preparation;
@@ -82,8 +83,8 @@ class FakeSlicer final : public v1::SlicerService::Service {
                        grpc::ServerReaderWriter<v1::PreviewResponse, v1::PreviewRequest>* stream) override;
 
  private:
-  /// Keeps the metadata of a call.
-  void note(const std::string& method, const grpc::ServerContext& context);
+  /// Keeps the metadata of a call, which begins.
+  void note(const std::string& method, grpc::ServerContext& context);
   grpc::Status answer(google::protobuf::Message& response) const;
   v1::Grid grid_of(const v1::GridSpec& spec) const;
   void send(v1::SliceRangeResponse message, grpc::ServerWriter<v1::SliceRangeResponse>& writer) const;
