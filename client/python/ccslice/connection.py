@@ -8,6 +8,7 @@ from typing import Any, Iterator, List, Optional, Tuple
 
 import grpc
 
+from .errors import require_answer
 from .v1 import mesh_pb2, service_pb2_grpc
 
 _MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
@@ -18,7 +19,10 @@ _GRPC_SCHEMES = ("unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:")
 _HOST = r"(?:[^:/@?#\[\]\s]+|\[[^\[\]\s]+\])"
 _ADDRESS = re.compile(rf"https://{_HOST}|(?:https://)?{_HOST}:\d+")
 _OPTIONS = [
-    ("grpc.max_receive_message_length", -1),
+    # A compressed message may take a thousand times its bytes before anybody asks for its size. Servers are told that
+    # we take none. Whoever sends one all the same is refused, but maybe only once it is inflated, so it never is.
+    ("grpc.compression_enabled_algorithms_bitset", 1),
+    ("grpc.per_message_decompression", 0),
     # A server that is back is looked for every fifth of a second. What is called the least pause is how long an attempt
     # to connect may take.
     ("grpc.initial_reconnect_backoff_ms", 100),
@@ -99,7 +103,9 @@ class Calls:
 
         def call(request: Any, mesh_id: str = "") -> Any:
             """mesh_id: of streams of requests."""
-            return send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")))
+            answer = send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")))
+            require_answer(answer is not None, "there is none")
+            return answer
 
         return call
 

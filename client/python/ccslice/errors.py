@@ -8,6 +8,7 @@ from typing import Dict, Optional
 
 import grpc
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf.message import DecodeError
 
 _LONGEST_DELAY_S = 3600.0
 
@@ -20,6 +21,11 @@ class AnswerError(Error):
     """A server's answer is damaged, or of another engine or grid than the layers before it."""
 
 
+def require_answer(holds: bool, otherwise: str) -> None:
+    if not holds:
+        raise AnswerError("the server's answer is wrong: " + otherwise)
+
+
 class LocalServerError(Error):
     """No server of our own can be started."""
 
@@ -29,7 +35,8 @@ class CallError(Error):
 
     code: grpc.StatusCode. reason: a stable name such as "PITCH_INVALID", empty if no ccslice server has seen the call.
     metadata: "field" and "ids" where the server named them. retry_delay_s: after which the server asks to be called
-    again, from 0 to an hour whatever it says, or None. missing_mesh_id: the mesh that the server doesn't hold, or empty.
+    again, from 0 to an hour whatever it says, or None. missing_mesh_id: the mesh that the server doesn't hold, or
+    empty.
     """
 
     def __init__(self, code: grpc.StatusCode, message: str, reason: str = "", metadata: Optional[Dict[str, str]] = None,
@@ -71,19 +78,27 @@ def _detail_classes():
 
 
 def call_error(error: grpc.RpcError) -> CallError:
-    """The failure of a call, with the details that the server gave."""
+    """The failure of a call, with the details that the server gave. AnswerError for what couldn't be read."""
+    code, text = error.code(), error.details() or ""
+    # What gRPC itself says.
+    compressed = code == grpc.StatusCode.UNIMPLEMENTED and text.startswith("Compression algorithm '")
+    unreadable = code == grpc.StatusCode.INTERNAL and text == "Exception deserializing response!"
+    require_answer(not compressed and not unreadable, "it is compressed, or no message of ccslice.v1")
     found = {}
     for key, value in error.trailing_metadata() or ():
         if key != "grpc-status-details-bin":
             continue
         classes = _detail_classes()
-        for detail in classes["Status"].FromString(value).details:
-            name = detail.type_url.rpartition(".")[2]
-            if name in classes:
-                found[name] = classes[name].FromString(detail.value)
+        try:
+            for detail in classes["Status"].FromString(value).details:
+                name = detail.type_url.rpartition(".")[2]
+                if name in classes:
+                    found[name] = classes[name].FromString(detail.value)
+        except DecodeError:
+            break  # Details of another kind say nothing.
     info, retry, resource = found.get("ErrorInfo"), found.get("RetryInfo"), found.get("ResourceInfo")
     reason = info.reason if info else ""
     return CallError(
-        error.code(), error.details() or "", reason, dict(info.metadata) if info else {},
+        code, text, reason, dict(info.metadata) if info else {},
         min(max(retry.retry_delay.seconds + retry.retry_delay.nanos * 1e-9, 0.0), _LONGEST_DELAY_S) if retry else None,
         resource.resource_name if resource and reason == "MESH_MISSING" else "")

@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -23,7 +24,7 @@ import numpy as np
 import ccslice
 import ccslice.client
 import ccslice.errors
-from ccslice.v1 import mesh_pb2
+from ccslice.v1 import info_pb2, mesh_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "tests/support"))
@@ -437,6 +438,79 @@ class WrongAnswers(unittest.TestCase):
         for wrong, size in ((frame, 99), (frame[:-1], 100), (b"no frame at all", 100)):
             with self.assertRaises(ccslice.AnswerError):
                 _inflated(wrong, size)
+
+
+class LyingServers(unittest.TestCase):
+    """Servers whose calls answer what a test says."""
+
+    def client_of(self, answers, **options):
+        """answers: of a method's name, what its calls give, messages or bytes; or a function of request and context."""
+        self.calls = []
+
+        class Handler(grpc.GenericRpcHandler):
+            def service(handler, details):
+                answer = answers[details.method.rpartition("/")[2]]
+
+                def give(request, context):
+                    self.calls.append(details.method)
+                    for message in answer(request, context) if callable(answer) else answer:
+                        yield message if isinstance(message, bytes) else message.SerializeToString()
+
+                return grpc.stream_stream_rpc_method_handler(give)
+
+        server = grpc.server(futures.ThreadPoolExecutor(4), handlers=[Handler()],
+                             options=[("grpc.max_send_message_length", -1)])
+        self.addCleanup(lambda: server.stop(0))
+        port = server.add_insecure_port("127.0.0.1:0")
+        server.start()
+        client = ccslice.Client(f"127.0.0.1:{port}", **options)
+        self.addCleanup(client.close)
+        return client
+
+    def test_compressed_answers_are_refused_and_never_inflated(self):
+        for size in (100, 100_000, 100_000_000):
+            def compressed(_, context):
+                context.set_compression(grpc.Compression.Gzip)
+                yield info_pb2.GetServerInfoResponse(engine_version=size * "e")
+
+            begin = time.monotonic()
+            with self.assertRaisesRegex(ccslice.AnswerError, "compressed"):
+                self.client_of({"GetServerInfo": compressed}, patience_s=20).server_info()
+            self.assertLess(time.monotonic() - begin, 10)
+
+    def test_servers_are_told_not_to_compress(self):
+        with socket.create_server(("127.0.0.1", 0)) as listener, \
+                ccslice.Client(f"127.0.0.1:{listener.getsockname()[1]}", local=False, patience_s=0.1) as client:
+            caller = threading.Thread(target=lambda: self.assertRaises(ccslice.CallError, client.server_info))
+            caller.start()
+            connection, _ = listener.accept()
+            connection.sendall(bytes(3) + b"\4" + bytes(5))  # SETTINGS, without any.
+            connection.settimeout(10)
+            sent = b""
+            while b"GetServerInfo" not in sent or b"user-agent" not in sent:
+                sent += connection.recv(65536)
+            connection.close()
+            caller.join()
+        self.assertIn(b"grpc-accept-encoding\x08identity", sent)
+        self.assertNotIn(b"gzip", sent)
+
+    def test_answers_that_are_no_messages_are_refused_at_once(self):
+        begin = time.monotonic()
+        with self.assertRaises(ccslice.AnswerError):
+            self.client_of({"GetServerInfo": [b"\x1f"]}, patience_s=20).server_info()
+        self.assertLess(time.monotonic() - begin, 10)
+
+    def test_messages_are_of_bounded_size(self):
+        with self.assertRaisesRegex(ccslice.CallError, "larger than max"):
+            self.client_of({"GetServerInfo": [bytes(64 << 20)]}).server_info()
+
+    def test_details_that_are_no_message_count_as_none(self):
+        def refuse(_, context):
+            context.set_trailing_metadata((("grpc-status-details-bin", b"\x1f"),))
+            context.abort(grpc.StatusCode.INVALID_ARGUMENT, "wrong")
+
+        with self.assertRaisesRegex(ccslice.CallError, "wrong"):
+            self.client_of({"GetServerInfo": refuse}).server_info()
 
 
 class LongJobs(unittest.TestCase):
