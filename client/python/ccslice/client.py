@@ -13,7 +13,7 @@ import grpc
 import numpy as np
 
 from .connection import Calls, Identity, is_mesh_id
-from .errors import AnswerError, CallError, call_error
+from .errors import AnswerError, CallError, call_error, require_answer
 from .layers import Assembler, Layer
 from .local_server import LocalServer
 from .mesh import Mesh
@@ -31,6 +31,7 @@ _SILENT_S = 3.0  # Of an attempt that goes on: whoever waits longer wants to kno
 _AT_ONCE_S = 0.05  # What a connection that stands takes to say so.
 _ASK_EVERY_S, _LONGEST_ANSWER_S = 0.5, 5.0  # Of how far a mesh is.
 _MOST_REUPLOADS = 3  # In a row: a server that keeps losing what it has just taken.
+_MOST_SURFACE_BYTES = 8 << 30
 _SAMPLE_TYPES = {
     "uint8": slice_pb2.SAMPLE_TYPE_UINT8,
     "uint16": slice_pb2.SAMPLE_TYPE_UINT16,
@@ -249,7 +250,7 @@ class Client:
                 message.contour_tolerance_mm = tolerance_mm
             return message
 
-        answers = self._in_batches(self._stub.ProbePoints, mesh_id, points, request)
+        answers = self._in_batches(self._stub.ProbePoints, mesh_id, points, request, len(names))
         locations = _joined(answers, "locations", np.int32)
         outside = locations == points_pb2.POINT_LOCATION_OUTSIDE
         uvw = _joined(answers, "uvw", np.float64).reshape(-1, 3)
@@ -278,7 +279,7 @@ class Client:
             _place(message, placement)
             return message
 
-        answers = self._in_batches(self._stub.EvaluatePoints, mesh_id, both, request)
+        answers = self._in_batches(self._stub.EvaluatePoints, mesh_id, both, request, len(names))
         materials = _joined(answers, "materials", np.float64).reshape(len(both), len(names))
         return Evaluation(_joined(answers, "positions_mm", np.float64).reshape(-1, 3),
                           {name: materials[:, i] for i, name in enumerate(names)},
@@ -291,7 +292,7 @@ class Client:
         _place(request, placement)
         if chord_tolerance_mm is not None:
             request.chord_tolerance_mm = chord_tolerance_mm
-        return self._call(lambda: _surface(self._stub.TessellateBoundary(request)))
+        return self._call(lambda: _read(self._stub.TessellateBoundary(request), _surface))
 
     def preview(self, mesh: Union[Mesh, str], planes: Iterable[Plane], mm_per_pixel: float, *,
                 size: Tuple[int, int] = (512, 512), channel: Optional[str] = None, colours: str = "viridis",
@@ -329,21 +330,25 @@ class Client:
 
         def requests() -> Iterator[preview_pb2.PreviewRequest]:
             """On a thread of grpcio's, which would say nothing of an exception."""
+            nonlocal asked
             try:
                 for number, plane in enumerate(planes, 1):
                     if every:
                         shown.acquire()
+                    asked = number
                     yield request(number, plane)
             except Exception as error:  # pylint: disable=broad-except
                 wrong.append(error)
 
-        assembler = PreviewAssembler()
+        assembler, asked, pictures = PreviewAssembler(), 0, 0
         call = self._stub.Preview(requests(), mesh_id)
         try:
             for message in call:
                 picture = assembler.add(message)
                 if picture is None:
                     continue
+                pictures += 1
+                require_answer(picture.number <= asked and pictures <= 2 * asked, "a picture that nobody asked for")
                 if not picture.coarse:
                     shown.release()
                 yield picture
@@ -551,11 +556,22 @@ class Client:
                 stream.cancel()
 
     def _in_batches(self, method: Callable[..., Any], mesh_id: str, rows: np.ndarray,
-                    request: Callable[[np.ndarray], Any]) -> List[Any]:
+                    request: Callable[[np.ndarray], Any], channels: int) -> List[Any]:
         """An answer for each batch of rows that fits into one message."""
         most = self.server_info().max_points_per_message
+        require_answer(most > 0, "it takes no points")
         batches = [rows[at:at + most] for at in range(0, len(rows), most)] or [rows]
-        return self._call(lambda: list(method((request(batch) for batch in batches), mesh_id)))
+
+        def answers(stream: Iterable[Any]) -> List[Any]:
+            given: List[Any] = []
+            for answer in stream:
+                fits = len(given) < len(batches) and _has_points(answer, len(batches[len(given)]), channels)
+                require_answer(fits, "it doesn't fit the points asked for")
+                given.append(answer)
+            require_answer(len(given) == len(batches), "the server left points unanswered")
+            return given
+
+        return self._call(lambda: _read(method((request(batch) for batch in batches), mesh_id), answers))
 
 
 def _place(request: Any, placement: Any) -> None:
@@ -571,6 +587,24 @@ def _place(request: Any, placement: Any) -> None:
 
 def _joined(answers: Sequence[Any], field: str, dtype: Any) -> np.ndarray:
     return np.concatenate([np.array(getattr(answer, field), dtype=dtype) for answer in answers])
+
+
+def _read(call: Any, body: Callable[[Iterable[Any]], Result]) -> Result:
+    """What body makes of a call's answers. It ends the call where it doesn't want them all."""
+    try:
+        return body(call)
+    finally:
+        call.cancel()
+
+
+def _has_points(answer: Any, points: int, channels: int) -> bool:
+    """Of ProbePoints or EvaluatePoints: whether it is about so many."""
+    if isinstance(answer, points_pb2.ProbePointsResponse):
+        numbers = {"locations": 1, "limit_cells": 1, "control_cells": 1, "residuals_mm": 1, "uvw": 3}
+    else:
+        numbers = {"positions_mm": 3, "jacobians_mm": 9}
+    numbers["materials"] = channels
+    return all(len(getattr(answer, name)) == count * points for name, count in numbers.items())
 
 
 def _kind(plane: slice_pb2.PlaneSpec) -> Tuple[Any, ...]:
@@ -600,20 +634,37 @@ def _layers_of(stream: Any, first: Optional[slice_pb2.SliceRangeResponse], reque
 
 def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surface:
     header, points, materials, triangles = None, [], [], []
+    vertex_count = triangle_count = 0
     for message in stream:
         event = message.WhichOneof("event")
+        require_answer((event == "header") == (header is None), f"a message of {event}")
         if event == "header":
             header = message.header
+            size = header.vertex_count * (24 + 4 * len(header.channels)) + 12 * header.triangle_count
+            require_answer(size <= _MOST_SURFACE_BYTES, "a surface of impossible size")
         elif event == "vertex_chunk":
-            points.append(np.array(message.vertex_chunk.positions_mm, dtype=np.float64))
-            materials.append(np.array(message.vertex_chunk.materials, dtype=np.float32))
-        elif event == "triangle_chunk":
-            triangles.append(np.array(message.triangle_chunk.vertices, dtype=np.uint32))
-    if header is None:
-        raise AnswerError("the server's answer is wrong: a surface without a header")
+            chunk = message.vertex_chunk
+            count, rest = divmod(len(chunk.positions_mm), 3)
+            require_answer(chunk.first_vertex == vertex_count and count > 0, "vertices out of order, or none")
+            require_answer(rest == 0 and len(chunk.materials) == count * len(header.channels),
+                           "vertices without all their numbers")
+            vertex_count += count
+            require_answer(vertex_count <= header.vertex_count, "more vertices than announced")
+            points.append(np.array(chunk.positions_mm, dtype=np.float64))
+            materials.append(np.array(chunk.materials, dtype=np.float32))
+        else:
+            chunk = message.triangle_chunk
+            count, rest = divmod(len(chunk.vertices), 3)
+            require_answer(chunk.first_triangle == triangle_count and count > 0, "triangles out of order, or none")
+            triangle_count += count
+            require_answer(rest == 0 and triangle_count <= header.triangle_count, "more triangles than announced")
+            corners = np.array(chunk.vertices, dtype=np.uint32)
+            require_answer(int(corners.max()) < vertex_count, "a triangle of an unknown vertex")
+            triangles.append(corners)
+    require_answer(header is not None, "a surface without a header")
+    require_answer(vertex_count == header.vertex_count and triangle_count == header.triangle_count,
+                   "a surface with fewer triangles than announced")
     positions = np.concatenate(points or [np.empty(0)]).reshape(-1, 3)
     corners = np.concatenate(triangles or [np.empty(0, np.uint32)]).reshape(-1, 3)
-    if len(positions) != header.vertex_count or len(corners) != header.triangle_count:
-        raise AnswerError("the server's answer is wrong: a surface with fewer or more triangles than announced")
     values = np.concatenate(materials or [np.empty(0, np.float32)]).reshape(len(positions), len(header.channels))
     return Surface(positions, corners, {channel.name: values[:, i] for i, channel in enumerate(header.channels)})

@@ -8,7 +8,7 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
-from .errors import AnswerError
+from .errors import AnswerError, require_answer
 from .v1 import slice_pb2
 
 _TYPES = {
@@ -16,6 +16,9 @@ _TYPES = {
     slice_pb2.SAMPLE_TYPE_UINT16: np.dtype("<u2"),
     slice_pb2.SAMPLE_TYPE_FLOAT32: np.dtype("<f4"),
 }
+_MOST_CONTOUR_POINTS = 1 << 26  # Of a layer. They take some gigabytes.
+_POINTS_OF_A_LOOP = 5  # As many as take its memory without points.
+_HEAD_BYTES = 256 << 10  # Of a plane, beside twice its samples.
 
 
 @dataclasses.dataclass
@@ -34,19 +37,17 @@ class Layer:
     contour_regions: List[int]  # Of contours by region: each loop's, from 1; 0 otherwise.
 
 
-def _require(holds: bool, otherwise: str) -> None:
-    if not holds:
-        raise AnswerError("the server's answer is wrong: " + otherwise)
+def _sample_bytes(spec: slice_pb2.PlaneSpec, columns: int, rows: int) -> int:
+    """As many as the grid has."""
+    if spec.sample_type in _TYPES:
+        return rows * columns * _TYPES[spec.sample_type].itemsize
+    return rows * ((columns + 7) // 8)
 
 
 def _samples(spec: slice_pb2.PlaneSpec, encoded: bytes, columns: int, rows: int) -> bytes:
-    """As many as the grid has."""
-    if spec.sample_type in _TYPES:
-        size = rows * columns * _TYPES[spec.sample_type].itemsize
-    else:
-        size = rows * ((columns + 7) // 8)
+    size = _sample_bytes(spec, columns, rows)
     samples = encoded if spec.encoding == slice_pb2.PLANE_ENCODING_RAW else _inflated(encoded, size)
-    _require(len(samples) == size, "a plane of another size than the grid's")
+    require_answer(len(samples) == size, "a plane of another size than the grid's")
     return samples
 
 
@@ -55,7 +56,7 @@ def _inflated(frame: bytes, size: int) -> bytes:
 
     try:
         announced = zstandard.frame_content_size(frame)  # What is announced is allocated.
-        _require(announced in (-1, size), "a plane of another size than the grid's")
+        require_answer(announced in (-1, size), "a plane of another size than the grid's")
         return zstandard.ZstdDecompressor().decompress(frame, max_output_size=size)
     except zstandard.ZstdError as wrong:
         raise AnswerError(f"the server's answer is wrong: a plane can't be decoded: {wrong}") from wrong
@@ -83,19 +84,20 @@ class Assembler:
         self._loops: List[List[float]] = []
         self._loop_regions: List[int] = []
         self._loops_done = 0
+        self._contour_room = 0  # For so many points more.
         self.complete = False
 
     def add(self, message: slice_pb2.SliceRangeResponse) -> Optional[Layer]:
         """The layer that the message completes, or None."""
         event = message.WhichOneof("event")
-        _require(not self.complete, "messages after the summary")
+        require_answer(not self.complete, "messages after the summary")
         if event == "layer_begin":
             self._start(message.layer_begin)
         elif event == "summary":
             self._finish(message.summary)
         else:
-            _require(event in ("plane_chunk", "contour_chunk", "layer_end"), f"a message of {event}")
-            _require(self._begin is not None, "a chunk outside of a layer")
+            require_answer(event in ("plane_chunk", "contour_chunk", "layer_end"), f"a message of {event}")
+            require_answer(self._begin is not None, "a chunk outside of a layer")
             if event == "layer_end":
                 return self._end(message.layer_end)
             if event == "plane_chunk":
@@ -105,43 +107,60 @@ class Assembler:
         return None
 
     def _start(self, begin: slice_pb2.LayerBegin) -> None:
-        _require(self._begin is None, "a layer begins inside another one")
-        _require(begin.layer == self._next, f"layer {begin.layer} where {self._next} is due")
-        _require(len(begin.encoded_bytes) == len(self._header.planes), "a layer with other planes than asked for")
+        require_answer(self._begin is None, "a layer begins inside another one")
+        require_answer(begin.layer == self._next, f"layer {begin.layer} where {self._next} is due")
+        require_answer(len(begin.encoded_bytes) == len(self._header.planes), "a layer with other planes than asked for")
+        for spec, size in zip(self._header.planes, begin.encoded_bytes):
+            most = 2 * _sample_bytes(spec, self._columns, self._rows) + _HEAD_BYTES
+            require_answer(size <= most, f"a plane of impossible size: {size} bytes")
+        self._contour_room = _MOST_CONTOUR_POINTS
+        require_answer(begin.contour_loops <= self._contour_room, "a layer of more contours than there can be")
         self._begin = begin
         self._chunks = [[] for _ in self._header.planes]
         self._loops, self._loop_regions, self._loops_done = [], [], 0
 
     def _add_chunk(self, chunk: slice_pb2.PlaneChunk) -> None:
-        _require(chunk.plane < len(self._chunks), "a chunk of a plane that wasn't asked for")
+        require_answer(chunk.plane < len(self._chunks), "a chunk of a plane that wasn't asked for")
         chunks = self._chunks[chunk.plane]
-        _require(chunk.offset == sum(map(len, chunks)), "chunks of a plane with a gap")
+        there = sum(map(len, chunks))
+        require_answer(chunk.offset == there, "chunks of a plane with a gap")
+        require_answer(len(chunk.data) > 0, "an empty chunk")
+        require_answer(there + len(chunk.data) <= self._begin.encoded_bytes[chunk.plane],
+                       "a plane longer than announced")
         chunks.append(chunk.data)
 
     def _add_contours(self, chunk: slice_pb2.ContourChunk) -> None:
+        require_answer(len(chunk.pieces) > 0, "an empty chunk")
         for piece in chunk.pieces:
-            _require(piece.loop == self._loops_done, "contour loops out of order")
+            require_answer(piece.loop == self._loops_done, "contour loops out of order")
+            require_answer(self._loops_done < self._begin.contour_loops, "more contour loops than announced")
+            points = len(piece.points_mm) // 2
+            require_answer(len(piece.points_mm) == 2 * points, "half a contour point")
+            require_answer(points > 0, "a piece with no contour points")
+            self._contour_room -= points + (_POINTS_OF_A_LOOP if len(self._loops) == self._loops_done else 0)
+            require_answer(self._contour_room >= 0, "a layer of more contours than there can be")
             if len(self._loops) == self._loops_done:
                 self._loops.append([])
                 self._loop_regions.append(piece.cell_region)
             loop = self._loops[-1]
-            _require(piece.first_point == len(loop) // 2, "contour points with a gap")
+            require_answer(piece.first_point == len(loop) // 2, "contour points with a gap")
             loop.extend(piece.points_mm)
             self._loops_done += piece.last
 
     def _end(self, end: slice_pb2.LayerEnd) -> Layer:
         begin = self._begin
-        _require(end.layer == begin.layer, "the end of another layer")
-        _require(len(end.planes) == len(self._chunks), "a layer without a result for each plane")
-        _require(self._loops_done == begin.contour_loops == len(self._loops), "fewer or more contours than announced")
+        require_answer(end.layer == begin.layer, "the end of another layer")
+        require_answer(len(end.planes) == len(self._chunks), "a layer without a result for each plane")
+        require_answer(self._loops_done == begin.contour_loops == len(self._loops),
+                       "fewer or more contours than announced")
         layer = Layer(end.layer, begin.z_mm, end.voxel_count, None, {}, None, None,
                       [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels),
                       self._loop_regions)
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
-            _require(len(encoded) == size, "a plane shorter or longer than announced")
+            require_answer(len(encoded) == size, "a plane shorter or longer than announced")
             samples = _samples(spec, encoded, self._columns, self._rows)
-            _require(len(samples) == result.raw_bytes and zlib.crc32(samples) == result.crc32,
+            require_answer(len(samples) == result.raw_bytes and zlib.crc32(samples) == result.crc32,
                      f"the checksum of a plane of layer {end.layer} differs")
             self._place(layer, spec, _picture(spec, samples, self._columns, self._rows))
         self._begin = None
@@ -157,7 +176,8 @@ class Assembler:
             setattr(layer, content, picture)
 
     def _finish(self, summary: slice_pb2.SliceSummary) -> None:
-        _require(self._begin is None, "the summary came inside a layer")
+        require_answer(self._begin is None, "the summary came inside a layer")
         last = self._header.first_layer + self._header.layer_count
-        _require(self._next == last and summary.layers == self._header.layer_count, "the summary came before all layers")
+        require_answer(self._next == last and summary.layers == self._header.layer_count,
+                       "the summary came before all layers")
         self.complete = True

@@ -7,7 +7,7 @@ from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .errors import AnswerError
+from .errors import require_answer
 from .v1 import preview_pb2
 
 _COLOURS = {
@@ -15,6 +15,10 @@ _COLOURS = {
     "cividis": preview_pb2.COLOUR_MAP_NAME_CIVIDIS,
     "grey": preview_pb2.COLOUR_MAP_NAME_GREY,
 }
+
+_MOST_PIXELS = 2048  # Each way.
+_MOST_OUTLINE_POINTS = 1 << 24  # Of a picture: four for each pixel of the largest.
+_POINTS_OF_AN_OUTLINE = 5  # As many as take its memory without points.
 
 
 def _unit(name: str, value: Any) -> np.ndarray:
@@ -100,27 +104,52 @@ def content_message(channel: Optional[str], colours: str, value_range: Optional[
 
 
 class PreviewAssembler:
-    """Puts the messages of a call together to pictures."""
+    """Puts the messages of a call together to pictures. Each ends, and takes no more memory than there can be of it."""
 
     def __init__(self) -> None:
         self._header: Optional[preview_pb2.PreviewHeader] = None
+        self._of: Tuple[int, int] = (0, 0)  # Number and stage.
         self._bytes: List[bytes] = []
+        self._size = 0
         self._outlines: List[np.ndarray] = []
+        self._outline_room = 0  # For so many points more.
+        self._brought_nothing = False  # The part before.
+
+    def _begin(self, message: preview_pb2.PreviewResponse) -> None:
+        header = message.header
+        require_answer(self._header is None, "a picture begins inside another one")
+        require_answer(0 < header.width <= _MOST_PIXELS and 0 < header.height <= _MOST_PIXELS and
+                       header.picture_bytes == 4 * header.width * header.height, "a picture of impossible size")
+        self._header, self._of = header, (message.number, message.stage)
+        self._bytes, self._size = [], 0
+        self._outlines, self._outline_room = [], _MOST_OUTLINE_POINTS
+        self._brought_nothing = False
+
+    def _add_outlines(self, message: preview_pb2.PreviewResponse) -> None:
+        for outline in message.outlines:
+            self._outline_room -= len(outline.points_mm) // 2 + _POINTS_OF_AN_OUTLINE
+            require_answer(self._outline_room >= 0, "a picture of more outlines than there can be")
+            require_answer(len(outline.points_mm) % 2 == 0, "half a point of an outline")
+            self._outlines.append(np.array(outline.points_mm).reshape(-1, 2))
 
     def add(self, message: preview_pb2.PreviewResponse) -> Optional[Preview]:
         """A picture, if the message ends one."""
         if message.HasField("header"):
-            self._header, self._bytes, self._outlines = message.header, [], []
-        if self._header is None:
-            raise AnswerError("the server's answer is wrong: a part of no picture")
+            self._begin(message)
+        require_answer(self._header is not None, "a part of no picture")
+        require_answer((message.number, message.stage) == self._of, "a part of another picture")
+        self._size += len(message.picture)
+        require_answer(self._size <= self._header.picture_bytes, "a picture longer than announced")
+        brings_nothing = not message.picture and not message.outlines
+        require_answer(not (brings_nothing and self._brought_nothing), "parts of a picture with nothing in them")
+        self._brought_nothing = brings_nothing
         self._bytes.append(message.picture)
-        self._outlines += [np.array(outline.points_mm).reshape(-1, 2) for outline in message.outlines]
+        self._add_outlines(message)
         if not message.last:
             return None
         header, self._header = self._header, None
         content = b"".join(self._bytes)
-        if len(content) != 4 * header.width * header.height:
-            raise AnswerError("the server's answer is wrong: a picture of another size than announced")
+        require_answer(len(content) == header.picture_bytes, "a picture shorter than announced")
         rgba = np.frombuffer(content, dtype=np.uint8).reshape(header.height, header.width, 4)
         return Preview(message.number, message.stage == preview_pb2.PREVIEW_STAGE_COARSE, rgba,
                        (header.across_mm_per_pixel, header.up_mm_per_pixel),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Python client against real servers. run.py sets the environment: CCSLICED, CCSLICE, PYTHONPATH."""
 
+import itertools
 import json
 import os
 import pathlib
@@ -24,7 +25,8 @@ import numpy as np
 import ccslice
 import ccslice.client
 import ccslice.errors
-from ccslice.v1 import info_pb2, mesh_pb2
+from ccslice import layers, preview
+from ccslice.v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "tests/support"))
@@ -440,6 +442,122 @@ class WrongAnswers(unittest.TestCase):
                 _inflated(wrong, size)
 
 
+class EndlessAnswers(unittest.TestCase):
+    """Servers that send more than they announce, announce more than there can be, or never end."""
+
+    @staticmethod
+    def header(loops_only=False):
+        header = slice_pb2.SliceHeader(layer_count=1)
+        header.grid.extent.columns, header.grid.extent.rows = 100, 100
+        if not loops_only:
+            header.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW, sample_type=slice_pb2.SAMPLE_TYPE_UINT8)
+        return header
+
+    def objection(self, assembler, messages):
+        """To the last message, the first one that is refused."""
+        for message in messages[:-1]:
+            assembler.add(message)
+        try:
+            assembler.add(messages[-1])
+        except ccslice.AnswerError as error:
+            return str(error)
+        return ""
+
+    def test_planes(self):
+        def begin(size):
+            return slice_pb2.SliceRangeResponse(layer_begin=slice_pb2.LayerBegin(encoded_bytes=[size]))
+
+        def chunk(offset, size):
+            return slice_pb2.SliceRangeResponse(plane_chunk=slice_pb2.PlaneChunk(offset=offset, data=bytes(size)))
+
+        def objection(*messages):
+            return self.objection(layers.Assembler(self.header()), messages)
+
+        self.assertEqual(objection(begin(10_000), chunk(0, 6_000), chunk(6_000, 4_000)), "")
+        self.assertIn("longer than announced", objection(begin(10_000), chunk(0, 6_000), chunk(6_000, 4_001)))
+        self.assertIn("an empty chunk", objection(begin(10_000), chunk(0, 0)))
+        self.assertIn("impossible size", objection(begin(8 << 20)))
+        self.assertIn("impossible size", objection(begin((1 << 64) - 1)))
+
+    def test_contours(self):
+        def begin(loops):
+            return slice_pb2.SliceRangeResponse(layer_begin=slice_pb2.LayerBegin(contour_loops=loops))
+
+        def piece(loop, first, points, last):
+            message = slice_pb2.SliceRangeResponse()
+            message.contour_chunk.pieces.add(loop=loop, first_point=first, last=last, points_mm=2 * points * [0.0])
+            return message
+
+        def objection(*messages):
+            return self.objection(layers.Assembler(self.header(loops_only=True)), messages)
+
+        self.assertEqual(objection(begin(1), piece(0, 0, 2, False), piece(0, 2, 1, True)), "")
+        self.assertIn("than announced", objection(begin(0), piece(0, 0, 1, False)))
+        self.assertIn("than announced", objection(begin(1), piece(0, 0, 1, True), piece(1, 0, 1, False)))
+        self.assertIn("no contour points", objection(begin(1), piece(0, 0, 0, False)))
+        self.assertIn("an empty chunk", objection(begin(1), slice_pb2.SliceRangeResponse(contour_chunk={})))
+        self.assertIn("than there can be", objection(begin(1 << 60)))
+        with mock.patch.object(layers, "_MOST_CONTOUR_POINTS", 20):
+            self.assertEqual(objection(begin(1), piece(0, 0, 10, False), piece(0, 10, 1, True)), "")
+            self.assertIn("than there can be", objection(begin(1), piece(0, 0, 10, False), piece(0, 10, 10, False)))
+            self.assertIn("than there can be", objection(begin(4), piece(0, 0, 1, True), piece(1, 0, 10, True)))
+
+    def test_surfaces(self):
+        def header(vertices, triangles):
+            head = surface_pb2.TessellationHeader(vertex_count=vertices, triangle_count=triangles)
+            return surface_pb2.TessellateBoundaryResponse(header=head)
+
+        def vertices(first, count):
+            chunk = surface_pb2.VertexChunk(first_vertex=first, positions_mm=3 * count * [0.0])
+            return surface_pb2.TessellateBoundaryResponse(vertex_chunk=chunk)
+
+        def triangles(first, count):
+            chunk = surface_pb2.TriangleChunk(first_triangle=first, vertices=count * [0, 1, 2])
+            return surface_pb2.TessellateBoundaryResponse(triangle_chunk=chunk)
+
+        def endless(first, message):
+            """What a client that goes on reading dies of."""
+            yield from first
+            for _ in range(1_000):
+                yield message
+            self.fail("it went on")
+
+        surface = ccslice.client._surface([header(3, 2), vertices(0, 2), vertices(2, 1), triangles(0, 1), triangles(1, 1)])
+        self.assertEqual((surface.points_mm.shape, surface.triangles.shape), ((3, 3), (2, 3)))
+        whole = [header(3, 1), vertices(0, 3)]
+        for first, message in (([], vertices(0, 1)), (whole, vertices(3, 1)), (whole[:1], vertices(0, 4)),
+                               (whole[:1], vertices(0, 0)), (whole, triangles(0, 0)), (whole, triangles(0, 2)),
+                               ([*whole, triangles(0, 1)], triangles(1, 1)), (whole[:1], whole[0]),
+                               ([], surface_pb2.TessellateBoundaryResponse()), ([], header((1 << 64) - 1, 1))):
+            with self.assertRaises(ccslice.AnswerError):
+                ccslice.client._surface(endless(first, message))
+        bad = [header(3, 1), vertices(0, 3), surface_pb2.TessellateBoundaryResponse(triangle_chunk={"vertices": [0, 1, 3]})]
+        with self.assertRaises(ccslice.AnswerError):
+            ccslice.client._surface(bad)
+
+    def test_pictures(self):
+        def begin(**options):
+            head = {"width": 2, "height": 1, "picture_bytes": 8, **options}
+            return preview_pb2.PreviewResponse(number=1, stage=preview_pb2.PREVIEW_STAGE_FULL, header=head)
+
+        def part(**options):
+            return preview_pb2.PreviewResponse(number=1, stage=preview_pb2.PREVIEW_STAGE_FULL, **options)
+
+        def objection(*messages):
+            return self.objection(preview.PreviewAssembler(), messages)
+
+        self.assertEqual(objection(begin(), part(picture=bytes(8)), part(outlines=[{"points_mm": 4 * [0.0]}], last=True)), "")
+        self.assertIn("longer than announced", objection(begin(), part(picture=bytes(9))))
+        self.assertIn("nothing in them", objection(begin(), part(picture=b"a"), part(), part()))
+        self.assertIn("impossible size", objection(begin(width=2049)))
+        self.assertIn("impossible size", objection(begin(picture_bytes=9)))
+        self.assertIn("inside another one", objection(begin(), begin()))
+        self.assertIn("another picture", objection(begin(), preview_pb2.PreviewResponse(number=2, picture=b"a")))
+        with mock.patch.object(preview, "_MOST_OUTLINE_POINTS", 100):
+            self.assertIn("outlines", objection(begin(), part(outlines=2 * [{"points_mm": 100 * [0.0]}])))
+            self.assertIn("outlines", objection(begin(), part(outlines=30 * [{}])))
+
+
 class LyingServers(unittest.TestCase):
     """Servers whose calls answer what a test says."""
 
@@ -511,6 +629,26 @@ class LyingServers(unittest.TestCase):
 
         with self.assertRaisesRegex(ccslice.CallError, "wrong"):
             self.client_of({"GetServerInfo": refuse}).server_info()
+
+    def test_points_have_one_answer_each(self):
+        right = points_pb2.ProbePointsResponse(locations=[0], limit_cells=[0], control_cells=[0], residuals_mm=[0],
+                                               uvw=3 * [0])
+        mesh = ccslice.Mesh(CORNERS, HEXAHEDRON)
+        info = info_pb2.GetServerInfoResponse(max_points_per_message=4096)
+        upload = mesh_pb2.UploadMeshResponse()
+
+        def probed(answers, info=info):
+            given = {"GetServerInfo": [info], "UploadMesh": [upload], "ProbePoints": answers}
+            return self.client_of(given).probe(mesh, [[1, 2, 3]])
+
+        self.assertEqual(len(probed([right]).inside), 1)
+        more = points_pb2.ProbePointsResponse(materials=[0])
+        more.MergeFrom(right)
+        for answers in ([], [right, right], [points_pb2.ProbePointsResponse()], [more], itertools.repeat(right)):
+            with self.assertRaises(ccslice.AnswerError):
+                probed(answers)
+        with self.assertRaises(ccslice.AnswerError):
+            probed([right], info_pb2.GetServerInfoResponse())
 
 
 class LongJobs(unittest.TestCase):
