@@ -80,6 +80,12 @@ class _Attempts:
         self._failures = self.reuploads = 0
         self._is_told = False
 
+    def count_reupload(self, error: CallError) -> None:
+        """A mesh that is at hand is missing. Raises the error if that comes too often."""
+        self.reuploads += 1
+        if self.reuploads > _MOST_REUPLOADS:
+            raise error
+
     def wait_after(self, error: CallError) -> None:
         """Raises the error if it won't pass, or if patience has run out."""
         if not error.passes:
@@ -443,9 +449,7 @@ class Client:
                 error = call_error(failed)
                 missing = self._meshes.get(error.missing_mesh_id)
                 if missing is not None:
-                    attempts.reuploads += 1
-                    if attempts.reuploads > _MOST_REUPLOADS:
-                        raise error from failed
+                    attempts.count_reupload(error)
                     continue
                 attempts.wait_after(error)
 
@@ -549,7 +553,9 @@ class Client:
                         yield layer
                 except grpc.RpcError as failed:
                     error = call_error(failed)
-                    if error.missing_mesh_id not in self._meshes:
+                    if error.missing_mesh_id in self._meshes:
+                        attempts.count_reupload(error)  # The next stream says so at once, if it is true.
+                    else:
                         attempts.wait_after(error)
         finally:
             if stream is not None:

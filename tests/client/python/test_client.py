@@ -62,6 +62,25 @@ def comes_true(condition, seconds=10):
     return condition()
 
 
+def missing_mesh(mesh_id):
+    """The details of a failure for want of the mesh."""
+    classes = ccslice.errors._detail_classes()
+    status = classes["Status"](code=grpc.StatusCode.FAILED_PRECONDITION.value[0])
+    status.details.add().Pack(classes["ErrorInfo"](reason="MESH_MISSING"))
+    status.details.add().Pack(classes["ResourceInfo"](resource_name=mesh_id))
+    return status.SerializeToString()
+
+
+def with_raw_planes(open_stream):
+    """Asks for planes as they are, whether there is zstandard or not."""
+    def asked(request):
+        for plane in request.planes:
+            plane.encoding = slice_pb2.PLANE_ENCODING_RAW
+        return open_stream(request)
+
+    return asked
+
+
 def busy_for(seconds, nanos):
     """The details of a failure that asks to be called again after that long."""
     classes = ccslice.errors._detail_classes()
@@ -649,6 +668,26 @@ class LyingServers(unittest.TestCase):
                 probed(answers)
         with self.assertRaises(ccslice.AnswerError):
             probed([right], info_pb2.GetServerInfoResponse())
+
+    def test_a_mesh_that_is_always_lost_is_not_uploaded_for_ever(self):
+        mesh = cube()
+
+        def lost(request, context):
+            message = slice_pb2.SliceRangeResponse()
+            message.header.mesh_id, message.header.layer_count = mesh.id, 1
+            message.header.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW, sample_type=slice_pb2.SAMPLE_TYPE_BIT)
+            message.header.planes[0].occupancy.SetInParent()
+            yield message
+            context.set_trailing_metadata((("grpc-status-details-bin", missing_mesh(mesh.id)),))
+            context.abort(grpc.StatusCode.FAILED_PRECONDITION, "it isn't here")
+
+        client = self.client_of({"UploadMesh": [mesh_pb2.UploadMeshResponse()], "SliceRange": lost,
+                                 "PlanSlices": [slice_pb2.PlanSlicesResponse(layer_count=1)]})
+        client._stub.SliceRange = with_raw_planes(client._stub.SliceRange)
+        with self.assertRaises(ccslice.CallError) as caught:
+            list(client.slice(mesh, 1))
+        self.assertEqual(caught.exception.missing_mesh_id, mesh.id)
+        self.assertLess(len(self.calls), 20)
 
 
 class LongJobs(unittest.TestCase):
