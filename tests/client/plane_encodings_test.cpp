@@ -58,11 +58,13 @@ void expect_all_encodings_fit(std::uint32_t width, std::uint32_t height) {
     v1::PlaneEncoding value{};
     ASSERT_TRUE(v1::PlaneEncoding_Parse("PLANE_ENCODING_" + std::string(traits.name), &value));
     spec.set_encoding(value);
-    for (const auto& [type, number] : kTypes) {
-      spec.set_sample_type(number);
+    for (const std::pair<SampleType, v1::SampleType>& types : kTypes) {
+      const SampleType type = types.first;
+      spec.set_sample_type(types.second);
       const auto expect_fits = [&](const EncodedPlane& plane) {
         EXPECT_NO_THROW(require_possible_size(spec, extent, plane.bytes.size()))
-            << traits.name << ", type " << number << ", " << width << " x " << height << ": " << plane.bytes.size();
+            << traits.name << ", type " << spec.sample_type() << ", " << width << " x " << height << ": "
+            << plane.bytes.size();
       };
       const bool materials_only = type == SampleType::kUint2 || type == SampleType::kUint4;
       if (!materials_only && !encoding_obstacle(type, traits.encoding)) {
