@@ -111,13 +111,18 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
 
 /// Writes a box of 36 x 36 x 36 cells, which take 2.6 kB each.
 void write_large_box(const std::string& path) {
+  constexpr int kCells = 40, kPoints = kCells + 1, kLayer = kPoints * kPoints;  // On each side.
   std::ofstream large(path);
-  large << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << 37 * 37 * 37 << "\n";
-  for (int i = 0; i < 37 * 37 * 37; ++i) large << i % 37 << ' ' << i / 37 % 37 << ' ' << i / (37 * 37) << " 0\n";
-  large << "Hexahedra\n" << 36 * 36 * 36 << "\n";
-  for (int i = 0; i < 36 * 36 * 36; ++i) {
-    const int low = 1 + i % 36 + 37 * (i / 36 % 36) + 37 * 37 * (i / (36 * 36));
-    for (const int corner : {0, 1, 38, 37, 1369, 1370, 1407, 1406}) large << low + corner << ' ';
+  large << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << kLayer * kPoints << "\n";
+  for (int i = 0; i < kLayer * kPoints; ++i) {
+    large << i % kPoints << ' ' << i / kPoints % kPoints << ' ' << i / kLayer << " 0\n";
+  }
+  large << "Hexahedra\n" << kCells * kCells * kCells << "\n";
+  for (int i = 0; i < kCells * kCells * kCells; ++i) {
+    const int low = 1 + i % kCells + kPoints * (i / kCells % kCells) + kLayer * (i / (kCells * kCells));
+    for (const int corner : {0, 1, kPoints + 1, kPoints, kLayer, kLayer + 1, kLayer + kPoints + 1, kLayer + kPoints}) {
+      large << low + corner << ' ';
+    }
     large << "0\n";
   }
   large << "End\n";
