@@ -183,7 +183,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     return ticket_;
   }
 
-  static constexpr std::size_t kTinyBytes = 1024, kTinyAtOnce = 64;
+  static constexpr std::size_t kTinyBytes = 1024, kTinyAtOnce = 8;
 
   v1::UploadMeshResponse& response_;
   grpc::ByteBuffer raw_;
