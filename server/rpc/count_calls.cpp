@@ -15,9 +15,11 @@
 namespace ccslice::server {
 namespace {
 
-/// Those of SlicerService take their requests as they came (slicer_service.cpp); gRPC's own services don't.
-bool is_of_service(std::string_view method) {
-  return method.starts_with("/" + std::string(v1::SlicerService::service_full_name()) + "/");
+/// Those of SlicerService take their requests as they came (slicer_service.cpp), and so does gRPC's service of health
+/// (default_health_check_service.cc); its reflection doesn't.
+bool takes_bytes(std::string_view method) {
+  return method.starts_with("/" + std::string(v1::SlicerService::service_full_name()) + "/") ||
+         method.starts_with("/grpc.health.v1.Health/");
 }
 
 /// Lives as long as its call.
@@ -31,19 +33,26 @@ class CountedCall final : public grpc::experimental::Interceptor {
     using grpc::experimental::InterceptionHookPoints;
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr) {  // None: the end of a stream.
-      const auto* const bytes = has_bytes_ ? static_cast<grpc::ByteBuffer*>(methods->GetRecvMessage()) : nullptr;
-      connections_.note_message(connection_, bytes != nullptr ? bytes->Length() : 0, ConnectionTable::Clock::now());
+      take_message(has_bytes_ ? static_cast<grpc::ByteBuffer*>(methods->GetRecvMessage()) : nullptr);
     }
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS)) {
-      served_ = methods->GetSendStatus().error_code() != grpc::StatusCode::CANCELLED;
+      served_ = has_request_ && methods->GetSendStatus().error_code() != grpc::StatusCode::CANCELLED;
     }
     methods->Proceed();
   }
 
  private:
+  /// Bytes that aren't valid never came: the call was cancelled before.
+  void take_message(const grpc::ByteBuffer* bytes) {
+    has_request_ = bytes == nullptr || bytes->Valid();
+    if (!has_request_) return;
+    connections_.note_message(connection_, bytes != nullptr ? bytes->Length() : 0, ConnectionTable::Clock::now());
+  }
+
   ConnectionTable& connections_;
   const ConnectionTable::ConnectionId connection_;
   const bool has_bytes_;
+  bool has_request_ = true;  // Unless it turns out otherwise.
   bool served_ = false;
 };
 
@@ -52,7 +61,7 @@ class CountedCalls final : public grpc::experimental::ServerInterceptorFactoryIn
   explicit CountedCalls(ConnectionTable& connections) : connections_(connections) {}
 
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* info) override {
-    return new CountedCall(connections_, parse_peer(info->server_context()->peer()), is_of_service(info->method()));
+    return new CountedCall(connections_, parse_peer(info->server_context()->peer()), takes_bytes(info->method()));
   }
 
  private:

@@ -215,8 +215,10 @@ void Server::relieve() {
   if (!takes_too_much()) return;
   const std::size_t ended = state_.idle_watch.end_longest(kEndedAtOnce);
   if (ended > 0) return spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
-  const std::size_t dropped = listener_.connections().drop_unserved(kDroppedAtOnce, now);
-  if (dropped > 0) spdlog::warn("dropped {} connections with calls that ask for nothing: memory runs short", dropped);
+  ConnectionTable& connections = listener_.connections();
+  std::size_t dropped = connections.drop_unserved(kDroppedAtOnce, now);
+  if (dropped == 0) dropped = connections.drop_of_most_crowded(kDroppedAtOnce);
+  if (dropped > 0) spdlog::warn("dropped {} connections without calls that were served: memory runs short", dropped);
 }
 
 /// For a mesh that the cache had no room for, until it is uploaded again.

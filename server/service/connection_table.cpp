@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
 /// To look for connections that have left costs a system call for each: where a limit is reached, and else.
 constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
-/// Pings and settings take less within any time of idleness.
+/// Less than that isn't worth dropping connections for on which calls may be open.
 constexpr std::int64_t kArrivingBytes = 16 << 10;
 constexpr std::int64_t kHeadersBytes = 8 << 10;  // Of a call, at most.
 /// Where calls are open, a message has some time to be whole before it counts, as slow uploads send chunks of 1 MiB at
@@ -168,6 +168,7 @@ void ConnectionTable::note_message(ConnectionId id, std::uint64_t bytes, Clock::
   Connection& connection = connections_.at(descriptor->second);
   connection.whole = now;
   connection.received_bytes = received_bytes(descriptor->second);
+  connection.arriving_since.reset();
   const auto length = static_cast<std::int64_t>(bytes);
   connection.known_bytes += length + (length / kFrame + 1) * kFrameBytes;
 }
@@ -182,6 +183,7 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
   if (!served) return;
   connection.served = connection.whole = now;
   connection.received_bytes = received_bytes(descriptor->second);
+  connection.arriving_since.reset();
 }
 
 ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
@@ -237,8 +239,13 @@ ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iter
   return connections_.erase(connection);
 }
 
-bool ConnectionTable::brings_much(int socket, const Connection& connection) {
-  return received_bytes(socket) >= connection.received_bytes + kArrivingBytes;
+/// Whoever serves it closes it then. Whether it was still there.
+bool ConnectionTable::shut_down(int descriptor, Connection& connection) {
+  const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
+  if (!socket) return false;
+  shutdown(socket.get(), SHUT_RDWR);
+  connection.dropped = true;
+  return true;
 }
 
 /// What has come over the connection and belongs to nothing that is whole. 0 if it's little, or has time to be whole.
@@ -255,39 +262,38 @@ std::int64_t ConnectionTable::counted_bytes(int socket, const Connection& connec
 void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   struct Arriving {
     std::int64_t bytes;
-    Connection* connection;
-    Descriptor socket;
+    Connections::iterator connection;
   };
   std::vector<Arriving> all;
   std::int64_t sum = 0;
-  for (auto& [descriptor, connection] : connections_) {
-    if (counted_bytes(descriptor, connection, now) == 0) continue;
-    Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
-    const std::int64_t bytes = socket ? counted_bytes(socket.get(), connection, now) : 0;
-    if (bytes == 0) continue;
-    all.push_back({bytes, &connection, std::move(socket)});
+  for (auto each = connections_.begin(); each != connections_.end(); ++each) {
+    const std::int64_t bytes = counted_bytes(each->first, each->second, now);
+    if (bytes > 0) all.push_back({bytes, each});
     sum += bytes;
   }
   std::ranges::sort(all, std::greater<>(), &Arriving::bytes);
   for (const Arriving& most : all) {
     if (sum <= static_cast<std::int64_t>(limits_.arriving_bytes)) return;
     sum -= most.bytes;
-    shutdown(most.socket.get(), SHUT_RDWR);
-    most.connection->dropped = true;
-    ++dropped.greedy;
+    if (shut_down(most.connection->first, most.connection->second)) ++dropped.greedy;
   }
 }
 
-/// What has come over the connection and asked for nothing; 0 if it's little.
-std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& connection, Clock::time_point now) {
-  constexpr std::int64_t kGreetingBytes = 1024, kSomeMessagesBytes = 8 << 20;
-  if (!connection.peer || connection.dropped) return 0;
-  const std::int64_t all = received_bytes(socket), unknown = all - connection.known_bytes;
-  if (unknown >= kSomeMessagesBytes) return unknown;
-  if (connection.calls > 0) return 0;
+/// What has come since a call was served, or a message was whole; 0 if it's no more than greetings and pings.
+/// REQUIRES: no open call.
+std::int64_t ConnectionTable::bytes_of_no_call(int socket, const Connection& connection, Clock::time_point now) const {
   const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
-  const std::int64_t bytes = all - connection.received_bytes;
-  return bytes >= kGreetingBytes + pings ? bytes : 0;
+  const std::int64_t bytes = received_bytes(socket) - connection.received_bytes;
+  return bytes >= limits_.greeting_bytes + pings ? bytes : 0;
+}
+
+/// What has come over the connection and asked for nothing; 0 if it's little.
+std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& connection, Clock::time_point now) const {
+  constexpr std::int64_t kSomeMessagesBytes = 8 << 20;
+  if (!connection.peer || connection.dropped) return 0;
+  const std::int64_t unknown = received_bytes(socket) - connection.known_bytes;
+  if (unknown >= kSomeMessagesBytes) return unknown;
+  return connection.calls > 0 ? 0 : bytes_of_no_call(socket, connection, now);
 }
 
 std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point now) {
@@ -305,33 +311,51 @@ std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point 
   std::size_t dropped = 0;
   for (const Unserved& most : all) {
     if (dropped == count) break;
-    auto& [descriptor, connection] = *most.connection;
-    const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
-    if (!socket) continue;
-    shutdown(socket.get(), SHUT_RDWR);
-    connection.dropped = true;
-    ++dropped;
+    if (shut_down(most.connection->first, most.connection->second)) ++dropped;
   }
   return dropped;
+}
+
+std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count) {
+  constexpr std::size_t kFew = 32;
+  const std::lock_guard lock(mutex_);
+  std::map<std::array<std::uint8_t, 16>, std::vector<Connections::iterator>> of_sites;
+  for (auto each = connections_.begin(); each != connections_.end(); ++each) {
+    const Connection& connection = each->second;
+    if (connection.peer && !connection.dropped && connection.calls == 0) {
+      of_sites[connection.peer->site()].push_back(each);
+    }
+  }
+  const auto crowd = std::ranges::max_element(of_sites, {}, [](const auto& site) { return site.second.size(); });
+  if (crowd == of_sites.end() || crowd->second.size() <= kFew) return 0;
+  std::ranges::sort(crowd->second, {},
+                    [](const auto& each) { return std::pair(each->second.served, each->second.id); });
+  std::size_t dropped = 0;
+  for (const Connections::iterator each : crowd->second) {
+    if (dropped == count) break;
+    if (shut_down(each->first, each->second)) ++dropped;
+  }
+  return dropped;
+}
+
+/// Whether something has come for as long as that may take, and still is no call. Notes since when.
+bool ConnectionTable::arrives_for_too_long(int socket, Connection& connection, Clock::time_point now) const {
+  if (limits_.arriving.count() == 0) return false;
+  if (bytes_of_no_call(socket, connection, now) == 0) {
+    connection.arriving_since.reset();
+    return false;
+  }
+  if (!connection.arriving_since) connection.arriving_since = now;
+  return now - *connection.arriving_since >= limits_.arriving;
 }
 
 /// What arrives is only looked at closely: that costs system calls.
 void ConnectionTable::drop_if_due(int descriptor, Connection& connection, Clock::time_point now, bool looks_closely,
                                   Dropped& dropped) const {
-  const auto is_due = [&](Clock::time_point since, std::chrono::milliseconds after) {
-    return after.count() > 0 && now - since >= after;
-  };
   if (!connection.peer || connection.dropped || connection.calls > 0) return;
-  const bool idle = is_due(connection.idle_since, limits_.idle);
-  bool arriving = looks_closely && is_due(connection.served, limits_.arriving);
-  if (!idle && !arriving) return;
-  const Descriptor socket = duplicate_of(descriptor, connection.device, connection.inode);
-  if (!socket) return;
-  arriving = arriving && brings_much(socket.get(), connection);
-  if (!idle && !arriving) return;
-  shutdown(socket.get(), SHUT_RDWR);
-  connection.dropped = true;
-  ++(arriving ? dropped.arriving : dropped.idle);
+  const bool idle = limits_.idle.count() > 0 && now - connection.idle_since >= limits_.idle;
+  const bool arriving = looks_closely && arrives_for_too_long(descriptor, connection, now);
+  if ((idle || arriving) && shut_down(descriptor, connection)) ++(arriving ? dropped.arriving : dropped.idle);
 }
 
 }  // namespace ccslice::server

@@ -79,7 +79,7 @@ std::string frame(char kind, char flags, char stream, const std::string& payload
          payload;
 }
 
-constexpr char kData = 0, kHeaders = 1;
+constexpr char kData = 0, kHeaders = 1, kReset = 3;
 
 std::string literal(const std::string& name, const std::string& value) {
   return "\0"s + static_cast<char>(name.size()) + name + static_cast<char>(value.size()) + value;
@@ -97,6 +97,8 @@ std::string headers_of(char stream, const std::string& path) {
 std::string headers(char stream, const std::string& method) {
   return headers_of(stream, "/ccslice.v1.SlicerService/" + method);
 }
+
+std::string reset(char stream) { return frame(kReset, 0, stream, "\0\0\0\b"s); }
 
 std::size_t threads_of_process() {
   const std::filesystem::directory_iterator all("/proc/self/task");
@@ -169,6 +171,18 @@ TEST(Connections, WithRequestsThatDontComeInWholeAreDropped) {
   bare.send(kGreeting + half_a_request());
   EXPECT_FALSE(bare.is_closed_within(500ms));
   EXPECT_TRUE(bare.is_closed_within(5s));
+  EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+TEST(Connections, WithRequestsThatDontComeInWholeAreDroppedThoughOthersOfThemAreCancelled) {
+  ServerOptions options = test_options();
+  options.idle_timeout = 1s;
+  TestServer server(options);
+  BareConnection over_service(server.server().address()), over_health(server.server().address());
+  over_service.send(kGreeting + half_a_request() + headers(3, "GetMesh") + reset(3));
+  over_health.send(kGreeting + half_a_request() + headers_of(3, "/grpc.health.v1.Health/Check") + reset(3));
+  EXPECT_TRUE(over_service.is_closed_within(5s));
+  EXPECT_TRUE(over_health.is_closed_within(5s));
   EXPECT_TRUE(ask(server.stub()).ok());
 }
 

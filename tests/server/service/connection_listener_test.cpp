@@ -16,6 +16,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace ccslice::server {
@@ -203,6 +204,31 @@ TEST(ConnectionListener, DropsSoonerWhatSendsMuchThatMakesNoCall) {
   EXPECT_FALSE(is_closed_soon(silent, 1500));
 }
 
+TEST(ConnectionListener, DropsAlsoWhatSendsLittleThatMakesNoCallButNotAGreeting) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving = 200ms;
+  Keeper keeper(some);
+  const Descriptor greets = call_from("127.0.0.1", keeper.address()), half = call_from("127.0.0.2", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(2));
+  send_kib(half, 2);
+  const std::string greeting(500, 'x');
+  ASSERT_EQ(write(greets.get(), greeting.data(), greeting.size()), static_cast<ssize_t>(greeting.size()));
+  EXPECT_TRUE(is_closed_soon(half));
+  EXPECT_FALSE(is_closed_soon(greets, 1500));
+}
+
+TEST(ConnectionListener, CountsTheTimeOfARequestFromWhenItBeginsToCome) {
+  ConnectionLimits some = limits(10, 10);
+  some.arriving = 3s;
+  Keeper keeper(some);
+  const Descriptor half = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  std::this_thread::sleep_for(3s);
+  send_kib(half, 64);
+  EXPECT_FALSE(is_closed_soon(half, 1500));
+  EXPECT_TRUE(is_closed_soon(half, 10'000));
+}
+
 TEST(ConnectionListener, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTheBound) {
   ConnectionLimits some = limits(10, 10);
   some.arriving_bytes = 128 << 10;
@@ -379,6 +405,25 @@ TEST(ConnectionListener, DropsInNeedWhatSendsFarMoreThanItsWholeMessages) {
   EXPECT_EQ(keeper.table().drop_unserved(10, ConnectionTable::Clock::now()), 1u);
   EXPECT_TRUE(is_closed_soon(half));
   EXPECT_FALSE(is_closed_soon(whole, 100));
+}
+
+TEST(ConnectionListener, DropsInNeedThoseOfTheAddressThatHasMostWithoutACall) {
+  Keeper keeper(limits(100, 100));
+  std::vector<Descriptor> crowd, few;
+  for (int i = 0; i < 40; ++i) crowd.push_back(call_from("127.0.0.1", keeper.address()));
+  for (int i = 0; i < 10; ++i) few.push_back(call_from("127.0.0.2", keeper.address()));
+  ASSERT_TRUE(keeper.comes_to_keep(50));
+  const auto open_call = keeper.table().begin_call(own_address(crowd[0]));
+  const auto served_call = keeper.table().begin_call(own_address(crowd[1]));
+  keeper.table().end_call(served_call, ConnectionTable::Clock::now() + 1s, /*served=*/true);
+  EXPECT_EQ(keeper.table().drop_of_most_crowded(5), 5u);
+  EXPECT_TRUE(is_closed_soon(crowd[2]));
+  EXPECT_FALSE(is_closed_soon(crowd[1], 100)) << "those come first on which none was served for longest";
+  EXPECT_EQ(keeper.table().drop_of_most_crowded(100), 34u);
+  EXPECT_TRUE(is_closed_soon(crowd[1]));
+  EXPECT_FALSE(is_closed_soon(crowd[0], 100)) << "it has an open call";
+  EXPECT_EQ(keeper.table().drop_of_most_crowded(100), 0u) << "nobody else has many";
+  keeper.table().end_call(open_call, ConnectionTable::Clock::now(), /*served=*/true);
 }
 
 TEST(ConnectionListener, ReplacesAUnixSocketThatNobodyListensOnAndNoOther) {
