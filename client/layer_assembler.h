@@ -17,7 +17,7 @@ namespace ccslice::client {
 
 class LayerAssembler {
  public:
-  /// Of a layer. They take more than 2 GB, and some 4 GB as a file.
+  /// A layer may have so many. They take more than 2 GB, and some 4 GB as a file.
   static constexpr std::uint64_t kMostContourPoints = 1 << 26;
 
   /// `header` of the stream; layers are expected from header.first_layer() on.

@@ -40,7 +40,7 @@ class BlockShell {
 
   const std::vector<Place>& places() const { return places_; }
   const std::vector<Quad>& quads() const { return quads_; }
-  /// Of the deepest place; 0 if there is no shell.
+  /// How far the deepest place lies beyond the block; 0 if there is no shell.
   double depth() const { return depth_; }
 
  private:

@@ -129,7 +129,7 @@ Vec3 FaceSurroundings::thickness_mm(const Eigen::RowVector3d& outwards) const {
   return per_mm / per_mm.squaredNorm();
 }
 
-/// Of the last side's shell, kDeeper. mm of the mesh.
+/// Holds the shell of the side that was found last, kDeeper times as deep. mm of the mesh.
 Box3 FaceSurroundings::box_of_shell(const Piece& piece) const {
   Box3 box;
   for (const BlockShell::Quad& quad : shell_.quads()) {

@@ -61,7 +61,7 @@ class Builder {
   std::uint32_t numbered_ = 0;
 };
 
-/// Of the boundary, and of interfaces twice.
+/// A face of the boundary counts once, one of an interface twice: each side has its own.
 std::size_t Builder::count_faces() const {
   std::size_t faces = 0;
   const auto count = [&](const CellComplex& complex, CellId cell, std::size_t each) {

@@ -49,7 +49,7 @@ class BuildingMemory {
   /// Each throws what options.reserve does, which is never told less than before.
   /// What the kinds of cells tell: tetrahedra and wedges are refined twice, but for a few of their children.
   void reserve_control_cells();
-  /// Those of whole levels, and those that are made in cut-outs.
+  /// `cells` of whole levels, and `children` that are made in cut-outs.
   void reserve_cells(std::size_t cells, std::size_t children);
   void reserve_faces(std::size_t faces);
   /// How many different operators there are shows as they are made: asks for some more each time.

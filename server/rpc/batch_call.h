@@ -142,7 +142,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     this->wait_for_message([this] { read_on(); });
   }
 
-  /// It won't be computed anew.
+  /// Sends the first batch, whose request isn't needed any more.
   void write() {
     Batch& first = *batches_.front();
     first.request = typename Solver::Request();

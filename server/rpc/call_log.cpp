@@ -46,7 +46,7 @@ std::string make_request_id() {
   return fmt::format("{:016x}{:016x}", random(), random());
 }
 
-/// Those whose clients decide how long they last.
+/// Calls that last as long as their clients like.
 bool is_conversation(std::string_view method) {
   return method == "Preview" || method == "ProbePoints" || method == "EvaluatePoints";
 }

@@ -15,19 +15,28 @@
 namespace ccslice::server {
 namespace {
 
-/// Those of SlicerService take their requests as they came (slicer_service.cpp), and so does gRPC's service of health
+using CallKind = ConnectionTable::CallKind;
+
+CallKind kind_of(std::string_view method) {
+  const std::string slicer = "/" + std::string(v1::SlicerService::service_full_name()) + "/";
+  return method.starts_with(slicer) ? CallKind::kSlicer : CallKind::kBesides;
+}
+
+/// Calls of the slicer take their requests as they came (slicer_service.cpp), and so does gRPC's service of health
 /// (default_health_check_service.cc); its reflection doesn't.
 bool takes_bytes(std::string_view method) {
-  return method.starts_with("/" + std::string(v1::SlicerService::service_full_name()) + "/") ||
-         method.starts_with("/grpc.health.v1.Health/");
+  return kind_of(method) == CallKind::kSlicer || method.starts_with("/grpc.health.v1.Health/");
 }
 
 /// Lives as long as its call.
 class CountedCall final : public grpc::experimental::Interceptor {
  public:
-  CountedCall(ConnectionTable& connections, const std::optional<Peer>& peer, bool has_bytes)
-      : connections_(connections), connection_(peer ? connections.begin_call(*peer) : 0), has_bytes_(has_bytes) {}
-  ~CountedCall() override { connections_.end_call(connection_, ConnectionTable::Clock::now(), served_); }
+  CountedCall(ConnectionTable& connections, const std::optional<Peer>& peer, std::string_view method)
+      : connections_(connections),
+        kind_(kind_of(method)),
+        connection_(peer ? connections.begin_call(*peer, kind_) : 0),
+        has_bytes_(takes_bytes(method)) {}
+  ~CountedCall() override { connections_.end_call(connection_, ConnectionTable::Clock::now(), served_, kind_); }
 
   void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
     using grpc::experimental::InterceptionHookPoints;
@@ -50,6 +59,7 @@ class CountedCall final : public grpc::experimental::Interceptor {
   }
 
   ConnectionTable& connections_;
+  const CallKind kind_;
   const ConnectionTable::ConnectionId connection_;
   const bool has_bytes_;
   bool has_request_ = true;  // Unless it turns out otherwise.
@@ -61,7 +71,7 @@ class CountedCalls final : public grpc::experimental::ServerInterceptorFactoryIn
   explicit CountedCalls(ConnectionTable& connections) : connections_(connections) {}
 
   grpc::experimental::Interceptor* CreateServerInterceptor(grpc::experimental::ServerRpcInfo* info) override {
-    return new CountedCall(connections_, parse_peer(info->server_context()->peer()), takes_bytes(info->method()));
+    return new CountedCall(connections_, parse_peer(info->server_context()->peer()), info->method());
   }
 
  private:

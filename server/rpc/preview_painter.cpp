@@ -48,8 +48,8 @@ PreviewPicture PreviewPainter::paint(const LayerPreview& preview, const std::str
   return layers_->paint(preview.layer, cancel);
 }
 
-/// Of the solid a picture takes about the same wherever its plane lies, so that is estimated once, and of each picture
-/// its pixels.
+/// What a picture takes to cut the solid is about the same wherever its plane lies, so it is estimated once; what its
+/// pixels take is added for each picture.
 void PreviewPainter::require_memory(const SliceJob& layer, const CancellationToken& cancel) {
   constexpr std::uint64_t kBytesAPixel = 24;
   if (solid_bytes_ == 0) {

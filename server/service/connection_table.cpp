@@ -150,12 +150,13 @@ ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>
   return ConnectionVerdict::kTaken;
 }
 
-ConnectionTable::ConnectionId ConnectionTable::begin_call(const Peer& peer) {
+ConnectionTable::ConnectionId ConnectionTable::begin_call(const Peer& peer, CallKind kind) {
   const std::lock_guard lock(mutex_);
   const auto id = ids_.find(peer);
   if (id == ids_.end()) return 0;
   Connection& connection = connections_.at(descriptors_.at(id->second));
   ++connection.calls;
+  connection.slicer_calls += kind == CallKind::kSlicer ? 1 : 0;
   connection.known_bytes += kHeadersBytes;
   return id->second;
 }
@@ -173,12 +174,13 @@ void ConnectionTable::note_message(ConnectionId id, std::uint64_t bytes, Clock::
   connection.known_bytes += length + (length / kFrame + 1) * kFrameBytes;
 }
 
-void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool served) {
+void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool served, CallKind kind) {
   const std::lock_guard lock(mutex_);
   const auto descriptor = descriptors_.find(id);
   if (descriptor == descriptors_.end()) return;
   Connection& connection = connections_.at(descriptor->second);
   --connection.calls;
+  connection.slicer_calls -= kind == CallKind::kSlicer ? 1 : 0;
   connection.idle_since = now;
   if (!served) return;
   connection.served = connection.whole = now;
@@ -280,7 +282,6 @@ void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
 }
 
 /// What has come since a call was served, or a message was whole; 0 if it's no more than greetings and pings.
-/// REQUIRES: no open call.
 std::int64_t ConnectionTable::bytes_of_no_call(int socket, const Connection& connection, Clock::time_point now) const {
   const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
   const std::int64_t bytes = received_bytes(socket) - connection.received_bytes;
@@ -293,7 +294,7 @@ std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& conne
   if (!connection.peer || connection.dropped) return 0;
   const std::int64_t unknown = received_bytes(socket) - connection.known_bytes;
   if (unknown >= kSomeMessagesBytes) return unknown;
-  return connection.calls > 0 ? 0 : bytes_of_no_call(socket, connection, now);
+  return connection.slicer_calls > 0 ? 0 : bytes_of_no_call(socket, connection, now);
 }
 
 std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point now) {
@@ -322,7 +323,7 @@ std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count) {
   std::map<std::array<std::uint8_t, 16>, std::vector<Connections::iterator>> of_sites;
   for (auto each = connections_.begin(); each != connections_.end(); ++each) {
     const Connection& connection = each->second;
-    if (connection.peer && !connection.dropped && connection.calls == 0) {
+    if (connection.peer && !connection.dropped && connection.slicer_calls == 0) {
       of_sites[connection.peer->site()].push_back(each);
     }
   }

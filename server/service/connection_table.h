@@ -62,12 +62,15 @@ class ConnectionTable {
   /// `descriptor` is about to be handed over, if it is taken.
   ConnectionVerdict add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now);
 
+  /// Whose call it is: the slicer's, or of what gRPC serves besides, health and reflection, whose clients lose nothing
+  /// if they have to call again.
+  enum class CallKind { kSlicer, kBesides };
   /// A call begins on the connection from there. To be given back with end_call().
-  [[nodiscard]] ConnectionId begin_call(const Peer& peer);
+  [[nodiscard]] ConnectionId begin_call(const Peer& peer, CallKind kind = CallKind::kSlicer);
   /// A message of a call has come in whole, of so many bytes.
   void note_message(ConnectionId id, std::uint64_t bytes, Clock::time_point now);
   /// `served`: not if it was cancelled, perhaps before its request had come.
-  void end_call(ConnectionId id, Clock::time_point now, bool served);
+  void end_call(ConnectionId id, Clock::time_point now, bool served, CallKind kind = CallKind::kSlicer);
 
   struct Dropped {
     std::size_t idle = 0, arriving = 0, greedy = 0;
@@ -78,14 +81,14 @@ class ConnectionTable {
   /// Unix sockets are left alone, as calls don't tell which of them they came by.
   Dropped sweep(Clock::time_point now);
 
-  /// Shuts down up to `count` of those on which no call is open, though something has come since the last one was
-  /// served, and of those over which far more has come in all than in messages that were whole: those first over which
-  /// most has. For when memory runs short: calls that are begun and never ask for anything cost little to send, and
-  /// count nowhere, and a small message that is whole hides a large one that isn't. How many.
+  /// Shuts down up to `count` of those on which no slicer's call is open, though something has come since the last one
+  /// was served, and of those over which far more has come in all than in messages that were whole: those first over
+  /// which most has. For when memory runs short: calls that are begun and never ask for anything cost little to send,
+  /// and count nowhere, and a small message that is whole hides a large one that isn't. How many.
   std::size_t drop_unserved(std::size_t count, Clock::time_point now);
 
-  /// Shuts down up to `count` of the connections without an open call that come from the address with most of those, if
-  /// they are many: those first on which no call was served for longest. How many.
+  /// Shuts down up to `count` of the connections without an open call of the slicer that come from the address with
+  /// most of those, if they are many: those first on which no call was served for longest. How many.
   std::size_t drop_of_most_crowded(std::size_t count);
 
   std::size_t size() const;
@@ -97,6 +100,7 @@ class ConnectionTable {
     ino_t inode = 0;
     std::optional<Peer> peer;
     std::size_t calls = 0;
+    std::size_t slicer_calls = 0;  // Of those.
     Clock::time_point idle_since;
     Clock::time_point served;         // When a call was served last,
     Clock::time_point whole;          // or a message had come in whole,

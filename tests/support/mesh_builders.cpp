@@ -36,6 +36,22 @@ class HexSoup {
   std::map<std::array<long, 3>, std::uint32_t> ids_;
 };
 
+constexpr double kTopOfInnerLobe = 1.2;
+
+/// Makes an arc round the y axis of two lobes that lie above one another along z, sharp on all edges, with a slit of
+/// `width_mm` below the points that `is_lifted`. The channel is 0 on the inner lobe, `outer_value` on the outer one.
+template <class Value, class Lifted>
+void bend_lobes(ControlMesh& mesh, double width_mm, const Value& outer_value, const Lifted& is_lifted) {
+  sharpen_by_cells(mesh, 1);
+  mesh.channel_names = {"lobe"};
+  for (Vec3& p : mesh.positions) {
+    mesh.channel_values.push_back(p.z() > kTopOfInnerLobe ? static_cast<float>(outer_value(p)) : 0.0f);
+    const double radius = 16 + 4 * std::round(p.z() - 0.25) + (is_lifted(p) ? width_mm : 0);
+    const double angle = std::numbers::pi / 8 * p.x();
+    p = Vec3(radius * std::sin(angle), 5 * p.y(), radius * std::cos(angle));
+  }
+}
+
 }  // namespace
 
 ControlMesh box_mesh(int nx, int ny, int nz, double size_mm, const KeepCell& keep) {
@@ -104,20 +120,13 @@ ControlMesh vertex_slit(double width_mm, int cells, bool only_a_quarter) {
     }
   }
   ControlMesh mesh = soup.take();
-  sharpen_by_cells(mesh, 1);
-  mesh.channel_names = {"lobe"};
-  for (Vec3& p : mesh.positions) {
-    const bool is_outer = p.z() > 1.2;
-    mesh.channel_values.push_back(is_outer ? 1.0f : 0.0f);
-    const double radius = 16 + 4 * std::round(p.z() - 0.25) + (is_outer ? width_mm : 0);
-    const double angle = std::numbers::pi / 8 * p.x();
-    p = Vec3(radius * std::sin(angle), 5 * p.y(), radius * std::cos(angle));
-  }
+  bend_lobes(
+      mesh, width_mm, [](const Vec3&) { return 1.0; }, [](const Vec3& p) { return p.z() > kTopOfInnerLobe; });
   return mesh;
 }
 
 ControlMesh forked_slit(double width_mm) {
-  using Corner = std::array<double, 2>;  // Along the arc, and across it: what is above 1.2 is the outer lobe.
+  using Corner = std::array<double, 2>;  // Along the arc, and across it.
   constexpr int kCells = 4;              // Along each lobe.
   constexpr double kAbove = 1.5, kEnd = -0.4;
   std::vector<std::array<Corner, 4>> quads = {{{{kEnd - 1, 1}, {kEnd, 0}, {0, 1}, {kEnd, 2}}}};
@@ -138,15 +147,9 @@ ControlMesh forked_slit(double width_mm) {
     }
   }
   ControlMesh mesh = soup.take();
-  sharpen_by_cells(mesh, 1);
-  mesh.channel_names = {"lobe"};
-  for (Vec3& p : mesh.positions) {
-    const bool is_outer = p.z() > 1.2;
-    mesh.channel_values.push_back(is_outer ? static_cast<float>(std::max(0.0, p.x()) / kCells) : 0.0f);
-    const double radius = 16 + 4 * std::round(p.z() - 0.25) + (p.z() == kAbove ? width_mm : 0);
-    const double angle = std::numbers::pi / 8 * p.x();
-    p = Vec3(radius * std::sin(angle), 5 * p.y(), radius * std::cos(angle));
-  }
+  bend_lobes(
+      mesh, width_mm, [](const Vec3& p) { return std::max(0.0, p.x()) / kCells; },
+      [](const Vec3& p) { return p.z() == kAbove; });
   return mesh;
 }
 

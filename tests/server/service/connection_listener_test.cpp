@@ -415,6 +415,7 @@ TEST(ConnectionListener, DropsInNeedThoseOfTheAddressThatHasMostWithoutACall) {
   ASSERT_TRUE(keeper.comes_to_keep(50));
   const auto open_call = keeper.table().begin_call(own_address(crowd[0]));
   const auto served_call = keeper.table().begin_call(own_address(crowd[1]));
+  const auto watch = keeper.table().begin_call(own_address(crowd[2]), ConnectionTable::CallKind::kBesides);
   keeper.table().end_call(served_call, ConnectionTable::Clock::now() + 1s, /*served=*/true);
   EXPECT_EQ(keeper.table().drop_of_most_crowded(5), 5u);
   EXPECT_TRUE(is_closed_soon(crowd[2]));
@@ -423,6 +424,7 @@ TEST(ConnectionListener, DropsInNeedThoseOfTheAddressThatHasMostWithoutACall) {
   EXPECT_TRUE(is_closed_soon(crowd[1]));
   EXPECT_FALSE(is_closed_soon(crowd[0], 100)) << "it has an open call";
   EXPECT_EQ(keeper.table().drop_of_most_crowded(100), 0u) << "nobody else has many";
+  keeper.table().end_call(watch, ConnectionTable::Clock::now(), /*served=*/true, ConnectionTable::CallKind::kBesides);
   keeper.table().end_call(open_call, ConnectionTable::Clock::now(), /*served=*/true);
 }
 
