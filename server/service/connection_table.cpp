@@ -190,8 +190,11 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
 
 ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  const bool looks_closely = now - looked_at_ >= kBetweenIdleLooks;
-  if (looks_closely) forget_left(now);
+  const bool looks_closely = now - looked_closely_at_ >= kBetweenIdleLooks;
+  if (looks_closely) {
+    looked_closely_at_ = now;
+    forget_left(now);
+  }
   Dropped dropped;
   for (auto& [descriptor, connection] : connections_) {
     drop_if_due(descriptor, connection, now, looks_closely, dropped);

@@ -130,8 +130,9 @@ class ConnectionTable {
   std::map<Peer, ConnectionId> ids_;
   std::map<std::array<std::uint8_t, 16>, std::size_t> of_site_;
   ConnectionId last_id_ = 0;
-  Clock::time_point looked_at_;
-  std::size_t looks_ = 0;  // For what arrives.
+  Clock::time_point looked_at_;          // For those that have left,
+  Clock::time_point looked_closely_at_;  // and for what arrives for too long.
+  std::size_t looks_ = 0;                // For what arrives.
 };
 
 }  // namespace ccslice::server

@@ -217,6 +217,21 @@ TEST(ConnectionListener, DropsAlsoWhatSendsLittleThatMakesNoCallButNotAGreeting)
   EXPECT_FALSE(is_closed_soon(greets, 1500));
 }
 
+TEST(ConnectionListener, DropsItAlsoWhileOthersAreRefusedAgainAndAgain) {
+  ConnectionLimits some = limits(1, 1);
+  some.arriving = 200ms;
+  Keeper keeper(some);
+  const Descriptor half = call_from("127.0.0.1", keeper.address());
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  send_kib(half, 64);
+  bool is_closed = false;
+  for (int i = 0; i < 50 && !is_closed; ++i) {
+    const Descriptor refused = call_from("127.0.0.2", keeper.address());
+    is_closed = is_closed_soon(half, 100);
+  }
+  EXPECT_TRUE(is_closed);
+}
+
 TEST(ConnectionListener, CountsTheTimeOfARequestFromWhenItBeginsToCome) {
   ConnectionLimits some = limits(10, 10);
   some.arriving = 3s;
