@@ -32,6 +32,7 @@
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/preview_painter.h"
 #include "server/rpc/preview_parts.h"
+#include "server/rpc/preview_requests.h"
 #include "server/rpc/preview_session.h"
 #include "server/rpc/side_watch.h"
 #include "server/rpc/unknown_fields.h"
@@ -72,12 +73,6 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
  private:
   enum class Doing { kIdle, kAdmission, kPainting, kWriting, kOver };
-
-  struct Request {
-    v1::PreviewRequest message;
-    SteadyClock::time_point arrived;
-    std::uint64_t bytes = 0;  // That it takes.
-  };
 
   /// `start` starts what is waited for, unless it is under way already.
   template <typename Start>
@@ -131,7 +126,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   void take_message(bool ok) {
     const auto self = shared_from_this();
-    Request request;
+    ArrivedPreview request;
     std::exception_ptr error;
     try {
       if (ok) request = parse();
@@ -146,7 +141,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     }
     try {
       if (error) std::rethrow_exception(error);
-      accept(std::move(request));
+      requests_.accept(std::move(request));
+      hold_requests();
     } catch (...) {
       failure_ = to_status(std::current_exception());
       full_cancel_.cancel();
@@ -169,44 +165,15 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     finish(lock, stopped_ || cancel_.cancelled() ? status_of_stop() : failure_.value_or(grpc::Status::OK));
   }
 
-  Request parse() {
-    Request request{.message = {}, .arrived = SteadyClock::now()};
+  ArrivedPreview parse() {
+    ArrivedPreview request{.message = {}, .arrived = SteadyClock::now()};
     parse_request(raw_, request.message);
     raw_.Clear();  // It counts among the bytes that gRPC may hold of all clients.
     require_known_fields(request.message);
     return request;
   }
 
-  /// Takes it as the one that waits.
-  void accept(Request request) {
-    if (request.message.number() <= number_) {
-      throw ServiceError(ServiceErrorCode::kRequestMalformed,
-                         "number: " + std::to_string(request.message.number()) + " comes after " +
-                             std::to_string(number_) + "; numbers of a call go up, from 1",
-                         "number");
-    }
-    number_ = request.message.number();
-    if (waiting_) {
-      ++dropped_;
-      keep_settings(waiting_->message, request.message);
-    }
-    request.bytes = request.message.SpaceUsedLong();
-    waiting_ = std::move(request);
-    hold_requests();
-  }
-
-  /// Counts the requests that are kept: the one that waits, the one at hand, and what set the settings that hold.
-  void hold_requests() {
-    const std::uint64_t bytes = (waiting_ ? waiting_->bytes : 0) + answered_.bytes + setting_bytes_;
-    hold_request_bytes(bytes - std::min(bytes, kUncountedBytes));
-  }
-
-  /// What an unanswered request has set holds all the same.
-  static void keep_settings(v1::PreviewRequest& dropped, v1::PreviewRequest& next) {
-    if (next.mesh_id().empty()) next.set_mesh_id(dropped.mesh_id());
-    if (!next.has_placement() && dropped.has_placement()) next.mutable_placement()->Swap(dropped.mutable_placement());
-    if (!next.has_printing() && dropped.has_printing()) next.mutable_printing()->Swap(dropped.mutable_printing());
-  }
+  void hold_requests() { hold_request_bytes(requests_.bytes() - std::min(requests_.bytes(), kUncountedBytes)); }
 
   std::int64_t silent_since() const override {
     const std::int64_t idle = waits_since();
@@ -267,31 +234,25 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     doing_ = Doing::kPainting;
     has_picture_ = again_ && parts_.has_sent_all(v1::PREVIEW_STAGE_COARSE);
     full_cancel_ = Executor::make_token();
-    if (has_picture_ && waiting_) full_cancel_.cancel();
+    if (has_picture_ && requests_.waits()) full_cancel_.cancel();
     lane_.post([self = std::static_pointer_cast<PreviewCall>(shared_from_this())] { self->paint_next(); });
   }
 
   /// On a worker.
   void paint_next() {
-    Request request;
+    ArrivedPreview request;
     CancellationToken full_cancel;
     {
       const std::lock_guard lock(mutex_);
-      const bool is_outrun = waiting_ && !parts_.has_sent_any();
-      if (again_ && is_outrun) {
-        ++dropped_;
-        keep_settings(answered_.message, waiting_->message);
-        waiting_->bytes = waiting_->message.SpaceUsedLong();
-      }
+      const bool is_outrun = requests_.waits() && !parts_.has_sent_any();
+      if (again_ && is_outrun) requests_.drop_at_hand();
       if (std::exchange(again_, false) && !is_outrun) {
         parts_.begin_again();
       } else {
         parts_.begin();
-        answered_ = std::move(*waiting_);
-        waiting_.reset();
-        if (answered_.message.has_printing() || answered_.message.has_placement()) setting_bytes_ = answered_.bytes;
+        requests_.take_next();
       }
-      request = answered_;
+      request = requests_.at_hand();
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
@@ -324,7 +285,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (mesh && doing_ != Doing::kOver) log_.note_mesh(mesh->id());
   }
 
-  void paint_and_go_on(const Request& request, const CancellationToken& full_cancel, const std::exception_ptr& error) {
+  void paint_and_go_on(const ArrivedPreview& request, const CancellationToken& full_cancel,
+                       const std::exception_ptr& error) {
     std::exception_ptr failed;
     std::uint64_t missing_bytes = 0;
     try {
@@ -354,7 +316,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     shed_if_lagging(lock);
   }
 
-  void paint(const Request& request, const CancellationToken& full_cancel) {
+  void paint(const ArrivedPreview& request, const CancellationToken& full_cancel) {
     const auto begun = SteadyClock::now();
     cancel_.throw_if_cancelled();
     session_.begin(mesh_, request.message, state_.slice_limits);
@@ -395,8 +357,8 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
                                             [&admission = state_.admission] { return admission.wants_memory(); });
   }
 
-  void send(const Request& request, v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
-            const PreviewTimes& times) {
+  void send(const ArrivedPreview& request, v1::PreviewStage stage, const PreviewColours& show,
+            const PreviewPicture& picture, const PreviewTimes& times) {
     std::vector<v1::PreviewResponse> parts = session_.answer(request.message, stage, show, picture, times, cancel_);
     const std::lock_guard lock(mutex_);
     if (parts_.add(stage, std::move(parts))) {
@@ -405,7 +367,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       ++state_.metrics.preview_pictures;
     }
     has_picture_ = true;
-    if (waiting_) full_cancel_.cancel();
+    if (requests_.waits()) full_cancel_.cancel();
     write_next();
   }
 
@@ -438,10 +400,10 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     if (stopped_ || cancel_.cancelled()) return finish(lock, status_of_stop());
     if (failure_) return finish(lock, *failure_);
     if (parts_.lacks_any()) return ask_for_memory(lock, painter_bytes_, /*resumes=*/true);
-    if (waiting_) return work_place_ ? start_painting() : ask_for_place(lock);
+    if (requests_.waits()) return work_place_ ? start_painting() : ask_for_place(lock);
     give_back_place();
     if (reads_done_) return finish(lock, grpc::Status::OK);
-    answered_ = {};
+    requests_.forget_at_hand();
     hold_requests();  // Less than before.
     wait_idle([] {});
   }
@@ -457,7 +419,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     const std::shared_ptr<PreviewPainter> painter = std::move(painter_);
     give_back_place();
     log_.note(std::to_string(coarse_pictures_) + " coarse and " + std::to_string(full_pictures_) +
-              " full pictures, requests dropped " + std::to_string(dropped_) + " and stopped " +
+              " full pictures, requests dropped " + std::to_string(requests_.dropped()) + " and stopped " +
               std::to_string(stopped_pictures_) + ", oldest answer " + std::to_string(std::lround(oldest_ms_)) + " ms");
     lock.unlock();
     end(status);
@@ -487,8 +449,6 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   std::mutex mutex_;  // Guards what follows, but for what is marked.
   Doing doing_ = Doing::kIdle;
   grpc::ByteBuffer raw_;  // The read's.
-  std::uint64_t number_ = 0;
-  std::optional<Request> waiting_;
   bool reads_done_ = false, stopped_ = false;
   std::optional<grpc::Status> failure_;
   std::optional<Admission::Place> work_place_;
@@ -496,16 +456,15 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   bool has_picture_ = false;  // The request at hand has got its first picture.
   bool is_writing_ = false;
   bool lags_ = false;            // The write takes long.
-  Request answered_;             // The request at hand,
-  PreviewParts parts_;           // its pictures,
+  PreviewRequests requests_;     // The one at hand and the one that waits,
+  PreviewParts parts_;           // pictures of the former,
   bool again_ = false;           // to be painted again.
   v1::PreviewResponse written_;  // The write's.
   SteadyClock::time_point idle_since_;
   std::shared_ptr<PreviewPainter> painter_;
   std::uint64_t painter_bytes_ = 0;  // Of the one that was given back.
-  std::uint64_t setting_bytes_ = 0;  // Of the request that the settings came with, at most.
   // Of the log:
-  std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, dropped_ = 0, stopped_pictures_ = 0;
+  std::uint64_t coarse_pictures_ = 0, full_pictures_ = 0, stopped_pictures_ = 0;
   double oldest_ms_ = 0;
 
   // The worker's:
