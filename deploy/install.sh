@@ -111,6 +111,7 @@ readonly containers=(
   curl
   debootstrap
   docker-compose
+  iptables # What netavark sets a network's rules with.
   netavark
   openssl
   podman
