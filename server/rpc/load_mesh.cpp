@@ -48,10 +48,7 @@ void MeshLoad::prepare(ServiceState& state, const std::string& mesh_id, const st
   MeshCache::Ticket ticket = state.cache.get_or_prepare(
       mesh_id,
       // Others may hold the same bytes, for a preparation of their own if this one is cancelled.
-      [upload, &state](const CancellationToken& cancel, PreparationProgress& progress) {
-        return prepare_mesh(
-            state, upload->bytes(), [] {}, cancel, progress);
-      },
+      PreparedBytes(state, upload, /*are_kept=*/true),
       [self = shared_from_this()](const MeshCache::Outcome& outcome) { self->end(outcome.mesh, outcome.error); },
       client);
   {

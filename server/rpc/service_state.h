@@ -22,6 +22,7 @@
 #include "server/service/mesh_cache.h"
 #include "server/service/metrics.h"
 #include "server/service/options.h"
+#include "server/service/preparation_memory.h"
 #include "server/service/stored_meshes.h"
 
 namespace ccslice::server {
@@ -42,10 +43,11 @@ struct ServiceState {
   explicit ServiceState(const ServerOptions& server_options)
       : options(server_options),
         executor(options.threads),
+        preparations(options.preparation_budget_bytes),
+        preparation_memory(preparations),
         cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
         uploads(options.upload_budget_bytes),
         requests(options.connection_budget_bytes / 2),
-        preparations(options.preparation_budget_bytes),
         streams(options.stream_budget_bytes, [this] { admission.retry(); }),
         scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),
         calls(static_cast<std::size_t>(options.memory_bytes / kOpenCallBytes)),
@@ -88,11 +90,12 @@ struct ServiceState {
   SliceLimits slice_limits;
   std::uint64_t max_triangles;  // In one TessellateBoundary.
   Executor executor;
+  MemoryBudget preparations;             // Meshes on their way to solids,
+  PreparationMemory preparation_memory;  // whose it is alone.
   MeshCache cache;
   MemoryBudget uploads;                 // Bytes of meshes that arrive.
   MemoryBudget requests;                // Other requests, also while they wait: gRPC counts them with connections.
   std::unique_ptr<StoredMeshes> store;  // None: this server's meshes are its own.
-  MemoryBudget preparations;            // Meshes on their way to solids.
   MemoryBudget streams;                 // Layers and triangles on their way to clients.
   MemoryBudget scratch;                 // What slicers hold while they work.
   CallRegistry calls;

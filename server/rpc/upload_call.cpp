@@ -139,14 +139,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
     // The bytes go with the preparation, unless the store wants them: whoever joins another one drops his.
     const std::shared_ptr<Upload> upload = state_.store ? upload_ : std::move(upload_);
     set_ticket(state_.cache.get_or_prepare(
-        mesh_id,
-        [upload, &state = state_, keeps = state_.store != nullptr](const CancellationToken& cancel,
-                                                                   PreparationProgress& progress) {
-          const auto when_read = [&] {
-            if (!keeps) upload->bytes().release();
-          };
-          return prepare_mesh(state, upload->bytes(), when_read, cancel, progress);
-        },
+        mesh_id, PreparedBytes(state_, upload, /*are_kept=*/state_.store != nullptr),
         [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }, client_));
   }
 

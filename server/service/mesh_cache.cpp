@@ -48,15 +48,14 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
         preparation = started = std::make_shared<Preparation>();
         started->prepare = std::move(prepare);
         started->client = client;
+        started->lane = executor_.make_lane(client, Pieces::kLong);
       }
       ticket = Ticket(*this, id, next_waiter_++);
       preparation->waiters.emplace(ticket.waiter_, std::move(done));
     }
   }
   if (mesh) done({.mesh = std::move(mesh), .error = nullptr, .already_cached = true});
-  if (started) {
-    executor_.make_lane(client, Pieces::kLong).post([this, id, started] { run(id, started); });
-  }
+  if (started) started->lane->post([this, id, started] { run(id, started); });
   return ticket;
 }
 
@@ -64,6 +63,8 @@ void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& p
   Outcome outcome;
   try {
     outcome.mesh = insert(id, prepare(*preparation), preparation->client);
+  } catch (const PreparationMemory::Lack& lack) {
+    return wait_for_memory(id, preparation, lack);
   } catch (...) {
     outcome.error = std::current_exception();
   }
@@ -85,7 +86,23 @@ PreparedMesh MeshCache::prepare(Preparation& preparation) {
     prepare = std::move(preparation.prepare);
   }
   preparation.cancel.throw_if_cancelled();
-  return prepare(preparation.cancel, preparation.progress);
+  try {
+    return prepare(preparation.cancel, *preparation.progress);
+  } catch (const PreparationMemory::Lack&) {
+    const std::lock_guard lock(mutex_);
+    preparation.progress = std::make_unique<PreparationProgress>();
+    if (!preparation.waiters.empty()) preparation.prepare = std::move(prepare);
+    throw;
+  }
+}
+
+/// Once nobody waits for the preparation any more it is gone, and with it the share.
+void MeshCache::wait_for_memory(const std::string& id, const std::shared_ptr<Preparation>& preparation,
+                                const PreparationMemory::Lack& lack) {
+  lack.share->wait(lack.bytes, [this, id, weak = std::weak_ptr(preparation)] {
+    const std::shared_ptr<Preparation> awaited = weak.lock();
+    if (awaited) awaited->lane->post_front([this, id, awaited] { run(id, awaited); });
+  });
 }
 
 /// Large solids are freed after the lock has been let go of.
@@ -166,7 +183,7 @@ std::optional<PreparationProgress::State> MeshCache::preparation(const std::stri
   const std::lock_guard lock(mutex_);
   const auto running = preparations_.find(id);
   if (running == preparations_.end()) return std::nullopt;
-  return running->second->progress.state();
+  return running->second->progress->state();
 }
 
 bool MeshCache::erase(const std::string& id) {

@@ -6,7 +6,7 @@
 // - The cache is bounded in bytes. Every solid that is alive counts, also one that was dropped while a call still uses
 //   it. To make room, the cache drops the least recently used meshes that nobody uses; a mesh in use stays.
 // - Two requests for the same mesh at the same time cause one preparation, and share its result or its error. It is
-//   cancelled once nobody waits for it any more.
+//   cancelled once nobody waits for it any more. One that lacks memory goes back to its lane until there is some.
 // - A preparation that fails caches nothing.
 // - Meshes that nobody used for a while expire, if a time to live is set.
 
@@ -30,6 +30,7 @@
 #include "core/limit/limit_solid.h"
 #include "core/limit/preparation_progress.h"
 #include "server/service/executor.h"
+#include "server/service/preparation_memory.h"
 
 namespace ccslice::server {
 
@@ -98,7 +99,8 @@ class MeshCache {
     std::chrono::milliseconds time_to_live{0};  // Since the last use. 0: never expires.
     std::function<Clock::time_point()> now = &Clock::now;
   };
-  /// A long piece of work on a worker thread; may throw. Destroyed as soon as it is over, or nobody waits for it.
+  /// A long piece of work on a worker thread; may throw. Destroyed as soon as it is over, or nobody waits for it. Where
+  /// it throws PreparationMemory::Lack it isn't over: it is called again, as the next piece of its lane.
   using Prepare = std::function<PreparedMesh(const CancellationToken& cancel, PreparationProgress& progress)>;
   struct Outcome {
     MeshPtr mesh;              // Null if it failed.
@@ -157,12 +159,15 @@ class MeshCache {
   struct Preparation {
     Prepare prepare;  // Until it runs, or nobody waits for it any more.
     std::string client;
+    std::optional<Executor::Lane> lane;
     CancellationToken cancel = Executor::make_token();
-    PreparationProgress progress;
+    std::unique_ptr<PreparationProgress> progress = std::make_unique<PreparationProgress>();  // Of this attempt.
     std::map<std::uint64_t, Done> waiters;
   };
 
   void run(const std::string& id, const std::shared_ptr<Preparation>& preparation);
+  void wait_for_memory(const std::string& id, const std::shared_ptr<Preparation>& preparation,
+                       const PreparationMemory::Lack& lack);
   PreparedMesh prepare(Preparation& preparation);
   MeshPtr insert(const std::string& id, PreparedMesh prepared, const std::string& client);
   MeshPtr insert_locked(const std::string& id, PreparedMesh& prepared, const std::string& client,

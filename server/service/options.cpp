@@ -299,7 +299,7 @@ const std::vector<OptionSpec>& option_specs() {
        [](const ServerOptions& o) { return show_size(o.min_upload_rate); }},
       size_option("--preparation-budget-bytes", &ServerOptions::preparation_budget_bytes, {kMiB},
                   "Memory that all running preparations may take together, by estimate. An upload that needs more on "
-                  "its own is refused. One that needs more than is left is refused and asked to retry (SERVER_BUSY)."),
+                  "its own is refused. One that needs more than is left waits."),
       size_option("--max-message-bytes", &ServerOptions::max_message_bytes, {64 * 1024, kMaxProtobufBytes},
                   "Largest message a client may send. Clients keep below 4MiB unless told otherwise."),
       count_option("--max-connections", &ServerOptions::max_connections, kMostConnections,

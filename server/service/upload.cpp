@@ -14,7 +14,8 @@ constexpr std::size_t kBlockBytes = 256 << 10;
 }  // namespace
 
 bool UploadedBytes::append(std::string_view bytes) {
-  if (!share_.resize(size() + bytes.size())) return false;
+  if (!share_.resize(size_ + bytes.size())) return false;
+  size_ += bytes.size();
   if (blocks_.empty() || blocks_.back().size() >= kBlockBytes) blocks_.emplace_back();
   blocks_.back().append(bytes);
   return true;
@@ -22,6 +23,7 @@ bool UploadedBytes::append(std::string_view bytes) {
 
 void UploadedBytes::release() noexcept {
   std::vector<std::string>().swap(blocks_);
+  size_ = 0;
   share_.give_back();
 }
 

@@ -25,15 +25,20 @@ class UploadedBytes {
   /// The budget outlives the bytes. `client`: as in MemoryBudget::Share.
   explicit UploadedBytes(MemoryBudget& budget, std::string client = {}) : share_(budget, std::move(client)) {}
 
-  std::uint64_t size() const noexcept { return share_.bytes(); }
+  std::uint64_t size() const noexcept { return size_; }
   /// False if the budget is used up, or the client's part of it.
   [[nodiscard]] bool append(std::string_view bytes);
   const std::vector<std::string>& blocks() const noexcept { return blocks_; }
   /// Frees the bytes and gives them back to the budget.
   void release() noexcept;
+  /// Keeps the bytes, while they count elsewhere.
+  void leave_budget() { share_.give_back(); }
+  /// Has them count here again. False if there is no room for them.
+  [[nodiscard]] bool enter_budget() noexcept { return share_.resize(size_); }
 
  private:
   MemoryBudget::Share share_;
+  std::uint64_t size_ = 0;
   std::vector<std::string> blocks_;  // All but the last hold at least kBlockBytes.
 };
 

@@ -169,6 +169,20 @@ TEST(Resources, AMeshThatTakesMoreThanTheServerHasIsRefused) {
   EXPECT_EQ(server.server().state().preparations.used_bytes(), 0u);
 }
 
+TEST(Resources, AMeshThatFindsNoMemoryToBePreparedInWaitsForIt) {
+  ServerOptions options = test_options();
+  options.preparation_budget_bytes = 64 << 20;
+  TestServer server(options);
+  ServiceState& state = server.server().state();
+  std::optional<PreparationMemory::Share> others(std::in_place, state.preparation_memory);
+  ASSERT_TRUE(others->resize(64 << 20));
+  std::future<grpc::Status> upload = std::async(std::launch::async, [&] { return server.upload(make_block(2, 10)); });
+  EXPECT_EQ(upload.wait_for(500ms), std::future_status::timeout);
+  others.reset();
+  const grpc::Status status = upload.get();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
 TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
   ServerOptions options = test_options();
   options.max_concurrent_calls = 1;

@@ -316,6 +316,77 @@ TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTur
   executor_.wait_idle();
 }
 
+/// What preparations do that ask for so many bytes of a memory of 80.
+class LackingPreparations : public MeshCacheTest {
+ protected:
+  MeshCache::Prepare prepare(std::uint64_t bytes) {
+    return [this, bytes, share = std::make_shared<PreparationMemory::Share>(memory_)](const CancellationToken&,
+                                                                                      PreparationProgress& progress) {
+      ++attempts_;
+      progress.begin(PreparationStep::kReading);
+      if (!share->resize(bytes)) throw PreparationMemory::Lack{share, bytes};
+      return mesh_of(1);
+    };
+  }
+  std::future<MeshCache::Outcome> begin(const std::string& id, std::uint64_t bytes) {
+    auto promise = std::make_shared<std::promise<MeshCache::Outcome>>();
+    ticket_ = cache_.get_or_prepare(id, prepare(bytes),
+                                    [promise](const MeshCache::Outcome& outcome) { promise->set_value(outcome); });
+    return promise->get_future();
+  }
+
+  MemoryBudget budget_{80};
+  PreparationMemory memory_{budget_};
+  std::optional<PreparationMemory::Share> others_{std::in_place, memory_};
+  std::atomic<int> attempts_{0};
+  MeshCache::Ticket ticket_;
+};
+
+TEST_F(LackingPreparations, AreBegunAnewWhenThereIsMemory) {
+  ASSERT_TRUE(others_->resize(70));
+  std::future<MeshCache::Outcome> large = begin("a", 50);
+  executor_.wait_idle();
+  EXPECT_EQ(attempts_, 1);
+  ASSERT_TRUE(cache_.preparation("a"));
+  EXPECT_EQ(cache_.preparation("a")->step, PreparationStep::kWaiting);
+  std::future<MeshCache::Outcome> joined = begin("a", 50);
+  EXPECT_EQ(code_of(begin("b", 5).get()), 0) << "others aren't held up";
+  others_.reset();
+  EXPECT_EQ(code_of(large.get()), 0);
+  EXPECT_EQ(code_of(joined.get()), 0);
+  executor_.wait_idle();
+  EXPECT_EQ(attempts_, 3);
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
+TEST_F(LackingPreparations, WaitNoMoreOnceNobodyWaitsForThem) {
+  ASSERT_TRUE(others_->resize(70));
+  std::future<MeshCache::Outcome> large = begin("a", 50);
+  executor_.wait_idle();
+  ticket_.cancel();
+  EXPECT_EQ(code_of(large.get()), static_cast<int>(ErrorCode::kCancelled));
+  EXPECT_FALSE(cache_.preparation("a"));
+  others_.reset();
+  executor_.wait_idle();
+  EXPECT_EQ(attempts_, 1);
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
+TEST_F(LackingPreparations, AreCancelledAtAnyTime) {
+  for (int round = 0; round < 200; ++round) {
+    others_.emplace(memory_);
+    ASSERT_TRUE(others_->resize(70));
+    std::future<MeshCache::Outcome> large = begin("a", 50);
+    std::thread giving([&] { others_.reset(); });
+    ticket_.cancel();
+    giving.join();
+    (void)large.get();
+    cache_.erase("a");
+  }
+  executor_.wait_idle();
+  EXPECT_EQ(budget_.used_bytes(), 0u);
+}
+
 TEST_F(MeshCacheTest, FreesWhatItDropsWithoutHoldingUpOthers) {
   bool freed = false;
   const auto slow_to_free = [&](const CancellationToken&, PreparationProgress&) {

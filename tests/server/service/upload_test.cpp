@@ -106,6 +106,28 @@ TEST_F(UploadTest, UploadsOfOneClientLeaveAQuarterToOthersAndTheLargestOneAloneF
   EXPECT_EQ(budget.used_bytes(), 1000u);
 }
 
+TEST_F(UploadTest, BytesThatCountElsewhereComeBackWhereThereIsRoom) {
+  MemoryBudget budget(10);
+  Upload upload(budget, 1000);
+  upload.start(abc_, 6);
+  upload.append("abcabc");
+  upload.bytes().leave_budget();
+  EXPECT_EQ(budget.used_bytes(), 0u);
+  EXPECT_EQ(upload.bytes().size(), 6u);
+  EXPECT_EQ(upload.bytes().blocks().size(), 1u);
+  MemoryBudget::Share others(budget);
+  ASSERT_TRUE(others.resize(5));
+  EXPECT_FALSE(upload.bytes().enter_budget());
+  EXPECT_EQ(upload.bytes().size(), 6u);
+  others.give_back();
+  EXPECT_TRUE(upload.bytes().enter_budget());
+  EXPECT_TRUE(upload.bytes().enter_budget());
+  EXPECT_EQ(budget.used_bytes(), 6u);
+  upload.bytes().release();
+  EXPECT_EQ(budget.used_bytes(), 0u);
+  EXPECT_EQ(upload.bytes().size(), 0u);
+}
+
 TEST(UploadPace, WantsEnoughBytesInEachWhile) {
   using std::chrono::seconds;
   const UploadPace::Clock::time_point begin{};
