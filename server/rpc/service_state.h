@@ -46,7 +46,7 @@ struct ServiceState {
         preparations(options.preparation_budget_bytes),
         preparation_memory(preparations),
         cache(executor, {.capacity_bytes = options.cache_bytes, .time_to_live = options.mesh_time_to_live}),
-        uploads(options.upload_budget_bytes),
+        uploads(options.upload_budget_bytes, {}, options.upload_loan),
         requests(options.connection_budget_bytes / 2),
         streams(options.stream_budget_bytes, [this] { admission.retry(); }),
         scratch(options.scratch_budget_bytes, [this] { admission.retry(); }),

@@ -19,6 +19,7 @@
 
 #include "server/rpc/answered_call.h"
 #include "server/rpc/prepare_mesh.h"
+#include "server/rpc/side_watch.h"
 #include "server/rpc/summary.h"
 #include "server/service/service_error.h"
 
@@ -103,6 +104,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
 
   bool start(const v1::UploadStart& message) {
     upload_->start(message.mesh_id(), message.size_bytes());
+    mesh_id_ = message.mesh_id();
     log_.note_mesh(message.mesh_id());
     log_.note(std::to_string(message.size_bytes()) + " bytes");
     log_.add_bytes(message.size_bytes());
@@ -129,23 +131,57 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
   void finish_reading() {
     upload_->finish();
     const auto self = shared_from_this();
+    watch_loan();
     when_admitted([this] { prepare(); }, /*is_long=*/true);
     if (stopped_) end_if_waiting();  // Stopped before it began to wait, when nobody could take it out of the queue.
   }
 
+  /// Bytes that have all come ask for no more, and so wouldn't notice that they have been kept for too long.
+  void watch_loan() {
+    if (!state_.uploads.is_lent(upload_->bytes().size())) return;
+    lent_ = upload_;
+    const auto when_open = [weak = weak_from_this()](void (UploadCall::*then)()) {
+      return [weak, then] {
+        if (const auto call = weak.lock()) (static_cast<UploadCall&>(*call).*then)();
+      };
+    };
+    loan_watch_ = std::make_shared<SideWatch>(when_open(&UploadCall::watch_on), when_open(&UploadCall::end_loan));
+    state_.idle_watch.add(loan_watch_);
+    watch_on();
+  }
+  void watch_on() {
+    loan_watch_->start([] {});
+  }
+
+  /// Who is being prepared keeps the bytes only where the store wants them.
+  void end_loan() {
+    const std::shared_ptr<Upload> upload = lent_.lock();
+    if (!upload || !upload->bytes().is_in_budget() || !state_.uploads.is_overdue(client_)) return;
+    const auto preparation = state_.cache.preparation(upload->mesh_id());
+    if (preparation && preparation->step != PreparationStep::kWaiting) return;
+    loan_is_over_ = true;
+    if (leave_queue()) return end(status_of_end());
+    ticket().cancel();
+  }
+
+  bool is_over() const { return stopped_ || loan_is_over_; }
+  grpc::Status status_of_end() const {
+    if (stopped_) return status_of_stop();
+    return to_status(std::make_exception_ptr(too_many_upload_bytes(mesh_id_)));
+  }
+
   void prepare() {
-    if (stopped_) return end(status_of_stop());
-    const std::string mesh_id = upload_->mesh_id();
+    if (is_over()) return end(status_of_end());
     // The bytes go with the preparation, unless the store wants them: whoever joins another one drops his.
     const std::shared_ptr<Upload> upload = state_.store ? upload_ : std::move(upload_);
     set_ticket(state_.cache.get_or_prepare(
-        mesh_id, PreparedBytes(state_, upload, /*are_kept=*/state_.store != nullptr),
+        mesh_id_, PreparedBytes(state_, upload, /*are_kept=*/state_.store != nullptr),
         [this, self = shared_from_this()](const MeshCache::Outcome& outcome) { done(outcome); }, client_));
   }
 
   /// On this thread if the mesh came by another way meanwhile, on a worker's or the canceller's otherwise.
   void done(const MeshCache::Outcome& outcome) {
-    if (stopped_) return end(status_of_stop());
+    if (stopped_ || (loan_is_over_ && outcome.error)) return end(status_of_end());
     if (outcome.error) return end(to_status(outcome.error));
     if (!state_.store) return answer_with(outcome.mesh, outcome.already_cached, /*stored=*/false);
     state_.store->keep(std::move(upload_), client_,
@@ -168,7 +204,7 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
       std::lock_guard lock(ticket_mutex_);
       ticket_ = ticket;
     }
-    if (stopped_) ticket.cancel();
+    if (is_over()) ticket.cancel();
   }
 
   MeshCache::Ticket ticket() {
@@ -182,7 +218,11 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
   grpc::ByteBuffer raw_;
   std::size_t tiny_in_row_ = 0;
   std::optional<Executor::Lane> lane_;
+  std::string mesh_id_;
   std::shared_ptr<Upload> upload_;
+  std::weak_ptr<Upload> lent_;  // What takes more of the memory than is ever one client's.
+  std::shared_ptr<SideWatch> loan_watch_;
+  std::atomic<bool> loan_is_over_{false};
   std::mutex pace_mutex_;
   UploadPace pace_;  // Counted as bytes come, and by the watch where none do.
   std::atomic<bool> stopped_{false};

@@ -97,9 +97,18 @@ bool MemoryBudget::may_grow(const Share& share, std::uint64_t own, std::uint64_t
                             Clock::time_point now) noexcept {
   if (own <= most_of_one_ && bytes <= most_of_one_ - own) return true;
   if (own > share.bytes_ || now < lends_again_) return false;
-  if (!loan_ || *loan_->client != *share.client_ || !loan_->is_wanted || now - loan_->since < loan_time_) return true;
+  return !is_overdue_locked(*share.client_, now);
+}
+
+bool MemoryBudget::is_overdue_locked(const std::string& client, Clock::time_point now) noexcept {
+  if (!loan_ || *loan_->client != client || !loan_->is_wanted || now - loan_->since < loan_time_) return false;
   lends_again_ = now + 2 * loan_time_;
-  return false;
+  return true;
+}
+
+bool MemoryBudget::is_overdue(const std::string& client) noexcept {
+  const std::lock_guard lock(mutex_);
+  return is_overdue_locked(client, Clock::now());
 }
 
 std::size_t MemoryBudget::clients() const {

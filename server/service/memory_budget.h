@@ -6,8 +6,9 @@
 //
 // Where shares say whose they are, a quarter of the budget is never one client's. But what is as large as the budget
 // can get in where nothing else is: a share that is all that its client holds may grow into the last quarter, on loan.
-// Once the loan has lasted for a while and others were refused meanwhile, the share grows no more, which ends what it
-// is for; and for twice that while nothing is lent, so that these others have their turn.
+// Once the loan has lasted for a while and others were refused meanwhile, it is overdue: the share grows no more, which
+// ends what it is for; and for twice that while nothing is lent, so that these others have their turn. What wants to
+// grow no more has to ask.
 
 #pragma once
 
@@ -86,6 +87,10 @@ class MemoryBudget {
   std::uint64_t used_bytes() const noexcept { return used_bytes_.load(); }
   /// In all, since the beginning.
   std::uint64_t given_back_bytes() const noexcept { return given_back_bytes_.load(); }
+  /// Whether it takes a loan for one client to have so many.
+  [[nodiscard]] bool is_lent(std::uint64_t bytes) const noexcept { return bytes > most_of_one_; }
+  /// Whether the client has had the last quarter for too long. Then whoever holds it should give it back.
+  [[nodiscard]] bool is_overdue(const std::string& client) noexcept;
   /// How many clients hold something.
   std::size_t clients() const;
 
@@ -103,6 +108,7 @@ class MemoryBudget {
   [[nodiscard]] bool try_take_of(const Share& share, std::uint64_t& own, std::uint64_t bytes,
                                  std::uint64_t left_bytes) noexcept;
   void give_back(const Share& share, std::uint64_t bytes) noexcept;
+  bool is_overdue_locked(const std::string& client, Clock::time_point now) noexcept;
   bool may_grow(const Share& share, std::uint64_t own, std::uint64_t bytes, Clock::time_point now) noexcept;
 
   const std::uint64_t capacity_bytes_, most_of_one_;

@@ -47,7 +47,8 @@ struct ServerOptions {
   MeshStoreOptions mesh_store;
   std::size_t warm_meshes = 0;
   std::uint64_t upload_budget_bytes = 0;
-  std::uint64_t min_upload_rate = 0;  // Bytes a second. 0: any.
+  std::chrono::milliseconds upload_loan{30'000};  // Of its last quarter; none of the command line's.
+  std::uint64_t min_upload_rate = 0;              // Bytes a second. 0: any.
   std::uint64_t preparation_budget_bytes = 0;
   std::uint64_t max_message_bytes = 0;
   std::uint64_t connection_budget_bytes = 0;

@@ -3,8 +3,6 @@
 
 #include "server/service/upload.h"
 
-#include "server/service/service_error.h"
-
 namespace ccslice::server {
 namespace {
 
@@ -24,7 +22,23 @@ bool UploadedBytes::append(std::string_view bytes) {
 void UploadedBytes::release() noexcept {
   std::vector<std::string>().swap(blocks_);
   size_ = 0;
+  leave_budget();
+}
+
+void UploadedBytes::leave_budget() {
+  is_in_budget_ = false;
   share_.give_back();
+}
+
+bool UploadedBytes::enter_budget() noexcept {
+  if (!share_.resize(size_)) return false;
+  is_in_budget_ = true;
+  return true;
+}
+
+ServiceError too_many_upload_bytes(const std::string& mesh_id) {
+  return ServiceError(ServiceErrorCode::kServerBusy,
+                      "too many bytes of uploads at once, in all or of one client: try again later", "", mesh_id);
 }
 
 void Upload::start(const std::string& mesh_id, std::uint64_t size_bytes) {
@@ -53,10 +67,7 @@ void Upload::append(std::string_view chunk) {
                        "more than the " + std::to_string(size_bytes_) + " bytes that start.size_bytes announced",
                        "chunk", mesh_id_);
   }
-  if (!bytes_.append(chunk)) {
-    throw ServiceError(ServiceErrorCode::kServerBusy,
-                       "too many bytes of uploads at once, in all or of one client: try again later", "", mesh_id_);
-  }
+  if (!bytes_.append(chunk)) throw too_many_upload_bytes(mesh_id_);
   hasher_.add(chunk);
 }
 

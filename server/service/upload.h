@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -16,6 +17,7 @@
 
 #include "server/service/memory_budget.h"
 #include "server/service/mesh_id.h"
+#include "server/service/service_error.h"
 
 namespace ccslice::server {
 
@@ -32,15 +34,21 @@ class UploadedBytes {
   /// Frees the bytes and gives them back to the budget.
   void release() noexcept;
   /// Keeps the bytes, while they count elsewhere.
-  void leave_budget() { share_.give_back(); }
+  void leave_budget();
   /// Has them count here again. False if there is no room for them.
-  [[nodiscard]] bool enter_budget() noexcept { return share_.resize(size_); }
+  [[nodiscard]] bool enter_budget() noexcept;
+  /// Whether they count here. Any thread.
+  bool is_in_budget() const noexcept { return is_in_budget_.load(); }
 
  private:
   MemoryBudget::Share share_;
   std::uint64_t size_ = 0;
+  std::atomic<bool> is_in_budget_{true};
   std::vector<std::string> blocks_;  // All but the last hold at least kBlockBytes.
 };
+
+/// SERVER_BUSY.
+[[nodiscard]] ServiceError too_many_upload_bytes(const std::string& mesh_id);
 
 /// One upload. Not thread-safe. Errors are ServiceErrors and end the upload.
 class Upload {

@@ -183,6 +183,38 @@ TEST(Resources, AMeshThatFindsNoMemoryToBePreparedInWaitsForIt) {
   EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
+TEST(Resources, AFinishedUploadThatWaitsForItsPreparationHasItsBytesOnLoanOnly) {
+  const v1::ControlMesh mesh = make_block(16, 10);
+  ServerOptions options = test_options();
+  options.preparation_budget_bytes = 64 << 20;
+  options.upload_budget_bytes = mesh.ByteSizeLong() + 1000;
+  options.upload_loan = 500ms;
+  TestServer server(options);
+  ServiceState& state = server.server().state();
+  std::optional<PreparationMemory::Share> prepared(std::in_place, state.preparation_memory);
+  ASSERT_TRUE(prepared->resize(64 << 20));
+  std::future<grpc::Status> upload = std::async(std::launch::async, [&] { return server.upload(mesh); });
+  ASSERT_TRUE(eventually([&] { return state.uploads.used_bytes() == mesh.ByteSizeLong(); }, 5s));
+  const auto ends_within = [&](std::chrono::milliseconds limit) {
+    return eventually(
+        [&] {
+          server.server().sweep();
+          return upload.wait_for(0s) == std::future_status::ready;
+        },
+        limit);
+  };
+  EXPECT_FALSE(ends_within(2s)) << "nobody else wants it";
+  MemoryBudget::Share other(state.uploads, "other");
+  EXPECT_FALSE(other.resize(2000));
+  EXPECT_TRUE(ends_within(5s));
+  prepared.reset();
+  const Failure failure = failure_of(upload.get());
+  EXPECT_EQ(failure.reason, "SERVER_BUSY");
+  EXPECT_TRUE(failure.retry);
+  EXPECT_NE(failure.message.find("too many bytes of uploads"), std::string::npos) << failure.message;
+  EXPECT_TRUE(other.resize(2000));
+}
+
 TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
   ServerOptions options = test_options();
   options.max_concurrent_calls = 1;

@@ -176,6 +176,23 @@ TEST(MemoryBudget, EndsALoanThatHasLastedAndKeepsOthersOutAndLendsNothingForAWhi
   EXPECT_FALSE(large.resize(92)) << "also for those who are no clients";
 }
 
+TEST(MemoryBudget, TellsOfALoanThatIsOverdueWhoDoesntGrowAnyMore) {
+  const auto loan = 300ms;
+  MemoryBudget budget(100, {}, loan);
+  EXPECT_FALSE(budget.is_lent(75));
+  EXPECT_TRUE(budget.is_lent(76));
+  MemoryBudget::Share large(budget, "large"), other(budget, "other");
+  ASSERT_TRUE(large.resize(90));
+  std::this_thread::sleep_for(loan);
+  EXPECT_FALSE(budget.is_overdue("large")) << "nobody has been kept out";
+  EXPECT_FALSE(other.resize(20));
+  EXPECT_TRUE(budget.is_overdue("large"));
+  EXPECT_FALSE(budget.is_overdue("other"));
+  large.give_back();
+  EXPECT_FALSE(budget.is_overdue("large"));
+  EXPECT_FALSE(large.resize(76)) << "so soon again";
+}
+
 TEST(MemoryBudget, CountsClientsRightlyFromManyThreads) {
   MemoryBudget budget(100);
   std::vector<std::thread> threads;

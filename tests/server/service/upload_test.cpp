@@ -113,6 +113,7 @@ TEST_F(UploadTest, BytesThatCountElsewhereComeBackWhereThereIsRoom) {
   upload.append("abcabc");
   upload.bytes().leave_budget();
   EXPECT_EQ(budget.used_bytes(), 0u);
+  EXPECT_FALSE(upload.bytes().is_in_budget());
   EXPECT_EQ(upload.bytes().size(), 6u);
   EXPECT_EQ(upload.bytes().blocks().size(), 1u);
   MemoryBudget::Share others(budget);
@@ -121,6 +122,7 @@ TEST_F(UploadTest, BytesThatCountElsewhereComeBackWhereThereIsRoom) {
   EXPECT_EQ(upload.bytes().size(), 6u);
   others.give_back();
   EXPECT_TRUE(upload.bytes().enter_budget());
+  EXPECT_TRUE(upload.bytes().is_in_budget());
   EXPECT_TRUE(upload.bytes().enter_budget());
   EXPECT_EQ(budget.used_bytes(), 6u);
   upload.bytes().release();
