@@ -27,7 +27,6 @@
 #include "server/rpc/load_mesh.h"
 #include "server/rpc/metrics_page.h"
 #include "server/service/logging.h"
-#include "server/service/mesh_room.h"
 
 namespace ccslice::server {
 namespace {
@@ -134,6 +133,7 @@ ServiceState& warmed_up(ServiceState& state, const std::function<bool()>& stops)
 
 Server::Server(const ServerOptions& options, const std::function<bool()>& stops)
     : state_(options),
+      refused_(options.admission_wait),
       service_(warmed_up(state_, stops)),
       listener_(options.listen_address, connection_limits(options, connection_descriptors())) {
   enable_extras();
@@ -227,8 +227,10 @@ void Server::make_room() {
   if (!refused) return;
   std::vector<std::shared_ptr<IdleCall>> calls = state_.idle_watch.open_calls();
   for (const auto& preview : state_.preview_watch.open_calls()) calls.push_back(preview);
-  const std::size_t ended = make_room_for(*refused, calls);
-  if (ended > 0) spdlog::warn("ended {} calls of silent clients: their meshes fill the cache (--cache-bytes)", ended);
+  const auto silent = refused_.least_silence(refused->client, std::chrono::steady_clock::now());
+  const std::size_t ended = make_room_for(*refused, calls, silent);
+  if (ended > 0)
+    spdlog::warn("ended {} calls of silent or slow clients: their meshes fill the cache (--cache-bytes)", ended);
 }
 
 /// The process comes near the memory it should do with, and not for what the budgets know of.

@@ -21,6 +21,7 @@
 #include "server/service/certificates.h"
 #include "server/service/connection_listener.h"
 #include "server/service/http_server.h"
+#include "server/service/mesh_room.h"
 
 namespace ccslice::server {
 
@@ -93,6 +94,7 @@ class Server {
 
   ServiceState state_;
   std::chrono::steady_clock::time_point relieved_;  // When memory ran short last.
+  RefusedClients refused_;
   SlicerService service_;
   ConnectionListener listener_;
   std::unique_ptr<ServedCertificates> certificates_;  // None: no TLS.

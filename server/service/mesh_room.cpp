@@ -60,6 +60,14 @@ std::vector<const UsedMesh*> silent_meshes(const UsedMeshes& meshes, const Refus
 
 }  // namespace
 
+std::chrono::milliseconds RefusedClients::least_silence(const std::string& client, Clock::time_point now) {
+  const auto forgotten = 3 * wait_;
+  std::erase_if(refusals_, [&](const auto& each) { return now - each.second.last > forgotten; });
+  Refusals& own = refusals_.try_emplace(client, Refusals{now, now}).first->second;
+  own.last = now;
+  return now - own.first < wait_ ? kSilentWithMesh : kLagsWithMesh;
+}
+
 std::size_t make_room_for(const RefusedMesh& refused, const std::vector<std::shared_ptr<IdleCall>>& calls,
                           std::chrono::milliseconds silent) {
   const auto before = std::chrono::steady_clock::now() - silent;

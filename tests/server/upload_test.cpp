@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <limits>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include "server/service/mesh_id.h"
@@ -14,6 +17,8 @@
 
 namespace ccslice::server {
 namespace {
+
+using namespace std::chrono_literals;
 
 using ::testing::HasSubstr;
 using ::testing::StrEq;
@@ -463,6 +468,47 @@ TEST(UploadMesh, FindsRoomInACacheThatSilentClientsFill) {
   EXPECT_TRUE(points->Write(point) && points->Read(&answer)) << "its mesh needn't go, too";
   points->WritesDone();
   EXPECT_TRUE(points->Finish().ok());
+}
+
+TEST(UploadMesh, FindsRoomInACacheThatSlowClientsFillInTheEnd) {
+  ServerOptions options = room_for_two_meshes();
+  options.admission_wait = 500ms;
+  TestServer server(options);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>>> calls;
+  std::vector<v1::ProbePointsRequest> points(2);
+  for (int i = 0; i < 2; ++i) {
+    points[i].set_mesh_id(server.upload_good(make_block(2, 10 + i)));
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    calls.push_back(server.stub().ProbePoints(contexts.back().get()));
+  }
+  std::vector<std::string> ends;
+  std::thread asking([&] {
+    for (int asked = 0; ends.empty() && asked < 5; ++asked) {
+      for (int i = 0; i < 2; ++i) {
+        v1::ProbePointsResponse answer;
+        if (calls[i]->Write(points[i]) && calls[i]->Read(&answer)) continue;
+        ends.push_back(failure_of(calls[i]->Finish()).reason);
+        calls[i] = nullptr;
+        break;
+      }
+      std::this_thread::sleep_for(2s);  // Far less than what counts as silence.
+    }
+  });
+  std::this_thread::sleep_for(500ms);
+  const bool is_taken = eventually(
+      [&] {
+        server.server().relieve();
+        return server.upload(make_block(2, 12)).ok();
+      },
+      7s);
+  EXPECT_TRUE(is_taken);
+  asking.join();
+  EXPECT_EQ(ends, std::vector<std::string>{"STREAM_IDLE"}) << "no more than it takes";
+  for (const auto& context : contexts) context->TryCancel();
+  for (const auto& call : calls) {
+    if (call) (void)call->Finish();
+  }
 }
 
 TEST(UploadMesh, RefusesWhatTheCacheCantHold) {

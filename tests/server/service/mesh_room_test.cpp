@@ -100,5 +100,16 @@ TEST_F(MeshRoom, IsNotTakenFromCallsWithoutAMesh) {
   EXPECT_EQ(call->ended, 0);
 }
 
+TEST(RefusedClients, NeedLessSilenceOnceTheyHaveBeenRefusedForAWhile) {
+  RefusedClients refused(10s);
+  const RefusedClients::Clock::time_point begin{};
+  EXPECT_EQ(refused.least_silence("a", begin), kSilentWithMesh);
+  EXPECT_EQ(refused.least_silence("a", begin + 9s), kSilentWithMesh);
+  EXPECT_EQ(refused.least_silence("b", begin + 10s), kSilentWithMesh) << "another one";
+  EXPECT_EQ(refused.least_silence("a", begin + 10s), kLagsWithMesh);
+  EXPECT_EQ(refused.least_silence("a", begin + 39s), kLagsWithMesh);
+  EXPECT_EQ(refused.least_silence("a", begin + 70s), kSilentWithMesh) << "after a while without refusals";
+}
+
 }  // namespace
 }  // namespace ccslice::server
