@@ -6,6 +6,7 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/byte_buffer.h>
 
+#include <atomic>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,8 +54,8 @@ class CountedCall final : public grpc::experimental::Interceptor {
  private:
   /// Bytes that aren't valid never came: the call was cancelled before.
   void take_message(const grpc::ByteBuffer* bytes) {
-    has_request_ = bytes == nullptr || bytes->Valid();
-    if (!has_request_) return;
+    if (bytes != nullptr && !bytes->Valid()) return;
+    if (!has_request_) has_request_ = true;
     connections_.note_message(connection_, bytes != nullptr ? bytes->Length() : 0, ConnectionTable::Clock::now());
   }
 
@@ -62,7 +63,7 @@ class CountedCall final : public grpc::experimental::Interceptor {
   const CallKind kind_;
   const ConnectionTable::ConnectionId connection_;
   const bool has_bytes_;
-  bool has_request_ = true;  // Unless it turns out otherwise.
+  std::atomic<bool> has_request_ = false;  // Messages may come while the status goes out.
   bool served_ = false;
 };
 

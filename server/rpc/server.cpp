@@ -217,8 +217,10 @@ void Server::relieve() {
   if (ended > 0) return spdlog::warn("ended {} calls whose clients don't read: memory runs short (--memory)", ended);
   ConnectionTable& connections = listener_.connections();
   std::size_t dropped = connections.drop_unserved(kDroppedAtOnce, now);
-  if (dropped == 0) dropped = connections.drop_of_most_crowded(kDroppedAtOnce);
-  if (dropped > 0) spdlog::warn("dropped {} connections without calls that were served: memory runs short", dropped);
+  if (dropped == 0) dropped = connections.drop_of_most_crowded(kDroppedAtOnce, now);
+  if (dropped > 0)
+    spdlog::warn("dropped {} connections of calls that ask for nothing, or without calls: memory runs short (--memory)",
+                 dropped);
 }
 
 /// For a mesh that the cache had no room for, until it is uploaded again.

@@ -31,7 +31,6 @@ constexpr auto kBetweenSweeps = 50ms;
 /// that never comes in whole.
 constexpr auto kGrace = 5s;
 constexpr auto kBetweenReports = 10s;
-constexpr std::int64_t kTlsGreetingBytes = 16 << 10;  // Chains of certificates among them.
 constexpr int kRestMs = 50;
 /// Of one socket at a time, so that others have their turn.
 constexpr int kAcceptedAtOnce = 64;
@@ -59,7 +58,6 @@ ConnectionLimits connection_limits(const ServerOptions& options, std::size_t des
                           .arriving = options.idle_timeout,
                           .arriving_bytes = options.connection_budget_bytes / 4};  // gRPC refuses calls at its end.
   if (limits.idle.count() > 0) limits.idle += kGrace;
-  if (!options.tls.certificate.empty()) limits.greeting_bytes = kTlsGreetingBytes;
   if (descriptors >= limits.connections) return limits;
   limits.per_address = std::max<std::size_t>(limits.per_address * descriptors / limits.connections, 1);
   limits.connections = descriptors;

@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 constexpr std::array<std::uint8_t, 12> kMappedIpv4 = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
 /// To look for connections that have left costs a system call for each: where a limit is reached, and else.
 constexpr auto kBetweenLooks = 20ms, kBetweenIdleLooks = 500ms;
-/// Less than that isn't worth dropping connections for on which calls may be open.
+/// Greetings, certificates and pings take less, and so do many calls that are cancelled.
 constexpr std::int64_t kArrivingBytes = 16 << 10;
 constexpr std::int64_t kHeadersBytes = 8 << 10;  // Of a call, at most.
 /// Where calls are open, a message has some time to be whole before it counts, as slow uploads send chunks of 1 MiB at
@@ -284,20 +284,16 @@ void ConnectionTable::drop_greedy(Clock::time_point now, Dropped& dropped) {
   }
 }
 
-/// What has come since a call was served, or a message was whole; 0 if it's no more than greetings and pings.
-std::int64_t ConnectionTable::bytes_of_no_call(int socket, const Connection& connection, Clock::time_point now) const {
-  const std::int64_t pings = (now - connection.served) / 1s;  // No more than 17 bytes every 30 s.
-  const std::int64_t bytes = received_bytes(socket) - connection.received_bytes;
-  return bytes >= limits_.greeting_bytes + pings ? bytes : 0;
-}
-
 /// What has come over the connection and asked for nothing; 0 if it's little.
-std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& connection, Clock::time_point now) const {
-  constexpr std::int64_t kSomeMessagesBytes = 8 << 20;
+std::int64_t ConnectionTable::unserved_bytes(int socket, const Connection& connection, Clock::time_point now) {
+  constexpr std::int64_t kGreetingBytes = 1024, kSomeMessagesBytes = 8 << 20;
   if (!connection.peer || connection.dropped) return 0;
-  const std::int64_t unknown = received_bytes(socket) - connection.known_bytes;
+  const std::int64_t all = received_bytes(socket), unknown = all - connection.known_bytes;
   if (unknown >= kSomeMessagesBytes) return unknown;
-  return connection.slicer_calls > 0 ? 0 : bytes_of_no_call(socket, connection, now);
+  if (connection.slicer_calls > 0) return 0;
+  const std::int64_t pings = (now - connection.served) / 1s;  // More than the answers to the server's take.
+  const std::int64_t bytes = all - connection.received_bytes;
+  return bytes >= kGreetingBytes + pings ? bytes : 0;
 }
 
 std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point now) {
@@ -320,32 +316,35 @@ std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point 
   return dropped;
 }
 
-std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count) {
+std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count, Clock::time_point now) {
   constexpr std::size_t kFew = 32;
+  constexpr std::chrono::milliseconds kJustNow = 2s;
+  const auto is_idle = [now, kJustNow](const Connection& connection) {
+    return connection.peer && !connection.dropped && connection.slicer_calls == 0 &&
+           now - std::max(connection.idle_since, connection.whole) >= kJustNow;
+  };
   const std::lock_guard lock(mutex_);
   std::map<std::array<std::uint8_t, 16>, std::vector<Connections::iterator>> of_sites;
   for (auto each = connections_.begin(); each != connections_.end(); ++each) {
-    const Connection& connection = each->second;
-    if (connection.peer && !connection.dropped && connection.slicer_calls == 0) {
-      of_sites[connection.peer->site()].push_back(each);
-    }
+    if (is_idle(each->second)) of_sites[each->second.peer->site()].push_back(each);
   }
   const auto crowd = std::ranges::max_element(of_sites, {}, [](const auto& site) { return site.second.size(); });
   if (crowd == of_sites.end() || crowd->second.size() <= kFew) return 0;
   std::ranges::sort(crowd->second, {},
                     [](const auto& each) { return std::pair(each->second.served, each->second.id); });
+  const std::size_t most = std::min(count, (crowd->second.size() - kFew + 1) / 2);
   std::size_t dropped = 0;
   for (const Connections::iterator each : crowd->second) {
-    if (dropped == count) break;
+    if (dropped == most) break;
     if (shut_down(each->first, each->second)) ++dropped;
   }
   return dropped;
 }
 
-/// Whether something has come for as long as that may take, and still is no call. Notes since when.
+/// Whether much has come for as long as that may take, and still is no call. Notes since when.
 bool ConnectionTable::arrives_for_too_long(int socket, Connection& connection, Clock::time_point now) const {
   if (limits_.arriving.count() == 0) return false;
-  if (bytes_of_no_call(socket, connection, now) == 0) {
+  if (received_bytes(socket) < connection.received_bytes + kArrivingBytes) {
     connection.arriving_since.reset();
     return false;
   }

@@ -43,9 +43,8 @@ struct ConnectionLimits {
   std::size_t connections = 0;
   std::size_t per_address = 0;            // Unix sockets have no addresses.
   std::chrono::milliseconds idle{0};      // Without a call for so long: dropped. 0: never.
-  std::chrono::milliseconds arriving{0};  // After something has come that asks for nothing yet: dropped. 0: never.
+  std::chrono::milliseconds arriving{0};  // After much has come that asks for nothing yet: dropped. 0: never.
   std::uint64_t arriving_bytes = 0;       // Come over all together of what isn't whole: beyond it, dropped. 0: any.
-  std::int64_t greeting_bytes = 1 << 10;  // Come before a call is begun.
 };
 
 enum class ConnectionVerdict { kTaken, kTooMany, kTooManyOfAddress };
@@ -88,8 +87,9 @@ class ConnectionTable {
   std::size_t drop_unserved(std::size_t count, Clock::time_point now);
 
   /// Shuts down up to `count` of the connections without an open call of the slicer that come from the address with
-  /// most of those, if they are many: those first on which no call was served for longest. How many.
-  std::size_t drop_of_most_crowded(std::size_t count);
+  /// most of those: half of those beyond a few, the ones first on which no call was served for longest, and none on
+  /// which something happened just now. How many.
+  std::size_t drop_of_most_crowded(std::size_t count, Clock::time_point now);
 
   std::size_t size() const;
 
@@ -106,7 +106,7 @@ class ConnectionTable {
     Clock::time_point whole;          // or a message had come in whole,
     std::int64_t received_bytes = 0;  // and what had come by then.
     std::int64_t known_bytes = 0;     // Of all messages that came in whole, and of the headers of all calls.
-    std::optional<Clock::time_point> arriving_since{};  // What came since then asks for nothing.
+    std::optional<Clock::time_point> arriving_since{};  // Much has come since then that asks for nothing.
     bool dropped = false;
   };
   using Connections = std::unordered_map<int, Connection>;  // By their descriptors.
@@ -118,8 +118,7 @@ class ConnectionTable {
   bool arrives_for_too_long(int socket, Connection& connection, Clock::time_point now) const;
   bool some_arrives(Clock::time_point now);
   static bool shut_down(int descriptor, Connection& connection);
-  std::int64_t bytes_of_no_call(int socket, const Connection& connection, Clock::time_point now) const;
-  std::int64_t unserved_bytes(int socket, const Connection& connection, Clock::time_point now) const;
+  static std::int64_t unserved_bytes(int socket, const Connection& connection, Clock::time_point now);
   static std::int64_t counted_bytes(int socket, const Connection& connection, Clock::time_point now);
   void drop_greedy(Clock::time_point now, Dropped& dropped);
 

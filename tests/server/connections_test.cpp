@@ -178,11 +178,14 @@ TEST(Connections, WithRequestsThatDontComeInWholeAreDroppedThoughOthersOfThemAre
   ServerOptions options = test_options();
   options.idle_timeout = 1s;
   TestServer server(options);
-  BareConnection over_service(server.server().address()), over_health(server.server().address());
-  over_service.send(kGreeting + half_a_request() + headers(3, "GetMesh") + reset(3));
-  over_health.send(kGreeting + half_a_request() + headers_of(3, "/grpc.health.v1.Health/Check") + reset(3));
-  EXPECT_TRUE(over_service.is_closed_within(5s));
-  EXPECT_TRUE(over_health.is_closed_within(5s));
+  const std::string service = "/ccslice.v1.SlicerService/";
+  for (const std::string& path :
+       {service + "GetMesh", service + "UploadMesh", service + "ProbePoints", service + "Preview",
+        service + "NoSuchMethod", "/grpc.health.v1.Health/Check"s, "/grpc.health.v1.Health/Watch"s}) {
+    BareConnection bare(server.server().address());
+    bare.send(kGreeting + half_a_request() + headers_of(3, path) + reset(3));
+    EXPECT_TRUE(bare.is_closed_within(5s)) << path;
+  }
   EXPECT_TRUE(ask(server.stub()).ok());
 }
 
