@@ -38,36 +38,39 @@ StoredMeshes::~StoredMeshes() {
 }
 
 void StoredMeshes::load(const std::string& mesh_id, const std::string& client, Loaded done) {
+  const auto request = std::make_shared<Request>(
+      Request{.operation = StoreOperation::kRead,
+              .work = [this, mesh_id](const MeshStore::Progress& progress) -> std::function<void()> {
+                std::shared_ptr<Upload> upload;
+                std::exception_ptr error;
+                try {
+                  upload = read(mesh_id, progress);
+                } catch (const ServiceError&) {
+                  error = std::current_exception();  // No fault of the store's.
+                }
+                return [this, mesh_id, upload, error] { tell_readers(mesh_id, upload, error); };
+              },
+              .give_up = [this, mesh_id] { tell_readers(mesh_id, nullptr, nullptr); }});
   {
     const std::lock_guard lock(mutex_);
-    std::vector<Loaded>& readers = readers_[mesh_id];
-    readers.push_back(std::move(done));
-    if (readers.size() > 1) return;
+    Reading& reading = readings_[mesh_id];
+    reading.readers.push_back(std::move(done));
+    if (reading.request) return join_locked(reading.request, client, /*is_next=*/false);
+    reading.request = request;
+    if (post_locked(request, client)) return;
   }
-  post(
-      StoreOperation::kRead, client,
-      [this, mesh_id](const MeshStore::Progress& progress) -> std::function<void()> {
-        std::shared_ptr<Upload> upload;
-        std::exception_ptr error;
-        try {
-          upload = read(mesh_id, progress);
-        } catch (const ServiceError&) {
-          error = std::current_exception();  // No fault of the store's.
-        }
-        return [this, mesh_id, upload, error] { tell_readers(mesh_id, upload, error); };
-      },
-      [this, mesh_id] { tell_readers(mesh_id, nullptr, nullptr); });
+  refuse(request);
 }
 
 void StoredMeshes::tell_readers(const std::string& mesh_id, const std::shared_ptr<Upload>& upload,
                                 const std::exception_ptr& error) {
-  std::vector<Loaded> readers;
+  Reading reading;
   {
     const std::lock_guard lock(mutex_);
-    readers.swap(readers_[mesh_id]);
-    readers_.erase(mesh_id);
+    std::swap(reading, readings_[mesh_id]);
+    readings_.erase(mesh_id);
   }
-  for (const Loaded& done : readers) done(upload, error);
+  for (const Loaded& done : reading.readers) done(upload, error);
 }
 
 /// Bytes that aren't the mesh's are worse than none: the next upload brings the right ones. A mesh that is too large
@@ -104,31 +107,46 @@ std::shared_ptr<Upload> StoredMeshes::read(const std::string& mesh_id, const Mes
 }
 
 void StoredMeshes::keep(std::shared_ptr<Upload> upload, const std::string& client, Done done) {
-  const std::string mesh_id = upload->mesh_id();
-  post(
-      StoreOperation::kWrite, client,
-      [this, upload = std::move(upload), done](const MeshStore::Progress& progress) -> std::function<void()> {
-        store_->write(upload->mesh_id(), upload->bytes().blocks(), progress);
-        note(StoreOperation::kWrite, StoreOutcome::kFound);
-        return [done] { done(true); };
-      },
-      [done] { done(std::nullopt); });
+  const auto write = [this, upload = std::move(upload),
+                      done](const MeshStore::Progress& progress) -> std::function<void()> {
+    store_->write(upload->mesh_id(), upload->bytes().blocks(), progress);
+    note(StoreOperation::kWrite, StoreOutcome::kFound);
+    return [done] { done(true); };
+  };
+  post(std::make_shared<Request>(
+           Request{.operation = StoreOperation::kWrite, .work = write, .give_up = [done] { done(std::nullopt); }}),
+       client);
 }
 
+/// What is asked, and what is known of it.
+struct StoredMeshes::Looking {
+  std::vector<std::string> mesh_ids;
+  Held done;
+  std::vector<bool> held{};
+  Clock::duration took{};
+};
+
 void StoredMeshes::find(std::vector<std::string> mesh_ids, const std::string& client, Held done) {
-  post(
-      StoreOperation::kLook, client,
-      [this, mesh_ids = std::move(mesh_ids), done](const MeshStore::Progress& progress) -> std::function<void()> {
-        std::vector<bool> held;
-        const auto end = Clock::now() + options_.patience;
-        for (const std::string& mesh_id : mesh_ids) {
-          held.push_back(Clock::now() < end && store_->contains(mesh_id));  // A store this slow holds little.
-          note(StoreOperation::kLook, held.back() ? StoreOutcome::kFound : StoreOutcome::kMissing);
-          progress();
-        }
-        return [done, held] { done(held); };
-      },
-      [done] { done({}); });
+  const auto looking = std::make_shared<Looking>(Looking{.mesh_ids = std::move(mesh_ids), .done = std::move(done)});
+  post(std::make_shared<Request>(
+           Request{.operation = StoreOperation::kLook,
+                   .work = [this, looking](const MeshStore::Progress& progress) { return look(*looking, progress); },
+                   .give_up = [looking] { looking->done({}); }}),
+       client);
+}
+
+/// A store that is so slow that there is no time for a mesh holds little.
+std::function<void()> StoredMeshes::look(Looking& looking, const MeshStore::Progress& progress) {
+  std::vector<bool>& held = looking.held;
+  while (held.size() < looking.mesh_ids.size()) {
+    const auto begin = Clock::now();
+    held.push_back(looking.took < options_.patience && store_->contains(looking.mesh_ids[held.size()]));
+    note(StoreOperation::kLook, held.back() ? StoreOutcome::kFound : StoreOutcome::kMissing);
+    progress();
+    looking.took += Clock::now() - begin;
+    if (held.size() < looking.mesh_ids.size() && others_wait()) return {};
+  }
+  return [done = looking.done, held] { done(held); };
 }
 
 void StoredMeshes::erase(const std::string& mesh_id, const std::string& client, Done done) {
@@ -136,14 +154,14 @@ void StoredMeshes::erase(const std::string& mesh_id, const std::string& client, 
     const std::lock_guard lock(mutex_);
     marked_.erase(mesh_id);
   }
-  post(
-      StoreOperation::kErase, client,
-      [this, mesh_id, done](const MeshStore::Progress&) -> std::function<void()> {
-        const bool was_there = store_->erase(mesh_id);
-        note(StoreOperation::kErase, was_there ? StoreOutcome::kFound : StoreOutcome::kMissing);
-        return [done, was_there] { done(was_there); };
-      },
-      [done] { done(std::nullopt); });
+  const auto erase = [this, mesh_id, done](const MeshStore::Progress&) -> std::function<void()> {
+    const bool was_there = store_->erase(mesh_id);
+    note(StoreOperation::kErase, was_there ? StoreOutcome::kFound : StoreOutcome::kMissing);
+    return [done, was_there] { done(was_there); };
+  };
+  post(std::make_shared<Request>(
+           Request{.operation = StoreOperation::kErase, .work = erase, .give_up = [done] { done(std::nullopt); }}),
+       client);
 }
 
 void StoredMeshes::mark_used(const std::string& mesh_id) {
@@ -160,48 +178,90 @@ void StoredMeshes::mark_used(const std::string& mesh_id) {
 
 std::vector<std::string> StoredMeshes::last_used(std::size_t count) {
   const auto promise = std::make_shared<std::promise<std::vector<std::string>>>();
-  post(
-      StoreOperation::kLook, kServer,
-      [this, count, promise](const MeshStore::Progress& progress) -> std::function<void()> {
-        return [promise, ids = store_->last_used(count, progress)] { promise->set_value(ids); };
-      },
-      [promise] { promise->set_value({}); });
+  const auto look = [this, count, promise](const MeshStore::Progress& progress) -> std::function<void()> {
+    return [promise, ids = store_->last_used(count, progress)] { promise->set_value(ids); };
+  };
+  post(std::make_shared<Request>(
+           Request{.operation = StoreOperation::kLook, .work = look, .give_up = [promise] { promise->set_value({}); }}),
+       kServer);
   return promise->get_future().get();
 }
 
-void StoredMeshes::post(StoreOperation operation, const std::string& client, Work work, std::function<void()> instead) {
+void StoredMeshes::post(const RequestPtr& request, const std::string& client) {
   {
     const std::lock_guard lock(mutex_);
-    const auto now = Clock::now();
-    if (now >= rests_until_ && !over_ && has_room_locked(client)) {
-      queue_.push_back(std::make_shared<Request>(Request{operation, client, std::move(work), std::move(instead), now}));
-      changed_.notify_all();
-      return;
-    }
+    if (post_locked(request, client)) return;
   }
-  note(operation, StoreOutcome::kFailed);
-  instead();
+  refuse(request);
+}
+
+bool StoredMeshes::post_locked(const RequestPtr& request, const std::string& client) {
+  if (Clock::now() < rests_until_ || over_ || !has_room_locked(client)) return false;
+  wait_locked(request, client, /*is_next=*/false);
+  changed_.notify_all();
+  return true;
+}
+
+void StoredMeshes::refuse(const RequestPtr& request) {
+  note(request->operation, StoreOutcome::kFailed);
+  request->give_up();
 }
 
 bool StoredMeshes::has_room_locked(const std::string& client) const {
   if (queue_.size() < kMostRequests / 4 * 3) return true;
-  const auto own = std::ranges::count(queue_, client,
-                                      [](const RequestPtr& request) -> const std::string& { return request->client; });
-  return queue_.size() < kMostRequests && static_cast<std::size_t>(own) < kMostRequests / 4 * 3;
+  const auto own = clients_.find(client);
+  return queue_.size() < kMostRequests && (own == clients_.end() || own->second.waiting.size() < kMostRequests / 4 * 3);
+}
+
+/// `is_next`: of those of its client.
+void StoredMeshes::wait_locked(const RequestPtr& request, const std::string& client, bool is_next) {
+  request->posted = Clock::now();
+  request->waits = true;
+  request->position = queue_.insert(queue_.end(), request);
+  join_locked(request, client, is_next);
+}
+
+/// Has a request come in the client's turn, too, if it still waits.
+void StoredMeshes::join_locked(const RequestPtr& request, const std::string& client, bool is_next) {
+  if (!request->waits || request->places.contains(client)) return;
+  Client& own = clients_[client];
+  if (own.waiting.empty()) in_turn_.emplace(own.last_turn, client);
+  request->places[client] = own.waiting.insert(is_next ? own.waiting.begin() : own.waiting.end(), request);
+}
+
+void StoredMeshes::take_out_locked(const RequestPtr& request) {
+  for (const auto& [client, place] : request->places) {
+    Client& own = clients_[client];
+    own.waiting.erase(place);
+    if (own.waiting.empty()) in_turn_.erase({own.last_turn, client});
+  }
+  request->places.clear();
+  request->waits = false;
+  queue_.erase(request->position);
 }
 
 /// That of the client whose last turn was longest ago. REQUIRES: there is one.
 StoredMeshes::RequestPtr StoredMeshes::take_next_locked() {
-  constexpr std::size_t kManyClients = 1000;
-  if (last_of_.size() > kManyClients) last_of_.clear();
-  const auto next = std::ranges::min_element(queue_, {}, [this](const RequestPtr& request) {
-    const auto last = last_of_.find(request->client);
-    return last == last_of_.end() ? 0 : last->second;
-  });
-  RequestPtr request = std::move(*next);
-  queue_.erase(next);
-  last_of_[request->client] = ++turns_;
+  constexpr std::size_t kManyIdle = 1000;
+  const std::string client = in_turn_.begin()->second;
+  Client& own = clients_[client];
+  const RequestPtr request = own.waiting.front();
+  take_out_locked(request);
+  request->client = client;
+  const bool waits_on = !own.waiting.empty();
+  if (waits_on) in_turn_.erase({own.last_turn, client});
+  own.last_turn = ++turns_;
+  if (waits_on) in_turn_.emplace(own.last_turn, client);
+  if (clients_.size() > in_turn_.size() + kManyIdle) {
+    std::erase_if(clients_, [](const auto& each) { return each.second.waiting.empty(); });
+  }
   return request;
+}
+
+/// Others than the client of the request that is being served.
+bool StoredMeshes::others_wait() {
+  const std::lock_guard lock(mutex_);
+  return in_turn_.size() > 1 || (in_turn_.size() == 1 && in_turn_.begin()->second != current_->client);
 }
 
 void StoredMeshes::serve() {
@@ -217,6 +277,7 @@ void StoredMeshes::serve() {
     run(request);
     lock.lock();
     current_ = nullptr;
+    if (!request->answered) wait_locked(request, request->client, /*is_next=*/true);  // It gave way.
   }
 }
 
@@ -239,6 +300,7 @@ void StoredMeshes::run(const RequestPtr& request) {
   }
   {
     const std::lock_guard lock(mutex_);
+    if (!tell && !request->answered) return;
     if (failed) {
       given_up = count_failure_locked(hangs);
     } else if (!request->answered) {
@@ -260,8 +322,8 @@ std::vector<StoredMeshes::RequestPtr> StoredMeshes::count_failure_locked(bool ha
 std::vector<StoredMeshes::RequestPtr> StoredMeshes::rest_locked(Clock::time_point now) {
   failures_ = 0;
   rests_until_ = now + options_.rest;
-  std::vector<RequestPtr> waiting(queue_.begin(), queue_.end());
-  queue_.clear();
+  const std::vector<RequestPtr> waiting(queue_.begin(), queue_.end());
+  for (const RequestPtr& request : waiting) take_out_locked(request);
   return waiting;
 }
 
@@ -292,8 +354,8 @@ std::vector<StoredMeshes::RequestPtr> StoredMeshes::take_overdue_locked(Clock::t
     progress_ = now;  // Looked at again after as long.
   }
   while (!queue_.empty() && now - queue_.front()->posted >= options_.patience) {
-    overdue.push_back(std::move(queue_.front()));
-    queue_.pop_front();
+    overdue.push_back(queue_.front());
+    take_out_locked(overdue.back());
   }
   return overdue;
 }

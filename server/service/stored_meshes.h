@@ -17,15 +17,17 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <exception>
 #include <functional>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/service/memory_budget.h"
@@ -70,11 +72,12 @@ class StoredMeshes {
   // All callbacks run once: on the store's thread, on the clock's, or on the caller's where the store rests. `client`:
   // who asks (client_id.h): clients take turns, and a quarter of what may wait is never one client's.
 
-  /// Many who ask for the same mesh at the same time share one read, and its bytes.
+  /// Many who ask for the same mesh at the same time share one read, in the turn of whoever of them has it first, and
+  /// its bytes.
   void load(const std::string& mesh_id, const std::string& client, Loaded done);
   /// Whether it was kept. The upload's bytes stay as they are until then.
   void keep(std::shared_ptr<Upload> upload, const std::string& client, Done done);
-  /// Which of the meshes are there.
+  /// Which of the meshes are there. Others have their turns between two of them.
   void find(std::vector<std::string> mesh_ids, const std::string& client, Held done);
   /// Whether it was there.
   void erase(const std::string& mesh_id, const std::string& client, Done done);
@@ -90,21 +93,44 @@ class StoredMeshes {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Runs on the store's thread, and gives what tells the caller.
+  /// Runs on the store's thread, and gives what tells the caller; nothing, if it gave way and isn't over yet.
   using Work = std::function<std::function<void()>(const MeshStore::Progress& progress)>;
+  struct Request;
+  using RequestPtr = std::shared_ptr<Request>;
+  using Requests = std::list<RequestPtr>;
   struct Request {
     StoreOperation operation;
-    std::string client;
     Work work;
     std::function<void()> give_up;  // In place of what the work gives.
-    Clock::time_point posted;
-    bool answered = false;  // By the clock, before the work was over.
+    Clock::time_point posted{};     // Or since when it waits to go on.
+    bool answered = false;          // By the clock, before the work was over.
+    std::string client{};           // In whose turn it runs.
+    bool waits = false;
+    // Where it is then among all, and among those of each client who wants it.
+    Requests::iterator position{};
+    std::map<std::string, Requests::iterator> places{};
   };
-  using RequestPtr = std::shared_ptr<Request>;
+  struct Client {
+    std::uint64_t last_turn = 0;
+    Requests waiting;
+  };
+  struct Reading {
+    std::vector<Loaded> readers;
+    RequestPtr request;
+  };
+  struct Looking;
 
-  void post(StoreOperation operation, const std::string& client, Work work, std::function<void()> instead);
+  void post(const RequestPtr& request, const std::string& client);
+  /// False if there is no room for it.
+  bool post_locked(const RequestPtr& request, const std::string& client);
+  void refuse(const RequestPtr& request);
   bool has_room_locked(const std::string& client) const;
+  void wait_locked(const RequestPtr& request, const std::string& client, bool is_next);
+  void join_locked(const RequestPtr& request, const std::string& client, bool is_next);
+  void take_out_locked(const RequestPtr& request);
   RequestPtr take_next_locked();
+  bool others_wait();
+  std::function<void()> look(Looking& looking, const MeshStore::Progress& progress);
   void serve();
   void run(const RequestPtr& request);
   void watch();
@@ -127,16 +153,17 @@ class StoredMeshes {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<RequestPtr> queue_;                  // As they came.
-  std::map<std::string, std::uint64_t> last_of_;  // By client with a turn or a request: the number of its last turn.
+  Requests queue_;                                           // As they came.
+  std::map<std::string, Client> clients_;                    // With a turn or a request.
+  std::set<std::pair<std::uint64_t, std::string>> in_turn_;  // Those with requests, by their last turn.
   std::uint64_t turns_ = 0;
   RequestPtr current_;
   Clock::time_point progress_;  // Of the current request.
   Clock::time_point rests_until_;
   int failures_ = 0;  // In a row.
   bool over_ = false;
-  std::map<std::string, std::vector<Loaded>> readers_;  // By mesh.
-  std::map<std::string, Clock::time_point> marked_;     // Uses that the store knows.
+  std::map<std::string, Reading> readings_;          // By mesh.
+  std::map<std::string, Clock::time_point> marked_;  // Uses that the store knows.
   std::thread server_, clock_;
 };
 

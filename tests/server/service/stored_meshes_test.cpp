@@ -147,6 +147,95 @@ TEST_F(StoredMeshesTest, ServesClientsInTurn) {
   for (std::future<Loaded>& each : of_many) EXPECT_FALSE(each.get().upload);
 }
 
+TEST_F(StoredMeshesTest, WhoeverJoinsAReadBringsItToHisTurn) {
+  StoredMeshes patient(std::make_unique<FakeMeshStore>(fake_), budget_, {.max_mesh_bytes = 1000, .patience = 1h});
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::vector<std::future<Loaded>> of_many;
+  for (int i = 0; i < 50; ++i) of_many.push_back(load(patient, mesh_id_of(std::to_string(i)), "many"));
+  while (fake_.asked == 0) std::this_thread::yield();
+  of_many.push_back(load(patient, id_, "many"));
+  std::vector<std::future<Loaded>> joined;
+  for (const char* client : {"one", "other", "one"}) joined.push_back(load(patient, id_, client));
+  fake_.go_on.release(2);
+  for (std::future<Loaded>& each : joined) {
+    EXPECT_EQ(each.wait_for(5s), std::future_status::ready);
+  }
+  EXPECT_LE(fake_.asked, 3);
+  fake_.hangs = false;
+  fake_.go_on.release(60);
+  for (std::future<Loaded>& each : joined) EXPECT_TRUE(each.get().upload);
+  for (std::future<Loaded>& each : of_many) (void)each.get();
+  EXPECT_EQ(fake_.asked, 51) << "read once";
+}
+
+TEST_F(StoredMeshesTest, LooksOneMeshUpAtATimeWhereOthersWait) {
+  StoredMeshes patient(std::make_unique<FakeMeshStore>(fake_), budget_, {.max_mesh_bytes = 1000, .patience = 1h});
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::vector<std::string> ids(99, mesh_id_of("others"));
+  ids.push_back(id_);
+  std::promise<std::vector<bool>> of_many;
+  patient.find(ids, "many", [&](const std::vector<bool>& held) { of_many.set_value(held); });
+  while (fake_.asked == 0) std::this_thread::yield();
+  std::future<Loaded> other = load(patient, id_, "one");
+  fake_.go_on.release(2);
+  EXPECT_EQ(other.wait_for(5s), std::future_status::ready);
+  EXPECT_LE(fake_.asked, 3);
+  fake_.hangs = false;
+  fake_.go_on.release(200);
+  EXPECT_TRUE(other.get().upload);
+  std::vector<bool> expected(100, false);
+  expected.back() = true;
+  EXPECT_EQ(of_many.get_future().get(), expected);
+  EXPECT_EQ(fake_.asked, 101);
+}
+
+TEST_F(StoredMeshesTest, AFullQueueLeavesAQuarterToOthers) {
+  StoredMeshes patient(std::make_unique<FakeMeshStore>(fake_), budget_, {.max_mesh_bytes = 1000, .patience = 1h});
+  fake_.meshes[id_] = "bytes";
+  fake_.hangs = true;
+  std::atomic<int> refused = 0, answered = 0;
+  const auto find_one = [&](const std::string& client) {
+    patient.find({id_}, client, [&](const std::vector<bool>& held) { ++(held.empty() ? refused : answered); });
+  };
+  find_one("many");
+  while (fake_.asked == 0) std::this_thread::yield();
+  for (int i = 0; i < 3072; ++i) find_one("many");
+  EXPECT_EQ(refused, 0);
+  find_one("many");
+  EXPECT_EQ(refused, 1);
+  for (int i = 0; i < 1024; ++i) find_one("one");
+  EXPECT_EQ(refused, 1);
+  find_one("one");
+  EXPECT_EQ(refused, 2);
+  fake_.hangs = false;
+  fake_.go_on.release(5000);
+  while (answered < 1 + 3072 + 1024) std::this_thread::yield();
+}
+
+TEST_F(StoredMeshesTest, AnswersAllUnderConcurrentUse) {
+  for (int i = 0; i < 4; ++i) fake_.meshes[mesh_id_of(std::to_string(i))] = std::to_string(i);
+  StoredMeshes patient(std::make_unique<FakeMeshStore>(fake_), budget_, {.max_mesh_bytes = 1000, .patience = 1h});
+  std::vector<std::thread> clients;
+  for (int client = 0; client < 4; ++client) {
+    clients.emplace_back([&, client] {
+      for (int round = 0; round < 100; ++round) {
+        std::vector<std::future<Loaded>> loads;
+        for (int i = 0; i < 4; ++i) {
+          loads.push_back(load(patient, mesh_id_of(std::to_string((i + client) % 4)), std::to_string(client)));
+        }
+        std::promise<std::vector<bool>> found;
+        patient.find(std::vector<std::string>(20, mesh_id_of("0")), std::to_string(client % 2),
+                     [&](const std::vector<bool>& held) { found.set_value(held); });
+        EXPECT_EQ(found.get_future().get(), std::vector<bool>(20, true));
+        for (std::future<Loaded>& each : loads) EXPECT_TRUE(each.get().upload);
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+}
+
 TEST_F(StoredMeshesTest, DropsDamagedBytes) {
   for (const std::string& damaged : {std::string("bytez"), std::string(), std::string("byte"), std::string(900, 'x')}) {
     fake_.meshes[id_] = damaged;
