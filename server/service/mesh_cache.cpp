@@ -36,7 +36,8 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
                                             const std::string& client) {
   Ticket ticket;
   MeshPtr mesh;
-  std::shared_ptr<Preparation> started;
+  std::shared_ptr<Preparation> awaited;
+  std::optional<Executor::Lane> lane;  // New for it.
   {
     std::lock_guard lock(mutex_);
     if (const auto entry = entries_.find(id); entry != entries_.end()) {
@@ -45,21 +46,30 @@ MeshCache::Ticket MeshCache::get_or_prepare(const std::string& id, Prepare prepa
     } else {
       std::shared_ptr<Preparation>& preparation = preparations_[id];
       if (!preparation) {
-        preparation = started = std::make_shared<Preparation>();
-        started->prepare = std::move(prepare);
-        started->client = client;
-        started->lane = executor_.make_lane(client, Pieces::kLong);
+        preparation = std::make_shared<Preparation>();
+        preparation->prepare = std::move(prepare);
+        preparation->client = client;
+      }
+      awaited = preparation;
+      if (!awaited->lanes.contains(client)) {
+        const Executor::Lane own = executor_.make_lane(client, Pieces::kLong);
+        awaited->lanes.emplace(client, own);
+        if (!awaited->runs) lane = own;  // Else it may come to it if it has to begin anew.
       }
       ticket = Ticket(*this, id, next_waiter_++);
       preparation->waiters.emplace(ticket.waiter_, std::move(done));
     }
   }
   if (mesh) done({.mesh = std::move(mesh), .error = nullptr, .already_cached = true});
-  if (started) started->lane->post([this, id, started] { run(id, started); });
+  if (lane) lane->post([this, id, awaited] { run(id, awaited); });
   return ticket;
 }
 
 void MeshCache::run(const std::string& id, const std::shared_ptr<Preparation>& preparation) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(preparation->runs, true)) return;
+  }
   Outcome outcome;
   try {
     outcome.mesh = insert(id, prepare(*preparation), preparation->client);
@@ -92,6 +102,7 @@ PreparedMesh MeshCache::prepare(Preparation& preparation) {
     const std::lock_guard lock(mutex_);
     preparation.progress = std::make_unique<PreparationProgress>();
     if (!preparation.waiters.empty()) preparation.prepare = std::move(prepare);
+    preparation.runs = false;
     throw;
   }
 }
@@ -101,8 +112,18 @@ void MeshCache::wait_for_memory(const std::string& id, const std::shared_ptr<Pre
                                 const PreparationMemory::Lack& lack) {
   lack.share->wait(lack.bytes, [this, id, weak = std::weak_ptr(preparation)] {
     const std::shared_ptr<Preparation> awaited = weak.lock();
-    if (awaited) awaited->lane->post_front([this, id, awaited] { run(id, awaited); });
+    if (awaited) run_again(id, awaited);
   });
+}
+
+/// As what comes next of whoever's turn it is first.
+void MeshCache::run_again(const std::string& id, const std::shared_ptr<Preparation>& preparation) {
+  std::vector<Executor::Lane> lanes;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [client, lane] : preparation->lanes) lanes.push_back(lane);
+  }
+  for (const Executor::Lane& lane : lanes) lane.post_front([this, id, preparation] { run(id, preparation); });
 }
 
 /// Large solids are freed after the lock has been let go of.

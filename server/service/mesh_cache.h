@@ -6,7 +6,8 @@
 // - The cache is bounded in bytes. Every solid that is alive counts, also one that was dropped while a call still uses
 //   it. To make room, the cache drops the least recently used meshes that nobody uses; a mesh in use stays.
 // - Two requests for the same mesh at the same time cause one preparation, and share its result or its error. It is
-//   cancelled once nobody waits for it any more. One that lacks memory goes back to its lane until there is some.
+//   cancelled once nobody waits for it any more. It begins in the turn of whoever of those who wait has it first. One
+//   that lacks memory goes back to its lane until there is some.
 // - A preparation that fails caches nothing.
 // - Meshes that nobody used for a while expire, if a time to live is set.
 
@@ -134,7 +135,7 @@ class MeshCache {
   MeshPtr find(const std::string& id);
   /// The mesh if it's there; otherwise prepares it, or joins the preparation that is running.
   /// Errors: what `prepare` throws; ServiceError{kMeshExceedsCache, kCacheFull}; Error{kCancelled}.
-  /// `client`: who a preparation that begins is charged to.
+  /// `client`: who a preparation that begins in his turn is charged to.
   Ticket get_or_prepare(const std::string& id, Prepare prepare, Done done, const std::string& client = {});
   /// How far the preparation of the mesh is; nothing if none is under way. Doesn't use the mesh.
   std::optional<PreparationProgress::State> preparation(const std::string& id);
@@ -159,7 +160,8 @@ class MeshCache {
   struct Preparation {
     Prepare prepare;  // Until it runs, or nobody waits for it any more.
     std::string client;
-    std::optional<Executor::Lane> lane;
+    std::map<std::string, Executor::Lane> lanes;  // Of each client who waited for it. The first to come to it runs it.
+    bool runs = false;                            // Or it is over.
     CancellationToken cancel = Executor::make_token();
     std::unique_ptr<PreparationProgress> progress = std::make_unique<PreparationProgress>();  // Of this attempt.
     std::map<std::uint64_t, Done> waiters;
@@ -168,6 +170,7 @@ class MeshCache {
   void run(const std::string& id, const std::shared_ptr<Preparation>& preparation);
   void wait_for_memory(const std::string& id, const std::shared_ptr<Preparation>& preparation,
                        const PreparationMemory::Lack& lack);
+  void run_again(const std::string& id, const std::shared_ptr<Preparation>& preparation);
   PreparedMesh prepare(Preparation& preparation);
   MeshPtr insert(const std::string& id, PreparedMesh prepared, const std::string& client);
   MeshPtr insert_locked(const std::string& id, PreparedMesh& prepared, const std::string& client,

@@ -316,6 +316,32 @@ TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTur
   executor_.wait_idle();
 }
 
+TEST_F(MeshCacheTest, WhoeverJoinsAPreparationBringsItToHisTurn) {
+  std::promise<void> open;
+  std::vector<std::string> order;  // Of one at a time.
+  std::mutex mutex;
+  const auto prepare = [&, opened = open.get_future().share()](const std::string& id) {
+    return [&, id, opened](const CancellationToken&, PreparationProgress&) {
+      opened.wait();
+      const std::lock_guard lock(mutex);
+      order.push_back(id);
+      return mesh_of(1);
+    };
+  };
+  const auto nothing = [](const MeshCache::Outcome&) {};
+  for (const char* client : {"1", "2", "3"}) {  // As many others as may begin one beside.
+    cache_.get_or_prepare(std::string("first of ") + client, prepare(""), nothing, client);
+  }
+  for (const char* id : {"a", "b", "c", "d", "joined"}) cache_.get_or_prepare(id, prepare(id), nothing, "many");
+  cache_.get_or_prepare("joined", prepare("joined again"), nothing, "one");
+  cache_.get_or_prepare("joined", prepare("joined again"), nothing, "one");
+  open.set_value();
+  executor_.wait_idle();
+  std::erase(order, "");
+  ASSERT_EQ(order.size(), 5u) << "each once";
+  EXPECT_LE(std::ranges::find(order, "joined") - order.begin(), 1);
+}
+
 /// What preparations do that ask for so many bytes of a memory of 80.
 class LackingPreparations : public MeshCacheTest {
  protected:
