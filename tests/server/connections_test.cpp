@@ -14,11 +14,13 @@
 #include <chrono>
 #include <filesystem>
 #include <iterator>
+#include <list>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/rpc/health_client.h"
 #include "server/service/listen_socket.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
@@ -148,6 +150,26 @@ TEST(Connections, TakeNoThreadForEachStreamOfReflection) {
   }
   EXPECT_FALSE(eventually([&] { return threads_of_process() > before + 24; }, 2s)) << "of 63 streams";
   EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+TEST(Connections, ToHealthTakeNoThreadForEachStreamOfReflectionEither) {
+  ServerOptions options = test_options();
+  options.health_address = "127.0.0.1:0";
+  TestServer server(options);
+  ASSERT_TRUE(ask(server.stub()).ok());
+  const std::size_t before = threads_of_process();
+  std::list<BareConnection> connections;
+  for (int i = 0; i < 8; ++i) {
+    BareConnection& bare = connections.emplace_back(server.server().health_address());
+    bare.send(kGreeting);
+    for (int stream = 1; stream < 31; stream += 2) {
+      bare.send(
+          headers_of(static_cast<char>(stream), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
+    }
+  }
+  EXPECT_FALSE(eventually([&] { return threads_of_process() > before + 24; }, 2s)) << "of 120 streams";
+  std::string explanation;
+  EXPECT_TRUE(check_health(server.server().health_address(), explanation)) << explanation;
 }
 
 TEST(Connections, WithACallThatWaitsAreKept) {

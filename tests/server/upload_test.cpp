@@ -335,6 +335,24 @@ TEST(UploadMesh, SharesAnError) {
   EXPECT_EQ(server.server().state().cache.use().meshes, 0u);
 }
 
+TEST(UploadMesh, InTinyChunksWaitsForItsTurn) {
+  TestServer server;
+  ServiceState& state = server.server().state();
+  const std::string bytes = make_block(2, 10).SerializeAsString();
+  std::promise<void> open;
+  const std::shared_future<void> opened = open.get_future().share();
+  for (std::size_t i = 0; i <= state.executor.threads(); ++i) {  // One more takes nothing but interactive work.
+    state.executor.make_lane("others", Pieces::kInteractive).post([opened] { opened.wait(); });
+  }
+  std::future<grpc::Status> upload =
+      std::async(std::launch::async, [&] { return server.upload(mesh_id_of(bytes), bytes.size(), bytes, nullptr, 4); });
+  ASSERT_TRUE(eventually([&] { return state.uploads.used_bytes() > 0; }, 5s));
+  EXPECT_FALSE(eventually([&] { return state.uploads.used_bytes() > 8 * 4; }, 500ms)) << "of " << bytes.size();
+  open.set_value();
+  const grpc::Status status = upload.get();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
 TEST(UploadMesh, ThatFindsNoMemoryIsToldWhenToComeAgainAsClientsOfGrpcLookForIt) {
   ServerOptions options = test_options();
   options.max_mesh_bytes = options.upload_budget_bytes = 4 << 20;
