@@ -6,30 +6,27 @@
 #include <cmath>
 
 namespace ccslice {
-namespace {
-
-/// Spreads a number's bits over all 64 (the finalizer of SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom
-/// number generators, 2014).
-std::uint64_t mixed(std::uint64_t number) {
-  number = (number ^ number >> 30) * 0xbf58476d1ce4e5b9;
-  number = (number ^ number >> 27) * 0x94d049bb133111eb;
-  return number ^ number >> 31;
-}
-
-}  // namespace
 
 PaintGuard::PaintGuard(MaterialField& field, const InterpolationSpec& spec)
-    : field_(&field), grid_(spec.grid), channels_(spec.channels), values_(field.channel_count()) {}
+    : field_(&field), grid_(spec.grid), channels_(spec.channels), values_(field.channel_count()) {
+  start_row(0, 0);
+}
 
-std::span<const std::uint32_t> PaintGuard::chosen(std::uint32_t layer, const VoxelRun& run) {
+void PaintGuard::start_row(std::uint32_t layer, std::uint32_t row) {
+  layer_ = layer;
+  row_ = row;
+  of_row_ = mixed(std::uint64_t{layer} << 32 | row);
+  next_ = of_row_ % kVoxelsApart;
+}
+
+/// `first`, `last`: is_chosen_end() of the run's ends.
+std::span<const std::uint32_t> PaintGuard::collect(const VoxelRun& run, bool first, bool last) {
   chosen_.clear();
-  const std::uint64_t of_row = mixed(std::uint64_t{layer} << 32 | run.row);
-  const auto place = static_cast<std::uint32_t>(of_row % kVoxelsApart);
-  std::uint64_t column = run.begin - run.begin % kVoxelsApart + place;
-  if (column < run.begin) column += kVoxelsApart;
-  for (; column < run.end; column += kVoxelsApart) chosen_.push_back(static_cast<std::uint32_t>(column));
-  if (mixed(of_row + run.begin) % kRunsApart == 0) chosen_.push_back(run.begin);
-  if (mixed(of_row + run.end) % kRunsApart == 0) chosen_.push_back(run.end - 1);
+  for (std::uint64_t column = next_; column < run.end; column += kVoxelsApart) {
+    chosen_.push_back(static_cast<std::uint32_t>(column));
+  }
+  if (first) chosen_.push_back(run.begin);
+  if (last) chosen_.push_back(run.end - 1);
   return chosen_;
 }
 

@@ -35,18 +35,42 @@ class PaintGuard {
   /// REQUIRES: field outlives this and is of the spec's placement.
   PaintGuard(MaterialField& field, const InterpolationSpec& spec);
 
-  /// Columns of the run to compare, in no order, some twice.
-  std::span<const std::uint32_t> chosen(std::uint32_t layer, const VoxelRun& run);
+  /// Columns of the run to compare, in no order, some twice. Valid until the next call. Few of many runs have any;
+  /// those of a row are asked about fastest one after the other.
+  std::span<const std::uint32_t> chosen(std::uint32_t layer, const VoxelRun& run) {
+    if (layer != layer_ || run.row != row_ || run.begin < begin_) start_row(layer, run.row);
+    begin_ = run.begin;
+    while (next_ < run.begin) next_ += kVoxelsApart;
+    const bool first = is_chosen_end(run.begin), last = is_chosen_end(run.end);
+    if (!first && !last && next_ >= run.end) return {};
+    return collect(run, first, last);
+  }
   /// What the polynomials, one a channel, say of the voxel is within the tolerances. `hint`: a parameter near it.
   [[nodiscard]] bool agrees(std::uint32_t layer, std::uint32_t row, std::uint32_t column, const VoxelFrame& frame,
                             std::span<const CubicPolynomial> polynomials, const std::optional<CellParam>& hint);
 
  private:
+  /// Spreads a number's bits over all 64 (the finalizer of SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom
+  /// number generators, 2014).
+  static std::uint64_t mixed(std::uint64_t number) {
+    number = (number ^ number >> 30) * 0xbf58476d1ce4e5b9;
+    number = (number ^ number >> 27) * 0x94d049bb133111eb;
+    return number ^ number >> 31;
+  }
+  /// Where a run of the row at hand begins or ends.
+  bool is_chosen_end(std::uint32_t column) const { return mixed(of_row_ + column) % kRunsApart == 0; }
+  void start_row(std::uint32_t layer, std::uint32_t row);
+  std::span<const std::uint32_t> collect(const VoxelRun& run, bool first, bool last);
+
   MaterialField* field_;
   const Grid grid_;
   const std::vector<ChannelTolerance> channels_;
   std::vector<std::uint32_t> chosen_;
   std::vector<double> values_;
+
+  // The row at hand: where the last run began, and the first of the columns kVoxelsApart from there on.
+  std::uint32_t layer_, row_, begin_ = 0;
+  std::uint64_t of_row_, next_;
 };
 
 }  // namespace ccslice

@@ -51,8 +51,8 @@ class SlabMaterials::State {
 
   const PieceCover& cover_of(std::uint32_t layer, const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void guard(std::uint32_t layer, std::span<const VoxelRun> spans, const CancellationToken& cancel);
-  [[nodiscard]] bool agrees(std::uint32_t layer, const PieceRun& run);
-  [[nodiscard]] bool agrees(std::uint32_t layer, const VoxelRun& run);
+  [[nodiscard]] bool agrees(std::uint32_t layer, const PieceRun& run, std::span<const std::uint32_t> columns);
+  [[nodiscard]] bool agrees(std::uint32_t layer, const VoxelRun& run, std::span<const std::uint32_t> columns);
   void build_tiles(const SpansOfLayer& spans_of, const CancellationToken& cancel);
   void paint_pieces(const LayerTarget& target, std::uint32_t layer, std::span<const PieceRun> runs);
 
@@ -124,8 +124,8 @@ void SlabMaterials::State::guard(std::uint32_t layer, std::span<const VoxelRun> 
   const auto look_at = [&](const auto& runs) {
     for (std::size_t r = 0; r < runs.size(); ++r) {
       if (r % kRunsPerGuardPoll == 0) cancel.throw_if_cancelled();
-      const std::uint32_t block = runs[r].row / kRowsTogether;
-      if (!agrees(layer, runs[r])) blocks.insert(block);
+      const std::span<const std::uint32_t> columns = guard_.chosen(layer, runs[r]);
+      if (!columns.empty() && !agrees(layer, runs[r], columns)) blocks.insert(runs[r].row / kRowsTogether);
     }
   };
   look_at(guarded.cover.painted());
@@ -137,8 +137,8 @@ void SlabMaterials::State::guard(std::uint32_t layer, std::span<const VoxelRun> 
   guarded.is_guarded = true;  // Unless it was cancelled.
 }
 
-bool SlabMaterials::State::agrees(std::uint32_t layer, const PieceRun& run) {
-  for (const std::uint32_t column : guard_.chosen(layer, run)) {
+bool SlabMaterials::State::agrees(std::uint32_t layer, const PieceRun& run, std::span<const std::uint32_t> columns) {
+  for (const std::uint32_t column : columns) {
     const CellParam hint = pieces_.parameter_near(run.piece, Vec3(column, run.row, layer));
     if (!guard_.agrees(layer, run.row, column, pieces_.piece(run.piece).frame, pieces_.polynomials(run.piece), hint)) {
       return false;
@@ -147,8 +147,8 @@ bool SlabMaterials::State::agrees(std::uint32_t layer, const PieceRun& run) {
   return true;
 }
 
-bool SlabMaterials::State::agrees(std::uint32_t layer, const VoxelRun& run) {
-  for (const std::uint32_t column : guard_.chosen(layer, run)) {
+bool SlabMaterials::State::agrees(std::uint32_t layer, const VoxelRun& run, std::span<const std::uint32_t> columns) {
+  for (const std::uint32_t column : columns) {
     const auto cubics = tiles_.cubics_at({column, run.row, layer});
     if (cubics && !guard_.agrees(layer, run.row, column, cubics->frame, cubics->polynomials, {})) return false;
   }

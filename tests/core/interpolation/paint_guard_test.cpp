@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <random>
 #include <set>
+#include <span>
 #include <vector>
 
 #include "core/interpolation/slab_materials.h"
@@ -83,6 +85,25 @@ TEST_F(PaintGuardTest, ChoosesVoxelsByTheirAbsoluteIndices) {
     }
     EXPECT_EQ(whole, parts);
   }
+}
+
+// Runs that come one after the other are chosen from as each would be alone.
+TEST_F(PaintGuardTest, ChoosesAlikeInAnyOrder) {
+  PaintGuard guard(*field_, spec_);
+  std::mt19937 random(20'261);
+  std::uniform_int_distribution<std::uint32_t> any_row(0, 2), any_column(0, 60'000), any_length(1, 2000);
+  std::size_t found = 0;
+  for (int n = 0; n < 20'000; ++n) {
+    const std::uint32_t layer = any_row(random), begin = any_column(random);
+    VoxelRun run{any_row(random), begin, begin + any_length(random)};
+    for (int part = 0; part < 3; ++part) {
+      const std::span<const std::uint32_t> columns = guard.chosen(layer, run);
+      EXPECT_EQ(std::set(columns.begin(), columns.end()), chosen(layer, run));
+      found += columns.size();
+      run = {run.row, run.end, run.end + any_length(random)};
+    }
+  }
+  EXPECT_GT(found, 1000);
 }
 
 TEST_F(PaintGuardTest, AgreesWithWhatInversionFinds) {
