@@ -275,14 +275,18 @@ void CellFitter::append_halves(std::vector<CellNode>& nodes, std::uint32_t node,
 /// A box around a half, by those of the samples at hand that are its own, too.
 Box3 CellFitter::bounds_of_half(unsigned child, unsigned axes) const {
   constexpr std::size_t kMiddle = kBlockNodes / 2;
+  std::array<std::size_t, 3> first, end;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const bool halved = axes >> a & 1, upper = child >> a & 1;
+    first[a] = halved && upper ? kMiddle : 0;
+    end[a] = halved && !upper ? kMiddle + 1 : kBlockNodes;
+  }
   Box3 box;
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    bool own = true;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const std::size_t at = n / kBlockStride[a] % kBlockNodes;
-      if (axes >> a & 1) own = own && (child >> a & 1 ? at >= kMiddle : at <= kMiddle);
+  for (std::size_t k = first[2]; k < end[2]; ++k) {
+    for (std::size_t j = first[1]; j < end[1]; ++j) {
+      const std::size_t row = j * kBlockStride[1] + k * kBlockStride[2];
+      for (std::size_t i = first[0]; i < end[0]; ++i) box.extend(points_[row + i * kBlockStride[0]]);
     }
-    if (own) box.extend(points_[n]);
   }
   return grown(box, kMarginOfHalf);
 }
