@@ -27,6 +27,8 @@ struct LayerWindow {
   /// What the window holds of a span: [begin, end) with begin == end if that is nothing.
   VoxelRun clipped(const VoxelRun& span) const {
     if (span.row < first_row || span.row >= end_row()) return {span.row, span.begin, span.begin};
+    // Most are held as a whole. The least and largest of numbers GCC takes by way of memory to vector registers.
+    if (span.begin >= first_column && span.begin <= span.end && span.end <= end_column()) return span;
     const std::uint32_t begin = std::max(span.begin, first_column);
     return {span.row, begin, std::max(begin, std::min(span.end, end_column()))};
   }
