@@ -11,11 +11,11 @@ namespace {
 
 constexpr std::size_t kFewestCells = 32;  // Making stencils takes as long as sampling some blocks without them.
 constexpr double kSmallestBox = 0.25;     // Along each axis: smaller ones are many.
-constexpr std::size_t kMostBytesOfStencils = 16 << 20;
 
 }  // namespace
 
-BlockStencils::BlockStencils(const LimitSolid::Data& data) : data_(data) {
+BlockStencils::BlockStencils(const LimitSolid::Data& data, std::size_t most_bytes)
+    : data_(data), most_bytes_(most_bytes) {
   for (const LimitCell& cell : data.cells) {
     if (cell.cell_class != CellClass::kRegular) ++cells_[neighbourhood(cell)];
   }
@@ -25,23 +25,50 @@ bool BlockStencils::are_worth_it(const LimitCell& cell, const ParamBox& box) con
   return (box.high - box.low).minCoeff() >= kSmallestBox && cells_.at(neighbourhood(cell)) >= kFewestCells;
 }
 
-const LimitStencils& BlockStencils::at(const LimitCell& cell, const ParamBox& box, BlockPlaces places) {
+std::shared_ptr<const LimitStencils> BlockStencils::at(const LimitCell& cell, const ParamBox& box, BlockPlaces places) {
   const Vec3 from = cell.frame.to_framed(box.low), to = cell.frame.to_framed(box.high);
   const Vec3 low = from.cwiseMin(to), size = (from - to).cwiseAbs();
   const Key key(neighbourhood(cell), places, {low.x(), low.y(), low.z(), size.x(), size.y(), size.z()});
-  const auto known = stencils_.find(key);
-  if (known != stencils_.end()) return known->second;
+  if (Stencils known = find(key)) return known;
   std::vector<Vec3> framed;
   for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
     framed.push_back(low + at_slot(block_shares(places), slot).cwiseProduct(size));
   }
-  LimitStencils stencils(data_, cell, framed);
-  bytes_ += stencils.memory_bytes();
-  if (bytes_ > kMostBytesOfStencils) {
-    stencils_.clear();
-    bytes_ = stencils.memory_bytes();
+  // Others may go on meanwhile. If two make the same, either is right.
+  return keep(key, std::make_shared<const LimitStencils>(data_, cell, framed));
+}
+
+std::size_t BlockStencils::memory_bytes() const {
+  const std::scoped_lock lock(mutex_);
+  return bytes_;
+}
+
+BlockStencils::Stencils BlockStencils::find(const Key& key) {
+  const std::scoped_lock lock(mutex_);
+  const auto known = by_key_.find(key);
+  if (known == by_key_.end()) return nullptr;
+  kept_.splice(kept_.begin(), kept_, known->second);
+  return known->second->stencils;
+}
+
+BlockStencils::Stencils BlockStencils::keep(const Key& key, Stencils made) {
+  const std::scoped_lock lock(mutex_);
+  const auto [place, is_new] = by_key_.try_emplace(key);
+  if (!is_new) return place->second->stencils;
+  bytes_ += made->memory_bytes();
+  kept_.push_front({key, made});
+  place->second = kept_.begin();
+  if (bytes_ > most_bytes_) forget_oldest();
+  return made;
+}
+
+/// Some at a time, except for the one asked for last.
+void BlockStencils::forget_oldest() {
+  while (bytes_ > most_bytes_ - most_bytes_ / 16 && kept_.size() > 1) {
+    bytes_ -= kept_.back().stencils->memory_bytes();
+    by_key_.erase(kept_.back().key);
+    kept_.pop_back();
   }
-  return stencils_.emplace(key, std::move(stencils)).first->second;
 }
 
 }  // namespace ccslice

@@ -83,10 +83,11 @@ std::uint64_t order_of(const PatchPlace& place) {
 
 }  // namespace
 
-CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels)
+CellBlockSampler::CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels,
+                                   std::shared_ptr<BlockStencils> stencils)
     : evaluator_(&evaluator),
       channels_(std::move(channels)),
-      stencils_(evaluator.solid().data()),
+      stencils_(stencils ? std::move(stencils) : std::make_shared<BlockStencils>(evaluator.solid().data())),
       values_(evaluator.solid().channel_count()) {}
 
 bool CellBlockSampler::is_in_one_patch(LimitCellId cell, const ParamBox& box) const {
@@ -111,7 +112,7 @@ void CellBlockSampler::sample_box(LimitCellId cell, const ParamBox& box, BlockPl
     return at_nodes ? sample_patch_at_nodes(patch, *place, box, block)
                     : sample_patch_between_nodes(patch, *place, box, block);
   }
-  if (stencils_.are_worth_it(data.cells[cell], box)) return sample_ring(data.cells[cell], box, places, block);
+  if (stencils_->are_worth_it(data.cells[cell], box)) return sample_ring(data.cells[cell], box, places, block);
   place_parameters(box, places);
   known_.fill(false);
   if (at_nodes) {
@@ -194,7 +195,7 @@ void CellBlockSampler::sample_patch_between_nodes(const Patch& patch, const Patc
 /// Samples by the ring of control points, in its own frame.
 void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, BlockPlaces places, CellBlock& block) {
   const LimitSolid::Data& data = evaluator_->solid().data();
-  const LimitStencils& stencils = stencils_.at(cell, box, places);
+  const std::shared_ptr<const LimitStencils> stencils = stencils_->at(cell, box, places);
   const SlotsInFrame& slots = slots_in_frame(cell.frame, places);
   const auto put = [&](const BlockValues& in_frame, BlockValues& out) {
     for (std::size_t slot = 0; slot < slots_at(places); ++slot) {
@@ -210,7 +211,7 @@ void CellBlockSampler::sample_ring(const LimitCell& cell, const ParamBox& box, B
       for (std::size_t lane = 0; lane < first_lane; ++lane) ring_[p][lane] = point[lane];
       for (std::size_t k = 0; k < count; ++k) ring_[p][first_lane + k] = point[3 + channels_[c + k]];
     });
-    stencils.apply(ring_.data(), [&](std::size_t strip, const auto& first, const auto& last) {
+    stencils->apply(ring_.data(), [&](std::size_t strip, const auto& first, const auto& last) {
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
         found[lane][2 * strip] = first[lane];
         found[lane][2 * strip + 1] = last[lane];

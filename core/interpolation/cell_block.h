@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,8 +33,9 @@ struct CellBlock {
 /// by patch, as the halves of a box share nodes with it. Results don't depend on what is kept.
 class CellBlockSampler {
  public:
-  /// REQUIRES: evaluator outlives this.
-  CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels);
+  /// `stencils`: of the evaluator's solid, or its own. REQUIRES: evaluator outlives this.
+  CellBlockSampler(LimitEvaluator& evaluator, std::vector<std::uint32_t> channels,
+                   std::shared_ptr<BlockStencils> stencils = nullptr);
 
   void sample(LimitCellId cell, const ParamBox& box, CellBlock& block);
   /// Position and channels are tricubic in the box's parameters.
@@ -67,7 +69,7 @@ class CellBlockSampler {
 
   LimitEvaluator* evaluator_;
   const std::vector<std::uint32_t> channels_;
-  BlockStencils stencils_;
+  const std::shared_ptr<BlockStencils> stencils_;
   std::vector<Lanes> ring_;  // Four numbers of each of a ring's points.
   std::array<BlockValues, 3> parameters_;
   std::vector<double> values_;  // All channels at one node.

@@ -47,13 +47,14 @@ unsigned largest_axes(const Vec3& numbers, double share) {
 
 }  // namespace
 
-CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+                       std::shared_ptr<BlockStencils> stencils)
     : solid_(std::move(solid)),
       mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       channels_(spec.channels),
-      blocks_(*solid_, spec),
+      blocks_(*solid_, spec, std::move(stencils)),
       surroundings_(solid_, spec) {}
 
 void CellFitter::examine(LimitCellId cell, std::vector<CellNode>& nodes, std::uint32_t node) {

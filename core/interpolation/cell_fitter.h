@@ -84,8 +84,9 @@ struct CellNode {
 /// One thread.
 class CellFitter {
  public:
-  /// REQUIRES: all tolerances positive.
-  CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+  /// `stencils`: of the solid, or its own. REQUIRES: all tolerances positive.
+  CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+             std::shared_ptr<BlockStencils> stencils = nullptr);
 
   /// Makes the node a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `nodes` are
   /// of this cell.

@@ -8,7 +8,7 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kMostBytesOfJob = 48 << 20;
+constexpr std::size_t kMostBytesOfJob = 48 << 20, kMostBytesOfStencils = 32 << 20;
 
 }  // namespace
 
@@ -46,6 +46,12 @@ void CellNodeStore::set_memory(LimitCellId cell, const CellNodes& nodes) {
   bytes_ += bytes - known->second->bytes;
   known->second->bytes = bytes;
   forget_beyond_most();
+}
+
+std::shared_ptr<BlockStencils> CellNodeStore::stencils_of(const LimitSolid& solid) {
+  std::call_once(stencils_made_,
+                 [&] { stencils_ = std::make_shared<BlockStencils>(solid.data(), kMostBytesOfStencils); });
+  return stencils_;
 }
 
 std::size_t CellNodeStore::memory_bytes() const {

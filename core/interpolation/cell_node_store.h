@@ -14,6 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/interpolation/block_stencils.h"
 #include "core/interpolation/cell_fitter.h"
 
 namespace ccslice {
@@ -37,6 +38,10 @@ class CellNodeStore {
   /// Takes note of a cell's memory, if these nodes are still kept. REQUIRES: the caller holds their mutex.
   void set_memory(LimitCellId cell, const CellNodes& nodes);
 
+  /// What blocks of the job's cells are sampled with. REQUIRES: always the same solid, which outlives this.
+  [[nodiscard]] std::shared_ptr<BlockStencils> stencils_of(const LimitSolid& solid);
+
+  /// Of nodes.
   std::size_t memory_bytes() const;
 
  private:
@@ -48,6 +53,8 @@ class CellNodeStore {
 
   void forget_beyond_most();
 
+  std::once_flag stencils_made_;
+  std::shared_ptr<BlockStencils> stencils_;
   const std::size_t most_bytes_;
   mutable std::mutex mutex_;  // Guards what follows.
   std::size_t bytes_ = 0;

@@ -28,7 +28,7 @@ PieceFinder::PieceFinder(std::shared_ptr<const LimitSolid> solid, const Interpol
       voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
       store_(std::move(store)),
-      fitter_(solid_, spec) {}
+      fitter_(solid_, spec, store_->stencils_of(*solid_)) {}
 
 void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const CancellationToken& cancel) {
   if (pieces.is_found(layer)) return;

@@ -30,13 +30,13 @@ constexpr std::size_t kRunsAhead = 12;
 class SlabMaterials::State {
  public:
   State(std::shared_ptr<const LimitSolid> solid, MaterialField& field, const InterpolationSpec& spec,
-        std::shared_ptr<CellNodeStore> store, const RowRange& rows)
+        const std::shared_ptr<CellNodeStore>& store, const RowRange& rows)
       : grid_(spec.grid),
         guard_(field, spec),
         pieces_(solid, spec),
-        piece_finder_(solid, spec, std::move(store), rows),
+        piece_finder_(solid, spec, store, rows),
         tiles_(spec.grid, spec.channels.size()),
-        tile_builder_(std::move(solid), field, spec),
+        tile_builder_(solid, field, spec, store->stencils_of(*solid)),
         tile_painter_(field, spec.channels) {}
 
   void start(std::uint32_t first_layer, std::uint32_t end_layer);

@@ -33,12 +33,13 @@ std::span<const std::size_t> slots_to_fit(std::size_t particles) {
 
 }  // namespace
 
-TileFitter::TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+TileFitter::TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+                       std::shared_ptr<BlockStencils> stencils)
     : solid_(std::move(solid)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       channels_(spec.channels),
-      particles_(solid_, spec) {}
+      particles_(solid_, spec, std::move(stencils)) {}
 
 TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels,
                                     std::uint64_t least_voxels) {

@@ -31,8 +31,9 @@ namespace ccslice {
 /// One thread.
 class TileFitter {
  public:
-  /// REQUIRES: all tolerances positive.
-  TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+  /// `stencils`: of the solid, or its own. REQUIRES: all tolerances positive.
+  TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+             std::shared_ptr<BlockStencils> stencils = nullptr);
 
   TileParticles& particles() { return particles_; }
 

@@ -21,12 +21,13 @@ constexpr double kLeastOver = 3;   // unless that is by so few voxels only.
 
 }  // namespace
 
-TileParticles::TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+TileParticles::TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+                             std::shared_ptr<BlockStencils> stencils)
     : solid_(std::move(solid)),
       mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_voxels_(spec.outside_mm * pitch_mm_.cwiseInverse()),
-      blocks_(*solid_, spec) {}
+      blocks_(*solid_, spec, std::move(stencils)) {}
 
 Box3 TileParticles::reached(const Box3& box) const {
   return Box3(box.min() - outside_voxels_, box.max() + outside_voxels_);

@@ -39,7 +39,9 @@ struct TileParticle {
 /// One thread. Memory is kept.
 class TileParticles {
  public:
-  TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+  /// `stencils`: of the solid, or its own.
+  TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
+                std::shared_ptr<BlockStencils> stencils = nullptr);
 
   /// The particles of a box, or none if they aren't known.
   struct Range {

@@ -15,8 +15,8 @@ constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inver
 }  // namespace
 
 TileTreeBuilder::TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field,
-                                 const InterpolationSpec& spec)
-    : field_(&field), grid_(spec.grid), fitter_(std::move(solid), spec) {}
+                                 const InterpolationSpec& spec, std::shared_ptr<BlockStencils> stencils)
+    : field_(&field), grid_(spec.grid), fitter_(std::move(solid), spec, std::move(stencils)) {}
 
 void TileTreeBuilder::build(std::uint32_t first_layer, std::span<const std::span<const VoxelRun>> layers,
                             const CancellationToken& cancel, TileTree& tree) {

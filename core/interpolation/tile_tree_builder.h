@@ -29,9 +29,10 @@ namespace ccslice {
 /// One thread.
 class TileTreeBuilder {
  public:
-  /// REQUIRES: field outlives this and is of the solid and of the spec's placement and outside_mm; all tolerances
-  /// positive.
-  TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field, const InterpolationSpec& spec);
+  /// `stencils`: of the solid, or its own. REQUIRES: field outlives this and is of the solid and of the spec's
+  /// placement and outside_mm; all tolerances positive.
+  TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field, const InterpolationSpec& spec,
+                  std::shared_ptr<BlockStencils> stencils = nullptr);
 
   /// Makes the tree of the slab of layers [first_layer, first_layer + layers.size()), for these runs of each, by row,
   /// then by column. REQUIRES: the tree is of the spec's grid and channels. Throws Error{kCancelled}.

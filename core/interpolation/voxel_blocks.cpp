@@ -4,6 +4,7 @@
 #include "core/interpolation/voxel_blocks.h"
 
 #include <span>
+#include <utility>
 
 #include "core/limit/solid_data.h"
 
@@ -40,10 +41,11 @@ Box3 grown(const Box3& voxels, double share) {
   return Box3(voxels.min() - margin, voxels.max() + margin);
 }
 
-VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec)
+VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
+                         std::shared_ptr<BlockStencils> stencils)
     : voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchCacheBytes)),
-      sampler_(*evaluator_, channel_ids(spec.channels)),
+      sampler_(*evaluator_, channel_ids(spec.channels), std::move(stencils)),
       residuals_(solid.data(), channel_ids(spec.channels)) {}
 
 void VoxelBlocks::sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,

@@ -34,7 +34,9 @@ Box3 grown(const Box3& voxels, double share);
 /// One thread.
 class VoxelBlocks {
  public:
-  VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec);
+  /// `stencils`: of the solid, or its own.
+  VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
+              std::shared_ptr<BlockStencils> stencils = nullptr);
 
   /// Position and channels are tricubic in the box's parameters.
   bool is_in_one_patch(LimitCellId cell, const ParamBox& box) const { return sampler_.is_in_one_patch(cell, box); }

@@ -38,8 +38,8 @@ constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
 constexpr double kCodecs = 4 * kMiB;
 constexpr double kPatchesOfInverter = 11 * kMiB, kPatchesOfFitters = 22 * kMiB;
 constexpr double kPartsOfInverter = 5 * kMiB;  // Where the solid folds, or parts of it overlap.
-constexpr double kStencilsAndLines = 2 * (16 + 8) * kMiB, kStencilsOfCell = 16 * 1024;
-constexpr double kPiecesOfJob = 48 * kMiB;
+constexpr double kLines = 2 * 8 * kMiB, kLinesOfCell = 5.4 * 1024;
+constexpr double kPiecesOfJob = 48 * kMiB, kStencilsOfJob = 2 * 16 * kMiB, kStencilsOfCell = 10.8 * 1024;
 
 // Of contours: points are there as crossings, between them, and in loops.
 constexpr double kCopiesOfPoints = 3, kFewestPoints = 4;
@@ -255,8 +255,8 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     const Cells cells = cells_of(solid, job, scope, cancel);
     const double irregular = static_cast<double>(solid->cell_count() - solid->summary().regular_cells);
     const double all_piece_bytes = cells.all_pieces * piece_bytes(channels);
-    shared += std::min(kPiecesOfJob, all_piece_bytes);
-    slicer += kPatchesOfFitters + std::min(kStencilsAndLines, irregular * kStencilsOfCell);
+    shared += std::min(kPiecesOfJob, all_piece_bytes) + std::min(kStencilsOfJob, irregular * kStencilsOfCell);
+    slicer += kPatchesOfFitters + std::min(kLines, irregular * kLinesOfCell);
     slicer += cells.pieces * slab_piece_bytes(channels);
     if (all_piece_bytes > kPiecesOfJob) slicer += cells.pieces * piece_bytes(channels);  // Forgotten by others.
     slicer += kGrowthOfPieces * cells.runs * (kSlabLayers * kRunBytes + sizeof(ScannedRun));
