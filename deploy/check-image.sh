@@ -470,7 +470,8 @@ check_farm() {
   local tries job=(--pitch 0.2 --channel hardness)
   containers rm --all --force --time 0 >/dev/null
   make_others
-  containers system service --time 0 "unix://$work/podman.sock" >"$work/api.log" 2>&1 &
+  # Not through containers(): $! would be a shell's, whose end leaves podman running.
+  podman --tmpdir "$work/podman" system service --time 0 "unix://$work/podman.sock" >"$work/api.log" 2>&1 9>&- &
   background+=($!)
   until [[ -S $work/podman.sock ]]; do sleep 0.1; done
   ask_for_health &

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -48,6 +49,14 @@ void sort(SortedFace& face) {
 
 bool same(const SortedFace& a, const SortedFace& b) {
   return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2]) | (a[3] ^ b[3])) == 0;
+}
+
+Error face_of_three(const std::vector<std::int64_t>& cells) {
+  return Error(ErrorCode::kMeshNonManifoldFace,
+               "cells " + std::to_string(cells[0]) + ", " + std::to_string(cells[1]) + " and " +
+                   std::to_string(cells[2]) +
+                   " share one face; a face belongs to at most two cells: remove the surplus cells",
+               "cell_vertices", cells);
 }
 
 }  // namespace
@@ -130,11 +139,7 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
     for (const std::uint32_t j : buckets[refs[i][0]]) {
       if (j <= i || !same(refs[j], refs[i])) continue;
       if (half_face_cell_[across] != kNone) {
-        throw Error(ErrorCode::kMeshNonManifoldFace,
-                    "cells " + std::to_string(cell) + ", " + std::to_string(half_face_cell_[across]) + " and " +
-                        std::to_string(owner[j].cell) +
-                        " share one face; a face belongs to at most two cells: remove the surplus cells",
-                    "cell_vertices", {cell, half_face_cell_[across], owner[j].cell});
+        throw face_of_three({cell, half_face_cell_[across], owner[j].cell});
       }
       cell_half_faces_[j] = across;
       half_face_cell_[across] = owner[j].cell;
