@@ -53,11 +53,11 @@ BlockStencils::Stencils BlockStencils::find(const Key& key) {
 
 BlockStencils::Stencils BlockStencils::keep(const Key& key, Stencils made) {
   const std::scoped_lock lock(mutex_);
-  const auto [place, is_new] = by_key_.try_emplace(key);
-  if (!is_new) return place->second->stencils;
+  if (const auto known = by_key_.find(key); known != by_key_.end()) return known->second->stencils;
+  std::list<Kept> kept = {{key, made}};  // Where memory runs out, neither list nor map knows of it.
+  by_key_.emplace(key, kept.begin());
+  kept_.splice(kept_.begin(), kept);
   bytes_ += made->memory_bytes();
-  kept_.push_front({key, made});
-  place->second = kept_.begin();
   if (bytes_ > most_bytes_) forget_oldest();
   return made;
 }
