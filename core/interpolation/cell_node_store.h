@@ -41,7 +41,7 @@ class CellNodeStore {
   /// What blocks of the job's cells are sampled with. REQUIRES: always the same solid, which outlives this.
   [[nodiscard]] std::shared_ptr<BlockStencils> stencils_of(const LimitSolid& solid);
 
-  /// Of nodes.
+  /// What the kept nodes take.
   std::size_t memory_bytes() const;
 
  private:

@@ -28,7 +28,7 @@ class PreviewRequests {
   const ArrivedPreview& at_hand() const { return at_hand_; }
   /// The one that waits is at hand from here on. REQUIRES: waits().
   void take_next();
-  /// Of the one at hand nothing will be sent: what it set counts for the one that waits. REQUIRES: waits().
+  /// Nothing will be sent of the one at hand: what it set counts for the one that waits. REQUIRES: waits().
   void drop_at_hand();
   /// All that it asked for has been sent.
   void forget_at_hand() { at_hand_ = {}; }

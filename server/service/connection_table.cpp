@@ -318,8 +318,8 @@ std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point 
 
 std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count, Clock::time_point now) {
   constexpr std::size_t kFew = 32;
-  constexpr std::chrono::milliseconds kJustNow = 2s;
-  const auto is_idle = [now, kJustNow](const Connection& connection) {
+  static constexpr std::chrono::milliseconds kJustNow = 2s;
+  const auto is_idle = [now](const Connection& connection) {
     return connection.peer && !connection.dropped && connection.slicer_calls == 0 &&
            now - std::max(connection.idle_since, connection.whole) >= kJustNow;
   };

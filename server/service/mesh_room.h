@@ -21,7 +21,7 @@ namespace ccslice::server {
 
 /// How long a client is silent before its mesh may have to go.
 inline constexpr std::chrono::milliseconds kSilentWithMesh{10'000};
-/// And where others have been refused again and again: its calls have shed all else by then.
+/// How long it is where others have been refused again and again: its calls have shed all else by then.
 inline constexpr std::chrono::milliseconds kLagsWithMesh{1'000};
 
 /// Clients who find no room for their meshes. Not thread-safe.

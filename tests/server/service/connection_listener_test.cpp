@@ -197,8 +197,7 @@ TEST(ConnectionListener, DropsSoonerWhatSendsMuchThatMakesNoCall) {
   Keeper keeper(some);
   const Descriptor silent = call_from("127.0.0.1", keeper.address()), half = call_from("127.0.0.2", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(2));
-  const std::string much(64 << 10, 'x');
-  ASSERT_EQ(write(half.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+  send_kib(half, 64);
   EXPECT_TRUE(is_closed_soon(half));
   EXPECT_FALSE(is_closed_soon(silent, 1500));
 }
@@ -240,8 +239,7 @@ TEST(ConnectionListener, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTh
   std::vector<Descriptor> callers;
   for (const std::size_t kib : {96, 32, 48}) {
     callers.push_back(call_from("127.0.0.1", keeper.address()));
-    const std::string much(kib << 10, 'x');
-    ASSERT_EQ(write(callers.back().get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+    send_kib(callers.back(), kib);
   }
   EXPECT_TRUE(is_closed_soon(callers[0]));
   EXPECT_FALSE(is_closed_soon(callers[1], 500));
@@ -359,8 +357,7 @@ TEST(ConnectionListener, CountsNoCancelledCallAsServed) {
   Keeper keeper(some);
   const Descriptor half = call_from("127.0.0.1", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(1));
-  const std::string much(64 << 10, 'x');
-  ASSERT_EQ(write(half.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
+  send_kib(half, 64);
   sockaddr_storage own{};
   socklen_t size = sizeof own;
   getsockname(half.get(), reinterpret_cast<sockaddr*>(&own), &size);

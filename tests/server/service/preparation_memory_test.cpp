@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Of 80 bytes, 10 of which are for small ones.
+/// The memory has 80 bytes, 10 of which are for small preparations.
 class PreparationMemoryTest : public ::testing::Test {
  protected:
   using Share = PreparationMemory::Share;
