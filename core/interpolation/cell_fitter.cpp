@@ -25,6 +25,8 @@ constexpr double kMarginOfNode =
     0.06;  // As a share of a node's size: how far its faces may reach beyond its samples' box.
 constexpr double kMarginOfHalf = 0.2;  // How far a half's faces may reach beyond its parent's samples' box.
 
+constexpr double kLikeTheWorst = 0.6;  // Axes along which errors are at least this share of the largest are halved.
+
 /// How many times errors of cubics grow at this share of the thickness beyond what they were fitted to: like the fourth
 /// Chebyshev polynomial T_4(x) = 8 x^4 - 8 x^2 + 1 at x = 1 + 2 share. What a good cubic leaves of a smooth function is
 /// mostly of degree 4, and of all such polynomials that stay below 1 on [-1, 1] this one grows fastest outside.
@@ -83,18 +85,30 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   if (shape.flat) return 0;
   if (shape.box.diagonal().y() > kMostRowsOfPiece) return kAllAxes;
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
-  const double growth = growth_beyond(shape.bulge.maxCoeff());
+  // What samples' errors grow to. Along the triangles' sides their share is to hold, and all of the tolerance where
+  // triangles are farthest off.
+  const double at_sides = growth_beyond(shape.bulge.maxCoeff());
+  const double farthest = kSampledPieceShare * growth_beyond(shape.miss);
+  const double growth = std::max(at_sides, farthest);
   const Between between = what_is_known_between(cell, node.parameters);
   const bool bounded = between != Between::kNothing;
   double error = fit(cell, node.parameters, frame, between, shape.miss);
-  if (!bounded) error *= growth;  // A bound holds that far off already.
+  double of_tolerance = kPieceShare * error;
+  if (!bounded) {  // A bound holds that far off already.
+    of_tolerance = std::max(kBetweenSamplesShare * at_sides, farthest) * error;
+    error *= growth;
+  }
   unsigned axes = 0;
   if (error <= 1 && shape.bent_axes() == 0) {
-    if (!bounded) axes = axes_off_between_nodes(cell, node.parameters, frame);
+    if (!bounded) {
+      const Vec3 between_nodes = errors_between_nodes(cell, node.parameters, frame);
+      const double worst = between_nodes.maxCoeff();
+      of_tolerance = std::max(of_tolerance, worst);
+      if (!(worst <= kBetweenSamplesShare)) axes = largest_axes(between_nodes, kLikeTheWorst);
+    }
     if (axes == 0) {
       node.kind = CellNode::Kind::kPiece;
-      node.piece =
-          make_piece(cell, shape, node.parameters, frame, bounded ? kPieceShare * error : kBetweenSamplesShare * error);
+      node.piece = make_piece(cell, shape, node.parameters, frame, of_tolerance);
       return 0;
     }
   }
@@ -158,21 +172,21 @@ bool CellFitter::is_steep_at(const VoxelFrame& frame, std::size_t axis, bool hig
   return false;
 }
 
-/// Axes along which polynomials_ are off between the nodes. Overwrites places_ and values_. REQUIRES: they fit.
-unsigned CellFitter::axes_off_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame) {
-  constexpr double kLikeTheWorst = 0.6;
+/// How far polynomials_ are off between the nodes along each axis, as shares of the tolerance. Overwrites places_ and
+/// values_. REQUIRES: they fit.
+Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame) {
   blocks_.sample_between_nodes(cell, box, places_, values_);
   enter_frame(frame, kGroupsBetweenNodes, places_);
   Vec3 errors = Vec3::Zero();
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
       const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
-      const double worst = largest(error < 0 ? -error : error) / (kBetweenSamplesShare * channels_[c].tolerance);
+      const double worst = largest(error < 0 ? -error : error) / channels_[c].tolerance;
       double& known = errors[static_cast<Eigen::Index>(g / 2)];
       known = std::max(known, worst);
     }
   }
-  return errors.maxCoeff() <= 1 ? 0 : largest_axes(errors, kLikeTheWorst);
+  return errors;
 }
 
 /// Positive beyond the face, and as far before it as the fit may be off: a cubic of the voxel is fitted to the share of
@@ -200,7 +214,6 @@ ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& 
 /// Halving along one axis is enough where little is missing. `error`: with `growth`, without which it may be small
 /// enough.
 unsigned CellFitter::axes_to_halve(const BlockShape& shape, double error, double growth) const {
-  constexpr double kLikeTheWorst = 0.6;
   unsigned axes = shape.bent_axes();
   if (error <= 1) return axes;
   if (error <= growth) return axes | largest_axes(shape.bulge, kLikeTheWorst);

@@ -106,7 +106,7 @@ class CellFitter {
   double fit(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, Between between, double beyond);
   bool place_residuals(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, double beyond);
   double with_residuals(std::size_t channel, double error, double allowed);
-  unsigned axes_off_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame);
+  Vec3 errors_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame);
   bool is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
   void append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const;

@@ -125,6 +125,17 @@ class CellFitterTest : public testing::Test {
     return worst;
   }
 
+  /// As a share of the tolerance.
+  double worst_at_nodes(LimitCellId cell, const CellNode& part) {
+    double worst = 0;
+    const auto& [low, high] = part.parameters;
+    for (int n = 0; n < 125; ++n) {
+      const Vec3 share = Vec3(n % 5, n / 5 % 5, n / 25) / 4;
+      worst = std::max(worst, error_at(cell, *part.piece, low + share.cwiseProduct(high - low)));
+    }
+    return worst;
+  }
+
   BlockPoints nodes_of(LimitCellId cell, const ParamBox& box) {
     BlockPoints points;
     for (std::size_t n = 0; n < points.size(); ++n) {
@@ -328,6 +339,31 @@ TEST_F(CellFitterTest, PiecesBesideIrregularLinesAreGoodBetweenTheirNodesToo) {
             ++pieces;
             EXPECT_LE(worst_on_edges(cell, part), 0.7 + 1e-9) << name << ", cell " << cell;
           }
+        }
+      }
+    }
+  }
+  EXPECT_GT(pieces, 100u);
+}
+
+// Where there is no bound, nodes and places between them are all that is known.
+TEST_F(CellFitterTest, TheErrorOfAPieceBesideAVertexIsNoLessThanAtItsSamples) {
+  std::size_t pieces = 0;
+  for (const char* name : {"vertex_link_icosahedron", "vertex_link_gyroelongated_6"}) {
+    for (const double tolerance : {0.2, 0.1, 0.05, 0.02}) {
+      take(oracle::tiny_mesh(name), {noise(1)}, {.pitch_mm = Vec3::Constant(0.1), .tolerance = tolerance});
+      const VoxelBlocks blocks(*solid_, spec_);
+      for (const LimitCellId cell : solid_->cells()) {
+        if (solid_->cell_class(cell) != CellClass::kVertex) continue;
+        for (const CellNode& part : examined(cell)) {
+          if (part.kind != Kind::kPiece || blocks.is_in_one_patch(cell, part.parameters)) continue;
+          ++pieces;
+          EXPECT_LE(worst_on_edges(cell, part), part.piece->error + 1e-9) << name << ", cell " << cell;
+          // By the fourth Chebyshev polynomial as far off as triangles miss the faces.
+          const double miss = shape_of(nodes_of(cell, part.parameters)).miss;
+          const double grown = std::cosh(4 * std::acosh(1 + 2 * miss)) * worst_at_nodes(cell, part);
+          EXPECT_LE(grown, part.piece->error + 1e-9) << name << ", cell " << cell;
+          EXPECT_LE(part.piece->error, 1);
         }
       }
     }
