@@ -55,15 +55,11 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   /// From here on the call keeps itself alive until gRPC is done with it.
   void begin() {
     if (const auto refused = open_call()) return end(*refused);
-    const std::weak_ptr<PreviewCall> weak = std::static_pointer_cast<PreviewCall>(shared_from_this());
-    const auto when_open = [weak](void (PreviewCall::*act)()) {
-      return [weak, act] {
-        if (const auto open = weak.lock()) ((*open).*act)();
-      };
-    };
-    memory_watch_ = std::make_shared<SideWatch>([] {}, when_open(&PreviewCall::give_memory_back));
-    write_watch_ = std::make_shared<SideWatch>(when_open(&PreviewCall::stall), when_open(&PreviewCall::note_lag),
-                                               /*keeps_message=*/true);
+    const auto self = std::static_pointer_cast<PreviewCall>(shared_from_this());
+    memory_watch_ = std::make_shared<SideWatch>([] {}, while_open(self, &PreviewCall::give_memory_back));
+    write_watch_ =
+        std::make_shared<SideWatch>(while_open(self, &PreviewCall::stall), while_open(self, &PreviewCall::note_lag),
+                                    /*keeps_message=*/true);
     state_.idle_watch.add(memory_watch_);
     state_.idle_watch.add(write_watch_);
     state_.preview_watch.add(shared_from_this());

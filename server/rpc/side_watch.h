@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "server/service/idle_watch.h"
@@ -37,5 +38,13 @@ class SideWatch final : public IdleCall {
   std::function<void()> on_idle_, on_lag_;
   const bool keeps_message_;
 };
+
+/// Does so to the call if it's still there.
+template <typename Call>
+std::function<void()> while_open(const std::shared_ptr<Call>& call, void (Call::*act)()) {
+  return [weak = std::weak_ptr<Call>(call), act] {
+    if (const auto open = weak.lock()) ((*open).*act)();
+  };
+}
 
 }  // namespace ccslice::server

@@ -140,12 +140,9 @@ class UploadCall final : public AnsweredCall<grpc::ServerReadReactor<grpc::ByteB
   void watch_loan() {
     if (!state_.uploads.is_lent(upload_->bytes().size())) return;
     lent_ = upload_;
-    const auto when_open = [weak = weak_from_this()](void (UploadCall::*then)()) {
-      return [weak, then] {
-        if (const auto call = weak.lock()) (static_cast<UploadCall&>(*call).*then)();
-      };
-    };
-    loan_watch_ = std::make_shared<SideWatch>(when_open(&UploadCall::watch_on), when_open(&UploadCall::end_loan));
+    const auto self = std::static_pointer_cast<UploadCall>(shared_from_this());
+    loan_watch_ =
+        std::make_shared<SideWatch>(while_open(self, &UploadCall::watch_on), while_open(self, &UploadCall::end_loan));
     state_.idle_watch.add(loan_watch_);
     watch_on();
   }

@@ -253,6 +253,18 @@ bool ConnectionTable::shut_down(int descriptor, Connection& connection) {
   return true;
 }
 
+/// Shuts down the first so many that are still there. Returns their number.
+template <typename Ranked, typename ConnectionOf>
+std::size_t ConnectionTable::shut_down_first(const std::vector<Ranked>& ranked, std::size_t count,
+                                             ConnectionOf connection_of) {
+  std::size_t dropped = 0;
+  for (auto each = ranked.begin(); each != ranked.end() && dropped < count; ++each) {
+    const Connections::iterator connection = std::invoke(connection_of, *each);
+    if (shut_down(connection->first, connection->second)) ++dropped;
+  }
+  return dropped;
+}
+
 /// What has come over the connection and belongs to nothing that is whole. 0 if it's little, or has time to be whole.
 std::int64_t ConnectionTable::counted_bytes(int socket, const Connection& connection, Clock::time_point now) {
   if (!connection.peer || connection.dropped) return 0;
@@ -308,12 +320,7 @@ std::size_t ConnectionTable::drop_unserved(std::size_t count, Clock::time_point 
     if (bytes > 0) all.push_back({bytes, each});
   }
   std::ranges::sort(all, std::greater<>(), &Unserved::bytes);
-  std::size_t dropped = 0;
-  for (const Unserved& most : all) {
-    if (dropped == count) break;
-    if (shut_down(most.connection->first, most.connection->second)) ++dropped;
-  }
-  return dropped;
+  return shut_down_first(all, count, &Unserved::connection);
 }
 
 std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count, Clock::time_point now) {
@@ -333,12 +340,7 @@ std::size_t ConnectionTable::drop_of_most_crowded(std::size_t count, Clock::time
   std::ranges::sort(crowd->second, {},
                     [](const auto& each) { return std::pair(each->second.served, each->second.id); });
   const std::size_t most = std::min(count, (crowd->second.size() - kFew + 1) / 2);
-  std::size_t dropped = 0;
-  for (const Connections::iterator each : crowd->second) {
-    if (dropped == most) break;
-    if (shut_down(each->first, each->second)) ++dropped;
-  }
-  return dropped;
+  return shut_down_first(crowd->second, most);
 }
 
 /// Whether much has come for as long as that may take, and still is no call. Notes since when.

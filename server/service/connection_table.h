@@ -16,11 +16,13 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 namespace ccslice::server {
 
@@ -118,6 +120,9 @@ class ConnectionTable {
   bool arrives_for_too_long(int socket, Connection& connection, Clock::time_point now) const;
   bool some_arrives(Clock::time_point now);
   static bool shut_down(int descriptor, Connection& connection);
+  template <typename Ranked, typename ConnectionOf = std::identity>
+  static std::size_t shut_down_first(const std::vector<Ranked>& ranked, std::size_t count,
+                                     ConnectionOf connection_of = {});
   static std::int64_t unserved_bytes(int socket, const Connection& connection, Clock::time_point now);
   static std::int64_t counted_bytes(int socket, const Connection& connection, Clock::time_point now);
   void drop_greedy(Clock::time_point now, Dropped& dropped);
