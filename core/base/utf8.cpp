@@ -52,6 +52,20 @@ bool is_utf8(std::string_view text) noexcept {
   return true;
 }
 
+std::string utf8_of_latin1(std::string_view text) {
+  std::string utf8;
+  for (const char c : text) {
+    const auto code_point = static_cast<unsigned char>(c);
+    if (code_point < 0x80) {
+      utf8 += c;
+    } else {
+      utf8 += static_cast<char>(0xc0 | code_point >> 6);
+      utf8 += static_cast<char>(0x80 | (code_point & 0x3f));
+    }
+  }
+  return utf8;
+}
+
 std::uint32_t utf8_code_point(std::string_view sequence) noexcept {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(sequence[i]); };
   if (sequence.size() == 1) return byte(0);

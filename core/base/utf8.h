@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace ccslice {
@@ -16,6 +17,9 @@ namespace ccslice {
 std::size_t utf8_sequence_length(std::string_view text) noexcept;
 
 bool is_utf8(std::string_view text) noexcept;
+
+/// `text` in UTF-8, of ISO 8859-1 (Latin-1), whose bytes are the code points.
+std::string utf8_of_latin1(std::string_view text);
 
 /// REQUIRES: `sequence` is one sequence of UTF-8.
 std::uint32_t utf8_code_point(std::string_view sequence) noexcept;

@@ -15,6 +15,7 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/mesh/byte_order.h"
 #include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_exodus.h"
@@ -46,6 +47,28 @@ MeshFile read_kind(MeshFileKind kind, std::string_view bytes, const MeshLimits& 
     case MeshFileKind::kUnknown: break;
   }
   throw Error(ErrorCode::kFileUnsupported, describe_unread(bytes).text);
+}
+
+/// The contract's texts are UTF-8. What older programs write mostly is ISO 8859-1.
+void recode_names(MeshFile& file) {
+  std::size_t recoded = 0;
+  const auto recode = [&](std::string& name) {
+    if (is_utf8(name)) return;
+    name = utf8_of_latin1(name);
+    ++recoded;
+  };
+  for (std::string& name : file.mesh.channel_names) recode(name);
+  for (CellNumbers& numbers : file.cell_numbers) {
+    recode(numbers.name);
+    for (auto& number_name : numbers.number_names) recode(number_name.second);
+  }
+  for (auto* sets : {&file.cell_sets, &file.cell_materials}) {
+    for (CellSet& set : *sets) recode(set.name);
+  }
+  if (recoded > 0) {
+    file.warnings.push_back("names that aren't in UTF-8 are taken to be in ISO 8859-1 (Latin-1): " +
+                            std::to_string(recoded));
+  }
 }
 
 /// An array 'a' of two components and another one 'a.1' come to one name, which could mean the first only.
@@ -127,6 +150,7 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
 
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
   MeshFile file = read_kind(mesh_file_kind(bytes), bytes, limits, path);
+  recode_names(file);
   leave_out_numbers_with_known_names(file);
   return file;
 }

@@ -109,6 +109,34 @@ TEST(MeshFile, LeavesOutChannelsWhoseNamesAreTooLong) {
   EXPECT_THAT(file.warnings, testing::Contains(testing::HasSubstr("a name of 300 bytes")));
 }
 
+// As CAD programs write them: the contract's texts are UTF-8.
+TEST(MeshFile, NamesInLatin1BecomeUtf8) {
+  const std::string nodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+  const std::string element = "*ELEMENT, TYPE=C3D4, ELSET=", section = "*SOLID SECTION, ELSET=";
+  const MeshFile abaqus = read_mesh(nodes + element + "K\xd6RPER\n1, 1, 2, 3, 4\n" + section +
+                                    "K\xd6RPER, MATERIAL=S\xc4ULE\n*MATERIAL, NAME=S\xc4ULE\n");
+  ASSERT_EQ(abaqus.cell_sets.size(), 1u);
+  EXPECT_EQ(abaqus.cell_sets[0].name, "K\xc3\x96RPER");
+  ASSERT_EQ(abaqus.cell_materials.size(), 1u);
+  EXPECT_EQ(abaqus.cell_materials[0].name, "S\xc3\x84ULE");
+  EXPECT_THAT(abaqus.warnings,
+              testing::Contains("names that aren't in UTF-8 are taken to be in ISO 8859-1 (Latin-1): 2"));
+
+  const MeshFile vtk = read_mesh(std::string(kTetAmongOthers) +
+                                 "SCALARS h\xe4rte float\nLOOKUP_TABLE default\n0 0 0 0 0 0\n"
+                                 "CELL_DATA 1\nSCALARS st\xfc"
+                                 "ck int\nLOOKUP_TABLE default\n7\n");
+  EXPECT_THAT(vtk.mesh.channel_names, testing::ElementsAre("kept", "h\xc3\xa4rte"));
+  ASSERT_EQ(vtk.cell_numbers.size(), 1u);
+  EXPECT_EQ(vtk.cell_numbers[0].name,
+            "st\xc3\xbc"
+            "ck");
+
+  const MeshFile utf8 = read_mesh(nodes + element + "K\xc3\x96RPER\n1, 1, 2, 3, 4\n");
+  EXPECT_EQ(utf8.cell_sets[0].name, "K\xc3\x96RPER");
+  EXPECT_THAT(utf8.warnings, testing::IsEmpty());
+}
+
 TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
   const auto expect = [](const std::string& bytes, const std::string& part) {
     expect_error([&] { read_mesh(bytes); }, ErrorCode::kFileUnsupported, part);
