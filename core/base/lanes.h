@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Four doubles worked on at once, a lane each.
+// Four doubles or eight floats worked on at once, a lane each.
 
 #pragma once
 
@@ -42,6 +42,24 @@ inline Lanes square_root(Lanes lanes) noexcept { return _mm256_sqrt_pd(lanes); }
 template <typename Comparison>
 unsigned lanes_of(Comparison holds) noexcept {
   return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<Lanes>(holds)));
+}
+
+/// Eight floats in one register, where a proof needs no more.
+inline constexpr std::size_t kFloatLanes = 8;
+using FloatLanes = float __attribute__((vector_size(4 * kFloatLanes)));
+
+inline FloatLanes multiply_add(FloatLanes a, FloatLanes b, FloatLanes c) noexcept { return _mm256_fmadd_ps(a, b, c); }
+inline FloatLanes multiply_add(FloatLanes a, float b, FloatLanes c) noexcept {
+  return _mm256_fmadd_ps(a, _mm256_set1_ps(b), c);
+}
+inline FloatLanes lesser(FloatLanes a, FloatLanes b) noexcept { return _mm256_min_ps(a, b); }
+inline FloatLanes greater(FloatLanes a, FloatLanes b) noexcept { return _mm256_max_ps(a, b); }
+inline FloatLanes absolute(FloatLanes lanes) noexcept { return _mm256_andnot_ps(_mm256_set1_ps(-0.0F), lanes); }
+
+/// Bit k: lane k of a comparison of floats holds.
+template <typename Comparison>
+unsigned float_lanes_of(Comparison holds) noexcept {
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<FloatLanes>(holds)));
 }
 
 inline double largest(Lanes lanes) noexcept {

@@ -15,6 +15,7 @@
 #include "core/limit/patch.h"
 #include "core/limit/patch_path.h"
 #include "core/limit/prepare.h"
+#include "core/limit/unfolded_proof.h"
 #include "core/limit/vertex_folds.h"
 
 namespace ccslice {
@@ -26,6 +27,7 @@ constexpr std::size_t kMaxReportedFolds = 32;
 constexpr std::uint64_t kHalvingsPerCell = 32, kHalvingsAtLeast = 1 << 14;
 constexpr int kSubCellFoldLevels = 1;  // Levels of the line sub-cells of a vertex cell.
 constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
+constexpr std::uint32_t kProvedTogether = 4096;  // Cells: enough to have eight of most operators. Some 2 MB.
 
 /// Looks at one cell after the other.
 class CellSearch {
@@ -94,22 +96,53 @@ class CellSearch {
   FoldFinding worst_;  // The cell's worst finding.
 };
 
+/// What proves cells on one thread.
+struct Prover {
+  explicit Prover(const LimitSolid::Data& data)
+      : lines(data),
+        vertices(lines),
+        proof(data, lines, vertices, {kFoldLevels, kFoldLevels, kSubCellFoldLevels, kVertexFoldLevel}) {}
+
+  LineFolds lines;
+  VertexFolds vertices;
+  UnfoldedProof proof;
+};
+
+/// By cell: it is proved to be unfolded. Cells at the same vertex are looked at together, as they share its star.
+std::vector<std::uint8_t> prove_unfolded(const PrepareOptions& options, const LimitSolid::Data& data) {
+  std::vector<LimitCellId> order = IdRange<LimitCellId>(data.cells.size()).to_vector();
+  std::ranges::stable_sort(order, {}, [&](LimitCellId c) { return data.cells[c].star_begin; });
+  std::vector<std::uint8_t> proved(order.size());
+  using Turn = Id<struct TurnKind>;
+  const auto make_prover = [&] { return std::make_unique<Prover>(data); };
+  const auto prove = [&](std::unique_ptr<Prover>& prover, const NumberedRange<Turn>& turns) {
+    prover->proof.examine(std::span(order).subspan(*turns.ids.begin(), turns.ids.size()), options, proved);
+  };
+  for_each_range(IdRange<Turn>(order.size()), options.threads, make_prover, prove, kProvedTogether);
+  return proved;
+}
+
 }  // namespace
 
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
   std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count));
   options.begin(PreparationStep::kFolding, count);
+  const std::vector<std::uint8_t> proved = prove_unfolded(options, data);
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
   const IdRange<LimitCellId> all(count);
   for_each_range(all, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const auto& range) {
+    options.cancel.throw_if_cancelled();
     search->start_range(range.ids.size());
+    std::uint64_t searched = 0;
     for (const LimitCellId c : range.ids) {
+      if (proved[c]) continue;
       const FoldFinding worst = search->examine(data.cells[c]);
       if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
+      ++searched;
     }
-    options.count(range.ids.size());
+    options.count(searched);
   });
   std::vector<Box3> boxes;
   for (const auto& range : found) {

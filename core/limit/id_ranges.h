@@ -28,16 +28,19 @@ struct NumberedRange {
 
 inline constexpr std::uint32_t kIdsPerRange = 256;
 
-constexpr std::uint32_t range_count(std::uint32_t ids) { return (ids + kIdsPerRange - 1) / kIdsPerRange; }
+constexpr std::uint32_t range_count(std::uint32_t ids, std::uint32_t ids_per_range = kIdsPerRange) {
+  return (ids + ids_per_range - 1) / ids_per_range;
+}
 
 /// Calls work(worker, range) for all ranges. Each thread makes a worker of its own. Throws what they throw.
 template <typename IdType, typename MakeWorker, typename Work>
-void for_each_range(IdRange<IdType> ids, int threads, MakeWorker make_worker, Work work) {
+void for_each_range(IdRange<IdType> ids, int threads, MakeWorker make_worker, Work work,
+                    std::uint32_t ids_per_range = kIdsPerRange) {
   const auto range = [&](std::uint32_t number) {
-    const std::uint32_t begin = number * kIdsPerRange;
-    return NumberedRange<IdType>{number, {IdType{begin}, IdType{std::min(begin + kIdsPerRange, ids.size())}}};
+    const std::uint32_t begin = number * ids_per_range;
+    return NumberedRange<IdType>{number, {IdType{begin}, IdType{std::min(begin + ids_per_range, ids.size())}}};
   };
-  const std::uint32_t count = range_count(ids.size());
+  const std::uint32_t count = range_count(ids.size(), ids_per_range);
   if (threads <= 1 || count <= 1) {
     auto worker = make_worker();
     for (std::uint32_t number = 0; number < count; ++number) work(worker, range(number));

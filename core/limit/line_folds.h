@@ -59,10 +59,10 @@ class LineFolds {
   /// The line of this operator is sharp.
   bool is_sharp(std::uint32_t op) const;
 
- private:
   using Weights = Eigen::MatrixXd;  // A row a point: in the line's position, then in d/du and d/dv of each view.
   const Weights& weights_of(std::uint32_t op);
 
+ private:
   const LimitSolid::Data& data_;
   std::vector<Weights> weights_;  // By operator; empty until they are needed.
 };
