@@ -37,6 +37,7 @@ void CellAdder::enter(const Level& level, std::size_t number) {
   level_ = &level;
   level_number_ = number;
   rings_.enter(level);
+  stars_points_.clear();
   own_walkers_.emplace(level.complex, own_starts_);
   if (arena_) others_walkers_.emplace([this] { return Walkers(level_->complex, others_starts_.local()); });
 }
@@ -86,7 +87,11 @@ void CellAdder::walk_stars() {
   for (const PendingCell& pending : pending_) {
     if (pending.found.cell_class != CellClass::kVertex) continue;
     const VertexId vertex = irregular_vertex(pending);
-    if (star_at(vertex).op != kNone) continue;
+    if (stars_points_.contains(vertex)) continue;
+    if (const Star& known = star_at(vertex); known.op != kNone) {
+      stars_points_.emplace(vertex, star_points(known));
+      continue;
+    }
     const auto [place, is_new] = walked_stars_.try_emplace(vertex);
     if (is_new) missing.push_back(&*place);
   }
@@ -94,6 +99,7 @@ void CellAdder::walk_stars() {
     cancel_.throw_if_cancelled();
     missing[i]->second = canonical_star(walkers.rings, missing[i]->first);
   });
+  for (const auto* walked : missing) stars_points_.emplace(walked->first, walked->second.points);
 }
 
 void CellAdder::walk(Walkers& walkers, PendingCell& pending) const {
@@ -105,8 +111,7 @@ void CellAdder::walk(Walkers& walkers, PendingCell& pending) const {
     pending.ring = canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor);
   } else {
     const VertexId vertex = irregular_vertex(pending);
-    const std::vector<VertexId> star = star_points(vertex);
-    pending.ring = canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, star);
+    pending.ring = canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, stars_points_.at(vertex));
   }
   for (const HalfFaceId half_face : level_->complex.cell_half_faces(pending.cell)) {
     const FaceId face = face_of(half_face);
@@ -120,9 +125,8 @@ bool CellAdder::becomes_face(const PendingCell& pending, FaceId face) const {
          level_->beyond(face) >= region_of(mesh_, CellId{control_cell(pending)});
 }
 
-std::vector<VertexId> CellAdder::star_points(VertexId vertex) const {
-  const Star& star = stars_[level_number_][level_->number(vertex)];
-  if (star.op == kNone) return walked_stars_.at(vertex).points;
+/// REQUIRES: all of them are here.
+std::vector<VertexId> CellAdder::star_points(const Star& star) const {
   std::vector<VertexId> points;
   for (std::uint32_t n = 0; n < data_.operators.stars()[star.op].points; ++n) {
     points.push_back(level_->vertex_of_point(data_.rings[star.ring_begin + n]));

@@ -94,7 +94,7 @@ class CellAdder {
   }
   Star& star_at(VertexId vertex);
   const Star& star_of(VertexId vertex);
-  std::vector<VertexId> star_points(VertexId vertex) const;
+  std::vector<VertexId> star_points(const Star& star) const;
   void put_cell(const PendingCell& pending);
   void put_boundary_faces(const PendingCell& pending);
   void put_vertex_ring(const PendingCell& pending, LimitCell& record);
@@ -116,7 +116,8 @@ class CellAdder {
   std::optional<Walkers> own_walkers_;
   std::optional<tbb::enumerable_thread_specific<Walkers>> others_walkers_;
   std::vector<PendingCell> pending_;
-  std::map<VertexId, VertexStar> walked_stars_;  // Not yet in its Star.
+  std::map<VertexId, VertexStar> walked_stars_;             // Not yet in its Star.
+  std::map<VertexId, std::vector<VertexId>> stars_points_;  // Of the stars of cells that were pending.
 };
 
 }  // namespace ccslice

@@ -11,12 +11,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <vector>
 
 #include "core/limit/level.h"
 #include "core/limit/solid_data.h"
+#include "core/subdivision/key_hash.h"
 
 namespace ccslice {
 
@@ -38,19 +38,18 @@ class RingStore {
   std::size_t memory_bytes() const { return bytes_ + data_.ring_orders.capacity() * sizeof(std::uint32_t); }
 
  private:
-  using Order = std::vector<std::uint32_t>;
   std::uint32_t place_of(VertexId point);
 
   LimitSolid::Data& data_;
   const Level* level_ = nullptr;
-  std::map<Order, std::uint32_t> known_orders_;  // Where they begin.
+  TableByKey<std::uint32_t> known_orders_;  // Where they begin.
   std::size_t bytes_ = 0;
   // Of the family:
   std::vector<VertexId> points_;
   std::vector<LimitCellId> cells_;
   std::vector<std::uint32_t> places_;    // By vertex of the level: in points_, or kNone.
   std::uint32_t phantom_place_ = kNone;  // Of kNone.
-  Order order_;
+  NumberKey order_;
 };
 
 }  // namespace ccslice

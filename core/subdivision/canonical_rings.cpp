@@ -56,7 +56,7 @@ FramedRing smallest(std::span<const Start> starts, Walk walk) {
 
 /// As smallest(), of starts in one cell.
 template <typename FramedRing, typename Walk>
-FramedRing smallest_known(std::span<const Start> starts, std::map<KnownStarts::Key, std::size_t>& known, Walk walk) {
+FramedRing smallest_known(std::span<const Start> starts, TableByKey<std::size_t>& known, Walk walk) {
   FramedRing first{walk(starts[0]), starts[0].frame};
   if (starts.size() == 1) return first;
   // Frames at one corner differ by a rotation, so by which axis comes last. At two corners they follow from these.
@@ -65,7 +65,9 @@ FramedRing smallest_known(std::span<const Start> starts, std::map<KnownStarts::K
     const auto& axes = starts[0].frame.axis;
     places = 4 * places + static_cast<std::uint32_t>(std::ranges::find(axes, start.frame.axis[2]) - axes.begin());
   }
-  const auto [best, fresh] = known.try_emplace({places, first.ring.key}, 0);
+  first.ring.key.push_back(places);
+  const auto [best, fresh] = known.try_emplace(first.ring.key, 0);
+  first.ring.key.pop_back();
   if (!fresh) {
     if (best->second == 0) return first;
     const Start& start = starts[best->second];

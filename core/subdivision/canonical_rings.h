@@ -8,13 +8,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/mesh/cell_complex.h"
 #include "core/subdivision/frame.h"
+#include "core/subdivision/key_hash.h"
 #include "core/subdivision/ring.h"
 
 namespace ccslice {
@@ -32,9 +31,8 @@ struct FramedVertexRing {
 /// Which of several starts gives the smallest key, by the key that the first one gives: a key tells the whole topology,
 /// so rings whose first keys are equal needn't be walked from all their starts again. One thread.
 struct KnownStarts {
-  /// By where the starts are, seen from the first one, and the first one's key: the number of the best one.
-  using Key = std::pair<std::uint32_t, std::vector<std::uint32_t>>;
-  std::map<Key, std::size_t> of_lines, of_vertices;
+  /// By the first one's key, followed by where the starts are, seen from it: the number of the best one.
+  TableByKey<std::size_t> of_lines, of_vertices;
 };
 
 /// The ring of a line cell whose line is that local edge, from one of the line's ends.

@@ -235,7 +235,7 @@ std::size_t bytes_of(const Operator& op, const std::vector<std::uint32_t>& key) 
 
 std::uint32_t OperatorTable::line(const LineRing& ring) {
   const auto [known, fresh] = line_index_.try_emplace(ring.key, static_cast<std::uint32_t>(lines_.size()));
-  const std::uint32_t self = known->second;
+  const auto& [key, self] = *known;
   if (!fresh) return self;
   // It has its number before its children are looked at: the one at the line may have the same ring, and leads here.
   lines_.emplace_back();
@@ -265,13 +265,13 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, ring.count, row); }, op);
   lines_[self] = std::move(op);
   lines_[self].limit = limit_row(lines_, self);
-  bytes_ += bytes_of(lines_[self], known->first);
+  bytes_ += bytes_of(lines_[self], key);
   return self;
 }
 
 std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   const auto [known, fresh] = surface_index_.try_emplace(ring.key, static_cast<std::uint32_t>(surfaces_.size()));
-  const std::uint32_t self = known->second;
+  const auto& [key, self] = *known;
   if (!fresh) return self;
   surfaces_.emplace_back();
   const auto n = static_cast<std::uint32_t>(ring.points.size());
@@ -298,7 +298,7 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
   }
   surfaces_[self] = std::move(op);
   surfaces_[self].limit = limit_row(surfaces_, self);
-  bytes_ += bytes_of(surfaces_[self], known->first);
+  bytes_ += bytes_of(surfaces_[self], key);
   return self;
 }
 
@@ -321,7 +321,7 @@ std::uint32_t OperatorTable::star(const VertexStar& star) {
 std::uint32_t OperatorTable::vertex(std::uint32_t star, const VertexRing& ring, RingWalker& walker, CellId cell,
                                     const Frame& frame) {
   VertexOperator op{star, corner(ring, walker, cell, frame), ring.shared};
-  Key key{op.star, op.corner};
+  NumberKey key{op.star, op.corner};
   key.insert(key.end(), op.shared.begin(), op.shared.end());
   const auto [known, fresh] = vertex_index_.try_emplace(std::move(key), static_cast<std::uint32_t>(vertices_.size()));
   if (!fresh) return known->second;
@@ -332,12 +332,12 @@ std::uint32_t OperatorTable::vertex(std::uint32_t star, const VertexRing& ring, 
 
 std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame) {
   const auto [known, fresh] = corner_index_.try_emplace(ring.key, static_cast<std::uint32_t>(corners_.size()));
-  const std::uint32_t self = known->second;
+  const auto& [key, self] = *known;
   if (!fresh) return self;
   corners_.emplace_back();
   const NumberedCells all = walker.neighbourhood(cell, frame);
   CornerOperator op = make_corner(ring, all);
-  bytes_ += bytes_of(op, known->first);
+  bytes_ += bytes_of(op, key);
   corners_[self] = std::move(op);
   return self;
 }

@@ -26,12 +26,12 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
 #include <vector>
 
 #include "core/subdivision/cell_class.h"
 #include "core/subdivision/frame.h"
+#include "core/subdivision/key_hash.h"
 #include "core/subdivision/ring.h"
 #include "core/subdivision/stencils.h"
 #include "core/subdivision/surface_ring.h"
@@ -116,11 +116,10 @@ class OperatorTable {
   void forget_keys();
 
  private:
-  using Key = std::vector<std::uint32_t>;
   std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
   CornerOperator make_corner(const VertexRing& ring, const NumberedCells& all);
 
-  std::map<Key, std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
+  TableByKey<std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
   std::vector<PlanarOperator> lines_, surfaces_;
   std::vector<StarOperator> stars_;
   std::vector<CornerOperator> corners_;
