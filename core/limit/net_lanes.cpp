@@ -34,7 +34,7 @@ unsigned keeping_regular(const MatrixLanes& s) noexcept {
   return float_lanes_of(a > 0) & float_lanes_of(corner > 0) & float_lanes_of(whole > 0);
 }
 
-/// Calls visit(p, step) for the first of each four points along an axis, `step` = 4^axis points apart.
+/// Calls visit(p) for the first of each four points along an axis, which are kStep = 4^axis apart.
 template <std::size_t kStep, typename Visit>
 void for_each_quad(std::size_t count, Visit visit) {
   for (std::size_t block = 0; block < count; block += 4 * kStep) {

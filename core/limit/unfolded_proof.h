@@ -94,7 +94,7 @@ class UnfoldedProof {
   /// What floats lose of these points, and of what is made of them, widens boxes.
   void set_slack(std::span<const PointLanes> points);
 
-  // Of vertex cells, at a level of the corner operator. columns_: its shared points, its own, the next level's shared.
+  // At a level of vertex cells columns_ holds the corner operator's shared points, its own, and the next shared ones.
   void load_shared(Batch batch, int level, PointLanes* out);
   void add_slack_of_stars(Batch batch);
   void load_next_shared(Batch batch, const CornerOperator& corner, int level);
@@ -108,7 +108,7 @@ class UnfoldedProof {
   std::vector<StarLevels> stars_;                             // Ascending.
   std::vector<StarPoint> star_points_;
   std::vector<double> star_, next_star_;  // kLanes doubles a point.
-  // Of the batch:
+  // What follows belongs to the batch at hand:
   std::array<View, kFloatLanes> views_;
   FloatLanes slack_{};
   std::array<std::vector<std::uint32_t>, kFloatLanes> shared_;  // Their numbers in the star.

@@ -5,10 +5,11 @@
 // goes on. One that finds none while others hold it gives back what it has, waits, and is begun anew once all that it
 // asked for has been taken for it: two that kept a half each would wait for one another for ever.
 //
-// Those who wait are begun in their order, but whoever fits passes one that doesn't. One that has waited for long is
-// passed no more by its like. LARGE ones, which take more than an eighth of all, leave an eighth to the small ones,
-// unless they couldn't be prepared then; and while a large one has waited for long, the small ones have no more than
-// that together. So small ones needn't wait for the end of a large one, nor large ones for a time without small ones.
+// Preparations that wait are begun in their order, but whoever fits passes one that doesn't. One that has waited for
+// long is passed no more by its like. LARGE ones, which take more than an eighth of all, leave an eighth to the small
+// ones, unless they couldn't be prepared then; and while a large one has waited for long, the small ones have no more
+// than that together. So small ones needn't wait for the end of a large one, nor large ones for a time without small
+// ones.
 
 #pragma once
 
