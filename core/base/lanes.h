@@ -62,6 +62,15 @@ unsigned float_lanes_of(Comparison holds) noexcept {
   return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<FloatLanes>(holds)));
 }
 
+/// Four floats in half a register.
+using HalfLanes = float __attribute__((vector_size(4 * kLanes)));
+
+/// Bit k: lane k of a comparison of such holds.
+template <typename Comparison>
+unsigned half_lanes_of(Comparison holds) noexcept {
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<HalfLanes>(holds)));
+}
+
 inline double largest(Lanes lanes) noexcept {
   return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
 }

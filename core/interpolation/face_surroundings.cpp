@@ -179,8 +179,8 @@ bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corne
     box.extend(corner);
     guesses.extend(map(corner));
   }
-  const Vec3 margin = (map.inverse_jacobian * depth).cwiseAbs() + Vec3::Constant(kRoundingOfGuess);
-  if (!Box3(guesses.min() - margin, guesses.max() + margin).intersects(map.hull)) return false;
+  const Vec3 margin = (map.inverse_jacobian() * depth).cwiseAbs() + Vec3::Constant(kRoundingOfGuess);
+  if (!Box3(guesses.min() - margin, guesses.max() + margin).intersects(map.hull())) return false;
   if (!distance) distance.emplace(*solid_);
   if (distance->exceeds(other, box.center(), 0.5 * box.diagonal().norm() + depth.norm())) return false;
   if (quarterings == 0) return true;

@@ -44,7 +44,7 @@ void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const Cancellati
 
 /// Finds the cells that aren't small, whose boxes meet the group, and whose pieces or holes may meet the rows; by id.
 void PieceFinder::collect_cells(const SmallCells& small) {
-  const BoxTree& boxes = solid_->index().cell_boxes;
+  const FloatBoxTree& boxes = solid_->index().cell_boxes;
   const Box3 layers(Vec3(-1, -1, group_.first_layer - 1.0),
                     Vec3(grid_.extent.columns, grid_.extent.rows, static_cast<double>(group_.end_layer)));
   cells_.clear();

@@ -273,7 +273,7 @@ struct PointInverter::State {
   /// REQUIRES: the point is near folds.
   bool may_hold(LimitCellId cell, const Vec3& point) const noexcept {
     const CellMap& map = index.cell_maps[cell];
-    const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
+    const Vec3 margin = options.outside_mm * map.inverse_jacobian().cwiseAbs().rowwise().sum();
     return index.hulls_near_folds.may_hold(cell, map(point), margin);
   }
 

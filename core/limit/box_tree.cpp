@@ -4,23 +4,39 @@
 #include "core/limit/box_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
 namespace ccslice {
 
-class BoxTree::Builder {
+template <typename Number>
+class BasicBoxTree<Number>::Builder {
  public:
-  Builder(BoxTree& tree, std::span<const Box3> boxes, const CancellationToken& cancel)
+  Builder(BasicBoxTree& tree, std::span<const Box3> boxes, const CancellationToken& cancel)
       : tree_(tree), boxes_(boxes), cancel_(cancel), items_(boxes.size()) {
     std::iota(items_.begin(), items_.end(), 0u);
     tree_.branches_.resize(boxes.size());
     tree_.nodes_.reserve(node_count(boxes.size()));
   }
 
-  void run() { add_node(items_); }
+  void run() {
+    if constexpr (!kIsExact) set_origin();
+    add_node(items_);
+  }
 
  private:
+  void set_origin() {
+    Box3 all;
+    for (const Box3& box : boxes_) all.extend(box);
+    const double farthest = all.min().cwiseAbs().cwiseMax(all.max().cwiseAbs()).maxCoeff();
+    if (std::isfinite(farthest)) {
+      tree_.origin_ = all.center();
+      tree_.slack_ = static_cast<float>(4 * std::numeric_limits<double>::epsilon() * farthest);
+    }
+    tree_.slack_ = std::max(tree_.slack_, std::numeric_limits<float>::min());
+  }
+
   /// Items of each of a node's full branches: a power of kLanes.
   static std::size_t items_of_branch(std::size_t items) {
     std::size_t most = 1;
@@ -42,10 +58,10 @@ class BoxTree::Builder {
   /// Full branches, one that holds what is left, and so on: the depth is logarithmic, whatever the boxes.
   std::uint32_t add_node(std::span<std::uint32_t> items) {
     cancel_.throw_if_cancelled();
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    constexpr Number kNone = std::numeric_limits<Number>::quiet_NaN();
     const auto index = static_cast<std::uint32_t>(tree_.nodes_.size());
     Node& node = tree_.nodes_.emplace_back();
-    node.min.fill(Lanes{kNone, kNone, kNone, kNone});
+    node.min.fill(Four{kNone, kNone, kNone, kNone});
     node.max = node.min;
     std::size_t branches = 0;
     add_branches(items, items_of_branch(items.size()), index, branches);
@@ -72,9 +88,10 @@ class BoxTree::Builder {
   void add_branch(std::span<std::uint32_t> items, std::uint32_t node, std::size_t branch) {
     Box3 box;
     for (const std::uint32_t item : items) box.extend(boxes_[item]);
+    const Bounds bounds = tree_.rounded(box);
     for (std::size_t a = 0; a < 3; ++a) {
-      tree_.nodes_[node].min[a][branch] = box.min()[static_cast<Eigen::Index>(a)];
-      tree_.nodes_[node].max[a][branch] = box.max()[static_cast<Eigen::Index>(a)];
+      tree_.nodes_[node].min[a][branch] = bounds.min[a];
+      tree_.nodes_[node].max[a][branch] = bounds.max[a];
     }
     if (items.size() == 1) {
       tree_.branches_[items.front()] = static_cast<std::uint32_t>(node * kLanes + branch);
@@ -85,22 +102,27 @@ class BoxTree::Builder {
     }
   }
 
-  BoxTree& tree_;
+  BasicBoxTree& tree_;
   const std::span<const Box3> boxes_;
   const CancellationToken& cancel_;
   std::vector<std::uint32_t> items_;
 };
 
-BoxTree::BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel) {
+template <typename Number>
+BasicBoxTree<Number>::BasicBoxTree(std::span<const Box3> boxes, const CancellationToken& cancel) {
   if (boxes.empty()) return;
   Builder(*this, boxes, cancel).run();
 }
 
-Box3 BoxTree::box(std::uint32_t item) const {
+template <typename Number>
+Box3 BasicBoxTree<Number>::box(std::uint32_t item) const {
   const Node& node = nodes_[branches_[item] / kLanes];
   const std::size_t b = branches_[item] % kLanes;
-  return Box3(Vec3(node.min[0][b], node.min[1][b], node.min[2][b]),
-              Vec3(node.max[0][b], node.max[1][b], node.max[2][b]));
+  return Box3(origin_ + Vec3(node.min[0][b], node.min[1][b], node.min[2][b]),
+              origin_ + Vec3(node.max[0][b], node.max[1][b], node.max[2][b]));
 }
+
+template class BasicBoxTree<double>;
+template class BasicBoxTree<float>;
 
 }  // namespace ccslice

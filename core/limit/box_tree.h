@@ -3,13 +3,20 @@
 //
 // A bounding volume hierarchy over axis-aligned boxes: which items may hold a point. Each node has up to four branches,
 // whose boxes are compared at once.
+//
+// In floats it takes half the memory, and its boxes are up to 2^-22 of the tree's extent larger. Every box and every
+// question is rounded outwards, so no item is missed.
 
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -18,13 +25,15 @@
 
 namespace ccslice {
 
-class BoxTree {
+template <typename Number>
+class BasicBoxTree {
  public:
-  BoxTree() = default;
+  BasicBoxTree() = default;
   /// Throws Error{kCancelled}. REQUIRES: fewer than 2^29 boxes.
-  explicit BoxTree(std::span<const Box3> boxes, const CancellationToken& cancel = {});
+  explicit BasicBoxTree(std::span<const Box3> boxes, const CancellationToken& cancel = {});
 
   std::size_t size() const { return branches_.size(); }
+  /// Holds the one that was given, and is that one in doubles.
   Box3 box(std::uint32_t item) const;
   std::size_t memory_bytes() const {
     return nodes_.capacity() * sizeof(Node) + branches_.capacity() * sizeof(std::uint32_t);
@@ -33,38 +42,25 @@ class BoxTree {
   /// Calls visit(item) for every item whose box, grown by `margin`, holds the point. No order. Allocation-free.
   template <typename Visit>
   void visit_at(const Vec3& point, double margin, Visit visit) const noexcept {
-    any([&](const Node& node) { return holding(node, point, margin); },
-        [&](std::uint32_t item) { return visit(item), false; });
+    any_meeting(around(point, margin), [&](std::uint32_t item) { return visit(item), false; });
   }
 
   /// True if the box of any item, grown by `margin`, holds the point.
   bool any_at(const Vec3& point, double margin) const noexcept {
-    return any([&](const Node& node) { return holding(node, point, margin); }, [](std::uint32_t) { return true; });
+    return any_meeting(around(point, margin), [](std::uint32_t) { return true; });
   }
 
   /// True if accept(item) is, for any item whose box meets the given one. Stops there.
   template <typename Accept>
   bool any_meeting(const Box3& other, Accept accept) const noexcept {
-    return any([&](const Node& node) { return meeting(node, other); }, accept);
-  }
-
- private:
-  static constexpr std::uint32_t kItem = 1u << 31;  // Marks a child that is an item, not another node.
-
-  struct Node {
-    std::array<Lanes, 3> min, max;  // By axis, a lane a branch. Where there is none: NaN, which no test holds for.
-    std::array<std::uint32_t, kLanes> branches{};
-  };
-
-  template <typename Matching, typename Accept>
-  bool any(Matching matching, Accept accept) const noexcept {
     if (nodes_.empty()) return false;
+    const Bounds bounds = rounded(other);
     std::array<std::uint32_t, 64> stack;
     std::size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
       const Node& node = nodes_[stack[--depth]];
-      for (unsigned left = matching(node); left != 0; left &= left - 1) {
+      for (unsigned left = meeting(node, bounds); left != 0; left &= left - 1) {
         const std::uint32_t branch = node.branches[static_cast<std::size_t>(std::countr_zero(left))];
         if (!(branch & kItem)) {
           stack[depth++] = branch;
@@ -76,23 +72,65 @@ class BoxTree {
     return false;
   }
 
-  /// Bit b: branch b's box, grown by `margin`, holds the point.
-  static unsigned holding(const Node& node, const Vec3& p, double margin) noexcept {
-    return lanes_of((node.min[0] - margin <= p.x()) & (p.x() <= node.max[0] + margin) &
-                    (node.min[1] - margin <= p.y()) & (p.y() <= node.max[1] + margin) &
-                    (node.min[2] - margin <= p.z()) & (p.z() <= node.max[2] + margin));
+ private:
+  static constexpr bool kIsExact = std::is_same_v<Number, double>;
+  static constexpr std::uint32_t kItem = 1u << 31;  // Marks a child that is an item, not another node.
+
+  using Four = std::conditional_t<kIsExact, Lanes, HalfLanes>;
+
+  struct Node {
+    std::array<Four, 3> min, max;  // By axis, a lane a branch. Where there is none: NaN, which no test holds for.
+    std::array<std::uint32_t, kLanes> branches{};
+  };
+
+  /// About the origin.
+  struct Bounds {
+    std::array<Number, 3> min, max;
+  };
+
+  static Box3 around(const Vec3& point, double margin) noexcept {
+    return {point - Vec3::Constant(margin), point + Vec3::Constant(margin)};
   }
-  /// Bit b: branch b's box meets the other one.
-  static unsigned meeting(const Node& node, const Box3& other) noexcept {
-    return lanes_of((node.min[0] <= other.max().x()) & (other.min().x() <= node.max[0]) &
-                    (node.min[1] <= other.max().y()) & (other.min().y() <= node.max[1]) &
-                    (node.min[2] <= other.max().z()) & (other.min().z() <= node.max[2]));
+
+  /// Holds the box.
+  Bounds rounded(const Box3& box) const noexcept {
+    Bounds bounds;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      bounds.min[a] = rounded<-1>(box.min()[axis] - origin_[axis]);
+      bounds.max[a] = rounded<1>(box.max()[axis] - origin_[axis]);
+    }
+    return bounds;
+  }
+  template <int kSign>
+  Number rounded(double value) const noexcept {
+    if constexpr (kIsExact) return value;
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const auto nearest = static_cast<float>(std::clamp(value, -kMost, kMost));
+    return nearest + kSign * (std::numeric_limits<float>::epsilon() * std::abs(nearest) + slack_);
+  }
+
+  /// Bit b: branch b's box meets the bounds.
+  static unsigned meeting(const Node& node, const Bounds& other) noexcept {
+    const auto meet = (node.min[0] <= other.max[0]) & (other.min[0] <= node.max[0]) & (node.min[1] <= other.max[1]) &
+                      (other.min[1] <= node.max[1]) & (node.min[2] <= other.max[2]) & (other.min[2] <= node.max[2]);
+    if constexpr (kIsExact) {
+      return lanes_of(meet);
+    } else {
+      return half_lanes_of(meet);
+    }
   }
 
   class Builder;
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> branches_;  // By item: its own, numbered through all nodes.
+  // Of floats: what they are relative to, and more than doubles are off when it is added or subtracted.
+  Vec3 origin_ = Vec3::Zero();
+  float slack_ = 0;
 };
+
+using BoxTree = BasicBoxTree<double>;
+using FloatBoxTree = BasicBoxTree<float>;
 
 }  // namespace ccslice

@@ -16,8 +16,10 @@ namespace {
 
 // While they are prepared cells of whole levels were measured to take up to 1.4 kB, operators, channels and boundary
 // faces apart, and cells that share no faces up to 0.5 kB more for each. Those that are made in cut-outs are many to
-// each cell that is left behind, and take up to 0.46 kB; their cut-out takes up to 0.7 kB a cell.
-constexpr std::uint64_t kLimitCellBytes = 2048, kRefinedCellBytes = 512, kBoundaryFaceBytes = 512;
+// each cell that is left behind: they take up to 0.23 kB while cells are built, 0.3 kB once they have maps and boxes,
+// and their cut-out up to 0.7 kB a cell.
+constexpr std::uint64_t kLimitCellBytes = 2048, kBoundaryFaceBytes = 512;
+constexpr std::uint64_t kBuiltChildBytes = 256, kBoundChildBytes = 336;
 constexpr std::uint64_t kCutOutCellBytes = 768;
 constexpr std::uint64_t kWalkedCellBytes = 2560;
 constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
@@ -242,22 +244,26 @@ void BuildingMemory::reserve_faces(std::size_t faces) {
   reserve();
 }
 
-void BuildingMemory::reserve_operators(std::size_t bytes) {
-  if (bytes <= operator_bytes_) return;
+void BuildingMemory::reserve_operators(std::size_t bytes, std::size_t kept) {
+  if (bytes <= operator_bytes_ && kept <= kept_operator_bytes_) return;
   operator_bytes_ = bytes + bytes / kOperatorGrowth;
+  kept_operator_bytes_ = kept + kept / kOperatorGrowth;
   reserve();
 }
 
-/// Refined cells with their share of the levels above.
+/// Refined cells with their share of the levels above. The most is held while cells are built, with keys of operators
+/// and a cut-out, or afterwards, with maps and boxes of the cells.
 void BuildingMemory::reserve() {
   if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
   const std::uint64_t cut_out = std::min(children_, 8 * kRefinedTogether);
-  const std::uint64_t bytes = kLeastBytes + kLimitCellBytes * cells_ + kRefinedCellBytes * children_ +
-                              kCutOutCellBytes * cut_out + kBoundaryFaceBytes * faces_ + sizeof(double) * values +
-                              operator_bytes_ + kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
-  told_bytes_ = std::max(told_bytes_, bytes);
+  const std::uint64_t always =
+      kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + sizeof(double) * values;
+  const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_out + operator_bytes_ +
+                              kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
+  const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
+  told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));
   options_.reserve(told_bytes_);
 }
 

@@ -53,7 +53,8 @@ class BuildingMemory {
   void reserve_cells(std::size_t cells, std::size_t children);
   void reserve_faces(std::size_t faces);
   /// How many different operators there are shows as they are made: asks for some more each time.
-  void reserve_operators(std::size_t bytes);
+  /// `kept`: of the bytes, what stays when the cells are built.
+  void reserve_operators(std::size_t bytes, std::size_t kept);
 
   /// All of them, once the levels are built.
   std::size_t limit_cells() const { return cells_ + children_; }
@@ -66,7 +67,7 @@ class BuildingMemory {
   std::size_t cells_;
   std::size_t children_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
-  std::size_t operator_bytes_ = 0;
+  std::size_t operator_bytes_ = 0, kept_operator_bytes_ = 0;
   std::uint64_t told_bytes_ = 0;
 };
 

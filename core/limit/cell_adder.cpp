@@ -169,7 +169,8 @@ void CellAdder::put_cell(const PendingCell& pending) {
   } else {
     put_vertex_ring(pending, record);
   }
-  memory_.reserve_operators(data_.operators.memory_bytes() + rings_.memory_bytes());
+  const std::size_t orders = rings_.memory_bytes();
+  memory_.reserve_operators(data_.operators.memory_bytes() + orders, data_.operators.kept_bytes() + orders);
   put_boundary_faces(pending);
 }
 

@@ -23,13 +23,8 @@ CellMap map_of(const PatchPlace& middle, const double* grid) {
   alignas(32) std::array<double, kPatchPoints> points;
   std::copy_n(grid, kPatchPoints, points.data());
   const LimitSample sample = in_cell(middle, patch_sample(points.data(), middle.local));
-  CellMap map;
-  map.middle = sample.position;
-  if (std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant) {
-    map.inverse_jacobian = sample.jacobian.inverse();
-  }
-  if (!map.inverse_jacobian.allFinite()) map.inverse_jacobian.setZero();
-  return map;
+  const bool is_regular = std::abs(sample.jacobian.colwise().normalized().determinant()) > kSmallestDeterminant;
+  return {sample.position, is_regular ? sample.jacobian.inverse().eval() : Mat3::Zero()};
 }
 
 /// One solid, one thread.
@@ -48,15 +43,15 @@ class CellBounds {
     builder_.visit_patches(cell, 1, 2, add_patch, [&](const PatchRest& rest) {
       hull_.insert(hull_.end(), rest.points.begin(), rest.points.end());
     });
-    const LaneMap inverse_jacobian(map.inverse_jacobian);
-    const Lanes origin = to_lanes(map.middle);
+    const LaneMap inverse_jacobian(map.inverse_jacobian());
+    const Lanes origin = to_lanes(map.middle());
     LaneBox box, guesses;
     for (std::size_t i = 0; i < hull_.size(); i += kPositionDimension) {
       const Lanes point = load_unaligned(&hull_[i]);
       box.extend(point);
       guesses.extend(0.5 + inverse_jacobian(point - origin));
     }
-    map.hull = guesses.box();
+    map.set_hull(guesses.box());
     return box.box();
   }
 
@@ -88,7 +83,7 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
     const double volume = data.volume_mm3(c);
     volumes = {std::min(volumes.least, volume), std::max(volumes.most, volume)};
   }
-  data.cell_boxes = BoxTree(boxes, options.cancel);
+  data.cell_boxes = FloatBoxTree(boxes, options.cancel);
 }
 
 }  // namespace ccslice

@@ -49,10 +49,9 @@ class WeightTable {
 
   /// What points weigh by way of the point `made_point` that a row makes of them. REQUIRES: the places of `made` are
   /// among ours.
-  void add_by_way_of(const Stencils& stencils, std::uint32_t row, const WeightTable& made, std::size_t made_point) {
-    for (std::uint32_t e = stencils.offsets[row]; e < stencils.offsets[row + 1]; ++e) {
-      add(stencils.indices[e], stencils.weights[e], made, made_point);
-    }
+  void add_by_way_of(const PackedStencils& stencils, std::uint32_t row, const WeightTable& made,
+                     std::size_t made_point) {
+    stencils.for_each(row, [&](std::uint32_t column, double weight) { add(column, weight, made, made_point); });
   }
   /// By way of a child's points, which are the points of `made` from `first_made` on.
   void add_by_way_of(const ChildStencils& parent, const ChildRows& child, const WeightTable& made,

@@ -24,24 +24,24 @@ using Row = Id<struct RowKind>;
 
 /// Writes the chosen rows of the points.
 template <typename Rows>
-void apply(const Stencils& stencils, const Rows& chosen, const PointLanes* points, PointLanes* out) noexcept {
+void apply(const PackedStencils& stencils, const Rows& chosen, const PointLanes* points, PointLanes* out) noexcept {
   for (const std::uint32_t row : chosen) {
     PointLanes sum{};
-    for (std::uint32_t e = stencils.offsets[row]; e < stencils.offsets[row + 1]; ++e) {
-      sum = multiply_add(points[stencils.indices[e]], static_cast<float>(stencils.weights[e]), sum);
-    }
+    stencils.for_each(row, [&](std::uint32_t column, double weight) {
+      sum = multiply_add(points[column], static_cast<float>(weight), sum);
+    });
     *out++ = sum;
   }
 }
 
 /// All rows of four layers of points: out[4 * r + layer], from points[4 * p + layer].
-void apply_to_layers(const Stencils& stencils, const PointLanes* points, PointLanes* out) noexcept {
+void apply_to_layers(const PackedStencils& stencils, const PointLanes* points, PointLanes* out) noexcept {
   for (std::uint32_t row = 0; row < stencils.rows(); ++row, out += 4) {
     for (std::size_t layer = 0; layer < 4; ++layer) {
       PointLanes sum{};
-      for (std::uint32_t e = stencils.offsets[row]; e < stencils.offsets[row + 1]; ++e) {
-        sum = multiply_add(points[4 * stencils.indices[e] + layer], static_cast<float>(stencils.weights[e]), sum);
-      }
+      stencils.for_each(row, [&](std::uint32_t column, double weight) {
+        sum = multiply_add(points[4 * column + layer], static_cast<float>(weight), sum);
+      });
       out[layer] = sum;
     }
   }
@@ -120,7 +120,7 @@ void UnfoldedProof::step_stars(std::span<const LimitCellId> cells) {
 }
 
 UnfoldedProof::StarPoint* UnfoldedProof::step_star(const LimitCell& cell, std::size_t levels, StarPoint* out) {
-  const Stencils& step = data_.operators.stars()[data_.operators.vertices()[cell.op].star].stencils;
+  const PackedStencils& step = data_.operators.stars()[data_.operators.vertices()[cell.op].star].stencils;
   const auto star = data_.star(cell);
   const Lanes origin = to_lanes(data_.position(star[0]));
   star_.resize(star.size() * kLanes);
@@ -157,7 +157,7 @@ template <typename Origin>
 void UnfoldedProof::set_views(Batch batch, Origin origin) {
   views_.fill({});  // Whose zeros prove nothing.
   for (std::size_t n = 0; n < batch.size(); ++n) {
-    const Mat3& map = data_.cell_maps[batch[n]].inverse_jacobian;
+    const Mat3 map = data_.cell_maps[batch[n]].inverse_jacobian();
     if (map.determinant() > 0) views_[n] = {to_lanes(data_.position(origin(n))), LaneMap(map)};
   }
 }
@@ -380,7 +380,7 @@ void UnfoldedProof::add_slack_of_stars(Batch batch) {
     for (const StarPoint& p : star_points(data_.cells[batch[n]], 0)) {
       farthest = std::max({farthest, std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
     }
-    const double stretch = data_.cell_maps[batch[n]].inverse_jacobian.cwiseAbs().rowwise().sum().maxCoeff();
+    const double stretch = data_.cell_maps[batch[n]].inverse_jacobian().cwiseAbs().rowwise().sum().maxCoeff();
     slack_[n] += std::numeric_limits<float>::epsilon() * static_cast<float>(stretch) * farthest;
   }
 }

@@ -52,7 +52,7 @@ void VertexWalk::step_star() noexcept {
 void VertexWalk::make_children() noexcept {
   step_star();
   if (children_made_) return;
-  const Stencils& stencils = corner().stencils;
+  const PackedStencils& stencils = corner().stencils;
   stencils.apply(0, stencils.rows(), columns_.data(), dimension_, made_.data());
   children_made_ = true;
 }

@@ -53,13 +53,14 @@ class ChildRowMaker {
       std::sort(filled[r].begin(), filled[r].end());
     }
     std::ranges::stable_sort(order, {}, [&](std::uint32_t r) { return filled[r].size(); });
+    Stencils stencils;
     for (const std::uint32_t r : order) {
-      place[r] = to.stencils.rows();
-      to.stencils.append(filled[r]);
+      place[r] = stencils.rows();
+      stencils.append(filled[r]);
     }
+    to.stencils = PackedStencils(stencils);
+    to.rows.reserve(rows_.size());
     for (const std::uint32_t row : rows_) to.rows.push_back(place[row]);
-    to.stencils.shrink_to_fit();
-    to.rows.shrink_to_fit();
   }
 
  private:
@@ -86,20 +87,18 @@ void fill_planar_row(const Stencils& from, std::uint32_t row, std::uint32_t peri
 }
 
 /// row * (the chosen rows of the stencils).
-std::vector<double> multiply(const std::vector<double>& row, const Stencils& stencils,
+std::vector<double> multiply(const std::vector<double>& row, const PackedStencils& stencils,
                              std::span<const std::uint32_t> chosen, std::uint32_t columns) {
   std::vector<double> result(columns, 0.0);
   for (std::size_t r = 0; r < row.size(); ++r) {
-    for (std::uint32_t e = stencils.offsets[chosen[r]]; e < stencils.offsets[chosen[r] + 1]; ++e) {
-      result[stencils.indices[e]] += row[r] * stencils.weights[e];
-    }
+    stencils.for_each(chosen[r], [&](std::uint32_t column, double weight) { result[column] += row[r] * weight; });
   }
   return result;
 }
 
 /// e0 A A A ..., carried to convergence: the limit at point 0, where A is the chosen rows. After n steps point 0 is row
 /// 0 of A^n times the control points, which tends to the limit, whether or not A can be diagonalized.
-std::vector<double> limit_of_step(const Stencils& stencils, std::span<const std::uint32_t> chosen) {
+std::vector<double> limit_of_step(const PackedStencils& stencils, std::span<const std::uint32_t> chosen) {
   const auto points = static_cast<std::uint32_t>(chosen.size());
   std::vector<double> row(points, 0.0);
   row[0] = 1;
@@ -217,14 +216,11 @@ class CornerRows {
 
 constexpr std::size_t kKeyBytes = 64;  // What a key takes in a map besides its numbers.
 
-std::size_t bytes_of(const Stencils& stencils) {
-  return stencils.offsets.capacity() * 4 + stencils.indices.capacity() * 4 + stencils.weights.capacity() * 8;
-}
+std::size_t bytes_of(const NumberKey& key) { return key.capacity() * 4 + kKeyBytes; }
 
-/// An operator with its key.
 template <typename Operator>
-std::size_t bytes_of(const Operator& op, const std::vector<std::uint32_t>& key) {
-  std::size_t bytes = sizeof(op) + bytes_of(op.stencils) + key.capacity() * 4 + kKeyBytes;
+std::size_t bytes_of(const Operator& op) {
+  std::size_t bytes = sizeof(op) + op.stencils.memory_bytes();
   if constexpr (requires { op.rows; }) bytes += op.rows.capacity() * 4;
   if constexpr (requires { op.limit; }) bytes += op.limit.capacity() * 8;
   if constexpr (requires { op.carried; }) bytes += op.carried.capacity() * 4;
@@ -265,7 +261,7 @@ std::uint32_t OperatorTable::line(const LineRing& ring) {
   rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, ring.count, row); }, op);
   lines_[self] = std::move(op);
   lines_[self].limit = limit_row(lines_, self);
-  bytes_ += bytes_of(lines_[self], key);
+  add_bytes(bytes_of(lines_[self]), bytes_of(key));
   return self;
 }
 
@@ -293,12 +289,14 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
     if (c == 0) op.children[0].op = surface(next);
   }
   rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, 2 * n, row); }, op);
-  if (std::any_of(op.stencils.indices.begin(), op.stencils.indices.end(), [n](std::uint32_t i) { return i >= n; })) {
-    broken("a boundary rule reads a control point inside");
+  for (std::uint32_t row = 0; row < op.stencils.rows(); ++row) {
+    op.stencils.for_each(row, [n](std::uint32_t column, double) {
+      if (column >= n) broken("a boundary rule reads a control point inside");
+    });
   }
   surfaces_[self] = std::move(op);
   surfaces_[self].limit = limit_row(surfaces_, self);
-  bytes_ += bytes_of(surfaces_[self], key);
+  add_bytes(bytes_of(surfaces_[self]), bytes_of(key));
   return self;
 }
 
@@ -308,12 +306,11 @@ std::uint32_t OperatorTable::star(const VertexStar& star) {
   const CellComplex complex = complex_of(star);
   StarOperator op;
   op.points = complex.vertex_count();
-  op.stencils = refine_star(complex, VertexId{0});
-  op.stencils.shrink_to_fit();
+  op.stencils = PackedStencils(refine_star(complex, VertexId{0}));
   std::vector<std::uint32_t> all_rows(op.points);
   std::iota(all_rows.begin(), all_rows.end(), 0u);
   op.limit = limit_of_step(op.stencils, all_rows);
-  bytes_ += bytes_of(op, known->first);
+  add_bytes(bytes_of(op), bytes_of(known->first));
   stars_.push_back(std::move(op));
   return known->second;
 }
@@ -325,7 +322,7 @@ std::uint32_t OperatorTable::vertex(std::uint32_t star, const VertexRing& ring, 
   key.insert(key.end(), op.shared.begin(), op.shared.end());
   const auto [known, fresh] = vertex_index_.try_emplace(std::move(key), static_cast<std::uint32_t>(vertices_.size()));
   if (!fresh) return known->second;
-  bytes_ += sizeof(op) + (op.shared.capacity() + known->first.capacity()) * 4 + kKeyBytes;
+  add_bytes(sizeof(op) + op.shared.capacity() * 4, bytes_of(known->first));
   vertices_.push_back(std::move(op));
   return known->second;
 }
@@ -337,7 +334,7 @@ std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, 
   corners_.emplace_back();
   const NumberedCells all = walker.neighbourhood(cell, frame);
   CornerOperator op = make_corner(ring, all);
-  bytes_ += bytes_of(op, key);
+  add_bytes(bytes_of(op), bytes_of(key));
   corners_[self] = std::move(op);
   return self;
 }
@@ -394,10 +391,8 @@ std::uint32_t OperatorTable::max_ring_points() const {
 }
 
 void OperatorTable::forget_keys() {
-  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) {
-    for (const auto& [key, op] : *index) bytes_ -= key.capacity() * 4 + kKeyBytes;
-    index->clear();
-  }
+  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) index->clear();
+  key_bytes_ = 0;
 }
 
 }  // namespace ccslice

@@ -32,8 +32,8 @@
 #include "core/subdivision/cell_class.h"
 #include "core/subdivision/frame.h"
 #include "core/subdivision/key_hash.h"
+#include "core/subdivision/packed_stencils.h"
 #include "core/subdivision/ring.h"
-#include "core/subdivision/stencils.h"
 #include "core/subdivision/surface_ring.h"
 
 namespace ccslice {
@@ -49,7 +49,7 @@ struct ChildRows {
 /// How children's control points are made. Children share most of their points, and a point has one row, whoever asks
 /// for it. Rows with as many entries stand together, short ones first.
 struct ChildStencils {
-  Stencils stencils;
+  PackedStencils stencils;
   std::vector<std::uint32_t> rows;  // Of the points of one child after the other.
 
   std::span<const std::uint32_t> rows_of(const ChildRows& child) const {
@@ -68,7 +68,7 @@ struct PlanarOperator : ChildStencils {
 /// 3-D: the points at a vertex, by number in its star.
 struct StarOperator {
   std::uint32_t points = 0;
-  Stencils stencils;          // Row p: the point one level on that lies towards p.
+  PackedStencils stencils;    // Row p: the point one level on that lies towards p.
   std::vector<double> limit;  // The limit at the vertex: one weight per point.
 };
 
@@ -108,7 +108,9 @@ class OperatorTable {
   const std::vector<VertexOperator>& vertices() const { return vertices_; }
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
-  std::size_t memory_bytes() const { return bytes_; }
+  std::size_t memory_bytes() const { return kept_bytes_ + key_bytes_; }
+  /// Of that, what stays when keys are forgotten.
+  std::size_t kept_bytes() const { return kept_bytes_; }
   /// Largest number of control points of any regular or line ring or of a line ring's children together (all layers
   /// counted), of a vertex cell's own, or of a ring on the surface.
   std::uint32_t max_ring_points() const;
@@ -117,6 +119,10 @@ class OperatorTable {
 
  private:
   std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
+  void add_bytes(std::size_t kept, std::size_t of_key) {
+    kept_bytes_ += kept;
+    key_bytes_ += of_key;
+  }
   CornerOperator make_corner(const VertexRing& ring, const NumberedCells& all);
 
   TableByKey<std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
@@ -124,7 +130,7 @@ class OperatorTable {
   std::vector<StarOperator> stars_;
   std::vector<CornerOperator> corners_;
   std::vector<VertexOperator> vertices_;
-  std::size_t bytes_ = 0;
+  std::size_t kept_bytes_ = 0, key_bytes_ = 0;
 };
 
 }  // namespace ccslice

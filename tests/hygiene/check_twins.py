@@ -37,6 +37,7 @@ COVERED = {
     "prefetch": ("same_bytes_test", "changes nothing but time"),
     "block_faces": ("block_shape_test", "its loops are those of shapes and scans"),
     "polling": ("encode_test", "constants; cancelled encoders are tested there"),
+    "sparse_rows": ("packed_stencils_test", "sums of theirs are compared with those of stencils; stencils_test too"),
     "byte_counts": ("deflate_test", "wrong counts make streams that don't inflate"),
     # Parts of a unit whose test looks at each of them.
     "build_cells": ("limit_solid_test", "the first step of preparing"),

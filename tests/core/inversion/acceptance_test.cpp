@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "tests/support/tiny_meshes.h"
@@ -28,7 +29,7 @@ TEST(Acceptance, IsAShareOfTheCellOrTheMostAllowed) {
     const Acceptance acceptance(*solid, 1e-6);
     const double share = kAcceptOfCell * size_mm / std::sqrt(3.0), expected = std::min(share, 1e-6);
     for (const LimitCellId cell : solid->cells()) {
-      EXPECT_NEAR(acceptance.in_cell(cell), expected, 1e-9 * expected) << size_mm;
+      EXPECT_NEAR(acceptance.in_cell(cell), expected, std::numeric_limits<float>::epsilon() * expected) << size_mm;
     }
     EXPECT_NEAR(acceptance.at(Mat3::Identity() / size_mm), expected, 1e-9 * expected);
   }

@@ -243,7 +243,7 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
     const auto hinted = inverter.invert(point, CellParam{c, Vec3::Constant(0.5)});
     ASSERT_TRUE(hinted);
     EXPECT_EQ(hinted->at.cell, plain->at.cell);
-    EXPECT_EQ(hinted->at.uvw, plain->at.uvw);
+    EXPECT_LT((hinted->at.uvw - plain->at.uvw).norm(), 1e-12) << "another of its parameters";
   }
 }
 

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <set>
@@ -75,6 +77,60 @@ TEST(BoxTree, KnowsTheBoxOfEachItem) {
     for (std::uint32_t b = 0; b < count; ++b) {
       EXPECT_EQ(tree.box(b).min(), boxes[b].min());
       EXPECT_EQ(tree.box(b).max(), boxes[b].max());
+    }
+  }
+}
+
+TEST(FloatBoxTree, TakesHalfTheMemory) {
+  std::mt19937 random(8);
+  for (std::size_t count = 1; count < 600; count += 7) {
+    const FloatBoxTree tree(random_boxes(count, random));
+    EXPECT_LE(tree.memory_bytes(), 128 * (count / 3 + 5) + 4 * count) << count << " boxes";
+  }
+}
+
+// Far from the origin, too, where a float has no digits left for them.
+TEST(FloatBoxTree, HoldsItsBoxesAndIsHardlyLarger) {
+  std::mt19937 random(10);
+  for (const double far : {0.0, 3e5, -4e9}) {
+    for (const std::size_t count : kSizes) {
+      std::vector<Box3> boxes = random_boxes(count, random);
+      for (Box3& box : boxes) box.translate(Vec3(far, 0.1 * far, -far));
+      const FloatBoxTree tree(boxes);
+      ASSERT_EQ(tree.size(), count);
+      for (std::uint32_t b = 0; b < count; ++b) {
+        EXPECT_TRUE(tree.box(b).contains(boxes[b])) << far;
+        EXPECT_LT((tree.box(b).sizes() - boxes[b].sizes()).maxCoeff(), 12 * std::exp2(-22) + 1e-14 * std::abs(far));
+      }
+    }
+  }
+}
+
+TEST(FloatBoxTree, MissesNothingThatALinearScanFinds) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::uint32_t> side(0, 1);
+  for (const double far : {0.0, 1e6}) {
+    for (const std::size_t count : kSizes) {
+      std::vector<Box3> boxes = random_boxes(count, random);
+      for (Box3& box : boxes) box.translate(Vec3::Constant(far));
+      const FloatBoxTree tree(boxes);
+      for (int i = 0; i < 500; ++i) {  // On faces of boxes, where a question decides by the last bit.
+        const std::uint32_t of = random() % count;
+        Vec3 point = boxes[of].center();
+        point[i % 3] = side(random) == 0 ? boxes[of].min()[i % 3] : boxes[of].max()[i % 3];
+        std::set<std::uint32_t> expected, found;
+        for (std::uint32_t b = 0; b < count; ++b) {
+          if (boxes[b].contains(point)) expected.insert(b);
+        }
+        tree.visit_at(point, 0, [&](std::uint32_t item) { found.insert(item); });
+        EXPECT_TRUE(std::ranges::includes(found, expected)) << far;
+        EXPECT_TRUE(tree.any_at(point, 0));
+      }
+      std::size_t found = 0;
+      tree.any_meeting(Box3(Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)),
+                       [&](std::uint32_t) { return ++found > count; });
+      EXPECT_EQ(found, count);
     }
   }
 }

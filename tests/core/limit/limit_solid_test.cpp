@@ -55,7 +55,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   for (const LimitCellId cell : solid->cells()) {
     if (solid->cell_class(cell) != CellClass::kRegular) continue;
     const CellMap& map = solid->data().cell_maps[cell];
-    const Vec3 beside = map.middle + Vec3(12, 0, 0);  // In the cell's box.
+    const Vec3 beside = map.middle() + Vec3(12, 0, 0);  // In the cell's box.
     EXPECT_TRUE(solid->data().cell_boxes.box(cell).contains(beside));
     EXPECT_FALSE(map.may_hold(map(beside), 0.1));
     EXPECT_TRUE(map.may_hold(map(beside), 10));
@@ -185,10 +185,10 @@ std::vector<double> numbers_of(const LimitSolid& solid) {
   const auto put = [&](const auto& values) { numbers.insert(numbers.end(), values.begin(), values.end()); };
   for (const LimitCellId c : solid.cells()) {
     const CellMap& map = solid.index().cell_maps[c];
-    put(map.middle);
-    put(map.inverse_jacobian.reshaped());
-    put(map.hull.min());
-    put(map.hull.max());
+    put(map.middle());
+    put(map.inverse_jacobian().reshaped());
+    put(map.hull().min());
+    put(map.hull().max());
     put(solid.index().cell_boxes.box(c).min());
     put(solid.index().cell_boxes.box(c).max());
   }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -66,11 +67,11 @@ class Operators : public testing::Test {
     for (const auto& op : table().surfaces()) visit(op, "surface");
     for (const auto& op : table().stars()) visit(op, "star");
   }
-  static void keeps_constants(const Stencils& stencils, const char* kind) {
+  static void keeps_constants(const PackedStencils& stencils, const char* kind) {
     for (std::uint32_t r = 0; r < stencils.rows(); ++r) {
-      const std::uint32_t begin = stencils.offsets[r], end = stencils.offsets[r + 1];
-      if (begin == end) continue;  // A phantom point.
-      EXPECT_NEAR(std::accumulate(&stencils.weights[begin], &stencils.weights[end], 0.0), 1, 1e-13) << kind;
+      std::optional<double> sum;  // Nothing of a phantom point.
+      stencils.for_each(r, [&](std::uint32_t, double weight) { sum = sum.value_or(0) + weight; });
+      EXPECT_NEAR(sum.value_or(1), 1, 1e-13) << kind;
     }
   }
 };
@@ -101,9 +102,8 @@ TEST_F(Operators, HaveLimitRowsThatAreConvexAndFixed) {
     }
     std::vector<double> image(op.points, 0.0);
     for (std::uint32_t r = 0; r < op.points; ++r) {
-      for (std::uint32_t e = op.stencils.offsets[rows[r]]; e < op.stencils.offsets[rows[r] + 1]; ++e) {
-        image[op.stencils.indices[e]] += op.limit[r] * op.stencils.weights[e];
-      }
+      op.stencils.for_each(rows[r],
+                           [&](std::uint32_t column, double weight) { image[column] += op.limit[r] * weight; });
     }
     for (std::uint32_t i = 0; i < op.points; ++i) EXPECT_NEAR(image[i], op.limit[i], 1e-13) << kind;
   });
@@ -124,9 +124,7 @@ TEST_F(Operators, HaveOneRowForEachPointOfTheirChildren) {
     std::uint32_t shorter = 0;
     for (std::uint32_t r = 0; r < op.stencils.rows(); ++r) {
       std::vector<std::pair<std::uint32_t, double>> row;
-      for (std::uint32_t e = op.stencils.offsets[r]; e < op.stencils.offsets[r + 1]; ++e) {
-        row.emplace_back(op.stencils.indices[e], op.stencils.weights[e]);
-      }
+      op.stencils.for_each(r, [&](std::uint32_t column, double weight) { row.emplace_back(column, weight); });
       EXPECT_LE(shorter, row.size()) << kind << ": rows come by their numbers of entries";
       shorter = static_cast<std::uint32_t>(row.size());
       EXPECT_TRUE(different.insert(row).second) << kind << ": row " << r << " is another one's double";

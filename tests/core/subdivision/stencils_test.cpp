@@ -33,23 +33,6 @@ TEST(Stencils, AreTheRowsOfAMatrix) {
     for (double& x : points.reshaped()) x = unit(random);
     stencils.apply(3, 4, points.data(), dimension, out.data());
     EXPECT_LT((out - matrix.middleRows(3, 4) * points).norm(), 1e-15) << "seed " << kSeed;
-    const std::vector<std::uint32_t> chosen = {6, 3, 3, 5};
-    Points of_chosen = Points::Constant(4, dimension, 99);
-    stencils.apply(chosen, points.data(), dimension, of_chosen.data());
-    for (const auto& [r, row] : {std::pair(0, 3), {1, 0}, {2, 0}, {3, 2}}) EXPECT_EQ(of_chosen.row(r), out.row(row));
-    // Layers come to the same, to the last bit.
-    Points layers(4 * kPoints, dimension), of_layers = Points::Constant(4 * 4, dimension, 99);
-    for (double& x : layers.reshaped()) x = unit(random);
-    stencils.apply_to_layers(3, 4, layers.data(), kPoints, dimension, of_layers.data());
-    for (Eigen::Index layer = 0; layer < 4; ++layer) {
-      stencils.apply(3, 4, layers.middleRows(layer * kPoints, kPoints).eval().data(), dimension, out.data());
-      EXPECT_EQ(of_layers.middleRows(4 * layer, 4), out) << "seed " << kSeed << ", layer " << layer;
-    }
-    stencils.apply_to_layers(chosen, layers.data(), kPoints, dimension, of_layers.data());
-    for (Eigen::Index layer = 0; layer < 4; ++layer) {
-      stencils.apply(chosen, layers.middleRows(layer * kPoints, kPoints).eval().data(), dimension, of_chosen.data());
-      EXPECT_EQ(of_layers.middleRows(4 * layer, 4), of_chosen) << "seed " << kSeed << ", layer " << layer;
-    }
   }
 }
 
