@@ -149,7 +149,12 @@ Server::Server(const ServerOptions& options, const std::function<bool()>& stops)
   set_serving(*server_, true);
   if (!options.health_address.empty()) health_ = std::make_unique<HealthServer>(options.health_address);
   if (!options.metrics_address.empty()) serve_figures();
-  listener_.start([this](int descriptor) { hand_over(*acceptor_, descriptor); });
+  listener_.start([this](int descriptor) { hand_over(*acceptor_, descriptor); },
+                  [this](std::size_t just_taken) {
+                    constexpr std::uint64_t kCallBytes = 12 << 10;  // Of headers alone, in gRPC.
+                    const std::uint64_t calls = just_taken * state_.options.max_connection_streams;
+                    return takes_too_much(calls * kCallBytes);
+                  });
 }
 
 Server::HealthServer::HealthServer(const std::string& address)
@@ -204,8 +209,8 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 64, kDroppedAtOnce = 512;
-  constexpr std::chrono::milliseconds kUntilMemoryIsBack = 300ms;
+  constexpr std::size_t kEndedAtOnce = 64, kDroppedAtOnce = 128;
+  constexpr std::chrono::milliseconds kUntilMemoryIsBack = 100ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
   make_room();
   const auto now = std::chrono::steady_clock::now();
@@ -235,11 +240,13 @@ void Server::make_room() {
     spdlog::warn("ended {} calls of silent or slow clients: their meshes fill the cache (--cache-bytes)", ended);
 }
 
-/// The process comes near the memory it should do with, and not for what the budgets know of.
-bool Server::takes_too_much() {
+/// The process comes near the memory it should do with, or will by what is expected besides, and not for what the
+/// budgets know of.
+bool Server::takes_too_much(std::uint64_t expected_bytes) {
+  const std::uint64_t all = state_.options.memory_bytes;
   const HeapTrim::Figures figures = state_.heap_figures();
-  const std::uint64_t all = state_.options.memory_bytes, known = std::min(figures.known_bytes, figures.resident_bytes);
-  return figures.resident_bytes > all / 8 * 7 && figures.resident_bytes - known > process_memory(all);
+  const std::uint64_t held = figures.resident_bytes + expected_bytes, known = std::min(figures.known_bytes, held);
+  return held > all / 8 * 7 && held - known > process_memory(all);
 }
 
 void Server::reload(bool always) {

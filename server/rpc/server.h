@@ -83,7 +83,7 @@ class Server {
     std::unique_ptr<grpc::Server> server;
   };
 
-  bool takes_too_much();
+  bool takes_too_much(std::uint64_t expected_bytes = 0);
   void make_room();
   /// Gives gRPC a connection.
   static void hand_over(Acceptor& acceptor, int descriptor);

@@ -32,6 +32,7 @@ constexpr auto kBetweenSweeps = 50ms;
 constexpr auto kGrace = 5s;
 constexpr auto kBetweenReports = 10s;
 constexpr int kRestMs = 50;
+constexpr auto kUntilCallsShow = 250ms;
 /// Of one socket at a time, so that others have their turn.
 constexpr int kAcceptedAtOnce = 64;
 
@@ -73,8 +74,9 @@ ConnectionListener::ConnectionListener(const std::string& address, const Connect
 
 ConnectionListener::~ConnectionListener() { stop(); }
 
-void ConnectionListener::start(HandOver hand_over) {
+void ConnectionListener::start(HandOver hand_over, IsCrowded is_crowded) {
   hand_over_ = std::move(hand_over);
+  is_crowded_ = std::move(is_crowded);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -117,6 +119,8 @@ void ConnectionListener::accept_waiting(int listener) {
         accept4(listener, reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (connection) {
       take(std::move(connection), address);
+      const std::size_t just_taken = count_just_taken();
+      resting_ = is_crowded_ && is_crowded_(just_taken);
     } else if (is_shortage(errno)) {
       if (!refuse_with_spare(listener)) return;
     } else if (is_shortage_of_memory(errno)) {
@@ -137,6 +141,17 @@ void ConnectionListener::take(Descriptor connection, const sockaddr_storage& add
   const int on = 1;
   if (peer) (void)setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   hand_over_(connection.release());
+}
+
+/// One more, with those of the last quarter of a second at least: by then calls that they begin have taken memory.
+std::size_t ConnectionListener::count_just_taken() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - counted_ >= kUntilCallsShow) {
+    taken_before_ = now - counted_ < 2 * kUntilCallsShow ? taken_ : 0;
+    taken_ = 0;
+    counted_ = now;
+  }
+  return ++taken_ + taken_before_;
 }
 
 bool ConnectionListener::refuse_with_spare(int listener) {

@@ -44,8 +44,12 @@ class ConnectionListener {
   const std::string& address() const noexcept { return sockets_.address(); }
   ConnectionTable& connections() noexcept { return table_; }
 
-  /// Accepts from here on. Once.
-  void start(HandOver hand_over);
+  /// Memory may run short, once connections that were just taken have begun what they may. On the listener's thread.
+  using IsCrowded = std::function<bool(std::size_t just_taken)>;
+
+  /// Accepts from here on. Once. While it is crowded, connections are taken one by one, some 20 a second: what comes
+  /// over the last ones has to show, and others to leave, before there are more.
+  void start(HandOver hand_over, IsCrowded is_crowded = {});
   /// Hands over no more connections once this has come back, and lets the address go.
   void stop();
 
@@ -57,6 +61,7 @@ class ConnectionListener {
   void take(Descriptor connection, const sockaddr_storage& address);
   /// Whether there was a connection to refuse.
   bool refuse_with_spare(int listener);
+  std::size_t count_just_taken();
   void sweep();
   void report_refusals();
 
@@ -64,10 +69,12 @@ class ConnectionListener {
   ListenSockets sockets_;
   ConnectionTable table_;
   HandOver hand_over_;
+  IsCrowded is_crowded_;
   Descriptor spare_;       // For refusing connections where there is no other one.
   Descriptor stop_event_;  // Readable from stop() on.
-  bool resting_ = false;   // Not even the spare one is left: looks again soon.
-  std::chrono::steady_clock::time_point swept_, reported_;
+  bool resting_ = false;   // Not even the spare one is left, or memory runs short: looks again soon.
+  std::chrono::steady_clock::time_point swept_, reported_, counted_;
+  std::size_t taken_ = 0, taken_before_ = 0;  // Since counted_, and in as long before that.
   std::size_t refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0, dropped_greedy_ = 0;
   std::thread thread_;
 };

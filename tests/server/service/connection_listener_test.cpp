@@ -12,10 +12,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 namespace ccslice::server {
@@ -26,12 +30,14 @@ using namespace std::chrono_literals;
 /// Serves connections by keeping them until it is told to close them.
 class Keeper {
  public:
-  explicit Keeper(const ConnectionLimits& limits, const std::string& address = "127.0.0.1:0")
+  explicit Keeper(const ConnectionLimits& limits, const std::string& address = "127.0.0.1:0",
+                  ConnectionListener::IsCrowded is_crowded = {})
       : listener_(address, limits) {
-    listener_.start([this](int descriptor) {
+    const auto keep = [this](int descriptor) {
       const std::lock_guard lock(mutex_);
       kept_.emplace_back(descriptor);
-    });
+    };
+    listener_.start(keep, std::move(is_crowded));
   }
   ~Keeper() { listener_.stop(); }
 
@@ -511,6 +517,40 @@ TEST(Peer, CountsAMappedAddressAsIpv4AndASiteOfIpv6AsOne) {
   EXPECT_NE(site("ipv6:[2001:db8::1]:1"), site("ipv6:[2001:db8:0:1::1]:1"));
   EXPECT_EQ(site("ipv4:192.0.2.1:1"), site("ipv4:192.0.2.1:2"));
   EXPECT_NE(site("ipv4:192.0.2.1:1"), site("ipv4:192.0.2.2:1"));
+}
+
+/// `most` at once are more than memory has room for.
+std::chrono::nanoseconds time_to_take(std::size_t connections, std::size_t most) {
+  Keeper keeper(limits(100, 100), "127.0.0.1:0", [most](std::size_t just_taken) { return just_taken >= most; });
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<Descriptor> clients;
+  while (clients.size() < connections) clients.push_back(call_from("127.0.0.1", keeper.address()));
+  EXPECT_TRUE(keeper.comes_to_keep(connections));
+  return std::chrono::steady_clock::now() - begin;
+}
+
+// Twenty a second at most: a rest of 50 ms after each, until those before no longer count.
+TEST(ConnectionListener, TakesConnectionsOneByOneWhereMemoryRunsShort) {
+  EXPECT_GE(time_to_take(8, 1), 7 * 50ms);
+  EXPECT_GE(time_to_take(20, 17), 3 * 50ms);
+  EXPECT_LT(time_to_take(80, 100), 2s);  // Never crowded: at once.
+}
+
+TEST(ConnectionListener, CountsConnectionsAsJustTakenForAWhile) {
+  std::atomic<std::size_t> counted = 0;
+  const Keeper keeper(limits(100, 100), "127.0.0.1:0", [&](std::size_t just_taken) {
+    counted = just_taken;
+    return false;
+  });
+  std::vector<Descriptor> clients;
+  const auto connect = [&](std::size_t expected) {
+    clients.push_back(call_from("127.0.0.1", keeper.address()));
+    for (int i = 0; i < 500 && counted != expected; ++i) usleep(10'000);
+    EXPECT_EQ(counted, expected);
+  };
+  for (std::size_t n = 1; n <= 3; ++n) connect(n);
+  std::this_thread::sleep_for(600ms);  // More than two quarters of a second.
+  connect(1);
 }
 
 }  // namespace
