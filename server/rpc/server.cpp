@@ -150,11 +150,7 @@ Server::Server(const ServerOptions& options, const std::function<bool()>& stops)
   if (!options.health_address.empty()) health_ = std::make_unique<HealthServer>(options.health_address);
   if (!options.metrics_address.empty()) serve_figures();
   listener_.start([this](int descriptor) { hand_over(*acceptor_, descriptor); },
-                  [this](std::size_t just_taken) {
-                    constexpr std::uint64_t kCallBytes = 12 << 10;  // Of headers alone, in gRPC.
-                    const std::uint64_t calls = just_taken * state_.options.max_connection_streams;
-                    return takes_too_much(calls * kCallBytes);
-                  });
+                  [this](std::size_t just_taken) { return takes_too_much(just_taken * most_of_connection()); });
 }
 
 Server::HealthServer::HealthServer(const std::string& address)
@@ -209,8 +205,8 @@ void Server::serve_figures() {
 }
 
 void Server::relieve() {
-  constexpr std::size_t kEndedAtOnce = 64, kDroppedAtOnce = 128;
-  constexpr std::chrono::milliseconds kUntilMemoryIsBack = 100ms;
+  constexpr std::size_t kEndedAtOnce = 64, kDroppedAtOnce = 256;
+  constexpr std::chrono::milliseconds kUntilMemoryIsBack = 200ms;
   if (state_.admission.wants_memory()) state_.idle_watch.sweep(/*in_need=*/true);
   make_room();
   const auto now = std::chrono::steady_clock::now();
@@ -247,6 +243,12 @@ bool Server::takes_too_much(std::uint64_t expected_bytes) {
   const HeapTrim::Figures figures = state_.heap_figures();
   const std::uint64_t held = figures.resident_bytes + expected_bytes, known = std::min(figures.known_bytes, held);
   return held > all / 8 * 7 && held - known > process_memory(all);
+}
+
+/// What calls that ask for nothing take in gRPC at most; one connection is never thought to fill the memory alone.
+std::uint64_t Server::most_of_connection() const {
+  constexpr std::uint64_t kWatchBytes = 19 << 10;  // Of the health; other calls take less.
+  return std::min(state_.options.max_connection_streams * kWatchBytes, state_.options.memory_bytes / 64);
 }
 
 void Server::reload(bool always) {

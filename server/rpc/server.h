@@ -84,6 +84,7 @@ class Server {
   };
 
   bool takes_too_much(std::uint64_t expected_bytes = 0);
+  std::uint64_t most_of_connection() const;
   void make_room();
   /// Gives gRPC a connection.
   static void hand_over(Acceptor& acceptor, int descriptor);

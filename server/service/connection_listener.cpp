@@ -90,7 +90,7 @@ void ConnectionListener::run() {
   for (;;) {
     const std::vector<int> ready = wait_for_connections();
     if (std::ranges::find(ready, stop_event_.get()) != ready.end()) return;
-    resting_ = false;
+    resting_ = crowded_ = false;
     for (const int listener : ready) accept_waiting(listener);
     sweep();
     report_refusals();
@@ -99,10 +99,11 @@ void ConnectionListener::run() {
 
 std::vector<int> ConnectionListener::wait_for_connections() const {
   std::vector<pollfd> waits = {{.fd = stop_event_.get(), .events = POLLIN, .revents = 0}};
+  const bool rests = resting_ || crowded_;
   for (const Descriptor& socket : sockets_.descriptors()) {
-    if (!resting_) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
+    if (!rests) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
   }
-  const int longest_ms = resting_ ? kRestMs : static_cast<int>(std::chrono::milliseconds(kBetweenSweeps).count());
+  const int longest_ms = rests ? kRestMs : static_cast<int>(std::chrono::milliseconds(kBetweenSweeps).count());
   std::vector<int> ready;
   if (poll(waits.data(), waits.size(), longest_ms) <= 0) return ready;
   for (const pollfd& wait : waits) {
@@ -118,9 +119,10 @@ void ConnectionListener::accept_waiting(int listener) {
     Descriptor connection(
         accept4(listener, reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (connection) {
-      take(std::move(connection), address);
-      const std::size_t just_taken = count_just_taken();
-      resting_ = is_crowded_ && is_crowded_(just_taken);
+      if (!take(std::move(connection), address) || !is_crowded_ || !is_crowded_(count_just_taken())) continue;
+      crowded_ = true;
+      ++slowed_;
+      return;  // Other sockets have one each, too.
     } else if (is_shortage(errno)) {
       if (!refuse_with_spare(listener)) return;
     } else if (is_shortage_of_memory(errno)) {
@@ -131,16 +133,17 @@ void ConnectionListener::accept_waiting(int listener) {
   }
 }
 
-void ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
+bool ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
   const std::optional<Peer> peer = peer_of(address);
   switch (table_.add(connection.get(), peer, std::chrono::steady_clock::now())) {
-    case ConnectionVerdict::kTooMany: ++refused_; return;
-    case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return;
+    case ConnectionVerdict::kTooMany: ++refused_; return false;
+    case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return false;
     case ConnectionVerdict::kTaken: break;
   }
   const int on = 1;
   if (peer) (void)setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   hand_over_(connection.release());
+  return peer.has_value();
 }
 
 /// One more, with those of the last quarter of a second at least: by then calls that they begin have taken memory.
@@ -182,8 +185,12 @@ void ConnectionListener::sweep() {
 void ConnectionListener::report_refusals() {
   const std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now();
   if (now - reported_ < kBetweenReports) return;
-  if (refused_ + refused_of_address_ + refused_without_descriptor_ + dropped_greedy_ == 0) return;
+  if (slowed_ + refused_ + refused_of_address_ + refused_without_descriptor_ + dropped_greedy_ == 0) return;
   reported_ = now;
+  if (slowed_ > 0) {
+    spdlog::warn("took {} connections one by one: memory would run short if all of them began calls at once (--memory)",
+                 std::exchange(slowed_, 0));
+  }
   if (dropped_greedy_ > 0) {
     spdlog::warn(
         "dropped {} connections over which too much came of requests that weren't whole "

@@ -58,7 +58,8 @@ class ConnectionListener {
   /// Waits for a connection, or for stop(). The sockets that have one.
   std::vector<int> wait_for_connections() const;
   void accept_waiting(int listener);
-  void take(Descriptor connection, const sockaddr_storage& address);
+  /// Whether it is taken, and counts: those over a Unix socket don't.
+  bool take(Descriptor connection, const sockaddr_storage& address);
   /// Whether there was a connection to refuse.
   bool refuse_with_spare(int listener);
   std::size_t count_just_taken();
@@ -72,10 +73,11 @@ class ConnectionListener {
   IsCrowded is_crowded_;
   Descriptor spare_;       // For refusing connections where there is no other one.
   Descriptor stop_event_;  // Readable from stop() on.
-  bool resting_ = false;   // Not even the spare one is left, or memory runs short: looks again soon.
+  bool resting_ = false;   // Not even the spare one is left: looks again soon.
+  bool crowded_ = false;   // Likewise: as long as is_crowded says so.
   std::chrono::steady_clock::time_point swept_, reported_, counted_;
   std::size_t taken_ = 0, taken_before_ = 0;  // Since counted_, and in as long before that.
-  std::size_t refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0, dropped_greedy_ = 0;
+  std::size_t slowed_ = 0, refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0, dropped_greedy_ = 0;
   std::thread thread_;
 };
 

@@ -549,8 +549,23 @@ TEST(ConnectionListener, CountsConnectionsAsJustTakenForAWhile) {
     EXPECT_EQ(counted, expected);
   };
   for (std::size_t n = 1; n <= 3; ++n) connect(n);
+  std::this_thread::sleep_for(300ms);
+  connect(4);
   std::this_thread::sleep_for(600ms);  // More than two quarters of a second.
   connect(1);
+}
+
+// They take no memory, and whoever waits behind them shouldn't wait for them.
+TEST(ConnectionListener, RefusesConnectionsAtOnceWhereMemoryRunsShort) {
+  Keeper keeper(limits(100, 1), "127.0.0.1:0", [](std::size_t) { return true; });
+  std::vector<Descriptor> clients;
+  clients.push_back(call_from("127.0.0.1", keeper.address()));
+  ASSERT_TRUE(keeper.comes_to_keep(1));
+  const auto begin = std::chrono::steady_clock::now();
+  while (clients.size() < 41) clients.push_back(call_from("127.0.0.1", keeper.address()));
+  for (std::size_t n = 1; n < clients.size(); ++n) EXPECT_TRUE(is_closed_soon(clients[n]));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 40 * 50ms / 2);
+  EXPECT_EQ(keeper.kept(), 1u);
 }
 
 }  // namespace
