@@ -173,14 +173,14 @@ bool FaceSurroundings::meets_others(const Piece& piece) const {
 /// the part.
 bool FaceSurroundings::meets(LimitCellId other, const std::array<Vec3, 4>& corners, const Vec3& depth, int quarterings,
                              std::optional<CellDistance>& distance) const {
-  const CellMap& map = solid_->index().cell_maps[other];
+  const CellMap map = solid_->index().cell_maps[other];
   Box3 box, guesses;
   for (const Vec3& corner : corners) {
     box.extend(corner);
     guesses.extend(map(corner));
   }
-  const Vec3 margin = (map.inverse_jacobian() * depth).cwiseAbs() + Vec3::Constant(kRoundingOfGuess);
-  if (!Box3(guesses.min() - margin, guesses.max() + margin).intersects(map.hull())) return false;
+  const Vec3 margin = (map.inverse_jacobian * depth).cwiseAbs() + Vec3::Constant(kRoundingOfGuess);
+  if (!Box3(guesses.min() - margin, guesses.max() + margin).intersects(map.hull)) return false;
   if (!distance) distance.emplace(*solid_);
   if (distance->exceeds(other, box.center(), 0.5 * box.diagonal().norm() + depth.norm())) return false;
   if (quarterings == 0) return true;
@@ -204,7 +204,7 @@ std::optional<CellParam> FaceSurroundings::guess_beyond(const Vec3& point, doubl
     const bool is_thin = thickness_mm > touching.thickness_mm;
     const bool may_be_met = across_gaps && touching.may_be_met;
     if (!is_thin && !(may_be_met && solid_->index().cell_boxes.box(touching.cell).contains(point))) continue;
-    const CellMap& map = solid_->index().cell_maps[touching.cell];
+    const CellMap map = solid_->index().cell_maps[touching.cell];
     const Vec3 guess = map(point);
     if (!map.may_hold(guess, 0)) continue;
     const double from_middle = (guess - Vec3::Constant(0.5)).lpNorm<Eigen::Infinity>();

@@ -24,7 +24,7 @@ Acceptance::Acceptance(const LimitSolid& solid, double most_mm)
     : solid_(&solid), least_mm_(reachable_mm(solid.summary().bounding_box)), most_mm_(std::max(most_mm, least_mm_)) {}
 
 double Acceptance::in_cell(LimitCellId cell) const noexcept {
-  return at(solid_->index().cell_maps[cell].inverse_jacobian());
+  return at(solid_->index().cell_maps[cell].inverse_jacobian);
 }
 
 }  // namespace ccslice

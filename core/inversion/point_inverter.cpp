@@ -114,7 +114,7 @@ struct PointInverter::State {
     index.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t item) {
       const LimitCellId cell{item};
       if (!wanted(cell)) return;
-      const CellMap& map = index.cell_maps[cell];
+      const CellMap map = index.cell_maps[cell];
       const Vec3 guess = map(point);
       if (!map.may_hold(guess, options.outside_mm)) return;
       const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
@@ -272,8 +272,8 @@ struct PointInverter::State {
 
   /// REQUIRES: the point is near folds.
   bool may_hold(LimitCellId cell, const Vec3& point) const noexcept {
-    const CellMap& map = index.cell_maps[cell];
-    const Vec3 margin = options.outside_mm * map.inverse_jacobian().cwiseAbs().rowwise().sum();
+    const CellMap map = index.cell_maps[cell];
+    const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
     return index.hulls_near_folds.may_hold(cell, map(point), margin);
   }
 

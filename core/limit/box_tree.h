@@ -125,9 +125,8 @@ class BasicBoxTree {
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> branches_;  // By item: its own, numbered through all nodes.
-  // Of floats: what they are relative to, and more than doubles are off when it is added or subtracted.
-  Vec3 origin_ = Vec3::Zero();
-  float slack_ = 0;
+  Vec3 origin_ = Vec3::Zero();           // What floats are relative to.
+  float slack_ = 0;                      // More than the rounding of doubles where the origin is subtracted or added.
 };
 
 using BoxTree = BasicBoxTree<double>;

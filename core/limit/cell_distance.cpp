@@ -134,7 +134,7 @@ bool CellDistance::is_off_parts(LimitCellId cell, const Vec3& point, double dist
       parts_bytes_ += kMapBytes;
       return false;
     }
-    const CellMap& map = solid_.index().cell_maps[cell];
+    const CellMap map = solid_.index().cell_maps[cell];
     CellHulls& parts = known->second;
     if (parts.size() == 0) {
       if (parts_bytes_ >= kMostPartsBytes) return false;
@@ -143,7 +143,7 @@ bool CellDistance::is_off_parts(LimitCellId cell, const Vec3& point, double dist
       parts.finish();
       parts_bytes_ += parts.memory_bytes();
     }
-    const Vec3 margin = distance_mm * map.inverse_jacobian().cwiseAbs().rowwise().sum();
+    const Vec3 margin = distance_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
     return !parts.may_hold(LimitCellId{0}, map(point), margin);
   } catch (const std::bad_alloc&) {
     return false;
@@ -152,7 +152,7 @@ bool CellDistance::is_off_parts(LimitCellId cell, const Vec3& point, double dist
 
 bool CellDistance::exceeds(LimitCellId cell, const Vec3& point, double distance_mm) noexcept {
   if (is_off_parts(cell, point, distance_mm)) return true;
-  const Mat3 of_cell = solid_.index().cell_maps[cell].inverse_jacobian();
+  const Mat3 of_cell = solid_.index().cell_maps[cell].inverse_jacobian;
   const Shear shear(of_cell, distance_mm);
   const Quad origin(point.x(), point.y(), point.z(), 0);
   const auto may_hold = [&](std::span<const double> points, int layers) {

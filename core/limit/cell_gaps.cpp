@@ -49,7 +49,7 @@ bool have_common_face(std::span<const std::uint32_t> a, std::span<const std::uin
 template <typename Visit>
 void for_each_outwards(const LimitSolid& solid, LimitCellId cell, Visit visit) {
   const unsigned sides = solid.boundary_sides(cell);
-  const Mat3 inverse_jacobian = solid.index().cell_maps[cell].inverse_jacobian();
+  const Mat3 inverse_jacobian = solid.index().cell_maps[cell].inverse_jacobian;
   for (std::size_t side = 0; side < 6; ++side) {
     const Vec3 rising = inverse_jacobian.row(static_cast<Eigen::Index>(side / 2));
     if (sides >> side & 1) visit(side % 2 != 0 ? rising : -rising);
@@ -58,8 +58,8 @@ void for_each_outwards(const LimitSolid& solid, LimitCellId cell, Visit visit) {
 
 /// A face that one cell has on the boundary looks to where the other one is, and that one has a face that looks back.
 bool are_face_to_face(const LimitSolid& solid, LimitCellId here, LimitCellId there) {
-  const std::vector<CellMap>& maps = solid.index().cell_maps;
-  const Vec3 way = maps[there].middle() - maps[here].middle();
+  const CellMaps& maps = solid.index().cell_maps;
+  const Vec3 way = maps[there].middle - maps[here].middle;
   bool any = false;
   for_each_outwards(solid, here, [&](const Vec3& outwards) {
     any = any || (outwards.dot(way) > 0 && looks_back(solid, there, outwards));

@@ -22,7 +22,7 @@ std::size_t bytes_of(const std::vector<T>& v) {
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
-         bytes_of(data.ring_orders) + bytes_of(data.cells) + bytes_of(data.cell_maps) + bytes_of(data.faces) +
+         bytes_of(data.ring_orders) + bytes_of(data.cells) + data.cell_maps.memory_bytes() + bytes_of(data.faces) +
          bytes_of(data.face_rings) + bytes_of(data.face_hulls) + bytes_of(data.cell_regions) +
          bytes_of(data.control_corners) + bytes_of(data.first_corners) + data.operators.memory_bytes() +
          data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +

@@ -127,14 +127,14 @@ void PartTrees::divide_rest(LimitCellId cell, std::uint32_t node) {
 
 void PartTrees::append_patch(LimitCellId cell, const PatchPath& path) {
   builder_.build(solid_.data().cells[cell], path, grid_.data());
-  append_net(net_of(grid_.data()), solid_.index().cell_maps[cell].inverse_jacobian(), Part{path, {}, {}, false});
+  append_net(net_of(grid_.data()), solid_.index().cell_maps[cell].inverse_jacobian, Part{path, {}, {}, false});
 }
 
 void PartTrees::append_rest(LimitCellId cell, const PatchPath& path) {
   const std::span<const double> points = builder_.points_of_rest(solid_.data().cells[cell], path);
   hull_.clear();
   for (std::size_t i = 0; i < points.size(); i += kPositionDimension) hull_.emplace_back(Vec3::Map(&points[i]));
-  append(hull_, solid_.index().cell_maps[cell].inverse_jacobian(), Part{path, {}, {}, true});
+  append(hull_, solid_.index().cell_maps[cell].inverse_jacobian, Part{path, {}, {}, true});
 }
 
 void PartTrees::divide_patch(LimitCellId cell, std::uint32_t node) {

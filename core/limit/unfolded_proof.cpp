@@ -157,7 +157,7 @@ template <typename Origin>
 void UnfoldedProof::set_views(Batch batch, Origin origin) {
   views_.fill({});  // Whose zeros prove nothing.
   for (std::size_t n = 0; n < batch.size(); ++n) {
-    const Mat3 map = data_.cell_maps[batch[n]].inverse_jacobian();
+    const Mat3 map = data_.cell_maps[batch[n]].inverse_jacobian;
     if (map.determinant() > 0) views_[n] = {to_lanes(data_.position(origin(n))), LaneMap(map)};
   }
 }
@@ -380,7 +380,7 @@ void UnfoldedProof::add_slack_of_stars(Batch batch) {
     for (const StarPoint& p : star_points(data_.cells[batch[n]], 0)) {
       farthest = std::max({farthest, std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
     }
-    const double stretch = data_.cell_maps[batch[n]].inverse_jacobian().cwiseAbs().rowwise().sum().maxCoeff();
+    const double stretch = data_.cell_maps[batch[n]].inverse_jacobian.cwiseAbs().rowwise().sum().maxCoeff();
     slack_[n] += std::numeric_limits<float>::epsilon() * static_cast<float>(stretch) * farthest;
   }
 }

@@ -8,7 +8,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <variant>
 #include <vector>
 
@@ -55,7 +54,7 @@ class PackedStencils {
     Number column, weight;
   };
   using Short = std::vector<Entry<std::uint16_t>>;
-  using Long = std::vector<Entry<std::uint32_t>>;  // At a vertex of ten thousand cells.
+  using Long = std::vector<Entry<std::uint32_t>>;  // Of more columns or weights, as at a vertex of ten thousand cells.
 
   template <typename Number>
   struct Entries {

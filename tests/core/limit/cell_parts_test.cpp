@@ -25,7 +25,7 @@ TEST(CellParts, HoldEveryPointOfTheirCell) {
     for (const PartSizes& sizes : {PartSizes{2, 1}, PartSizes{3, 2}}) {
       for (int i = 0; i < 30; ++i) {
         const LimitCellId cell{static_cast<std::uint32_t>(random() % solid->cell_count())};
-        const CellMap& map = solid->index().cell_maps[cell];
+        const CellMap map = solid->index().cell_maps[cell];
         CellHulls parts;
         parts.start_cell();
         append_parts(map, solid->data().cells[cell], sizes, builder, parts);

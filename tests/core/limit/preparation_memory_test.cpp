@@ -63,7 +63,12 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh sharp = oracle::box_mesh(12, 12, 12);
   oracle::sharpen_by_cells(sharp, 1);
   oracle::add_random_channels(sharp, 2, 3);
+  ControlMesh overlapping = oracle::kuhn_box(6), folding = oracle::folding_box_mesh();
+  oracle::append_mesh(overlapping, oracle::kuhn_box(6), Vec3::Constant(3));
+  folding.allow_folds = true;
   return {
+      {"overlapping tetrahedra", overlapping},
+      {"folds", folding},
       {"smooth box", oracle::box_mesh(12, 12, 12)},
       {"sharp box", sharp},
       {"tetrahedra", oracle::kuhn_box(4)},
