@@ -16,8 +16,8 @@ namespace {
 
 // While they are prepared cells of whole levels were measured to take up to 1.4 kB, operators, channels and boundary
 // faces apart, and cells that share no faces up to 0.5 kB more for each. Those that are made in cut-outs are many to
-// each cell that is left behind: they take up to 0.23 kB while cells are built, 0.3 kB once they have maps and boxes,
-// and their cut-out up to 0.7 kB a cell.
+// each cell that is left behind: they take up to 0.23 kB while cells are built, and 0.3 kB once they have maps and
+// boxes. Their cut-out takes up to 0.7 kB a cell.
 constexpr std::uint64_t kLimitCellBytes = 2048, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kBuiltChildBytes = 256, kBoundChildBytes = 336;
 constexpr std::uint64_t kCutOutCellBytes = 768;
@@ -251,8 +251,8 @@ void BuildingMemory::reserve_operators(std::size_t bytes, std::size_t kept) {
   reserve();
 }
 
-/// Refined cells with their share of the levels above. The most is held while cells are built, with keys of operators
-/// and a cut-out, or afterwards, with maps and boxes of the cells.
+/// Refined cells count with their share of the levels above. Keys of operators and a cut-out are held while cells are
+/// built, maps and boxes of cells afterwards: the most is held in one time or in the other.
 void BuildingMemory::reserve() {
   if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();

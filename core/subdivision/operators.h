@@ -109,7 +109,7 @@ class OperatorTable {
   const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
 
   std::size_t memory_bytes() const { return kept_bytes_ + key_bytes_; }
-  /// Of that, what stays when keys are forgotten.
+  /// What stays of memory_bytes() when keys are forgotten.
   std::size_t kept_bytes() const { return kept_bytes_; }
   /// Largest number of control points of any regular or line ring or of a line ring's children together (all layers
   /// counted), of a vertex cell's own, or of a ring on the surface.

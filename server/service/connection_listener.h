@@ -74,7 +74,7 @@ class ConnectionListener {
   Descriptor spare_;       // For refusing connections where there is no other one.
   Descriptor stop_event_;  // Readable from stop() on.
   bool resting_ = false;   // Not even the spare one is left: looks again soon.
-  bool crowded_ = false;   // Likewise: as long as is_crowded says so.
+  bool crowded_ = false;   // By is_crowded_: looks again soon.
   std::chrono::steady_clock::time_point swept_, reported_, counted_;
   std::size_t taken_ = 0, taken_before_ = 0;  // Since counted_, and in as long before that.
   std::size_t slowed_ = 0, refused_ = 0, refused_of_address_ = 0, refused_without_descriptor_ = 0, dropped_greedy_ = 0;

@@ -115,7 +115,7 @@ TEST(FloatBoxTree, MissesNothingThatALinearScanFinds) {
         const std::uint32_t of = random() % count;
         Vec3 point = boxes[of].center();
         point[i % 3] = side(random) == 0 ? boxes[of].min()[i % 3] : boxes[of].max()[i % 3];
-        // And at so small a distance from them that floats hardly have it.
+        // Every other point lies beside the box, so near to it that floats hardly have the margin.
         const double margin = i % 2 == 0 ? 0 : 1e-6 + 1e-12 * far;
         point[i % 3] += (point[i % 3] > boxes[of].center()[i % 3] ? margin : -margin) * (1 - 1e-3);
         std::set<std::uint32_t> expected, found;
