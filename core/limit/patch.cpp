@@ -3,6 +3,8 @@
 
 #include "core/limit/patch.h"
 
+#include <algorithm>
+
 #include "core/base/lanes.h"
 #include "core/limit/lane_box.h"
 
@@ -44,6 +46,19 @@ void quads_to_bezier(double* grid) noexcept {
       store_unaligned(d, p + 3 * kStep);
     }
   }
+}
+
+using PatchWeights = std::array<double, 64>;
+
+/// Sums of so many neighbouring channels. They stay in registers.
+template <std::size_t kCount>
+void sum_channels(const PatchWeights& weights, const double* channels, std::size_t stride, double* out) noexcept {
+  std::array<double, kCount> sums{};
+  for (const double weight : weights) {
+    for (std::size_t c = 0; c < kCount; ++c) sums[c] += weight * channels[c];
+    channels += stride;
+  }
+  std::copy(sums.begin(), sums.end(), out);
 }
 
 }  // namespace
@@ -111,12 +126,13 @@ void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) 
   bspline_basis(uvw[0], bu, unused);
   bspline_basis(uvw[1], bv, unused);
   bspline_basis(uvw[2], bw, unused);
-  for (double& value : out) value = 0;
-  const double* channel = patch.channels;
-  for (std::size_t p = 0; p < 64; ++p, channel += out.size()) {
-    const double weight = bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4];
-    for (std::size_t c = 0; c < out.size(); ++c) out[c] += weight * channel[c];
-  }
+  PatchWeights weights;
+  for (std::size_t p = 0; p < weights.size(); ++p) weights[p] = bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4];
+  const std::size_t count = out.size();
+  std::size_t c = 0;
+  for (; c + kLanes <= count; c += kLanes) sum_channels<kLanes>(weights, patch.channels + c, count, &out[c]);
+  for (; c + 2 <= count; c += 2) sum_channels<2>(weights, patch.channels + c, count, &out[c]);
+  if (c < count) sum_channels<1>(weights, patch.channels + c, count, &out[c]);
 }
 
 ChannelSample patch_channel_sample(const Patch& patch, std::size_t channel, std::size_t channel_count,

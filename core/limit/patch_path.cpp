@@ -117,6 +117,7 @@ PatchBuilder::PatchBuilder(const LimitSolid::Data& data, std::size_t dimension)
       grid_(64 * dimension),
       walk_(data.operators, dimension) {
   line_layers_.reserve(a_.size());
+  deep_layers_.resize(a_.size());
 }
 
 void PatchBuilder::gather(const LimitCell& cell, double* out) const noexcept {
@@ -170,7 +171,7 @@ void PatchBuilder::fill_layers(std::uint32_t layer_points, PhantomMask phantoms)
 std::uint32_t PatchBuilder::load_line(const LimitCell& cell, const PatchPath& path) noexcept {
   if (line_.cell == &cell && line_.level == path.level && line_.child == path.child) return line_.op;
   std::uint32_t layer_points = 0;
-  line_ = {&cell, path.level, path.child, cell.op};
+  line_ = {.cell = &cell, .level = path.level, .child = path.child, .op = cell.op};
   if (cell.cell_class == CellClass::kLine) {
     layer_points = data_.operators.lines()[cell.op].points;
     gather(cell, a_.data());
@@ -197,21 +198,34 @@ std::uint32_t PatchBuilder::copy_line(const LimitCell& cell, const PatchPath& pa
 }
 
 /// The cell is a planar scheme times a B-spline: the same stencils act on all four layers, and w stays the cell's own.
-std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels) noexcept {
+std::uint32_t PatchBuilder::descend_line(std::uint32_t op, int levels, std::vector<double>& layers) noexcept {
   for (int n = 0; n < levels; ++n) {
     const PlanarOperator& now = data_.operators.lines()[op];
     const ChildRows& next = now.children[0];
-    now.stencils.apply_to_layers(now.rows_of(next), a_.data(), now.points, dimension_, b_.data());
-    std::swap(a_, b_);
+    now.stencils.apply_to_layers(now.rows_of(next), layers.data(), now.points, dimension_, b_.data());
+    std::swap(layers, b_);
     op = next.op;
   }
   return op;
 }
 
-void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept {
+std::uint32_t PatchBuilder::walk_line_to(const LimitCell& cell, const PatchPath& path) noexcept {
+  load_line(cell, path);
+  if (line_.deep_level == 0 || line_.deep_level > path.line_level) {
+    std::copy(line_layers_.begin(), line_layers_.end(), deep_layers_.begin());
+    line_.deep_level = 0;
+    line_.deep_op = line_.op;
+  }
+  line_.deep_op = descend_line(line_.deep_op, path.line_level - line_.deep_level, deep_layers_);
+  line_.deep_level = path.line_level;
+  return line_.deep_op;
+}
+
+void PatchBuilder::finish_line(std::uint32_t op, std::uint8_t child, const std::vector<double>& layers,
+                               double* grid) noexcept {
   const PlanarOperator& now = data_.operators.lines()[op];
   const ChildRows& next = now.children[child];
-  now.stencils.apply_to_layers(now.rows_of(next), a_.data(), now.points, dimension_, grid);
+  now.stencils.apply_to_layers(now.rows_of(next), layers.data(), now.points, dimension_, grid);
   fill_phantoms(grid, 3, dimension_, next.phantoms);
 }
 
@@ -225,8 +239,8 @@ void PatchBuilder::build(const LimitCell& cell, const PatchPath& path, double* g
     gather(cell, grid);
     fill_phantoms(grid, 3, dimension_, cell.phantoms);
   } else if (path.line_child != 0) {
-    const std::uint32_t op = descend_line(copy_line(cell, path), path.line_level);
-    finish_line(op, path.line_child, grid);
+    const std::uint32_t op = walk_line_to(cell, path);
+    finish_line(op, path.line_child, deep_layers_, grid);
   } else {
     const CornerOperator::Child& child = descend_vertex(cell, path);
     std::copy_n(a_.data(), 64 * dimension_, grid);

@@ -118,12 +118,17 @@ class PatchBuilder {
   /// The sub-cell of a vertex cell: fills `a_` with its grid or layers.
   const CornerOperator::Child& descend_vertex(const LimitCell& cell, const PatchPath& path) noexcept;
   void fill_layers(std::uint32_t layer_points, PhantomMask phantoms) noexcept;
-  std::uint32_t descend_line(std::uint32_t op, int levels) noexcept;
-  void finish_line(std::uint32_t op, std::uint8_t child, double* grid) noexcept;
+  std::uint32_t descend_line(std::uint32_t op, int levels) noexcept { return descend_line(op, levels, a_); }
+  /// The four layers in `layers` -> those `levels` levels on. Returns their operator. Overwrites `b_`.
+  std::uint32_t descend_line(std::uint32_t op, int levels, std::vector<double>& layers) noexcept;
+  void finish_line(std::uint32_t op, std::uint8_t child, const std::vector<double>& layers, double* grid) noexcept;
   /// Copies a child's four layers from those of all children, which are in `b_`.
   void pick_layers(const PlanarOperator& line, const ChildRows& child, double* out) const noexcept;
   /// Has the four layers of a line cell or sub-cell in `line_layers_`; returns its operator.
   std::uint32_t load_line(const LimitCell& cell, const PatchPath& path) noexcept;
+  /// Has the layers at a level of a line cell or sub-cell in `deep_layers_`; returns their operator. Goes on from the
+  /// level met last.
+  std::uint32_t walk_line_to(const LimitCell& cell, const PatchPath& path) noexcept;
   /// Does as load_line() does, and copies the layers to `a_`.
   std::uint32_t copy_line(const LimitCell& cell, const PatchPath& path) noexcept;
   /// The line cell or sub-cell whose layers are in `a_`.
@@ -151,9 +156,12 @@ class PatchBuilder {
     const LimitCell* cell = nullptr;
     std::uint8_t level = 0, child = 0;
     std::uint32_t op = 0;
+    std::uint32_t deep_op = 0;
+    std::uint8_t deep_level = 0;
   };
   LoadedLine line_;
   std::vector<double> line_layers_;
+  std::vector<double> deep_layers_;  // At deep_level. If that is 0, only line_layers_ counts.
 };
 
 template <typename OnPatch, typename OnRest>
@@ -210,7 +218,7 @@ bool PatchBuilder::any_patch_of_line(std::uint32_t op, int levels, MayHold may_h
   for (int level = 0; may_hold(layers_of(op), 4); ++level, op = descend_line(op, 1)) {
     if (level == levels) return true;
     for (std::uint8_t child = 1; child < 4; ++child) {
-      finish_line(op, child, grid_.data());
+      finish_line(op, child, a_, grid_.data());
       if (on_patch(grid_.data())) return true;
     }
   }

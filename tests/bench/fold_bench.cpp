@@ -37,7 +37,7 @@ struct Part : oracle::NamedMesh {
   double voxels = 4e5;  // In its box, about.
 };
 
-constexpr double kVoxelsOfCell = 1000;  // In the boxes of real meshes: parts are printed with far more.
+constexpr double kVoxelsOfCell = 1000;  // In the boxes of real meshes.
 
 /// Boxes of about 10 mm that all hold the points near the middle.
 ControlMesh overlapping_boxes(int count) {
@@ -168,15 +168,20 @@ int main(int argc, char** argv) {
   CLI::App app("Prints what voxels cost near folds and overlaps, and digests of their layers");
   std::uint64_t seeds = 0;
   std::string only;
+  double times = 1;
   app.add_option("--seeds", seeds, "The meshes of the first so many hostile jobs too")->capture_default_str();
   app.add_option("--only", only, "Meshes whose names contain this");
+  app.add_option("--voxels", times, "So many times as many voxels: 20 or more are what parts are printed with")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
     std::printf("%-32s %6s %5s  %9s %6s %8s %16s  %9s %6s %8s %16s\n", "mesh", "cells", "fold", "voxels", "unres.",
                 "us, 2^-10", "digest", "voxels", "unres.", "us, 0", "digest");
     for (const auto& parts : {bench::made_parts(), bench::real_parts()}) {
-      for (const bench::Part& part : parts) {
-        if (part.name.find(only) != std::string::npos) bench::print_costs(part);
+      for (bench::Part part : parts) {
+        part.voxels *= times;
+        if (part.name.find(only) != std::string::npos) bench::print_costs(std::move(part));
       }
     }
     bench::print_seeds(seeds);

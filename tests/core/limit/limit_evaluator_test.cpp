@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -126,6 +127,29 @@ TEST(LimitEvaluator, DoesNotDependOnWhatItEvaluatedBefore) {
       EXPECT_EQ(LimitEvaluator(*solid).geo(at), warm);
     }
   }
+}
+
+TEST(LimitEvaluator, WalksDownACellAndUpAgain) {
+  // Levels of lines and vertices in any order. No patch is kept: each is built where the last walk ended.
+  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("hollow_cube"));
+  LimitEvaluator used(*solid, 1);
+  std::mt19937 random(6);
+  std::uniform_int_distribution<int> level(0, 12), side(0, 1);
+  std::array<int, 4> cells_of_class{};
+  for (std::uint32_t cell = 0; cell < solid->cell_count(); cell += 5) {
+    ++cells_of_class[static_cast<std::size_t>(solid->cell_class(LimitCellId{cell}))];
+    for (int i = 0; i < 40; ++i) {
+      Vec3 uvw = random_parameter(random);
+      for (int a = 0; a < 3; ++a) {
+        uvw[a] = std::ldexp(uvw[a], -level(random));
+        if (side(random) == 1) uvw[a] = 1 - uvw[a];
+      }
+      const CellParam at{LimitCellId{cell}, uvw};
+      ASSERT_EQ(used.geo(at), LimitEvaluator(*solid, 1).geo(at)) << cell << ": " << uvw.transpose();
+    }
+  }
+  EXPECT_GT(cells_of_class[static_cast<std::size_t>(CellClass::kLine)], 0);
+  EXPECT_GT(cells_of_class[static_cast<std::size_t>(CellClass::kVertex)], 0);
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
+#include <vector>
 
 namespace ccslice {
 namespace {
@@ -86,6 +88,24 @@ TEST(Patch, SlopesOfChannelsAgreeWithFiniteDifferences) {
     for (int a = 0; a < 3; ++a) {
       const Vec3 step = h * Vec3::Unit(a);
       EXPECT_NEAR(sample.slope[a], (value(at + step) - value(at - step)) / (2 * h), 1e-9);
+    }
+  }
+}
+
+TEST(Patch, ChannelsDontDependOnHowManyThereAre) {
+  const Vec3 at(0.2, 0.5, 0.8);
+  for (std::size_t count = 1; count <= 9; ++count) {
+    std::mt19937 random(static_cast<unsigned>(count));
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::vector<double> together(64 * count), values(count);
+    for (double& value : together) value = uniform(random);
+    patch_channels({nullptr, together.data()}, at, values);
+    for (std::size_t c = 0; c < count; ++c) {
+      std::array<double, 64> alone;
+      for (std::size_t p = 0; p < alone.size(); ++p) alone[p] = together[p * count + c];
+      double value = 0;
+      patch_channels({nullptr, alone.data()}, at, {&value, 1});
+      EXPECT_EQ(values[c], value) << c << " of " << count;
     }
   }
 }
