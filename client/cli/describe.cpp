@@ -79,8 +79,8 @@ std::string describe(const v1::LimitDeviation& deviation) {
 }
 
 std::string describe(const v1::CellRegion& region) {
-  return "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) + " cells, " +
-         show_number(region.volume_mm3()) + " mm^3";
+  return "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) +
+         (region.control_cells() == 1 ? " cell, " : " cells, ") + show_number(region.volume_mm3()) + " mm^3";
 }
 
 std::string describe(const v1::MeshSummary& mesh) {

@@ -26,12 +26,12 @@ using namespace std::chrono_literals;
 
 /// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
 constexpr std::size_t kReservedDescriptors = 64;
+/// Where files or memory run short, it takes nothing in for as long.
 constexpr auto kBetweenSweeps = 50ms;
 /// Who serves connections ends idle ones by himself, politely. What he doesn't is what he takes for a call: a request
 /// that never comes in whole.
 constexpr auto kGrace = 5s;
 constexpr auto kBetweenReports = 10s;
-constexpr int kRestMs = 50;
 constexpr auto kUntilCallsShow = 250ms;
 /// Of one socket at a time, so that others have their turn.
 constexpr int kAcceptedAtOnce = 64;
@@ -103,9 +103,8 @@ std::vector<int> ConnectionListener::wait_for_connections() const {
   for (const Descriptor& socket : sockets_.descriptors()) {
     if (!rests) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
   }
-  const int longest_ms = rests ? kRestMs : static_cast<int>(std::chrono::milliseconds(kBetweenSweeps).count());
   std::vector<int> ready;
-  if (poll(waits.data(), waits.size(), longest_ms) <= 0) return ready;
+  if (poll(waits.data(), waits.size(), std::chrono::milliseconds(kBetweenSweeps).count()) <= 0) return ready;
   for (const pollfd& wait : waits) {
     if (wait.revents != 0) ready.push_back(wait.fd);
   }
