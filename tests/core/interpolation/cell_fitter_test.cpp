@@ -59,6 +59,15 @@ Vec3 random_in(const ParamBox& box, std::mt19937& random) {
   return box.low + at.cwiseProduct(box.high - box.low);
 }
 
+/// The n-th of 5 x 5 x 5 nodes, first axis first.
+Vec3 node_at(const ParamBox& box, std::size_t n) {
+  const Vec3 share(static_cast<double>(n % 5), static_cast<double>(n / 5 % 5), static_cast<double>(n / 25));
+  return box.low + (share / 4).cwiseProduct(box.high - box.low);
+}
+
+/// The fourth Chebyshev polynomial at 1 + 2 share.
+double grown_by(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
+
 double volume(const ParamBox& box) { return (box.high - box.low).prod(); }
 
 class CellFitterTest : public testing::Test {
@@ -128,21 +137,15 @@ class CellFitterTest : public testing::Test {
   /// As a share of the tolerance.
   double worst_at_nodes(LimitCellId cell, const CellNode& part) {
     double worst = 0;
-    const auto& [low, high] = part.parameters;
-    for (int n = 0; n < 125; ++n) {
-      const Vec3 share = Vec3(n % 5, n / 5 % 5, n / 25) / 4;
-      worst = std::max(worst, error_at(cell, *part.piece, low + share.cwiseProduct(high - low)));
+    for (std::size_t n = 0; n < kBlockPoints; ++n) {
+      worst = std::max(worst, error_at(cell, *part.piece, node_at(part.parameters, n)));
     }
     return worst;
   }
 
   BlockPoints nodes_of(LimitCellId cell, const ParamBox& box) {
     BlockPoints points;
-    for (std::size_t n = 0; n < points.size(); ++n) {
-      const Vec3 share =
-          Vec3(static_cast<double>(n % 5), static_cast<double>(n / 5 % 5), static_cast<double>(n / 25)) / 4;
-      points[n] = voxel_at(cell, box.low + share.cwiseProduct(box.high - box.low));
-    }
+    for (std::size_t n = 0; n < kBlockPoints; ++n) points[n] = voxel_at(cell, node_at(box, n));
     return points;
   }
 
@@ -359,9 +362,9 @@ TEST_F(CellFitterTest, TheErrorOfAPieceBesideAVertexIsNoLessThanAtItsSamples) {
           if (part.kind != Kind::kPiece || blocks.is_in_one_patch(cell, part.parameters)) continue;
           ++pieces;
           EXPECT_LE(worst_on_edges(cell, part), part.piece->error + 1e-9) << name << ", cell " << cell;
-          // By the fourth Chebyshev polynomial as far off as triangles miss the faces.
+          // As far off as triangles miss the faces.
           const double miss = shape_of(nodes_of(cell, part.parameters)).miss;
-          const double grown = std::cosh(4 * std::acosh(1 + 2 * miss)) * worst_at_nodes(cell, part);
+          const double grown = grown_by(miss) * worst_at_nodes(cell, part);
           EXPECT_LE(grown, part.piece->error + 1e-9) << name << ", cell " << cell;
           EXPECT_LE(part.piece->error, 1);
         }
@@ -401,7 +404,7 @@ TEST_F(CellFitterTest, TheErrorOfAPieceGrowsToItsToleranceWithinItsReach) {
         if (part.kind != Kind::kPiece) continue;
         const double columns = 2 / part.piece->frame.scale.x(), most = std::min(8.0, 0.1 * columns);
         // By the fourth Chebyshev polynomial beyond [-1, 1].
-        const double grown_error = part.piece->error * std::cosh(4 * std::acosh(1 + 2 * part.piece->reach / columns));
+        const double grown_error = part.piece->error * grown_by(part.piece->reach / columns);
         if (std::abs(part.piece->reach - most) < 1e-9) {
           ++at_most;
           EXPECT_LE(grown_error, 1 + 1e-9);
