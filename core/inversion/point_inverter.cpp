@@ -31,7 +31,7 @@ constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin c
 constexpr double kDoubtful = 0.6;           // From this distance on a candidate is ruled out first, if it can be.
 constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a candidate's middle its points may seem.
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
-constexpr int kMaxNewtonRuns = 512;    // For one point: some milliseconds, however many cells overlap there.
+constexpr int kMaxNewtonRuns = 512;    // For one search: some milliseconds, however many cells overlap there.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 
@@ -100,9 +100,10 @@ struct PointInverter::State {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
-  /// Wanted cells whose boxes and hulls hold the point, each with a start that its map guesses, in order.
+  /// Wanted cells whose boxes and hulls come within a margin of the point, each with a start that its map guesses, in
+  /// order.
   template <typename Wanted>
-  void collect(const Vec3& point, Order order, Wanted wanted) noexcept {
+  void collect(const Vec3& point, double margin_mm, Order order, Wanted wanted) noexcept {
     const auto before = [&](const Candidate& a, const Candidate& b) {
       if (order == Order::kLowestPart && index.parts[a.cell] != index.parts[b.cell]) {
         return index.parts[a.cell] < index.parts[b.cell];
@@ -111,12 +112,12 @@ struct PointInverter::State {
       return a.distance < b.distance;
     };
     candidates.clear();
-    index.cell_boxes.visit_at(point, options.outside_mm, [&](std::uint32_t item) {
+    index.cell_boxes.visit_at(point, margin_mm, [&](std::uint32_t item) {
       const LimitCellId cell{item};
       if (!wanted(cell)) return;
       const CellMap map = index.cell_maps[cell];
       const Vec3 guess = map(point);
-      if (!map.may_hold(guess, options.outside_mm)) return;
+      if (!map.may_hold(guess, margin_mm)) return;
       const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
       if (candidates.size() == candidates.capacity()) {
         if (!before(candidate, candidates.front())) return;
@@ -212,7 +213,7 @@ struct PointInverter::State {
     InversionResult foot = best;
     if (!drop_perpendicular(point, std::countr_zero(sides), foot) || !(foot.residual_mm <= most)) return false;
     foot.full = true;
-    collect(point, Order::kNearest, [&](LimitCellId cell) { return cell != foot.at.cell; });
+    collect(point, options.outside_mm, Order::kNearest, [&](LimitCellId cell) { return cell != foot.at.cell; });
     for (const Candidate& c : candidates) {
       if (c.distance > kFarthestOfCell) break;
       InversionResult other = foot;
@@ -225,7 +226,7 @@ struct PointInverter::State {
   }
 
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
-    collect(point, Order::kNearest, [](std::uint32_t) { return true; });
+    collect(point, options.outside_mm, Order::kNearest, [](std::uint32_t) { return true; });
     return search_candidates(point, best);
   }
 
@@ -271,9 +272,9 @@ struct PointInverter::State {
   }
 
   /// REQUIRES: the point is near folds.
-  bool may_hold(LimitCellId cell, const Vec3& point) const noexcept {
+  bool may_hold(LimitCellId cell, const Vec3& point, double margin_mm) const noexcept {
     const CellMap map = index.cell_maps[cell];
-    const Vec3 margin = options.outside_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
+    const Vec3 margin = margin_mm * map.inverse_jacobian.cwiseAbs().rowwise().sum();
     return index.hulls_near_folds.may_hold(cell, map(point), margin);
   }
 
@@ -301,15 +302,19 @@ struct PointInverter::State {
     });
   }
 
-  /// Near folds, among the cells from `from` to below `below`. Leaves those below `below` as candidates.
-  bool find_lowest(const Vec3& point, std::uint32_t from, std::uint32_t below, InversionResult& best) noexcept {
-    collect(point, Order::kLowestCell, [&](LimitCellId cell) { return cell < below && may_hold(cell, point); });
+  /// Near folds, among the cells from `from` to below `below` that may come so near. Leaves those below `below` as
+  /// candidates.
+  bool find_lowest(const Vec3& point, double margin_mm, std::uint32_t from, std::uint32_t below,
+                   InversionResult& best) noexcept {
+    collect(point, margin_mm, Order::kLowestCell,
+            [&](LimitCellId cell) { return cell < below && may_hold(cell, point, margin_mm); });
     return std::ranges::any_of(candidates,
                                [&](const Candidate& c) { return c.cell >= from && search_near_folds(c, point, best); });
   }
 
   /// Near folds. A cell that the hint leads to bounds the search. If that cell folds, it is searched without the hint,
-  /// which is followed only if nothing is found.
+  /// which is followed only if nothing is found. Cells that only come near the point may be many, where `outside_mm` is
+  /// more than a cell's size. They are searched if no cell holds it.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
     const bool hint_folds = hint && folds(hint->cell);
@@ -319,13 +324,15 @@ struct PointInverter::State {
     bool bounded = hint && !hint_folds && follow(bound);
     best.full = true;
     const std::uint32_t end = solid.cell_count(), first = bounded ? hint->cell : hint_folds ? hint->cell + 1 : end;
-    if (find_lowest(point, 0, first, best)) return best;
+    if (find_lowest(point, acceptance.most_mm(), 0, first, best)) return best;
     if (hint_folds) {
       ++runs_left;
       bounded = follow(bound);
     }
     if (bounded) return bound;
-    if (first < end && find_lowest(point, first, end, best)) return best;
+    if (first < end && find_lowest(point, acceptance.most_mm(), first, end, best)) return best;
+    runs_left = kMaxNewtonRuns;
+    if (find_lowest(point, options.outside_mm, 0, end, best)) return best;
     for (const Candidate& c : candidates) {
       if (folds(c.cell)) continue;
       const auto search = [&] { return search_thoroughly(c.cell, point, best); };
@@ -340,7 +347,8 @@ struct PointInverter::State {
     if (part == 0) return found;
     InversionResult lower = found;
     lower.residual_mm = std::numeric_limits<double>::infinity();
-    collect(point, Order::kLowestPart, [&](LimitCellId cell) { return index.parts[cell] < part; });
+    collect(point, acceptance.most_mm(), Order::kLowestPart,
+            [&](LimitCellId cell) { return index.parts[cell] < part; });
     for (const Candidate& c : candidates) {
       const auto search = [&] {
         return run(c.cell, c.start, point, lower) || run(c.cell, nearest_start(c.cell, point), point, lower);
@@ -374,7 +382,7 @@ struct PointInverter::State {
     kept.clear();
     for (std::uint32_t p = 0; p < points.size(); ++p) {
       cancel.throw_if_cancelled();
-      collect(points[p], Order::kNearest, [](std::uint32_t) { return true; });
+      collect(points[p], options.outside_mm, Order::kNearest, [](std::uint32_t) { return true; });
       if (candidates.empty()) continue;
       const bool keeps = kept.size() + candidates.size() <= kMostKept;
       located.push_back({p, candidates.front().cell, static_cast<std::uint32_t>(kept.size()),

@@ -332,6 +332,30 @@ TEST(PointInverter, ABatchIsWhatItsPointsAreNearFoldsAndOverlaps) {
   expect_batch_equals_one_by_one(two_boxes(Vec3(5, 5, 5)), "two boxes", 1000);
 }
 
+// Within the whole size of the part all cells count as near: far too many to be searched.
+TEST(PointInverter, FindsThePointNearFoldsWhereverElseItMightLie) {
+  constexpr unsigned kSeed = 27;
+  std::mt19937 random(kSeed);
+  ControlMesh mesh = oracle::box_mesh(8, 8, 8);
+  oracle::jitter(mesh, 11, kSeed);
+  mesh.allow_folds = true;
+  const auto solid = LimitSolid::prepare(mesh);
+  ASSERT_GT(solid->summary().folding_cells, 50u);
+  PointInverter near(*solid, {.outside_mm = 1e-4});
+  PointInverter far(*solid, {.outside_mm = solid->summary().bounding_box.diagonal().norm()});
+  LimitEvaluator evaluator(*solid);
+  std::uniform_real_distribution<double> u(0, 1);
+  for (int i = 0; i < 300; ++i) {
+    const CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % solid->cell_count())},
+                       Vec3(u(random), u(random), u(random))};
+    const Vec3 point = evaluator.geo(at);
+    const auto expected = near.invert(point), found = far.invert(point);
+    ASSERT_TRUE(expected && found) << i;
+    EXPECT_LE(found->residual_mm, 1e-6) << i;
+    EXPECT_EQ(found->at.cell, expected->at.cell) << i;
+  }
+}
+
 TEST(PointInverter, ABatchStopsWhenCancelled) {
   const auto solid = LimitSolid::prepare(make_box());
   PointInverter inverter(*solid);
