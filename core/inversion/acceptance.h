@@ -33,7 +33,7 @@ class Acceptance {
   }
   /// What positions may be off in a cell, by the Jacobian in its middle. mm.
   double in_cell(LimitCellId cell) const noexcept;
-  /// What they may be off anywhere. mm.
+  /// What positions may be off in any cell. mm.
   double most_mm() const noexcept { return most_mm_; }
   /// What doubles can reach, with room.
   double least_mm() const noexcept { return least_mm_; }

@@ -31,9 +31,11 @@ constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin c
 constexpr double kDoubtful = 0.6;           // From this distance on a candidate is ruled out first, if it can be.
 constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a candidate's middle its points may seem.
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
-constexpr int kMaxNewtonRuns = 512;    // For one search: some milliseconds, however many cells overlap there.
+constexpr int kMaxNewtonRuns = 512;  // For one search: some milliseconds, however many cells overlap there. Near folds
+                                     // a point may take two.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
+constexpr std::size_t kAllSearched = kMaxNewtonRuns / (1 + kThoroughStarts);  // Runs are enough for as many cells.
 
 struct Candidate {
   double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
@@ -282,6 +284,7 @@ struct PointInverter::State {
   /// A search that is left out takes as many runs from those that are left, so that it changes no answer.
   template <typename Search>
   bool search_unless_off(LimitCellId cell, const Vec3& point, int runs, Search search) noexcept {
+    if (runs_left == 0) return false;
     if (!parts->may_hold(cell, point)) {
       runs_left = std::max(0, runs_left - runs);
       return false;
@@ -312,9 +315,28 @@ struct PointInverter::State {
                                [&](const Candidate& c) { return c.cell >= from && search_near_folds(c, point, best); });
   }
 
+  /// Near folds: candidates that don't fold, as thoroughly as those that do.
+  bool search_unfolded(const Vec3& point, InversionResult& best) noexcept {
+    return std::ranges::any_of(candidates, [&](const Candidate& c) {
+      if (folds(c.cell)) return false;
+      return search_unless_off(c.cell, point, kThoroughStarts, [&] { return search_thoroughly(c.cell, point, best); });
+    });
+  }
+
+  /// Near folds, for a point that no cell holds: the nearest of those that come within `outside_mm`. Where cells are
+  /// smaller than that, they may be too many to be searched: then the nearest come first, by their maps.
+  InversionResult search_near(const Vec3& point, InversionResult best) noexcept {
+    collect(point, options.outside_mm, Order::kNearest,
+            [&](LimitCellId cell) { return may_hold(cell, point, options.outside_mm); });
+    if (candidates.size() <= kAllSearched) std::ranges::sort(candidates, {}, &Candidate::cell);
+    runs_left = kMaxNewtonRuns;
+    const auto search = [&](const Candidate& c) { return search_near_folds(c, point, best); };
+    if (!std::ranges::any_of(candidates, search)) search_unfolded(point, best);
+    return best;
+  }
+
   /// Near folds. A cell that the hint leads to bounds the search. If that cell folds, it is searched without the hint,
-  /// which is followed only if nothing is found. Cells that only come near the point may be many, where `outside_mm` is
-  /// more than a cell's size. They are searched if no cell holds it.
+  /// which is followed only if nothing is found.
   InversionResult search_lowest_cell(const Vec3& point, const std::optional<CellParam>& hint,
                                      InversionResult best) noexcept {
     const bool hint_folds = hint && folds(hint->cell);
@@ -331,14 +353,8 @@ struct PointInverter::State {
     }
     if (bounded) return bound;
     if (first < end && find_lowest(point, acceptance.most_mm(), first, end, best)) return best;
-    runs_left = kMaxNewtonRuns;
-    if (find_lowest(point, options.outside_mm, 0, end, best)) return best;
-    for (const Candidate& c : candidates) {
-      if (folds(c.cell)) continue;
-      const auto search = [&] { return search_thoroughly(c.cell, point, best); };
-      if (search_unless_off(c.cell, point, kThoroughStarts, search)) return best;
-    }
-    return best;
+    if (search_unfolded(point, best)) return best;
+    return options.outside_mm > acceptance.most_mm() ? search_near(point, best) : best;
   }
 
   /// Where separate parts overlap: the same point in a part before that of `found`, if any holds it.

@@ -32,6 +32,7 @@ namespace ccslice {
 struct InversionOptions {
   double accept_mm = 1e-6;   // A point inside: |geo - point| at most this, and less in small cells (acceptance.h).
   double outside_mm = 2e-3;  // Points this far outside the limit volume still get the nearest parameter found.
+                             // REQUIRES: no less than accept_mm.
   std::size_t patch_cache_bytes = kSmallPatchCacheBytes;
   bool proves_outside = false;  // Cells are left out by proof. The answers are the same, unless the work for a point
                                 // runs out; where most points are inside, it takes longer.

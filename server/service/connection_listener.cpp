@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 
 /// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
 constexpr std::size_t kReservedDescriptors = 64;
-/// Where files or memory run short, it takes nothing in for as long.
+/// That long the listener takes nothing in, too, where files or memory run short.
 constexpr auto kBetweenSweeps = 50ms;
 /// Who serves connections ends idle ones by himself, politely. What he doesn't is what he takes for a call: a request
 /// that never comes in whole.

@@ -171,7 +171,8 @@ int main(int argc, char** argv) {
   double times = 1;
   app.add_option("--seeds", seeds, "The meshes of the first so many hostile jobs too")->capture_default_str();
   app.add_option("--only", only, "Meshes whose names contain this");
-  app.add_option("--voxels", times, "So many times as many voxels: 20 or more are what parts are printed with")
+  app.add_option("--voxels", times,
+                 "So many times as many voxels, but of --seeds: 20 or more are what parts are printed with")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);

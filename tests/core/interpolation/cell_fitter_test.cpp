@@ -65,7 +65,7 @@ Vec3 node_at(const ParamBox& box, std::size_t n) {
   return box.low + (share / 4).cwiseProduct(box.high - box.low);
 }
 
-/// The fourth Chebyshev polynomial at 1 + 2 share.
+/// How many times errors grow at this share of the thickness beyond: the fourth Chebyshev polynomial at 1 + 2 share.
 double grown_by(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
 
 double volume(const ParamBox& box) { return (box.high - box.low).prod(); }
@@ -362,7 +362,7 @@ TEST_F(CellFitterTest, TheErrorOfAPieceBesideAVertexIsNoLessThanAtItsSamples) {
           if (part.kind != Kind::kPiece || blocks.is_in_one_patch(cell, part.parameters)) continue;
           ++pieces;
           EXPECT_LE(worst_on_edges(cell, part), part.piece->error + 1e-9) << name << ", cell " << cell;
-          // As far off as triangles miss the faces.
+          // An error grows that much as far off as triangles miss the faces.
           const double miss = shape_of(nodes_of(cell, part.parameters)).miss;
           const double grown = grown_by(miss) * worst_at_nodes(cell, part);
           EXPECT_LE(grown, part.piece->error + 1e-9) << name << ", cell " << cell;

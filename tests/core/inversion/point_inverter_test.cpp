@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -332,28 +334,65 @@ TEST(PointInverter, ABatchIsWhatItsPointsAreNearFoldsAndOverlaps) {
   expect_batch_equals_one_by_one(two_boxes(Vec3(5, 5, 5)), "two boxes", 1000);
 }
 
-// Within the whole size of the part all cells count as near: far too many to be searched.
-TEST(PointInverter, FindsThePointNearFoldsWhereverElseItMightLie) {
-  constexpr unsigned kSeed = 27;
-  std::mt19937 random(kSeed);
+constexpr unsigned kCrowdSeed = 27;
+
+/// 512 cells, more than 50 of which fold.
+std::shared_ptr<const LimitSolid> folding_crowd() {
   ControlMesh mesh = oracle::box_mesh(8, 8, 8);
-  oracle::jitter(mesh, 11, kSeed);
+  oracle::jitter(mesh, 11, kCrowdSeed);
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  return LimitSolid::prepare(mesh);
+}
+
+// Within the whole size of the part all cells count as near: far too many to be searched.
+TEST(PointInverter, FindsTheCellThatHoldsAPointNearFoldsWhereAllComeNear) {
+  std::mt19937 random(kCrowdSeed);
+  const auto solid = folding_crowd();
   ASSERT_GT(solid->summary().folding_cells, 50u);
   PointInverter near(*solid, {.outside_mm = 1e-4});
   PointInverter far(*solid, {.outside_mm = solid->summary().bounding_box.diagonal().norm()});
   LimitEvaluator evaluator(*solid);
   std::uniform_real_distribution<double> u(0, 1);
+  const auto random_place = [&] {
+    return CellParam{LimitCellId{static_cast<std::uint32_t>(random() % solid->cell_count())},
+                     Vec3(u(random), u(random), u(random))};
+  };
   for (int i = 0; i < 300; ++i) {
-    const CellParam at{LimitCellId{static_cast<std::uint32_t>(random() % solid->cell_count())},
-                       Vec3(u(random), u(random), u(random))};
-    const Vec3 point = evaluator.geo(at);
-    const auto expected = near.invert(point), found = far.invert(point);
-    ASSERT_TRUE(expected && found) << i;
-    EXPECT_LE(found->residual_mm, 1e-6) << i;
-    EXPECT_EQ(found->at.cell, expected->at.cell) << i;
+    const Vec3 point = evaluator.geo(random_place());
+    const auto expected = near.invert(point);
+    ASSERT_TRUE(expected) << i;
+    for (const auto& found : {far.invert(point), far.invert(point, random_place()), far.invert(point, expected->at)}) {
+      ASSERT_TRUE(found) << i;
+      EXPECT_LE(found->residual_mm, 1e-6) << i;
+      EXPECT_EQ(found->at.cell, expected->at.cell) << i;
+    }
   }
+}
+
+TEST(PointInverter, TakesAPlaceJustBelowAPointOffASolidThatFoldsWhereAllCellsComeNear) {
+  constexpr double kOffMm = 0.3;
+  std::mt19937 random(kCrowdSeed);
+  const auto solid = folding_crowd();
+  PointInverter far(*solid, {.outside_mm = solid->summary().bounding_box.diagonal().norm()});
+  LimitEvaluator evaluator(*solid);
+  std::uniform_real_distribution<double> u(0, 1);
+  int tried = 0;
+  for (const LimitCellId cell : solid->cells()) {
+    for (int side = 0; side < 6; ++side) {
+      if (!(solid->boundary_sides(cell) >> side & 1)) continue;
+      Vec3 uvw(u(random), u(random), u(random));
+      uvw[side / 2] = side % 2;
+      const LimitSample sample = evaluator.sample({cell, uvw});
+      const Vec3 across = sample.jacobian.col((side / 2 + 1) % 3).cross(sample.jacobian.col((side / 2 + 2) % 3));
+      const Vec3 point = sample.position + (side % 2 == 1 ? kOffMm : -kOffMm) * across.normalized();
+      const auto found = far.invert(point);
+      ASSERT_TRUE(found) << cell;
+      // Newton's method may stop at a side of the cell that isn't the nearest place of it.
+      EXPECT_LE(found->residual_mm, 2 * kOffMm) << "cell " << cell << ", side " << side;
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 300);
 }
 
 TEST(PointInverter, ABatchStopsWhenCancelled) {

@@ -19,6 +19,8 @@
 namespace ccslice::server {
 namespace {
 
+using namespace std::chrono_literals;
+
 void send_kib(const Descriptor& socket, std::size_t kib) {
   const std::string much(kib << 10, 'x');
   ASSERT_EQ(write(socket.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));

@@ -22,8 +22,6 @@
 
 namespace ccslice::server {
 
-using namespace std::chrono_literals;
-
 /// Serves connections by keeping them until it is told to close them.
 class Keeper {
  public:
@@ -95,7 +93,7 @@ inline bool is_closed_soon(const Descriptor& socket, int limit_ms = 5000) {
 }
 
 inline ConnectionLimits limits(std::size_t connections, std::size_t per_address) {
-  return {.connections = connections, .per_address = per_address, .idle = 0ms, .arriving = 0ms};
+  return {.connections = connections, .per_address = per_address, .idle = {}, .arriving = {}};
 }
 
 }  // namespace ccslice::server
