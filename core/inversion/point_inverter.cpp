@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/inversion/cell_candidates.h"
 #include "core/inversion/newton.h"
 #include "core/inversion/start_places.h"
 #include "core/limit/cell_distance.h"
@@ -23,7 +24,6 @@ namespace {
 using FewStarts = StartPlaces<2>;
 using ManyStarts = StartPlaces<4>;
 constexpr std::size_t kCellsOfFewStarts = 128, kCellsOfManyStarts = 32;
-constexpr double kStartMargin = 0.125;
 constexpr double kFarFromCell = 2.5;        // A candidate's distance beyond which a hint isn't followed.
 constexpr double kNearOutside = 100;        // Times the distance that counts as just outside.
 constexpr double kJustOutside = 5000;       // Times the distance that counts as found: 0.005 mm,
@@ -31,23 +31,10 @@ constexpr double kJustOutsideOfCell = 0.1;  // but no more than that of a thin c
 constexpr double kDoubtful = 0.6;           // From this distance on a candidate is ruled out first, if it can be.
 constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a candidate's middle its points may seem.
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
-constexpr int kMaxNewtonRuns = 512;  // For one search: some milliseconds, however many cells overlap there. Near folds
-                                     // a point may take two.
+constexpr int kMaxNewtonRuns = 512;    // For one search: some milliseconds. Near folds a point may take two.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 constexpr std::size_t kAllSearched = kMaxNewtonRuns / (1 + kThoroughStarts);  // Runs are enough for as many cells.
-
-struct Candidate {
-  double distance;  // From the cell's middle, in its parameters and by its map: a point inside is at about 1/2.
-  LimitCellId cell;
-  Vec3 start;
-  bool ruled_out = false;
-};
-
-double distance_from_cell(const Vec3& guess) { return (guess.array() - 0.5).abs().maxCoeff(); }
-
-/// A guess that Newton may start from: well inside the cell.
-Vec3 start_from(const Vec3& guess) { return guess.cwiseMax(kStartMargin).cwiseMin(1 - kStartMargin); }
 
 /// The sides of its cell that the parameter is on: bit 2 * axis + (at 1).
 unsigned sides_at(const Vec3& uvw) {
@@ -74,9 +61,6 @@ struct Located {
   bool is_kept;                // Or they are to be collected.
 };
 
-/// Which candidates come first.
-enum class Order { kNearest, kLowestCell, kLowestPart };
-
 }  // namespace
 
 struct PointInverter::State {
@@ -102,34 +86,9 @@ struct PointInverter::State {
     candidates.reserve(std::min<std::size_t>(s.cell_count(), kMaxNewtonRuns));
   }
 
-  /// Wanted cells whose boxes and hulls come within a margin of the point, each with a start that its map guesses, in
-  /// order.
   template <typename Wanted>
-  void collect(const Vec3& point, double margin_mm, Order order, Wanted wanted) noexcept {
-    const auto before = [&](const Candidate& a, const Candidate& b) {
-      if (order == Order::kLowestPart && index.parts[a.cell] != index.parts[b.cell]) {
-        return index.parts[a.cell] < index.parts[b.cell];
-      }
-      if (order == Order::kLowestCell || a.distance == b.distance) return a.cell < b.cell;
-      return a.distance < b.distance;
-    };
-    candidates.clear();
-    index.cell_boxes.visit_at(point, margin_mm, [&](std::uint32_t item) {
-      const LimitCellId cell{item};
-      if (!wanted(cell)) return;
-      const CellMap map = index.cell_maps[cell];
-      const Vec3 guess = map(point);
-      if (!map.may_hold(guess, margin_mm)) return;
-      const Candidate candidate{distance_from_cell(guess), cell, start_from(guess)};
-      if (candidates.size() == candidates.capacity()) {
-        if (!before(candidate, candidates.front())) return;
-        std::pop_heap(candidates.begin(), candidates.end(), before);
-        candidates.pop_back();
-      }
-      candidates.push_back(candidate);
-      std::push_heap(candidates.begin(), candidates.end(), before);
-    });
-    std::sort_heap(candidates.begin(), candidates.end(), before);
+  void collect(const Vec3& point, double margin_mm, CandidateOrder order, const Wanted& wanted) noexcept {
+    collect_candidates(index, point, margin_mm, order, wanted, candidates);
   }
 
   /// The nearest of a few interior starts.
@@ -215,7 +174,8 @@ struct PointInverter::State {
     InversionResult foot = best;
     if (!drop_perpendicular(point, std::countr_zero(sides), foot) || !(foot.residual_mm <= most)) return false;
     foot.full = true;
-    collect(point, options.outside_mm, Order::kNearest, [&](LimitCellId cell) { return cell != foot.at.cell; });
+    collect(point, options.outside_mm, CandidateOrder::kNearest,
+            [&](LimitCellId cell) { return cell != foot.at.cell; });
     for (const Candidate& c : candidates) {
       if (c.distance > kFarthestOfCell) break;
       InversionResult other = foot;
@@ -228,7 +188,7 @@ struct PointInverter::State {
   }
 
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
-    collect(point, options.outside_mm, Order::kNearest, [](std::uint32_t) { return true; });
+    collect(point, options.outside_mm, CandidateOrder::kNearest, [](std::uint32_t) { return true; });
     return search_candidates(point, best);
   }
 
@@ -309,7 +269,7 @@ struct PointInverter::State {
   /// candidates.
   bool find_lowest(const Vec3& point, double margin_mm, std::uint32_t from, std::uint32_t below,
                    InversionResult& best) noexcept {
-    collect(point, margin_mm, Order::kLowestCell,
+    collect(point, margin_mm, CandidateOrder::kLowestCell,
             [&](LimitCellId cell) { return cell < below && may_hold(cell, point, margin_mm); });
     return std::ranges::any_of(candidates,
                                [&](const Candidate& c) { return c.cell >= from && search_near_folds(c, point, best); });
@@ -326,7 +286,7 @@ struct PointInverter::State {
   /// Near folds, for a point that no cell holds: the nearest of those that come within `outside_mm`. Where cells are
   /// smaller than that, they may be too many to be searched: then the nearest come first, by their maps.
   InversionResult search_near(const Vec3& point, InversionResult best) noexcept {
-    collect(point, options.outside_mm, Order::kNearest,
+    collect(point, options.outside_mm, CandidateOrder::kNearest,
             [&](LimitCellId cell) { return may_hold(cell, point, options.outside_mm); });
     if (candidates.size() <= kAllSearched) std::ranges::sort(candidates, {}, &Candidate::cell);
     runs_left = kMaxNewtonRuns;
@@ -363,7 +323,7 @@ struct PointInverter::State {
     if (part == 0) return found;
     InversionResult lower = found;
     lower.residual_mm = std::numeric_limits<double>::infinity();
-    collect(point, acceptance.most_mm(), Order::kLowestPart,
+    collect(point, acceptance.most_mm(), CandidateOrder::kLowestPart,
             [&](LimitCellId cell) { return index.parts[cell] < part; });
     for (const Candidate& c : candidates) {
       const auto search = [&] {
@@ -398,7 +358,7 @@ struct PointInverter::State {
     kept.clear();
     for (std::uint32_t p = 0; p < points.size(); ++p) {
       cancel.throw_if_cancelled();
-      collect(points[p], options.outside_mm, Order::kNearest, [](std::uint32_t) { return true; });
+      collect(points[p], options.outside_mm, CandidateOrder::kNearest, [](std::uint32_t) { return true; });
       if (candidates.empty()) continue;
       const bool keeps = kept.size() + candidates.size() <= kMostKept;
       located.push_back({p, candidates.front().cell, static_cast<std::uint32_t>(kept.size()),
