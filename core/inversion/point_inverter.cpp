@@ -265,10 +265,10 @@ struct PointInverter::State {
     });
   }
 
-  /// Near folds, among the cells from `from` to below `below` that may come so near. Leaves those below `below` as
+  /// Near folds, among the cells from `from` to below `below` that may hold the point. Leaves those below `below` as
   /// candidates.
-  bool find_lowest(const Vec3& point, double margin_mm, std::uint32_t from, std::uint32_t below,
-                   InversionResult& best) noexcept {
+  bool find_lowest(const Vec3& point, std::uint32_t from, std::uint32_t below, InversionResult& best) noexcept {
+    const double margin_mm = acceptance.most_mm();
     collect(point, margin_mm, CandidateOrder::kLowestCell,
             [&](LimitCellId cell) { return cell < below && may_hold(cell, point, margin_mm); });
     return std::ranges::any_of(candidates,
@@ -306,13 +306,13 @@ struct PointInverter::State {
     bool bounded = hint && !hint_folds && follow(bound);
     best.full = true;
     const std::uint32_t end = solid.cell_count(), first = bounded ? hint->cell : hint_folds ? hint->cell + 1 : end;
-    if (find_lowest(point, acceptance.most_mm(), 0, first, best)) return best;
+    if (find_lowest(point, 0, first, best)) return best;
     if (hint_folds) {
       ++runs_left;
       bounded = follow(bound);
     }
     if (bounded) return bound;
-    if (first < end && find_lowest(point, acceptance.most_mm(), first, end, best)) return best;
+    if (first < end && find_lowest(point, first, end, best)) return best;
     if (search_unfolded(point, best)) return best;
     return options.outside_mm > acceptance.most_mm() ? search_near(point, best) : best;
   }
