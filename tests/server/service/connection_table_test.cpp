@@ -33,6 +33,12 @@ Peer own_address(const Descriptor& socket) {
   return *peer_of(own);
 }
 
+ConnectionLimits arriving_limits(std::size_t connections, std::size_t kib) {
+  ConnectionLimits result = limits(connections, connections);
+  result.arriving_bytes = kib << 10;
+  return result;
+}
+
 TEST(ConnectionTable, DropsConnectionsWithoutCallsWhenTheirTimeIsUpAndLeavesThoseWithOne) {
   ConnectionLimits some = limits(10, 10);
   some.idle = 200ms;
@@ -92,9 +98,7 @@ TEST(ConnectionTable, CountsTheTimeOfARequestFromWhenItBeginsToCome) {
 }
 
 TEST(ConnectionTable, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTheBound) {
-  ConnectionLimits some = limits(10, 10);
-  some.arriving_bytes = 128 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(10, 128));
   std::vector<Descriptor> callers;
   for (const std::size_t kib : {96, 32, 48}) {
     callers.push_back(call_from("127.0.0.1", keeper.address()));
@@ -106,9 +110,7 @@ TEST(ConnectionTable, DropsThoseOverWhichMostHasComeUntilTheOthersAreWithinTheBo
 }
 
 TEST(ConnectionTable, DropsThemAlsoWhileCallsAreOpenOnThemButNotWhereAllMessagesComeInWhole) {
-  ConnectionLimits some = limits(10, 10);
-  some.arriving_bytes = 128 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(10, 128));
   const Descriptor half = call_from("127.0.0.1", keeper.address()), whole = call_from("127.0.0.2", keeper.address()),
                    slow = call_from("127.0.0.3", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(3));
@@ -132,9 +134,7 @@ TEST(ConnectionTable, DropsThemAlsoWhileCallsAreOpenOnThemButNotWhereAllMessages
 }
 
 TEST(ConnectionTable, GivesMessagesThatComeFastTheTimeToBeWhole) {
-  ConnectionLimits some = limits(10, 10);
-  some.arriving_bytes = 128 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(10, 128));
   const Descriptor fast = call_from("127.0.0.1", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(1));
   const ConnectionTable::ConnectionId call = keeper.table().begin_call(own_address(fast));
@@ -150,9 +150,7 @@ TEST(ConnectionTable, GivesMessagesThatComeFastTheTimeToBeWhole) {
 
 /// A chunk of 1 MiB takes some seconds over a slow line; a request of 4 MiB and half of another isn't one message.
 TEST(ConnectionTable, GivesOneMessageMoreTimeToBeWholeThanSeveral) {
-  ConnectionLimits some = limits(10, 10);
-  some.arriving_bytes = 128 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(10, 128));
   const Descriptor slow = call_from("127.0.0.1", keeper.address()), several = call_from("127.0.0.2", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(2));
   ASSERT_NE(keeper.table().begin_call(own_address(slow)), 0u);
@@ -168,9 +166,7 @@ TEST(ConnectionTable, GivesOneMessageMoreTimeToBeWholeThanSeveral) {
 
 /// HTTP/2 has whoever reads send a little: updates of windows, answers to pings.
 TEST(ConnectionTable, TakesWhatAReaderOfLongAnswersSendsForNoRequest) {
-  ConnectionLimits some = limits(10, 10);
-  some.arriving_bytes = 24 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(10, 24));
   const Descriptor reader = call_from("127.0.0.1", keeper.address());
   ASSERT_TRUE(keeper.comes_to_keep(1));
   ASSERT_NE(keeper.table().begin_call(own_address(reader)), 0u);
@@ -195,9 +191,7 @@ TEST(ConnectionTable, TakesWhatAReaderOfLongAnswersSendsForNoRequest) {
 }
 
 TEST(ConnectionTable, FindsThemAmongHundredsThatAreIdle) {
-  ConnectionLimits some = limits(400, 400);
-  some.arriving_bytes = 24 << 10;
-  Keeper keeper(some);
+  Keeper keeper(arriving_limits(400, 24));
   std::vector<Descriptor> idle;
   for (int i = 0; i < 300; ++i) idle.push_back(call_from("127.0.0.1", keeper.address()));
   ASSERT_TRUE(keeper.comes_to_keep(300));
