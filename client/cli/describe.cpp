@@ -73,14 +73,18 @@ std::string describe(const v1::LimitDeviation& deviation) {
   if (deviation.rounded_edges() > 0) text += "\n  rounded    " + describe(rounded_edges_of(deviation));
   text += "\n  moved      ";
   if (!moved) return text + "no boundary vertex";
-  return text + "up to " + show_number(deviation.farthest_distance_mm()) + " mm: boundary vertex " +
+  return text + "up to " + show_number(deviation.farthest_distance_mm()) +
+         " mm: " + (deviation.farthest_on_interface() ? "interface" : "boundary") + " vertex " +
          std::to_string(deviation.farthest_vertex()) + " from " + describe_place(place) + " to its limit point " +
          describe_place(deviation.farthest_limit_mm());
 }
 
 std::string describe(const v1::CellRegion& region) {
-  return "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) +
-         (region.control_cells() == 1 ? " cell, " : " cells, ") + show_number(region.volume_mm3()) + " mm^3";
+  const std::string text = "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) +
+                           (region.control_cells() == 1 ? " cell, " : " cells, ") + show_number(region.volume_mm3()) +
+                           " mm^3";
+  if (region.control_volume_mm3() == 0) return text;  // Older servers don't say.
+  return text + " (" + change_text(region.volume_mm3(), region.control_volume_mm3()) + ")";
 }
 
 std::string describe(const v1::MeshSummary& mesh) {

@@ -232,7 +232,8 @@ void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
 
 void add_json(const v1::CellRegion& region, JsonWriter& json) {
   json.begin_object().member("name", region.name()).member("control_cells", region.control_cells());
-  json.member("volume_mm3", region.volume_mm3()).end_object();
+  json.member("volume_mm3", region.volume_mm3()).member("control_volume_mm3", region.control_volume_mm3());
+  json.end_object();
 }
 
 void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
@@ -244,6 +245,7 @@ void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
   json.key("farthest_limit_mm");
   add_vector(deviation.farthest_limit_mm(), json);
   json.member("farthest_distance_mm", deviation.farthest_distance_mm());
+  json.member("farthest_on_interface", deviation.farthest_on_interface());
   json.member("interpolating", deviation.interpolating());
   json.member("vertex_limits_volume_mm3", deviation.vertex_limits_volume_mm3());
   json.member("rounded_edges", deviation.rounded_edges());

@@ -124,6 +124,7 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   *message.mutable_farthest_vertex_mm() = vector_to_proto(deviation.farthest.position);
   *message.mutable_farthest_limit_mm() = vector_to_proto(deviation.farthest.limit);
   message.set_farthest_distance_mm(deviation.farthest.distance_mm());
+  message.set_farthest_on_interface(deviation.farthest.on_interface);
   message.set_interpolating(deviation.interpolating);
   message.set_vertex_limits_volume_mm3(deviation.vertex_limits_volume_mm3);
   if (deviation.rounded.count > 0) {
@@ -139,6 +140,7 @@ v1::CellRegion to_proto(const CellRegionSummary& region) {
   message.set_name(region.name);
   message.set_control_cells(region.control_cells);
   message.set_volume_mm3(region.volume_mm3);
+  message.set_control_volume_mm3(region.control_volume_mm3);
   return message;
 }
 

@@ -20,14 +20,21 @@ SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, 
   }
   SharpEdges found = find_sharp_edges(checked, *options.angle_deg);
   std::string note = "--sharp-angle tags " + show_count(found.convex.size()) + " convex edges";
+  std::string others;
+  if (!found.reentrant.empty()) others = show_count(found.reentrant.size()) + " reentrant ones";
+  if (!found.interface.empty()) {
+    others += (others.empty() ? "" : " and ") + show_count(found.interface.size()) + " of interfaces";
+  }
   if (options.reentrant) {
-    note += " and " + show_count(found.reentrant.size()) + " reentrant ones";
-    found.convex.insert(found.convex.end(), found.reentrant.begin(), found.reentrant.end());
-  } else if (!found.reentrant.empty()) {
-    note += "; " + show_count(found.reentrant.size()) + " reentrant ones stay smooth (--sharp-reentrant)";
+    note += " and " + (others.empty() ? "no reentrant ones" : others);
+    for (const auto& edges : {found.reentrant, found.interface}) {
+      found.convex.insert(found.convex.end(), edges.begin(), edges.end());
+    }
+  } else if (!others.empty()) {
+    note += "; " + others + " stay smooth (--sharp-reentrant)";
   }
   notes.push_back(note);
-  if (options.reentrant && !found.reentrant.empty()) {
+  if (options.reentrant && !others.empty()) {
     notes.push_back("cells at sharp reentrant edges often fold in the limit; `ccslice upload` says where");
   }
   return {std::move(found.convex), {}};
@@ -53,7 +60,8 @@ void add_sharp_options(CLI::App& command, SharpOptions& options) {
                            ->group("Mesh");
   command
       .add_flag("--sharp-reentrant", options.reentrant,
-                "With --sharp-angle: keep reentrant edges sharp too. Cells there often fold")
+                "With --sharp-angle: keep reentrant edges sharp too, and those of interfaces between cell regions. "
+                "Cells there often fold")
       ->needs(angle)
       ->group("Mesh");
   command

@@ -39,6 +39,10 @@ std::span<const BoundaryFace> BoundarySurface::faces() const noexcept {
 
 std::span<const BoundaryFace> BoundarySurface::faces_and_interfaces() const noexcept { return data_->faces; }
 
+IdRange<BoundaryFaceId> BoundarySurface::interface_ids() const noexcept {
+  return {BoundaryFaceId{data_->boundary_face_count}, BoundaryFaceId{static_cast<std::uint32_t>(data_->faces.size())}};
+}
+
 BezierPatch BoundarySurface::regular_patch(BoundaryFaceId face) const noexcept {
   const SurfaceFaceRing& record = data_->face_rings[face];
   const auto ring = data_->ring(record);

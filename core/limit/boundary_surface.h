@@ -85,6 +85,7 @@ class BoundarySurface {
   /// The same, then the interfaces of cell regions, each once, as the region of the lower number has it. All below
   /// takes faces of either kind.
   std::span<const BoundaryFace> faces_and_interfaces() const noexcept;
+  IdRange<BoundaryFaceId> interface_ids() const noexcept;
   /// REQUIRES: faces_and_interfaces()[face].regular.
   BezierPatch regular_patch(BoundaryFaceId face) const noexcept;
   /// Control points whose convex hull holds the face's surface: their box.

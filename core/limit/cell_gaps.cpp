@@ -77,7 +77,7 @@ bool is_across_a_gap(const LimitSolid& solid, LimitCellId here, LimitCellId ther
   if (share_face(here, there)) return false;
   const SharedVertices shared(vertices(here), vertices(there));
   const bool on_boundary = std::ranges::all_of(
-      shared.few(), [&](std::uint32_t vertex) { return std::ranges::binary_search(data.boundary_vertices, vertex); });
+      shared.few(), [&](std::uint32_t vertex) { return data.boundary_vertices.find(vertex).has_value(); });
   if (!on_boundary) return false;
   std::vector<LimitCellId> next_to_here, next_to_there;
   for (const LimitCellId cell : around) {

@@ -20,6 +20,10 @@ std::size_t bytes_of(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
+std::size_t bytes_of(const VertexLimits& vertices) {
+  return bytes_of(vertices.ids) + bytes_of(vertices.limits) + bytes_of(vertices.meant);
+}
+
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
          bytes_of(data.ring_orders) + bytes_of(data.cells) + data.cell_maps.memory_bytes() + bytes_of(data.faces) +
@@ -27,7 +31,7 @@ std::size_t memory_bytes(const LimitSolid::Data& data) {
          bytes_of(data.control_corners) + bytes_of(data.first_corners) + data.operators.memory_bytes() +
          data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
          data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
-         bytes_of(data.boundary_vertices) + bytes_of(data.vertex_limits) + bytes_of(data.meant_positions);
+         bytes_of(data.boundary_vertices) + bytes_of(data.interface_vertices);
 }
 
 }  // namespace
@@ -36,10 +40,10 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   auto data = std::make_unique<Data>();
   options.begin(PreparationStep::kChecking);
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  const BoundaryRings rings = boundary_rings(checked.complex);
+  const SurfaceRings rings = surface_rings(mesh, checked.complex);
   build_cells(mesh, std::move(checked.complex), options, *data);
   options.begin(PreparationStep::kMeasuring);
-  measure_boundary(mesh, rings, options, *data);
+  measure_surface(mesh, rings, options, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->ring_orders.shrink_to_fit();

@@ -46,11 +46,13 @@ struct FoldPlace {
   double determinant = 0;        // Determinant of the Jacobian there, mm^3 per unit parameter volume.
 };
 
-/// A boundary vertex of the control mesh and its own point of the limit surface. mm.
+/// A vertex of the control mesh's boundary, or of an interface of cell regions, and its own point of the limit surface.
+/// mm.
 struct VertexLimit {
   std::uint32_t vertex = 0;
   Vec3 position = Vec3::Zero();
   Vec3 limit = Vec3::Zero();
+  bool on_interface = false;  // And not on the boundary.
 
   double distance_mm() const { return (limit - position).norm(); }
 };
@@ -61,7 +63,7 @@ struct Deviation {
   double control_volume_mm3 = 0;
   double limit_volume_mm3 = 0;
   Box3 control_box;            // Of the boundary's control points.
-  VertexLimit farthest;        // The boundary vertex that is farthest from its limit point.
+  VertexLimit farthest;        // The one that is farthest from its limit point.
   bool interpolating = false;  // ControlMesh::interpolating: for control points read what they are meant to meet.
   /// Within the control mesh's boundary faces over the limit points of their vertices, where an interpolating mesh is
   /// flat and its limit isn't. Without missed vertices control_volume_mm3 is the same; 0 unless interpolating.
@@ -69,11 +71,12 @@ struct Deviation {
   RoundedEdges rounded;  // Of interpolating meshes: edges that should have been sharp, by the look of them.
 };
 
-/// Cells with a name, and what their limit holds.
+/// Cells with a name, and what they hold.
 struct CellRegionSummary {
   std::string name;
   std::size_t control_cells = 0;
-  double volume_mm3 = 0;
+  double control_volume_mm3 = 0;  // Compared with their limit's as Deviation::control_volume_mm3 is.
+  double volume_mm3 = 0;          // Of their limit.
 };
 
 /// Counts and warnings of a prepared solid.

@@ -7,9 +7,9 @@
 
 #include "core/base/cancellation.h"
 #include "core/limit/solid_data.h"
-#include "core/mesh/boundary_rings.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/surface_rings.h"
 
 namespace ccslice {
 
@@ -19,11 +19,11 @@ namespace ccslice {
 /// what options.reserve does.
 void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Fills boundary_vertices, vertex_limits and meant_positions, and the summary's bounding_box, deviation (deviation.h)
-/// and cell_regions. REQUIRES: faces; `rings`: the mesh's, kept while cells were built, which takes the complex; a
+/// Fills boundary_vertices and interface_vertices, and the summary's bounding_box, deviation (deviation.h) and
+/// cell_regions. REQUIRES: faces; `rings`: the mesh's, kept while cells were built, which takes the complex; a
 /// thirtieth of what a face of the boundary is reckoned with there.
-void measure_boundary(const ControlMesh& mesh, const BoundaryRings& rings, const PrepareOptions& options,
-                      LimitSolid::Data& data);
+void measure_surface(const ControlMesh& mesh, const SurfaceRings& rings, const PrepareOptions& options,
+                     LimitSolid::Data& data);
 
 /// Fills cell_boxes, cell_maps and volumes.
 void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data);

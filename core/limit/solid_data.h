@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -56,6 +57,20 @@ class CellRing {
   std::span<const std::uint32_t> order_;
 };
 
+/// Vertices of the control mesh with a point of the limit surface of their own.
+struct VertexLimits {
+  std::vector<std::uint32_t> ids;  // Ascending. Their points come first in LimitSolid::Data::points.
+  std::vector<Vec3> limits;        // Their limit points, mm.
+  std::vector<Vec3> meant;         // If a fit missed any: LimitSolid::Data::meant_position().
+
+  /// Which of them it is.
+  std::optional<std::size_t> find(std::uint32_t vertex) const {
+    const auto found = std::ranges::lower_bound(ids, vertex);
+    if (found == ids.end() || *found != vertex) return std::nullopt;
+    return static_cast<std::size_t>(found - ids.begin());
+  }
+};
+
 struct LimitSolid::Data : CellIndex {
   std::size_t dimension = 3;               // 3 + channels.
   std::vector<double> points;              // dimension doubles a control point: x, y, z (mm), channels.
@@ -66,14 +81,13 @@ struct LimitSolid::Data : CellIndex {
   std::vector<BoundaryFace> faces;  // Of the boundary, then of interfaces.
   std::uint32_t boundary_face_count = 0;
   std::vector<SurfaceFaceRing> face_rings;
-  std::vector<Box3> face_hulls;                  // Boxes of the rings' points.
-  std::vector<std::uint8_t> cell_regions;        // By control cell, as in the control mesh.
-  std::vector<std::uint32_t> control_corners;    // Vertices of the control cells, one cell after the other,
-  std::vector<std::uint32_t> first_corners;      // and where they begin. And the end.
-  bool has_several_regions = false;              // More than one has cells.
-  std::vector<std::uint32_t> boundary_vertices;  // Of the control mesh, ascending. Their points come first in `points`.
-  std::vector<Vec3> vertex_limits;               // By boundary vertex: its limit point, mm.
-  std::vector<Vec3> meant_positions;             // Likewise, if a fit missed any: meant_position().
+  std::vector<Box3> face_hulls;                // Boxes of the rings' points.
+  std::vector<std::uint8_t> cell_regions;      // By control cell, as in the control mesh.
+  std::vector<std::uint32_t> control_corners;  // Vertices of the control cells, one cell after the other,
+  std::vector<std::uint32_t> first_corners;    // and where they begin. And the end.
+  bool has_several_regions = false;            // More than one has cells.
+  VertexLimits boundary_vertices;
+  VertexLimits interface_vertices;  // Those that aren't on the boundary.
   SolidSummary summary;
 
   std::uint32_t ring_count(const LimitCell& cell) const {
@@ -112,15 +126,11 @@ struct LimitSolid::Data : CellIndex {
   }
   const double* point(std::uint32_t id) const { return points.data() + id * dimension; }
   Vec3 position(std::uint32_t id) const { return Vec3::Map(point(id)); }
-  /// Which of the boundary vertices it is.
-  std::size_t boundary_number(std::uint32_t vertex) const {
-    return static_cast<std::size_t>(std::ranges::lower_bound(boundary_vertices, vertex) - boundary_vertices.begin());
-  }
-  /// Where the n-th boundary vertex is meant to be: in an interpolating mesh at its limit point, unless the fit missed
-  /// it.
-  Vec3 meant_position(std::size_t n) const {
-    if (!meant_positions.empty()) return meant_positions[n];
-    return summary.deviation.interpolating ? vertex_limits[n] : position(boundary_vertices[n]);
+  /// Where the n-th of these vertices is meant to be: in an interpolating mesh at its limit point, unless the fit
+  /// missed it.
+  Vec3 meant_position(const VertexLimits& vertices, std::size_t n) const {
+    if (!vertices.meant.empty()) return vertices.meant[n];
+    return summary.deviation.interpolating ? vertices.limits[n] : position(vertices.ids[n]);
   }
 };
 

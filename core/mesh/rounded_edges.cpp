@@ -13,7 +13,7 @@
 
 namespace ccslice {
 
-RoundedEdges find_rounded_edges(const BoundaryRings& rings, const PlaceOfVertex& place,
+RoundedEdges find_rounded_edges(const SurfaceRings& rings, const PlaceOfVertex& place,
                                 std::span<const std::array<std::uint32_t, 2>> sharp_edges) {
   std::set<std::array<std::uint32_t, 2>> sharp;
   for (const auto& [a, b] : sharp_edges) sharp.insert({std::min(a, b), std::max(a, b)});

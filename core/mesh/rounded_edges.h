@@ -16,7 +16,7 @@
 #include <string>
 
 #include "core/base/types.h"
-#include "core/mesh/boundary_rings.h"
+#include "core/mesh/surface_rings.h"
 
 namespace ccslice {
 
@@ -29,9 +29,9 @@ struct RoundedEdges {
   double turn_deg = 0;        // By so much, either way.
 };
 
-/// The edges of the boundary, but for the sharp ones, where the surface turns by at least kLeastRoundedDeg. `place`:
-/// of the mesh that the limit is to pass through. `sharp_edges`: in any order.
-RoundedEdges find_rounded_edges(const BoundaryRings& rings, const PlaceOfVertex& place,
+/// The edges of the surface, but for the sharp ones, where it turns by at least kLeastRoundedDeg. `place`: of the mesh
+/// that the limit is to pass through. `sharp_edges`: in any order.
+RoundedEdges find_rounded_edges(const SurfaceRings& rings, const PlaceOfVertex& place,
                                 std::span<const std::array<std::uint32_t, 2>> sharp_edges);
 
 /// "72 edges where the mesh turns by 75 degrees or more aren't sharp, and the limit bulges there; the most, by 90

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/mesh/boundary_rings.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/surface_rings.h"
 #include "core/mesh/text_scanner.h"
 
 namespace ccslice {
@@ -27,11 +27,11 @@ std::uint32_t vertex_id(TextScanner& scanner) {
 }  // namespace
 
 SharpEdges find_sharp_edges(const ControlMesh& mesh, double least_angle_deg) {
-  const BoundaryRings rings = boundary_rings(make_cell_complex(mesh));
+  const SurfaceRings rings = surface_rings(mesh, make_cell_complex(mesh));
   SharpEdges found;
   const auto place = [&](std::uint32_t vertex) { return mesh.positions[vertex]; };
   for (const SurfaceTurn& turn : surface_turns(rings, place, least_angle_deg)) {
-    (turn.deg < 0 ? found.reentrant : found.convex).push_back(turn.edge);
+    (turn.on_interface ? found.interface : turn.deg < 0 ? found.reentrant : found.convex).push_back(turn.edge);
   }
   return found;
 }

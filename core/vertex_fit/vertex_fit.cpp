@@ -95,7 +95,7 @@ CellComplex connect(ControlMesh& mesh, std::vector<std::uint32_t>& origins, Roun
                     const FitOptions& options) {
   CellComplex complex = validate_and_connect(mesh, options.limits, options.cancel).complex;
   const auto place = [&](std::uint32_t vertex) { return mesh.positions[vertex]; };
-  rounded = find_rounded_edges(boundary_rings(complex), place, mesh.sharp_edges);
+  rounded = find_rounded_edges(surface_rings(mesh, complex), place, mesh.sharp_edges);
   if (!has_several_regions(mesh)) return complex;
   SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
   origins = std::move(split.origins);

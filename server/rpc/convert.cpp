@@ -294,6 +294,7 @@ v1::CellRegion to_message(const CellRegionSummary& value) {
   message.set_name(value.name);
   message.set_control_cells(value.control_cells);
   message.set_volume_mm3(value.volume_mm3);
+  message.set_control_volume_mm3(value.control_volume_mm3);
   return message;
 }
 
@@ -315,6 +316,7 @@ v1::LimitDeviation to_message(const Deviation& value) {
   *message.mutable_farthest_vertex_mm() = to_message(value.farthest.position);
   *message.mutable_farthest_limit_mm() = to_message(value.farthest.limit);
   message.set_farthest_distance_mm(value.farthest.distance_mm());
+  message.set_farthest_on_interface(value.farthest.on_interface);
   message.set_interpolating(value.interpolating);
   message.set_vertex_limits_volume_mm3(value.vertex_limits_volume_mm3);
   if (value.rounded.count > 0) {

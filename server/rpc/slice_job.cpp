@@ -19,6 +19,7 @@
 #include "proto/job_fields.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/deviation_warnings.h"
 #include "server/rpc/plan_warning.h"
 #include "server/rpc/printer.h"
 #include "server/rpc/unknown_fields.h"
@@ -96,61 +97,6 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
     add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED,
                 "the placement mirrors the part; flip an axis back if that isn't meant");
   }
-}
-
-/// "12.3 % less volume", than the mesh. A folded mesh may have none to compare with.
-std::string volume_text(const Deviation& deviation) {
-  if (!(deviation.control_volume_mm3 > 0)) return "another volume";
-  const double change = deviation.limit_volume_mm3 / deviation.control_volume_mm3 - 1;
-  return number_text(100 * std::abs(change), 3) + " % " + (change < 0 ? "less" : "more") + " volume";
-}
-
-/// By how much the volumes may differ, as a share of the mesh's. A mesh that was fitted meets the part at its vertices
-/// alone, and what is convex holds more than the flat faces between them: a round section of eight faces has 11 % more,
-/// which is where faces get too coarse to tell what they stand for. Where edges were rounded that look sharp the flat
-/// faces are meant, as those of control meshes are.
-double most_volume_change(const Deviation& deviation) {
-  return deviation.interpolating && deviation.rounded.count == 0 ? 0.1 : 0.005;
-}
-
-/// `step`: from the vertex to its limit point, in voxels and in mm.
-std::string deviation_text(const Deviation& deviation, const VertexLimit& farthest, double step_voxels,
-                           double step_mm) {
-  constexpr int kDigits = 4;
-  const std::string volume = "what is printed is the limit, with " + volume_text(deviation) + " than the ";
-  const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
-  const std::string rounded = deviation.rounded.count > 0 ? "; " + describe(deviation.rounded) : "";
-  if (deviation.interpolating && step_voxels == 0) {
-    return volume + "mesh that it interpolates" +
-           (rounded.empty() ? ", which is more than it takes to be round between its vertices" : rounded) + "." +
-           remedy + ", or use a finer mesh";
-  }
-  const std::string distance = " is " + number_text(step_mm, kDigits) + " mm, " + number_text(step_voxels, kDigits) +
-                               " voxels, from its limit point.";
-  const std::string vertex = "boundary vertex " + std::to_string(farthest.vertex);
-  if (deviation.interpolating) {
-    return volume + "mesh that it was fitted to" + rounded + "; " + vertex + ", which the fit missed," + distance +
-           remedy + ", or use a finer mesh";
-  }
-  return volume + "control mesh; " + vertex + distance + remedy +
-         ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)";
-}
-
-/// `deviation`: the placed part's.
-void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
-                       v1::PlanSlicesResponse& plan) {
-  constexpr double kMostVoxels = 0.5;
-  const Vec3 voxels_per_mm = Vec3(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm).cwiseInverse();
-  const VertexLimit farthest = farthest_vertex(solid, voxels_per_mm.asDiagonal() * job.placement.linear());
-  const Vec3 from = job.placement * farthest.position, step = Vec3(job.placement * farthest.limit) - from;
-  const double voxels = step.cwiseProduct(voxels_per_mm).norm();
-  const double change_mm3 = std::abs(deviation.limit_volume_mm3 - deviation.control_volume_mm3);
-  const double most_mm3 = most_volume_change(deviation) * std::abs(deviation.control_volume_mm3);
-  if (change_mm3 <= most_mm3 && voxels <= kMostVoxels) return;
-  v1::PlanWarning& warning =
-      add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION, deviation_text(deviation, farthest, voxels, step.norm()));
-  if (voxels > 0) *warning.add_places_mm() = to_message(from);
-  if (deviation.rounded.count > 0) *warning.add_places_mm() = to_message(deviation.rounded.place);
 }
 
 void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {

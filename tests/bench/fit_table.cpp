@@ -76,8 +76,9 @@ Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices
   const auto solid = LimitSolid::prepare(fitted);
   const LimitSolid::Data& data = solid->data();
   const double diagonal = before.summary().deviation.control_box.diagonal().norm();
-  for (std::size_t i = 0; i < data.boundary_vertices.size(); ++i) {
-    const double distance = (data.vertex_limits[i] - mesh.positions[data.boundary_vertices[i]]).norm() / diagonal;
+  const VertexLimits& vertices = data.boundary_vertices;
+  for (std::size_t i = 0; i < vertices.ids.size(); ++i) {
+    const double distance = (vertices.limits[i] - mesh.positions[vertices.ids[i]]).norm() / diagonal;
     result.missed += distance > 1e-6;
     result.farthest = std::max(result.farthest, distance);
   }
@@ -94,7 +95,7 @@ Row measure(const std::string& name, const ControlMesh& mesh) {
   const Deviation& deviation = before->summary().deviation;
   Row row{name,
           mesh.vertex_count(),
-          before->data().boundary_vertices.size(),
+          before->data().boundary_vertices.ids.size(),
           percent_more(deviation.limit_volume_mm3, deviation.control_volume_mm3),
           deviation.farthest.distance_mm() / deviation.control_box.diagonal().norm(),
           measure(mesh, *before, FittedVertices::kAll),

@@ -82,6 +82,9 @@ TEST_F(CellRegions, AreInTheSummary) {
   EXPECT_EQ(response.mesh().cell_regions(0).control_cells(), 32u);
   EXPECT_NEAR(response.mesh().cell_regions(0).volume_mm3() + response.mesh().cell_regions(1).volume_mm3(),
               response.mesh().deviation().limit_volume_mm3(), 1e-6);
+  EXPECT_NEAR(
+      response.mesh().cell_regions(0).control_volume_mm3() + response.mesh().cell_regions(1).control_volume_mm3(),
+      response.mesh().deviation().control_volume_mm3(), 1e-6);
 }
 
 TEST_F(CellRegions, HaveContoursOfTheirOwn) {

@@ -243,6 +243,43 @@ TEST_F(PlanSlices, WarnsOfEdgesThatAFitRounded) {
   EXPECT_EQ(on_edge(place.x(), 100) + on_edge(place.y(), 0) + on_edge(place.z(), 0), 2) << place.DebugString();
 }
 
+// A cube in a box: the box keeps its volume and the cube doesn't, as nothing keeps its edges sharp.
+TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
+  v1::ControlMesh mesh = make_box(4, 20);
+  for (const char* name : {"core", "shell", "unused"}) mesh.add_cell_region_names(name);
+  for (int cell = 0; cell < 64; ++cell) {
+    const auto inside = [&](int axis) {
+      double middle = 0;
+      for (int i = 8 * cell; i < 8 * cell + 8; ++i) {
+        middle += mesh.positions_mm(3 * static_cast<int>(mesh.cell_vertices(i)) + axis) / 8;
+      }
+      return std::abs(middle - 10) < 5;
+    };
+    mesh.add_cell_regions(inside(0) && inside(1) && inside(2) ? 0 : 1);
+  }
+  request_.set_mesh_id(server_.upload_good(mesh));
+  for (const auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
+    (request_.mutable_grid()->mutable_pitch()->*set)(1);
+  }
+  const auto of_regions = [](const v1::PlanWarning& warning) { return warning.message().starts_with("cell region"); };
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  const auto found = std::ranges::find_if(response_.warnings(), of_regions);
+  ASSERT_NE(found, response_.warnings().end());
+  EXPECT_EQ(found->kind(), v1::PLAN_WARNING_KIND_DEVIATION);
+  EXPECT_THAT(found->message(),
+              testing::AllOf(HasSubstr("cell region 'core' is printed with 21.3 % less volume than its control cells, "
+                                       "and 1 more of 2 change likewise. If that isn't meant, keep edges of interfaces "
+                                       "sharp (sharp_edges, or --sharp-angle with --sharp-reentrant of ccslice)"),
+                             HasSubstr("--interpolate")));
+  const auto whole = std::ranges::find_if_not(response_.warnings(), of_regions);
+  ASSERT_NE(whole, response_.warnings().end());
+  EXPECT_THAT(whole->message(), HasSubstr("interface vertex ")) << "its corners move by more than two voxels";
+  EXPECT_TRUE(response_.deviation().farthest_on_interface());
+  for (int cell = 0; cell < 64; ++cell) mesh.set_cell_regions(cell, 1);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "one region is the whole";
+}
+
 // A box, sharp all over, whose corner was to be 0.25 mm further out along x; its volume grows by a 600th.
 TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
   v1::ControlMesh mesh = make_box(2, 10);

@@ -19,7 +19,7 @@ namespace {
 RoundedEdges rounded_edges_of(ControlMesh mesh) {
   validate(mesh);
   return find_rounded_edges(
-      boundary_rings(make_cell_complex(mesh)), [&](std::uint32_t vertex) { return mesh.positions[vertex]; },
+      surface_rings(mesh, make_cell_complex(mesh)), [&](std::uint32_t vertex) { return mesh.positions[vertex]; },
       mesh.sharp_edges);
 }
 
@@ -48,6 +48,23 @@ TEST(RoundedEdges, AreDescribed) {
       describe(RoundedEdges{72, Vec3(1, 2.5, -3), 90}),
       "72 edges where the mesh turns by 75 degrees or more aren't sharp, and the limit bulges there; the most, by "
       "90 degrees, near (1, 2.5, -3) mm");
+}
+
+/// A cube within a box of other cells, which has all sharp edges. Where a region reaches the outside its rim is sharp.
+TEST(RoundedEdges, AreThoseOfInterfaces) {
+  ControlMesh box = oracle::box_mesh(3, 3, 3);
+  validate(box);
+  add_sharp_features({find_sharp_edges(box, 40).convex, {}}, box);
+  EXPECT_EQ(rounded_edges_of(box).count, 0u);
+  box.cell_region_names = {"core", "shell"};
+  box.cell_regions.assign(27, 1);
+  box.cell_regions[13] = 0;
+  const RoundedEdges inside = rounded_edges_of(box);
+  EXPECT_EQ(inside.count, 12u);
+  EXPECT_NEAR(inside.turn_deg, 90, 1e-9);
+  box.cell_regions.assign(27, 1);
+  box.cell_regions[0] = 0;
+  EXPECT_EQ(rounded_edges_of(box).count, 3u) << "those of the corner cell inside";
 }
 
 /// Prisms of n sides turn by 360/n degrees all round: of five sides on they may be meant to be round.

@@ -101,5 +101,19 @@ TEST(Sharpen, TagsEachFeatureOnce) {
   EXPECT_THAT(mesh.sharp_vertices, ElementsAre(3u, 4u));
 }
 
+/// A cube of 27 cells whose middle one is another region.
+TEST(Sharpen, KeepsEdgesOfInterfacesApart) {
+  ControlMesh mesh = box_mesh(3, 3, 3);
+  mesh.cell_region_names = {"core", "shell"};
+  mesh.cell_regions.assign(27, 1);
+  mesh.cell_regions[13] = 0;
+  const SharpEdges found = find_sharp_edges(validated(mesh), 90);
+  EXPECT_EQ(found.convex.size(), 36u);
+  EXPECT_TRUE(found.reentrant.empty());
+  EXPECT_EQ(found.interface.size(), 12u);
+  add_sharp_features({found.interface, {}}, mesh);
+  validate(mesh);
+}
+
 }  // namespace
 }  // namespace ccslice

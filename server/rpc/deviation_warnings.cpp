@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/deviation_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/number_text.h"
+#include "core/limit/deviation.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/plan_warning.h"
+
+namespace ccslice::server {
+namespace {
+
+/// "12.3 % less volume", than the mesh. A folded mesh may have none to compare with.
+std::string volume_text(double limit_mm3, double control_mm3) {
+  if (!(control_mm3 > 0)) return "another volume";
+  const double change = limit_mm3 / control_mm3 - 1;
+  return number_text(100 * std::abs(change), 3) + " % " + (change < 0 ? "less" : "more") + " volume";
+}
+
+/// By how much the volumes may differ, as a share of the mesh's. A mesh that was fitted meets the part at its vertices
+/// alone, and what is convex holds more than the flat faces between them: a round section of eight faces has 11 % more,
+/// which is where faces get too coarse to tell what they stand for. Where edges were rounded that look sharp the flat
+/// faces are meant, as those of control meshes are.
+double most_volume_change(const Deviation& deviation) {
+  return deviation.interpolating && deviation.rounded.count == 0 ? 0.1 : 0.005;
+}
+
+/// `step`: from the vertex to its limit point, in voxels and in mm.
+std::string deviation_text(const Deviation& deviation, const VertexLimit& farthest, double step_voxels,
+                           double step_mm) {
+  constexpr int kDigits = 4;
+  const std::string volume = "what is printed is the limit, with " +
+                             volume_text(deviation.limit_volume_mm3, deviation.control_volume_mm3) + " than the ";
+  const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
+  const std::string rounded = deviation.rounded.count > 0 ? "; " + describe(deviation.rounded) : "";
+  if (deviation.interpolating && step_voxels == 0) {
+    return volume + "mesh that it interpolates" +
+           (rounded.empty() ? ", which is more than it takes to be round between its vertices" : rounded) + "." +
+           remedy + ", or use a finer mesh";
+  }
+  const std::string distance = " is " + number_text(step_mm, kDigits) + " mm, " + number_text(step_voxels, kDigits) +
+                               " voxels, from its limit point.";
+  const std::string vertex =
+      (farthest.on_interface ? "interface vertex " : "boundary vertex ") + std::to_string(farthest.vertex);
+  if (deviation.interpolating) {
+    return volume + "mesh that it was fitted to" + rounded + "; " + vertex + ", which the fit missed," + distance +
+           remedy + ", or use a finer mesh";
+  }
+  return volume + "control mesh; " + vertex + distance + remedy +
+         ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)";
+}
+
+void warn_of_whole(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
+                   v1::PlanSlicesResponse& plan) {
+  constexpr double kMostVoxels = 0.5;
+  const Vec3 voxels_per_mm = Vec3(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm).cwiseInverse();
+  const VertexLimit farthest = farthest_vertex(solid, voxels_per_mm.asDiagonal() * job.placement.linear());
+  const Vec3 from = job.placement * farthest.position, step = Vec3(job.placement * farthest.limit) - from;
+  const double voxels = step.cwiseProduct(voxels_per_mm).norm();
+  const double change_mm3 = std::abs(deviation.limit_volume_mm3 - deviation.control_volume_mm3);
+  const double most_mm3 = most_volume_change(deviation) * std::abs(deviation.control_volume_mm3);
+  if (change_mm3 <= most_mm3 && voxels <= kMostVoxels) return;
+  v1::PlanWarning& warning =
+      add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION, deviation_text(deviation, farthest, voxels, step.norm()));
+  if (voxels > 0) *warning.add_places_mm() = to_message(from);
+  if (deviation.rounded.count > 0) *warning.add_places_mm() = to_message(deviation.rounded.place);
+}
+
+/// Interfaces move like the boundary does, so a part may keep its volume while one of its regions doesn't.
+void warn_of_cell_regions(const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
+  const double most = most_volume_change(solid.deviation);
+  const auto change = [](const CellRegionSummary& region) {
+    return std::abs(region.volume_mm3 - region.control_volume_mm3) / std::abs(region.control_volume_mm3);
+  };
+  const auto changes = [&](const CellRegionSummary& region) {
+    return region.control_cells > 0 && change(region) > most;
+  };
+  const std::vector<CellRegionSummary>& regions = solid.cell_regions;
+  const auto count = std::ranges::count_if(regions, changes);
+  const auto used = std::ranges::count_if(regions, [](const auto& region) { return region.control_cells > 0; });
+  if (count == 0 || used < 2) return;
+  const CellRegionSummary* worst = nullptr;
+  for (const CellRegionSummary& region : regions) {
+    if (changes(region) && (worst == nullptr || change(region) > change(*worst))) worst = &region;
+  }
+  const std::string others =
+      count == 1 ? "" : ", and " + std::to_string(count - 1) + " more of " + std::to_string(used) + " change likewise";
+  add_warning(
+      plan, v1::PLAN_WARNING_KIND_DEVIATION,
+      "cell region '" + echoed(worst->name) + "' is printed with " +
+          volume_text(worst->volume_mm3, worst->control_volume_mm3) + " than " +
+          (solid.deviation.interpolating ? "in the mesh that was fitted" : "its control cells") + others +
+          ". If that isn't meant, keep edges of interfaces sharp (sharp_edges, or --sharp-angle with "
+          "--sharp-reentrant of ccslice), use a finer mesh" +
+          (solid.deviation.interpolating ? "" : ", or control points fitted to the part (--interpolate of ccslice)"));
+}
+
+}  // namespace
+
+void warn_of_deviation(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
+                       v1::PlanSlicesResponse& plan) {
+  warn_of_whole(job, solid, deviation, plan);
+  warn_of_cell_regions(solid.summary(), plan);
+}
+
+}  // namespace ccslice::server
