@@ -105,6 +105,7 @@ struct SliceOutcome {
   std::uint64_t voxel_count = 0;
   std::uint64_t voxels_interpolated = 0;
   std::uint64_t voxels_unresolved = 0;
+  std::uint64_t voxels_repainted = 0;  // 0, unless the server broke the material tolerance and mended it.
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
   std::vector<std::uint64_t> material_voxels;  // For each material; empty if no plane shows them.

@@ -62,6 +62,7 @@ void add_to(SliceOutcome& outcome, const Layer& layer) {
   outcome.voxel_count += layer.end.voxel_count();
   outcome.voxels_interpolated += layer.end.statistics().voxels_interpolated();
   outcome.voxels_unresolved += layer.end.statistics().voxels_unresolved();
+  outcome.voxels_repainted += layer.end.statistics().voxels_repainted();
   outcome.max_residual_mm = std::max(outcome.max_residual_mm, layer.end.statistics().max_residual_mm());
   for (const Plane& plane : layer.planes) outcome.encoded_bytes += plane.encoded.size();
   const auto& voxels = layer.end.statistics().material_voxels();
@@ -160,6 +161,7 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   voxel_count += part.voxel_count;
   voxels_interpolated += part.voxels_interpolated;
   voxels_unresolved += part.voxels_unresolved;
+  voxels_repainted += part.voxels_repainted;
   max_residual_mm = std::max(max_residual_mm, part.max_residual_mm);
   encoded_bytes += part.encoded_bytes;
   add_voxels(material_voxels, part.material_voxels);

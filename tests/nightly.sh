@@ -16,7 +16,7 @@
 #   plugins   Blender's and FreeCAD's, in the real ones
 #   deploy    proxies, rolling restarts and the farm with the real programs, the long way
 #   images    the container images (deploy/check-image.sh), for which it takes root
-#   cad       the way from CAD, as written
+#   cad       the way from CAD, as written; five meshes of tetrahedra by Gmsh against the oracles
 #   tidy      clang-tidy
 #
 #   tests/nightly.sh [--steps fuzz,load] [FIRST [LAST]]    # DEFAULT: all steps; seeds of random jobs 1 to 10000
@@ -123,6 +123,17 @@ from_cad() {
   deploy/install.sh cad && tests/docs/run_page.sh docs/from-cad.md
 }
 
+# 700 to 4,000 tetrahedra: limits, inversion, occupancy and materials of each.
+tetrahedra() {
+  local paths="" name size made
+  for made in tests/data/cad/{ball:3.2,cylinder:2.2} docs/cad/plate:{4,3,2.2}; do
+    size=${made#*:} name=$(basename "${made%:*}")-$size
+    gmsh "${made%:*}.geo" -3 -clmax "$size" -o "$reports/$name.msh" || return 1
+    paths+="$PWD/$reports/$name.msh:"
+  done
+  CCSLICE_TETRAHEDRA="$paths" build/release/tests/oracle/real_mesh_oracle_test --gtest_filter='Fixtures/*'
+}
+
 # With screenshots beside the reports. On a machine that is not too busy the first picture is there within a second.
 browser() {
   deploy/install.sh browser &&
@@ -148,7 +159,7 @@ run "packages" deploy/install.sh build test bench fuzz || true
 
 if wants tests || wants jobs || wants meshes || wants load || wants browser || wants plugins || wants deploy ||
   wants cad; then
-  if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis; then
+  if run "build for users" build release ccslice ccsliced hostile_jobs error_analysis real_mesh_oracle_test; then
     run "packages of the programs" tests/hygiene/check_packages.py \
       server=build/release/server/ccsliced client=build/release/client/ccslice || true
     ! wants tests || run "long tests" long_tests || true
@@ -163,7 +174,10 @@ if wants tests || wants jobs || wants meshes || wants load || wants browser || w
     ! wants browser || run "the page in a browser" browser || true
     ! wants plugins || run "plug-ins in their hosts" plugins || true
     ! wants deploy || run "what deploy/ ships" deployed || true
-    ! wants cad || run "docs/from-cad.md" from_cad || true
+    if wants cad; then
+      run "docs/from-cad.md" from_cad || true
+      run "tetrahedra of Gmsh" tetrahedra || true
+    fi
   fi
 fi
 

@@ -52,7 +52,7 @@ void run_export(Session& session, const ExportOptions& options) {
   v1::TessellateBoundaryRequest request;
   *request.mutable_placement() = parse_placement(options.placement);
   if (options.chord_tolerance_mm) request.set_chord_tolerance_mm(*options.chord_tolerance_mm);
-  request.set_mesh_id(ensure_on_server(session, options.mesh));
+  request.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
   const client::Surface surface = session.client().tessellate(request, session.call());
   const std::string file = write(surface);
   write_file(options.output, file);

@@ -125,7 +125,7 @@ void run_picture(Session& session, const PictureOptions& options) {
   const v1::Placement placement = parse_placement(options.placement);
   require_png_name(options.output);
   refuse_to_overwrite(options.output, options.force);
-  const std::string id = ensure_on_server(session, options.mesh);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
   const v1::Box3 box = part_box(session, id, placement);
   v1::SliceRangeRequest request = block_request(id, placement, box, options);
   ask_for_all_layers(session, request);

@@ -241,7 +241,7 @@ void run_preview(Session& session, const PreviewOptions& options) {
   check_options(options);
   request_of(options, "");  // Says what is wrong before anything is uploaded.
   refuse_to_overwrite(options.output, options.force);
-  const std::string id = ensure_on_server(session, options.mesh);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
   v1::PreviewRequest request = request_of(options, id);
   std::string png;
   std::optional<v1::PreviewHeader> header;

@@ -145,7 +145,7 @@ class AnswerPrinter {
 void run_probe(Session& session, const ProbeOptions& options) {
   Points points(options);
   const v1::Placement placement = parse_placement(options.placement);
-  const std::string id = ensure_on_server(session, options.mesh);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
   const v1::MeshSummary mesh = session.client().mesh_summary(id, session.call());
   AnswerPrinter printer(mesh, session.options().json);
   try {

@@ -89,7 +89,7 @@ std::string draw(const v1::GridExtent& extent, const client::Layer& layer) {
 
 void run_show(Session& session, const ShowOptions& options) {
   const v1::Placement placement = parse_placement(options.placement);
-  const std::string id = ensure_on_server(session, options.mesh);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
   const v1::SliceRangeRequest request = picture_request(id, placement, part_box(session, id, placement), options);
   session.client().slice(
       request,

@@ -103,7 +103,7 @@ v1::PlanSlicesRequest plan_request(JobOptions options, bool contours) {
 
 void run_plan(Session& session, const JobOptions& options) {
   v1::PlanSlicesRequest request = plan_request(options, false);
-  request.set_mesh_id(ensure_on_server(session, options.mesh));
+  request.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
   const v1::PlanSlicesResponse plan = session.client().plan(request, session.call());
   if (!session.options().json) return print_line(describe(plan));
   JsonWriter json;
@@ -278,7 +278,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
-  request.set_mesh_id(ensure_on_server(session, options.job.mesh));
+  request.set_mesh_id(ensure_on_server(session, options.job.mesh, options.job.placement));
   const PlannedJob job = plan_job(session, options, request, contours);
   const v1::Grid& grid = job.plan.grid();
   contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),

@@ -105,11 +105,25 @@ std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertO
   return region_value_count(mesh.mesh) == 0 ? to_vtu(mesh.mesh) : to_vtu(split_regions(mesh.mesh));
 }
 
+/// What a .vtu of the mesh doesn't say, so that whoever reads it again gets another part.
+void note_losses(const ControlMesh& mesh, const ConvertOptions& options, std::vector<std::string>& notes) {
+  if (options.limit || options.bezier) return;  // To look at.
+  std::string lost;
+  if (!mesh.sharp_edges.empty()) lost = show_count(mesh.sharp_edges.size()) + " sharp edges";
+  if (!mesh.sharp_vertices.empty()) {
+    lost += (lost.empty() ? "" : ", ") + show_count(mesh.sharp_vertices.size()) + " sharp corners";
+  }
+  if (mesh.interpolating) lost += std::string(lost.empty() ? "" : ", ") + "that control points were fitted";
+  if (lost.empty()) return;
+  notes.push_back(".vtu files don't keep: " + lost + "; write a .ccmesh or a .json to slice the part as it is");
+}
+
 void run_convert(Session& session, const ConvertOptions& options) {
   require_file(options.mesh, "convert");
   const MeshFormat format = format_of(options);
   refuse_to_overwrite(options.output, options.force);
-  const LoadedMesh mesh = load_mesh(options.mesh, session.quiet());
+  LoadedMesh mesh = load_mesh(options.mesh, session.quiet());
+  if (format == MeshFormat::kVtu) note_losses(mesh.mesh, options, mesh.warnings);
   print_notes(session, mesh);
   const std::string content = content_of(mesh, format, options, session.quiet());
   write_file(options.output, content);

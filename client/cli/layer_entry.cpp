@@ -35,6 +35,7 @@ client::SliceOutcome counts_of_entry(const Struct& layer) {
   counts.voxel_count = count(layer, "voxel_count");
   counts.voxels_interpolated = count(layer, "voxels_interpolated");
   counts.voxels_unresolved = count(layer, "voxels_unresolved");
+  counts.voxels_repainted = count(layer, "voxels_repainted");
   counts.max_residual_mm = number(layer, "max_residual_mm");
   for (const auto& voxels : items(layer, "material_voxels")) {
     counts.material_voxels.push_back(static_cast<std::uint64_t>(voxels.number_value()));

@@ -188,6 +188,7 @@ std::string LayerFiles::manifest_entry(const client::Layer& layer, const std::ve
       .member("voxels_full", statistics.voxels_full())
       .member("voxels_interpolated", statistics.voxels_interpolated())
       .member("voxels_unresolved", statistics.voxels_unresolved())
+      .member("voxels_repainted", statistics.voxels_repainted())
       .member("max_residual_mm", statistics.max_residual_mm())
       .member("contour_loops", statistics.contour_loops())
       .member("contour_points", statistics.contour_points())

@@ -23,6 +23,7 @@
 #include "core/base/utf8.h"
 #include "core/mesh/cell_averages.h"
 #include "core/mesh/cell_numbers.h"
+#include "core/mesh/cell_regions.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
 
@@ -110,8 +111,8 @@ Changes parse_changes(const MeshOptions& options) {
 }
 
 /// How deep a grade by distance really goes.
-std::string depth_note(const Grade& grade, double deepest_mm) {
-  const std::string name = "--grade " + grade.channel + "=distance ";
+std::string depth_note(const Grade& grade, double deepest_mm, bool scaled_later) {
+  const std::string name = "--grade " + grade.channel + "=distance " + (scaled_later ? "(before --scale) " : "");
   if (deepest_mm == 0) {
     return name + "is " + show_number(grade.first) + " all over: every vertex lies on the boundary; refine the mesh";
   }
@@ -159,7 +160,8 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   }
   for (const Grade& grade : changes.grades) {
     const double deepest_mm = apply_grade(grade, meant);
-    if (grade.field == GradeField::kDistance) loaded.warnings.push_back(depth_note(grade, deepest_mm));
+    if (grade.field == GradeField::kDistance)
+      loaded.warnings.push_back(depth_note(grade, deepest_mm, options.scaled_later));
   }
   if (pair) loaded.mesh = pair->finish(loaded.warnings);
   check_channel_names(loaded.mesh);
@@ -198,7 +200,9 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   check_channel_names(loaded.mesh);
   if (changed) change(options, changes, quiet, loaded);
   ControlMesh checked = loaded.mesh;
-  loaded.report = validate(checked);
+  ConnectedMesh connected = validate_and_connect(checked, {}, {});
+  if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // Refuses some.
+  loaded.report = std::move(connected.report);
   warn_of_size(options.size, loaded.mesh, loaded.warnings);
   loaded.bytes = std::make_shared<const client::MeshBytes>(
       as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
@@ -218,7 +222,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
-          "each vertex. Lengths are mm of the result of --units and --size. May be repeated")
+          "each vertex. Lengths are mm of the result of --units and --size, before --scale. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   command
@@ -304,8 +308,9 @@ client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
   return outcome;
 }
 
-std::string ensure_on_server(Session& session, const MeshOptions& options) {
+std::string ensure_on_server(Session& session, MeshOptions options, const PlacementOptions& placement) {
   if (names_mesh_id(options)) return options.mesh;
+  options.scaled_later = !placement.scale.empty();
   const LoadedMesh mesh = load_mesh(options, session.quiet());
   upload(session, mesh);
   return mesh.bytes->id();

@@ -13,6 +13,7 @@
 
 #include "client/cli/fitting.h"
 #include "client/cli/json.h"
+#include "client/cli/placement.h"
 #include "client/cli/session.h"
 #include "client/cli/sharpening.h"
 #include "client/cli/sizing.h"
@@ -31,6 +32,7 @@ struct MeshOptions {
   std::string interpolate = {};             // "", "all" or "boundary".
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
+  bool scaled_later = false;                // By --scale, so that lengths in notes aren't those of the print.
 };
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);
@@ -54,7 +56,7 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json);
 bool names_mesh_id(const MeshOptions& options);
 
 /// The id of the mesh, on the server by the time this returns: files are loaded and uploaded where they are missing.
-std::string ensure_on_server(Session& session, const MeshOptions& options);
+std::string ensure_on_server(Session& session, MeshOptions options, const PlacementOptions& placement = {});
 
 /// Uploads a loaded mesh, with a progress bar, if the server lacks it.
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh);

@@ -32,7 +32,8 @@ void report_sliced(const Session& session, const std::string& output, const Plan
     json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
     json.member("voxels_interpolated", outcome.voxels_interpolated);
-    json.member("voxels_unresolved", outcome.voxels_unresolved).member("max_residual_mm", outcome.max_residual_mm);
+    json.member("voxels_unresolved", outcome.voxels_unresolved).member("voxels_repainted", outcome.voxels_repainted);
+    json.member("max_residual_mm", outcome.max_residual_mm);
     json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
     if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
     json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
@@ -51,6 +52,12 @@ void report_sliced(const Session& session, const std::string& output, const Plan
   if (outcome.voxels_unresolved > 0 && !session.quiet()) {
     print_note("note: " + show_count(outcome.voxels_unresolved) +
                " voxels took the material of the nearest place that could be solved");
+  }
+  if (outcome.voxels_repainted > 0 && !session.quiet()) {
+    print_note(
+        "note: " + show_count(outcome.voxels_repainted) +
+        " voxels were inverted, as one beside them, which was checked, was beyond the material tolerance; please "
+        "report it with the mesh and the command");
   }
 }
 

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/inversion/cell_candidates.h"
+#include "core/inversion/nearest_place.h"
 #include "core/inversion/newton.h"
 #include "core/inversion/start_places.h"
 #include "core/limit/cell_distance.h"
@@ -33,6 +35,7 @@ constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;    // For one search: some milliseconds. Near folds a point may take two.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
+constexpr std::size_t kMostSettled = 8;     // Cells in which the place nearest to a point off the solid is looked for.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 constexpr std::size_t kAllSearched = kMaxNewtonRuns / (1 + kThoroughStarts);  // Runs are enough for as many cells.
 
@@ -187,6 +190,31 @@ struct PointInverter::State {
     return true;
   }
 
+  /// The place of the cell that is nearest to a point which it doesn't hold, if that is nearer than the best one.
+  void settle_in(LimitCellId cell, const Vec3& start, const Vec3& point, InversionResult& best) noexcept {
+    const NewtonResult found = nearest_in_cell(evaluator, cell, start, point, acceptance);
+    best.newton_steps += found.steps;
+    if (found.residual_mm >= best.residual_mm) return;
+    best.at = {cell, found.uvw};
+    best.residual_mm = found.residual_mm;
+  }
+
+  /// For a point that no cell was found to hold: from where runs got stuck beside the boundary on to the nearest place,
+  /// in the best cell and in those that came nearest besides. REQUIRES: candidates that know where their runs ended.
+  InversionResult settle(const Vec3& point, InversionResult best) noexcept {
+    if (best.residual_mm <= acceptance.in_cell(best.at.cell)) return best;
+    const LimitCellId cell = best.at.cell;
+    settle_in(cell, Vec3(best.at.uvw), point, best);
+    std::erase_if(candidates, [&](const Candidate& c) { return c.cell == cell || !std::isfinite(c.distance); });
+    const std::size_t count = std::min(candidates.size(), kMostSettled);
+    const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(count);
+    std::partial_sort(candidates.begin(), end, candidates.end(), [](const Candidate& a, const Candidate& b) {
+      return std::pair(a.distance, a.cell) < std::pair(b.distance, b.cell);
+    });
+    for (auto c = candidates.begin(); c != end; ++c) settle_in(c->cell, c->start, point, best);
+    return best;
+  }
+
   InversionResult search(const Vec3& point, InversionResult best) noexcept {
     collect(point, options.outside_mm, CandidateOrder::kNearest, [](std::uint32_t) { return true; });
     return search_candidates(point, best);
@@ -207,6 +235,7 @@ struct PointInverter::State {
       own.residual_mm = std::numeric_limits<double>::infinity();
       const bool found = run(c.cell, c.start, point, own, Patience::kQuick);
       c.distance = own.residual_mm;
+      c.start = own.at.uvw;
       const int steps = best.newton_steps + own.newton_steps;
       if (own.residual_mm < best.residual_mm) best = own;
       best.newton_steps = steps;
@@ -222,11 +251,11 @@ struct PointInverter::State {
       if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;
       if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
     }
-    if (best.residual_mm <= options.outside_mm) return best;
+    if (best.residual_mm <= options.outside_mm) return settle(point, best);
     for (const Candidate& c : candidates) {
       if (search_thoroughly(c.cell, point, best)) return best;
     }
-    return best;
+    return candidates.empty() ? best : settle(point, best);
   }
 
   bool folds(LimitCellId cell) const noexcept {

@@ -4,11 +4,12 @@
 // Point inversion [Luu19, 3.2.2, Alg. 1]: the parameter (i,u,v,w) that geo maps to a given point.
 //
 // Candidate cells come from an index over the bounding boxes of the limit cells, never from all cells. Each has a first
-// guess of the parameter from its middle and the Jacobian there; Newton (newton.h) starts from those, the nearest to
-// a cell's middle first, and gives wrong cells up quickly. Where that fails, it starts in each at the nearest of the
+// guess of the parameter from its middle and the Jacobian there; Newton (newton.h) starts from those, the nearest to a
+// cell's middle first, and gives wrong cells up quickly. Where that fails, it starts in each at the nearest of the
 // interior points (i + 1/2)/2, and at last at the nearest few of (i + 1/2)/4. A result is accepted after clamping
-// (acceptance.h). The work for one point is bounded, and so is the memory: of the candidates only as many are kept as
-// Newton may run.
+// (acceptance.h). Of a point that no cell holds the nearest place is looked for (nearest_place.h), from where Newton's
+// method got stuck, in the best cell and in those that came nearest besides. The work for one point is bounded, and so
+// is the memory: of the candidates only as many are kept as Newton may run.
 //
 // Of points all over a solid's box many lie in the boxes of cells and in none of them, and nothing is searched for
 // longer than what isn't there. So before the search gets thorough, cells that are proved not to hold the point may be

@@ -115,11 +115,13 @@ class AbaqusSets::Resolver {
     if (!known) unknown_.insert(instance.empty() ? member.set : instance + "." + member.set);
   }
 
-  /// Whether a set of that scope has come before the member.
+  /// Whether there is a set of that scope, which must have come before the member unless that is a section.
   bool add_use(std::size_t number, const AbaqusScope& scope, const PlacedIndex* place) {
     const Member& member = sets_.members_[number];
     const auto known = sets_.index_.find({scope, member.set, false});
-    if (known == sets_.index_.end() || sets_.sets_[known->second].first_member > number) return false;
+    if (known == sets_.index_.end()) return false;
+    const bool is_section = sets_.sets_[member.of].kind == Kind::kMaterial;
+    if (!is_section && sets_.sets_[known->second].first_member > number) return false;
     if (known->second != member.of) found_[known->second].uses.push_back({member.of, place});
     return true;
   }

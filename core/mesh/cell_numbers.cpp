@@ -22,13 +22,16 @@ namespace {
 constexpr std::string_view kAllSets = "sets", kAllMaterials = "materials";
 constexpr std::uint8_t kInNone = 255;
 
+constexpr const char* kNameSets = "name those that matter, and the rest becomes one region";
+
 [[noreturn]] void refuse(const std::string& message) {
   throw Error(ErrorCode::kMeshBadCellRegion, message, "cell_regions");
 }
 
-void check_count(const std::string& what, std::size_t count, const MeshLimits& limits) {
+void check_count(const std::string& what, std::size_t count, const MeshLimits& limits, const char* remedy) {
   if (count <= limits.max_cell_regions) return;
-  refuse(what + " more than " + std::to_string(limits.max_cell_regions) + ", which is the limit of cell regions");
+  refuse(what + " more than " + std::to_string(limits.max_cell_regions) + ", which is the limit of cell regions; " +
+         remedy);
 }
 
 void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, const MeshLimits& limits) {
@@ -42,7 +45,7 @@ void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, cons
     }
     whole.push_back(*integer);
     regions.try_emplace(*integer);
-    check_count("'" + echoed(numbers.name) + "' has different numbers,", regions.size(), limits);
+    check_count("'" + echoed(numbers.name) + "' has different numbers,", regions.size(), limits, "give the file fewer");
   }
   for (auto& [number, region] : regions) {
     region = static_cast<std::uint8_t>(mesh.cell_region_names.size());
@@ -100,7 +103,7 @@ std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& 
 }
 
 void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& mesh, const MeshLimits& limits) {
-  check_count("the sets are", sets.size(), limits);
+  check_count("the sets are", sets.size(), limits, kNameSets);
   mesh.cell_regions.assign(mesh.cell_count(), kInNone);
   for (std::size_t set = 0; set < sets.size(); ++set) {
     for (const std::uint32_t cell : sets[set]->cells) {
@@ -114,7 +117,7 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
     mesh.cell_region_names.push_back(sets[set]->name);
   }
   if (!contains(mesh.cell_regions, kInNone)) return;
-  check_count("the sets and the rest are", sets.size() + 1, limits);
+  check_count("the sets and the rest are", sets.size() + 1, limits, "name one less");
   std::ranges::replace(mesh.cell_regions, kInNone, static_cast<std::uint8_t>(sets.size()));
   std::string rest = "rest";
   while (contains(mesh.cell_region_names, rest)) rest += '_';

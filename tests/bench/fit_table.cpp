@@ -76,9 +76,9 @@ Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices
   const auto solid = LimitSolid::prepare(fitted);
   const LimitSolid::Data& data = solid->data();
   const double diagonal = before.summary().deviation.control_box.diagonal().norm();
-  const VertexLimits& vertices = data.boundary_vertices;
-  for (std::size_t i = 0; i < vertices.ids.size(); ++i) {
-    const double distance = (vertices.limits[i] - mesh.positions[vertices.ids[i]]).norm() / diagonal;
+  const VertexLimits& boundary = data.boundary_vertices;
+  for (std::size_t i = 0; i < boundary.ids.size(); ++i) {
+    const double distance = (boundary.limits[i] - mesh.positions[boundary.ids[i]]).norm() / diagonal;
     result.missed += distance > 1e-6;
     result.farthest = std::max(result.farthest, distance);
   }

@@ -55,6 +55,33 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, 0);
 }
 
+// Two opposite ones of eight cubes are a region: round the middle vertex the others go all the way round it.
+TEST_F(CommandLine, CellRegionsThatNoServerTakesAreRefusedByEveryCommand) {
+  const std::string mesh = path("round.mesh");
+  std::string text = "MeshVersionFormatted 2\nDimension 3\nVertices 27\n";
+  for (const char* z : {"0", "1", "2"}) {
+    for (const char* y : {"0", "1", "2"}) {
+      for (const char* x : {"0", "1", "2"}) text += std::string(x) + " " + y + " " + z + " 0\n";
+    }
+  }
+  text += "Hexahedra 8\n";
+  for (int cell = 0; cell < 8; ++cell) {
+    const int low = 1 + cell % 2 + 3 * (cell / 2 % 2) + 9 * (cell / 4);
+    for (const int corner : {0, 1, 4, 3, 9, 10, 13, 12}) text += std::to_string(low + corner) + " ";
+    text += cell == 0 || cell == 7 ? "1\n" : "2\n";
+  }
+  cli::write_file(mesh, text + "End\n");
+  EXPECT_EQ(run_alone({"info", mesh}).exit_code, 0);
+  for (const auto& command : {std::vector<std::string>{"convert", mesh, "-o", path("round.ccmesh")}, {"info", mesh}}) {
+    std::vector<std::string> with_regions = command;
+    with_regions.insert(with_regions.end(), {"--regions-from", "reference"});
+    const ProcessResult result = run_alone(with_regions);
+    EXPECT_EQ(result.exit_code, cli::kExitInput) << command.front();
+    EXPECT_THAT(result.err,
+                AllOf(HasSubstr("round.mesh: the cells of one region meet otherwise than in faces"), HasSubstr("13")));
+  }
+}
+
 TEST_F(CommandLine, NumbersOfCellsThatAreNotTakenAreTold) {
   const std::string mesh = path("numbers.vtk");
   cli::write_file(mesh,

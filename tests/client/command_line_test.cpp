@@ -546,6 +546,16 @@ TEST_F(CommandLine, IdsThatWereCutShortAreNamed) {
   EXPECT_EQ(named.wait().exit_code, cli::kExitOk) << "a file may be called so";
 }
 
+TEST_F(CommandLine, ConvertSaysWhatVtuFilesDoNotKeep) {
+  const ProcessResult done = run_alone({"convert", box_, "--interpolate", "-o", path("box.vtu")});
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.err,
+              ContainsRegex("note: .vtu files don't keep: [0-9]+ sharp edges, that control points were fitted; "
+                            "write a .ccmesh or a .json"));
+  EXPECT_THAT(run_alone({"convert", box_, "-o", path("box.json")}).err, Not(HasSubstr("don't keep")));
+  EXPECT_THAT(run_alone({"convert", box_, "--limit", "0", "-o", path("limit.vtu")}).err, Not(HasSubstr("don't keep")));
+}
+
 TEST_F(CommandLine, ConvertWritesBezierCells) {
   const std::string engine = path("engine.ccmesh"), vtu = path("engine.vtu");
   ASSERT_EQ(run_alone({"models", "engine", "-o", engine}).exit_code, 0);

@@ -155,6 +155,8 @@ TEST_F(SizedFile, GradesByDistanceSayHowDeepTheyGo) {
       note("skin=distance:90..30:2.5", {.size = "6"}),
       "--grade skin=distance reaches 30 at a depth of 2.5 mm and keeps it down to 3 mm, where the deepest vertex lies");
   EXPECT_EQ(note("height=z"), "no note");
+  EXPECT_THAT(load_mesh({.mesh = file, .grades = {"skin=distance:0..1"}, .scaled_later = true}).warnings.back(),
+              testing::HasSubstr("=distance (before --scale) reaches 1 at a depth of 30 mm"));
 }
 
 TEST_F(SizedFile, SmallAndLargePartsMayBeInAnotherUnit) {

@@ -145,6 +145,9 @@ TEST_P(RealBoundary, LimitAgreesWithOpenSubdiv) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealBoundary, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealBoundary, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealBoundary, testing::ValuesIn(real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

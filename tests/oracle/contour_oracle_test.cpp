@@ -209,6 +209,9 @@ TEST_P(RealContour, PolygonsLieWithinTheToleranceAndNoLoopIsLost) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealContour, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealContour, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealContour, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "tests/oracle/hostile_check.h"
 
@@ -37,6 +39,35 @@ TEST(HostileJob, FindsTheCellThatHoldsAVoxelAmongAllThatComeNear) {
   const HostileResult result = run_hostile_seed(10529);
   EXPECT_FALSE(result.failed()) << to_text(result);
   EXPECT_GT(result[HostileCheck::kTruth].compared, 50u);
+}
+
+/// Hexahedra in a ring, all of whose long edges are smooth and have one of them.
+ControlMesh ring_of_hexahedra(std::uint32_t count) {
+  ControlMesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const double angle = 2 * EIGEN_PI * i / count;
+    for (const double radius : {10, 15}) {
+      for (const double z : {0, 6}) mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+    const std::uint32_t here = 4 * i, next = 4 * ((i + 1) % count);
+    mesh.cell_kinds.push_back(CellKind::kHex);
+    for (const std::uint32_t at : {here, here + 2, next + 2, next, here + 1, here + 3, next + 3, next + 1}) {
+      mesh.cell_vertices.push_back(at);
+    }
+  }
+  return mesh;
+}
+
+// Voxels just off a part of a hundredth of a millimetre: Newton's method got stuck inside, within a micrometre of them,
+// and their materials were 150 and 90 times the tolerance away from those of the boundary beside them.
+TEST(HostileJob, TakesTheNearestPlaceBesideSmoothEdges) {
+  std::vector<NamedMesh> rings;
+  for (const std::uint32_t count : {4, 5, 6, 8}) rings.push_back({"ring", ring_of_hexahedra(count)});
+  for (const std::uint64_t seed : {174, 1101}) {
+    const HostileResult result = run_hostile_seed(seed, {.most_voxels = 60000, .files = rings});
+    EXPECT_FALSE(result.failed()) << to_text(result);
+    EXPECT_GT(result[HostileCheck::kTolerance].compared, 5000u);
+  }
 }
 
 TEST(HostileJob, IsTheSameForTheSameSeed) {

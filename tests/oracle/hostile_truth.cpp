@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/limit/cell_index.h"
+#include "tests/oracle/nearest_places.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 constexpr double kAcceptMm = 1e-6;         // As voxels are inverted: world mm.
 constexpr double kRoundingOfSize = 1e-12;  // What doubles can reach.
 constexpr int kMostSteps = 40, kMostHalvings = 8;
+constexpr double kRivalsApart =
+    0.1;  // Two places are one if they are nearer to each other, as a share of the way there.
 
 InversionOptions options_of(const Placement& placement, double diagonal_mm, double outside_mm) {
   const Vec3 scales = scales_of(placement);
@@ -59,9 +62,27 @@ std::optional<VoxelTruth> TruthFinder::find(const Vec3& world) {
     truth.place = VoxelPlace::kAmbiguous;
   } else if (truth.residual_mm > accept_mm_) {
     truth.place = VoxelPlace::kOff;
+    take_nearest(point, truth);
   }
   truth.values = values_at(truth.at);
   return truth;
+}
+
+/// Where another place is as near, there is no telling which a voxel takes.
+void TruthFinder::take_nearest(const Vec3& point, VoxelTruth& truth) {
+  const std::vector<NearPlace> places = nearest_places(inverter_.evaluator(), point, truth.residual_mm);
+  if (places.empty()) return;
+  const NearPlace& nearest = places.front();
+  if (nearest.distance_mm < truth.residual_mm) {
+    truth.at = nearest.at;
+    truth.residual_mm = nearest.distance_mm;
+  }
+  if (truth.residual_mm <= accept_mm_) truth.place = VoxelPlace::kInside;
+  for (const NearPlace& other : places) {
+    const bool is_rival = other.distance_mm < nearest.distance_mm + accept_mm_ &&
+                          (other.position - nearest.position).norm() > kRivalsApart * nearest.distance_mm;
+    if (is_rival) truth.place = VoxelPlace::kAmbiguous;
+  }
 }
 
 std::vector<double> TruthFinder::slack(const VoxelTruth& truth) {

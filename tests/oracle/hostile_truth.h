@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a voxel's materials are to rounding: its parameter as PointInverter finds it, then plain Newton in that cell
-// until nothing is left of the residual. And by how much two inversions may differ there: each may be off by what it
-// accepts in space, 1e-6 mm, so their materials by twice what materials change within that.
+// until nothing is left of the residual; of a voxel off the solid the nearest place, of all cells that come near. And
+// by how much two inversions may differ there: each may be off by what it accepts in space, 1e-6 mm, so their materials
+// by twice what materials change within that.
 
 #pragma once
 
@@ -50,6 +51,7 @@ class TruthFinder {
 
  private:
   double polish(const Vec3& point, CellParam& at);
+  void take_nearest(const Vec3& point, VoxelTruth& truth);
   std::vector<double> values_at(const CellParam& at);
 
   std::shared_ptr<const LimitSolid> solid_;

@@ -20,7 +20,7 @@ namespace {
 constexpr double kOutsideSlackMm = 1e-3;       // As LayerSlicer has it.
 constexpr std::size_t kMostLookedInto = 5000;  // Of the samples of a job that are beyond the tolerance.
 constexpr std::size_t kMostPassedOn = 300;     // Of their voxels.
-constexpr std::size_t kRandomVoxels = 200;
+constexpr std::size_t kRandomVoxels = 200, kBorderRows = 20;
 constexpr double kFloatRounding = 0x1p-22;  // Of two floats, and of the arithmetic before.
 constexpr double kTruthRounding = 1e-9;     // Of a channel's range.
 
@@ -134,14 +134,28 @@ void judge(const HostileRun& run, const VoxelIndex& at, const std::optional<Voxe
   }
 }
 
+/// Some anywhere, and some with a neighbour outside, of which a few lie off the solid.
 void add_random_voxels(const HostileRun& run, std::vector<VoxelIndex>& voxels) {
   HostileRandom random(run.seed, 4);
   const GridExtent& extent = run.job.job.grid.extent;
+  const auto is_inside = [&](const Layer& layer, std::uint32_t column, std::uint32_t row) {
+    return column < extent.columns && row < extent.rows && bit_at(layer.planes[0], extent.columns, column, row);
+  };
   for (std::size_t i = 0; i < kRandomVoxels && !run.inverted.empty(); ++i) {
     const Layer& layer = run.inverted[random.bits() % run.inverted.size()];
     const auto column = static_cast<std::uint32_t>(random.bits() % extent.columns);
     const auto row = static_cast<std::uint32_t>(random.bits() % extent.rows);
-    if (bit_at(layer.planes[0], extent.columns, column, row)) voxels.push_back({column, row, &layer});
+    if (is_inside(layer, column, row)) voxels.push_back({column, row, &layer});
+  }
+  for (std::size_t i = 0; i < kBorderRows && !run.inverted.empty(); ++i) {
+    const Layer& layer = run.inverted[random.bits() % run.inverted.size()];
+    const auto row = static_cast<std::uint32_t>(random.bits() % extent.rows);
+    for (std::uint32_t column = 0; column < extent.columns; ++column) {
+      if (!is_inside(layer, column, row)) continue;
+      const bool at_border = !is_inside(layer, column + 1, row) || !is_inside(layer, column - 1, row) ||
+                             !is_inside(layer, column, row + 1) || !is_inside(layer, column, row - 1);
+      if (at_border) voxels.push_back({column, row, &layer});
+    }
   }
 }
 
@@ -185,7 +199,7 @@ void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, H
   TruthFinder truths = truths_of(run);
   for (const VoxelIndex& at : voxels) {
     const std::optional<VoxelTruth> truth = find(truths, run, at);
-    if (truth && truth->place == VoxelPlace::kInside) {
+    if (truth && (truth->place == VoxelPlace::kInside || truth->place == VoxelPlace::kOff)) {
       judge(run, at, truth, truths.slack(*truth), finding);
     } else {
       ++finding.excused;

@@ -171,6 +171,9 @@ TEST_P(InterpolatedRealMeshes, KeepTheTolerance) {
 INSTANTIATE_TEST_SUITE_P(Samples, InterpolatedRealMeshes, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, InterpolatedRealMeshes, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, InterpolatedRealMeshes, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -4,7 +4,9 @@
 #include "tests/oracle/real_meshes.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/models.h"
@@ -38,13 +40,20 @@ const std::vector<std::string>& sample_names() {
 }
 
 const std::vector<std::string>& fixture_names() {
-  static const std::vector<std::string> names = {"gmsh_plate.msh"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all = {"gmsh_plate.msh"};
+    const char* made = std::getenv("CCSLICE_TETRAHEDRA");
+    std::istringstream paths(made == nullptr ? "" : made);
+    for (std::string path; std::getline(paths, path, ':');) all.push_back(path);
+    return all;
+  }();
   return names;
 }
 
 std::optional<ControlMesh> read_real_mesh_ungraded(const std::string& name) {
   if (const SampleModel* sample = find_sample_model(name)) return sample->make();
   const bool fixture = std::ranges::find(fixture_names(), name) != fixture_names().end();
+  // A path that isn't relative stays as it is.
   const auto path = std::filesystem::path(fixture ? CCSLICE_TEST_DATA_DIR "/meshes" : CCSLICE_SHARED_MESHES_DIR) / name;
   if (!fixture && !std::filesystem::exists(path)) return std::nullopt;
   return read_mesh(read_file_bytes(path.string(), std::uint64_t{1} << 30)).mesh;

@@ -134,6 +134,9 @@ TEST_P(RealMaterials, AgreeWithAlgorithm1) {
 INSTANTIATE_TEST_SUITE_P(Samples, RealMaterials, testing::ValuesIn(sample_names()),
                          [](const auto& info) { return case_name(info.param); });
 
+INSTANTIATE_TEST_SUITE_P(Fixtures, RealMaterials, testing::ValuesIn(fixture_names()),
+                         [](const auto& info) { return case_name(info.param); });
+
 INSTANTIATE_TEST_SUITE_P(Shared, RealMaterials, testing::ValuesIn(small_real_mesh_names()),
                          [](const auto& info) { return case_name(info.param); });
 

@@ -124,6 +124,14 @@ TEST(AbaqusSets, GiveElementsMaterialsBySections) {
   EXPECT_THAT(file.mesh.cell_region_names, ElementsAre("Steel", "rest"));
 }
 
+TEST(AbaqusSets, MayStandAfterTheirSections) {
+  const MeshFile file =
+      read_abaqus(kNodes + tets({1, 2}) + "*SOLID SECTION, ELSET=high, MATERIAL=Steel\n*ELSET, ELSET=high\n2\n");
+  ASSERT_EQ(file.cell_materials.size(), 1u);
+  EXPECT_THAT(file.cell_materials[0].cells, ElementsAre(1));
+  EXPECT_THAT(file.warnings, IsEmpty());
+}
+
 TEST(AbaqusSets, HaveNamesOfTheirOwnBesideMaterials) {
   const MeshFile file = read_abaqus(kNodes + tets({1, 2}) + "*ELSET, ELSET=core\n1\n*ELSET, ELSET=all\n1, 2\n" +
                                     "*SOLID SECTION, ELSET=all, MATERIAL=core\n");

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/inversion/nearest_place.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/tiny_meshes.h"
+
+namespace ccslice {
+namespace {
+
+TEST(NearestPlace, IsOnTheFaceTheEdgeOrTheCorner) {
+  ControlMesh mesh = oracle::box_mesh(1, 1, 1);
+  oracle::sharpen_by_cells(mesh, 1);
+  const auto solid = LimitSolid::prepare(mesh);
+  LimitEvaluator evaluator(*solid);
+  const Acceptance acceptance(*solid, 1e-9);
+  for (const auto& [point, place] : {std::pair(Vec3(-2, 3, 4), Vec3(0, 0.3, 0.4)),
+                                     {Vec3(-2, 13, 4), Vec3(0, 1, 0.4)},
+                                     {Vec3(-2, 13, 15), Vec3(0, 1, 1)},
+                                     {Vec3(2, 3, 4), Vec3(0.2, 0.3, 0.4)}}) {
+    for (const Vec3& start : {Vec3(0.5, 0.5, 0.5), Vec3(1, 0, 0), Vec3(0, 1, 1)}) {
+      const NewtonResult found = nearest_in_cell(evaluator, LimitCellId{0}, start, point, acceptance);
+      EXPECT_LT((found.uvw - place).norm(), 1e-7) << point.transpose();
+      EXPECT_EQ(found.accepted, point.x() > 0);
+    }
+  }
+}
+
+/// Just off the smooth edges of a lone cube, where two columns of the Jacobian are parallel: the nearest place is on a
+/// face, from where the way to the point is perpendicular, or on an edge between two.
+TEST(NearestPlace, IsTheFootOfThePerpendicularBesideSmoothEdges) {
+  const auto solid = LimitSolid::prepare(oracle::box_mesh(1, 1, 1));
+  LimitEvaluator evaluator(*solid);
+  const Acceptance acceptance(*solid, 1e-6);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int i = 0; i < 400; ++i) {
+    const double off_mm = std::pow(10, -6 + 4 * unit(random));
+    const LimitCellId cell{static_cast<std::uint32_t>(random() % solid->cell_count())};
+    // On the face u = 0 or 1, whichever is on the boundary, many of them near an edge of the cube.
+    if (!(solid->boundary_sides(cell) & 3)) continue;
+    CellParam at{
+        cell, Vec3(solid->boundary_sides(cell) & 1 ? 0 : 1, 1e-4 + 0.9999 * std::pow(unit(random), 3), unit(random))};
+    const bool high_v = solid->boundary_sides(cell) & 8;
+    if (high_v) at.uvw[1] = 1 - at.uvw[1];
+    const LimitSample sample = evaluator.sample(at);
+    Vec3 normal = sample.jacobian.col(1).cross(sample.jacobian.col(2)).normalized();
+    if (normal.dot(sample.position - Vec3(5, 5, 5)) < 0) normal = -normal;
+    const Vec3 point = sample.position + off_mm * normal;
+    const NewtonResult found = nearest_in_cell(evaluator, cell, Vec3(0.5, 0.5, 0.5), point, acceptance);
+    EXPECT_NEAR(found.residual_mm, off_mm, 1e-9 + 1e-6 * off_mm);
+    EXPECT_LT((evaluator.geo({cell, found.uvw}) - sample.position).norm(), 1e-5 * off_mm + 1e-8) << at.uvw.transpose();
+  }
+}
+
+TEST(NearestPlace, NeverLeavesTheCellAndNeverGetsFarther) {
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    LimitEvaluator evaluator(*solid);
+    const Acceptance acceptance(*solid, 1e-9);
+    for (LimitCellId c; c < solid->cell_count(); c += 3) {
+      for (const Vec3& far : {Vec3(100, 0, 0), Vec3(-50, 80, -20), Vec3(15, 15, 15)}) {
+        const Vec3 start(0.375, 0.625, 0);
+        const NewtonResult result = nearest_in_cell(evaluator, c, start, far, acceptance);
+        EXPECT_TRUE((result.uvw.array() >= 0).all() && (result.uvw.array() <= 1).all()) << name;
+        EXPECT_LE(result.residual_mm, (evaluator.geo({c, start}) - far).norm()) << name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ccslice
