@@ -193,6 +193,7 @@ std::string JoinedJob::manifest() const {
                                                 {"voxel_count", std::to_string(counts.voxel_count)},
                                                 {"voxels_interpolated", std::to_string(counts.voxels_interpolated)},
                                                 {"voxels_unresolved", std::to_string(counts.voxels_unresolved)},
+                                                {"voxels_repainted", std::to_string(counts.voxels_repainted)},
                                                 {"max_residual_mm", shortest(counts.max_residual_mm)},
                                                 {"layers", layers.text()}};
   JsonWriter json;

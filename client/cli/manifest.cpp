@@ -187,7 +187,8 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   }
   json.member("voxel_count", outcome.voxel_count);
   json.member("voxels_interpolated", outcome.voxels_interpolated)
-      .member("voxels_unresolved", outcome.voxels_unresolved);
+      .member("voxels_unresolved", outcome.voxels_unresolved)
+      .member("voxels_repainted", outcome.voxels_repainted);
   json.member("max_residual_mm", outcome.max_residual_mm).key("layers").raw(layers).end_object();
   return json.text() + "\n";
 }

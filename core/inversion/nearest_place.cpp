@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kMostSteps = 60;
 constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-12, kMostDamping = 1e6;
-constexpr double kDampingFactor = 10;
+constexpr double kFirstGrowth = 2, kLeastGrowth = 0.1;  // Of the damping, after a step that failed, or that did well.
+constexpr double kInside = 0.125;                       // The second start is that far inside of the cell.
 
 /// The quadratic model about a place: cost(d) = d^T A d - 2 g^T d, but for a constant.
 struct Model {
@@ -73,18 +74,15 @@ Vec3 best_step(const Model& model) {
   return best;
 }
 
-}  // namespace
-
-NewtonResult nearest_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
-                             const Acceptance& acceptance) noexcept {
-  const double accept_mm = acceptance.in_cell(cell);
-  NewtonResult best{start, std::numeric_limits<double>::infinity()};
+NewtonResult descend(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
+                     const Acceptance& acceptance) noexcept {
   LimitSample sample = evaluator.sample({cell, start});
-  best.residual_mm = (point - sample.position).norm();
-  double damping = kFirstDamping;
+  NewtonResult best{start, (point - sample.position).norm()};
+  double damping = kFirstDamping, growth = kFirstGrowth;
   while (best.steps < kMostSteps && damping <= kMostDamping && best.residual_mm > acceptance.least_mm()) {
     if (!sample.jacobian.allFinite()) break;
-    const Vec3 step = best_step(model_at(sample.jacobian, point - sample.position, best.uvw, damping));
+    const Model model = model_at(sample.jacobian, point - sample.position, best.uvw, damping);
+    const Vec3 step = best_step(model);
     const double length = step.cwiseAbs().maxCoeff();
     if (!(length > 0)) break;
     ++best.steps;
@@ -92,16 +90,34 @@ NewtonResult nearest_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const 
     const LimitSample there = evaluator.sample({cell, next});
     const double residual_mm = (point - there.position).norm();
     if (residual_mm < best.residual_mm) {
+      const double gain = (best.residual_mm - residual_mm) * (best.residual_mm + residual_mm) / -model.cost(step);
+      damping = std::max(damping * std::clamp(1 - std::pow(2 * gain - 1, 3), kLeastGrowth, 2.0), kLeastDamping);
+      growth = kFirstGrowth;
       best.uvw = next;
       best.residual_mm = residual_mm;
       sample = there;
-      damping = std::max(damping / kDampingFactor, kLeastDamping);
     } else {
-      damping *= kDampingFactor;
+      damping *= growth;
+      growth *= 2;
     }
     if (length <= kAcceptOfCell) break;
   }
-  best.accepted = best.residual_mm <= accept_mm;
+  return best;
+}
+
+}  // namespace
+
+NewtonResult nearest_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
+                             const Acceptance& acceptance) noexcept {
+  NewtonResult best = descend(evaluator, cell, start, point, acceptance);
+  const Vec3 inside = start.cwiseMax(kInside).cwiseMin(1 - kInside);
+  if (inside != start && best.residual_mm > acceptance.least_mm()) {
+    const NewtonResult other = descend(evaluator, cell, inside, point, acceptance);
+    const int steps = best.steps + other.steps;
+    if (other.residual_mm < best.residual_mm) best = other;
+    best.steps = steps;
+  }
+  best.accepted = best.residual_mm <= acceptance.in_cell(cell);
   return best;
 }
 

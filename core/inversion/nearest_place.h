@@ -13,8 +13,12 @@
 //     |J d - r|^2 + lambda sum_a |J_a|^2 d_a^2,  with uvw + d in [0,1]^3,
 //
 // exactly: a convex problem of three unknowns, whose minimum is that of one of 27 choices of coordinates held at an
-// end. A step that leads away isn't taken, and lambda grows. Close to the answer lambda vanishes, and steps shrink by
-// the distance from the point times the surface's curvature.
+// end. A step that leads away isn't taken, and lambda grows; it shrinks by how well steps do what the model says
+// [Nielsen 1999]. Without lambda the error shrinks by the distance from the point times the surface's curvature at each
+// step, which is little for voxels just off a part; where it is about 1, lambda has to stand for the curvature.
+//
+// On an irregular line or corner itself the Jacobian is that of the innermost sub-cell, and may point elsewhere. So a
+// second run starts well inside of the cell.
 
 #pragma once
 
@@ -23,7 +27,7 @@
 namespace ccslice {
 
 /// Starts at `start`, in [0,1]^3, and never leaves it for a place that is farther from the point. Stops where steps are
-/// shorter than kAcceptOfCell, or where the residual is accepted.
+/// shorter than kAcceptOfCell, where nothing is left of the residual, or after some sixty steps.
 NewtonResult nearest_in_cell(LimitEvaluator& evaluator, LimitCellId cell, const Vec3& start, const Vec3& point,
                              const Acceptance& acceptance) noexcept;
 

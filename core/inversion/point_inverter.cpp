@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -35,7 +35,7 @@ constexpr double kFarthestOfCell = 1;  // As a share of the cell: how far from a
 constexpr int kFootSteps = 4;          // To the foot of a perpendicular.
 constexpr int kMaxNewtonRuns = 512;    // For one search: some milliseconds. Near folds a point may take two.
 constexpr std::size_t kMostKept = 1 << 16;  // Candidates of a batch: some megabytes.
-constexpr std::size_t kMostSettled = 8;     // Cells in which the place nearest to a point off the solid is looked for.
+constexpr std::size_t kMostSettled = 12;    // Cells where the place nearest to a point off the solid is looked for.
 constexpr std::size_t kThoroughStarts = 8;  // Starts tried per cell when the nearest one fails.
 constexpr std::size_t kAllSearched = kMaxNewtonRuns / (1 + kThoroughStarts);  // Runs are enough for as many cells.
 
@@ -200,18 +200,18 @@ struct PointInverter::State {
   }
 
   /// For a point that no cell was found to hold: from where runs got stuck beside the boundary on to the nearest place,
-  /// in the best cell and in those that came nearest besides. REQUIRES: candidates that know where their runs ended.
+  /// in the best cell and in the first candidates besides, ruled out or not, so that proofs change nothing.
+  /// REQUIRES: candidates that weren't ruled out know where their runs ended.
   InversionResult settle(const Vec3& point, InversionResult best) noexcept {
     if (best.residual_mm <= acceptance.in_cell(best.at.cell)) return best;
+    const double most_mm = kNearOutside * options.outside_mm;
+    if (!(best.residual_mm <= most_mm)) return best;
     const LimitCellId cell = best.at.cell;
     settle_in(cell, Vec3(best.at.uvw), point, best);
-    std::erase_if(candidates, [&](const Candidate& c) { return c.cell == cell || !std::isfinite(c.distance); });
     const std::size_t count = std::min(candidates.size(), kMostSettled);
-    const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(count);
-    std::partial_sort(candidates.begin(), end, candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return std::pair(a.distance, a.cell) < std::pair(b.distance, b.cell);
-    });
-    for (auto c = candidates.begin(); c != end; ++c) settle_in(c->cell, c->start, point, best);
+    for (const Candidate& c : std::span(candidates).first(count)) {
+      if (c.cell != cell && !c.ruled_out && c.distance <= most_mm) settle_in(c.cell, c.start, point, best);
+    }
     return best;
   }
 
@@ -242,20 +242,22 @@ struct PointInverter::State {
       best.full = true;
       if (found) return best;
     }
-    if (distance) std::erase_if(candidates, [&](const Candidate& c) { return c.ruled_out || is_ruled_out(c, point); });
+    if (distance) {
+      for (Candidate& c : candidates) c.ruled_out = c.ruled_out || is_ruled_out(c, point);
+    }
     // A point just outside lies near the face that holds its nearest parameter: cells far from it needn't be looked at
     // again. That near to any other face the cell behind it holds the point, and is looked at again: beside a singular
     // line it may have been given up too quickly.
     const bool just_outside = best.residual_mm <= options.outside_mm && is_on_boundary(solid, best.at);
     for (const Candidate& c : candidates) {
-      if (just_outside && c.distance > kNearOutside * options.outside_mm) continue;
+      if (c.ruled_out || (just_outside && c.distance > kNearOutside * options.outside_mm)) continue;
       if (run(c.cell, nearest_start(c.cell, point), point, best)) return best;
     }
     if (best.residual_mm <= options.outside_mm) return settle(point, best);
     for (const Candidate& c : candidates) {
-      if (search_thoroughly(c.cell, point, best)) return best;
+      if (!c.ruled_out && search_thoroughly(c.cell, point, best)) return best;
     }
-    return candidates.empty() ? best : settle(point, best);
+    return settle(point, best);
   }
 
   bool folds(LimitCellId cell) const noexcept {

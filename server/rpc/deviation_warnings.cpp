@@ -17,11 +17,13 @@
 namespace ccslice::server {
 namespace {
 
-/// "12.3 % less volume", than the mesh. A folded mesh may have none to compare with.
+/// "12.3 % less volume than", the mesh. A folded mesh may have none to compare with.
 std::string volume_text(double limit_mm3, double control_mm3) {
-  if (!(control_mm3 > 0)) return "another volume";
+  constexpr double kRounding = 1e-9;
+  if (!(control_mm3 > 0)) return "another volume than";
   const double change = limit_mm3 / control_mm3 - 1;
-  return number_text(100 * std::abs(change), 3) + " % " + (change < 0 ? "less" : "more") + " volume";
+  if (std::abs(change) < kRounding) return "the same volume as";
+  return number_text(100 * std::abs(change), 3) + " % " + (change < 0 ? "less" : "more") + " volume than";
 }
 
 /// By how much the volumes may differ, as a share of the mesh's. A mesh that was fitted meets the part at its vertices
@@ -37,8 +39,9 @@ std::string deviation_text(const Deviation& deviation, const VertexLimit& farthe
                            double step_mm) {
   constexpr int kDigits = 4;
   const std::string volume = "what is printed is the limit, with " +
-                             volume_text(deviation.limit_volume_mm3, deviation.control_volume_mm3) + " than the ";
-  const std::string remedy = " If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle of ccslice)";
+                             volume_text(deviation.limit_volume_mm3, deviation.control_volume_mm3) + " the ";
+  const std::string remedy = std::string(" If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle") +
+                             (farthest.on_interface ? " with --sharp-reentrant" : "") + " of ccslice)";
   const std::string rounded = deviation.rounded.count > 0 ? "; " + describe(deviation.rounded) : "";
   if (deviation.interpolating && step_voxels == 0) {
     return volume + "mesh that it interpolates" +
@@ -95,7 +98,7 @@ void warn_of_cell_regions(const SolidSummary& solid, v1::PlanSlicesResponse& pla
   add_warning(
       plan, v1::PLAN_WARNING_KIND_DEVIATION,
       "cell region '" + echoed(worst->name) + "' is printed with " +
-          volume_text(worst->volume_mm3, worst->control_volume_mm3) + " than " +
+          volume_text(worst->volume_mm3, worst->control_volume_mm3) + " " +
           (solid.deviation.interpolating ? "in the mesh that was fitted" : "its control cells") + others +
           ". If that isn't meant, keep edges of interfaces sharp (sharp_edges, or --sharp-angle with "
           "--sharp-reentrant of ccslice), use a finer mesh" +

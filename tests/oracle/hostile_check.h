@@ -8,8 +8,8 @@
 //               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope);
 //   linear      every voxel of every layer, in channels that are linear in the position, against that position: off by
 //               the same, plus how far off the solid a voxel inside the contours may be. Also right in folds;
-//   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: voxels off the
-//               solid, where the contours' tolerance puts them inside, and those near folds and overlaps;
+//   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: those
+//               near folds and overlaps, and off the solid where two places are as near;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another;
 //   unresolved  no voxel without a parameter, unless the solid reports folds;
 //   bytes       the same on two threads, with the range split anywhere, and in a region.

@@ -273,7 +273,11 @@ TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
                              HasSubstr("--interpolate")));
   const auto whole = std::ranges::find_if_not(response_.warnings(), of_regions);
   ASSERT_NE(whole, response_.warnings().end());
-  EXPECT_THAT(whole->message(), HasSubstr("interface vertex ")) << "its corners move by more than two voxels";
+  EXPECT_THAT(whole->message(),
+              testing::AllOf(HasSubstr("the limit, with the same volume as the control mesh; interface "
+                                       "vertex "),
+                             HasSubstr("--sharp-angle with --sharp-reentrant of ccslice")))
+      << "its corners move by more than two voxels";
   EXPECT_TRUE(response_.deviation().farthest_on_interface());
   for (int cell = 0; cell < 64; ++cell) mesh.set_cell_regions(cell, 1);
   request_.set_mesh_id(server_.upload_good(mesh));

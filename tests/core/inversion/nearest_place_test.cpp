@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -56,6 +57,39 @@ TEST(NearestPlace, IsTheFootOfThePerpendicularBesideSmoothEdges) {
     EXPECT_NEAR(found.residual_mm, off_mm, 1e-9 + 1e-6 * off_mm);
     EXPECT_LT((evaluator.geo({cell, found.uvw}) - sample.position).norm(), 1e-5 * off_mm + 1e-8) << at.uvw.transpose();
   }
+}
+
+/// Off by up to a tenth of a cell, where surfaces bend so much that steps without lambda would lead to and fro, and
+/// from starts on irregular lines and corners, where the Jacobian points elsewhere: the same place from any start.
+TEST(NearestPlace, IsTheSameFromAnyStart) {
+  std::size_t tried = 0;
+  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+    const auto solid = LimitSolid::prepare(mesh);
+    if (solid->summary().folding_cells > 0) continue;
+    LimitEvaluator evaluator(*solid);
+    const Acceptance acceptance(*solid, 1e-6);
+    for (LimitCellId cell; cell < solid->cell_count(); cell += 5) {
+      for (int side = 0; side < 6; ++side) {
+        if (!(solid->boundary_sides(cell) >> side & 1)) continue;
+        Vec3 uvw(0.3, 0.4, 0.35);
+        uvw[side / 2] = side % 2;
+        const LimitSample sample = evaluator.sample({cell, uvw});
+        const Vec3 across = sample.jacobian.col((side / 2 + 1) % 3).cross(sample.jacobian.col((side / 2 + 2) % 3));
+        for (const double off_mm : {1e-3, 0.03, 0.3, 1.0}) {
+          const Vec3 point = sample.position + (side % 2 == 1 ? off_mm : -off_mm) * across.normalized();
+          double least = off_mm, most = 0;
+          for (const Vec3& start : {Vec3(0.5, 0.5, 0.5), Vec3(0, 0, 0), Vec3(1, 1, 0), Vec3(0.2, 0.9, 1)}) {
+            const NewtonResult found = nearest_in_cell(evaluator, cell, start, point, acceptance);
+            least = std::min(least, found.residual_mm);
+            most = std::max(most, found.residual_mm);
+          }
+          ++tried;
+          EXPECT_LE(most, least * (1 + 1e-6)) << name << ", cell " << cell << ", side " << side << ", " << off_mm;
+        }
+      }
+    }
+  }
+  EXPECT_GT(tried, 500u);
 }
 
 TEST(NearestPlace, NeverLeavesTheCellAndNeverGetsFarther) {
