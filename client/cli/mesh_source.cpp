@@ -160,8 +160,8 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   }
   for (const Grade& grade : changes.grades) {
     const double deepest_mm = apply_grade(grade, meant);
-    if (grade.field == GradeField::kDistance)
-      loaded.warnings.push_back(depth_note(grade, deepest_mm, options.scaled_later));
+    if (grade.field != GradeField::kDistance) continue;
+    loaded.warnings.push_back(depth_note(grade, deepest_mm, options.scaled_later));
   }
   if (pair) loaded.mesh = pair->finish(loaded.warnings);
   check_channel_names(loaded.mesh);
@@ -201,7 +201,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   if (changed) change(options, changes, quiet, loaded);
   ControlMesh checked = loaded.mesh;
   ConnectedMesh connected = validate_and_connect(checked, {}, {});
-  if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // Refuses some.
+  if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // It may refuse them.
   loaded.report = std::move(connected.report);
   warn_of_size(options.size, loaded.mesh, loaded.warnings);
   loaded.bytes = std::make_shared<const client::MeshBytes>(

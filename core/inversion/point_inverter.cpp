@@ -200,7 +200,8 @@ struct PointInverter::State {
   }
 
   /// For a point that no cell was found to hold: from where runs got stuck beside the boundary on to the nearest place,
-  /// in the best cell and in the first candidates besides, ruled out or not, so that proofs change nothing.
+  /// in the best cell and in the first candidates besides. Those that are ruled out count among the first, so that
+  /// proofs change nothing.
   /// REQUIRES: candidates that weren't ruled out know where their runs ended.
   InversionResult settle(const Vec3& point, InversionResult best) noexcept {
     if (best.residual_mm <= acceptance.in_cell(best.at.cell)) return best;

@@ -8,7 +8,7 @@
 // cell's middle first, and gives wrong cells up quickly. Where that fails, it starts in each at the nearest of the
 // interior points (i + 1/2)/2, and at last at the nearest few of (i + 1/2)/4. A result is accepted after clamping
 // (acceptance.h). Of a point that no cell holds the nearest place is looked for (nearest_place.h), from where Newton's
-// method got stuck, in the best cell and in those that came nearest besides. The work for one point is bounded, and so
+// method got stuck, in the best cell and in the first candidates besides. The work for one point is bounded, and so
 // is the memory: of the candidates only as many are kept as Newton may run.
 //
 // Of points all over a solid's box many lie in the boxes of cells and in none of them, and nothing is searched for
