@@ -255,7 +255,8 @@ TEST_F(EndToEnd, AServerThatDropsEachCallIsCalledWithPauses) {
   const auto begin = std::chrono::steady_clock::now();
   EXPECT_THROW(client.server_info(), ClientError);
   EXPECT_GT(std::chrono::steady_clock::now() - begin, milliseconds(500)) << "it goes on, too";
-  EXPECT_LT(proxy.connections(), 50);
+  // Mostly some ten; but gRPC calls anew at once what it thinks that no server has seen, sometimes a hundred times.
+  EXPECT_LT(proxy.connections(), 500);
 }
 
 TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {
