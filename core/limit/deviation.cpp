@@ -14,7 +14,6 @@
 #include "core/limit/prepare.h"
 #include "core/limit/solid_data.h"
 #include "core/limit/support.h"
-#include "core/mesh/cell_kind.h"
 #include "core/mesh/face_cone.h"
 #include "core/mesh/validate.h"
 
@@ -78,24 +77,6 @@ double faceted_volume_mm3(std::span<const FaceVertices> rings, const PlaceOfVert
   return sum / 6;
 }
 
-/// The volume between the cell's faces: with the other cells of a region, that within the region's surface, wherever
-/// vertices inside are.
-double cell_volume_mm3(CellKind kind, std::span<const std::uint32_t> corners, const PlaceOfVertex& place,
-                       const Vec3& centre) {
-  std::array<Vec3, 8> places;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto local = static_cast<std::uint8_t>(i);
-    places[kind == CellKind::kHex ? vtk_to_bits(local) : local] = place(corners[i]) - centre;
-  }
-  double sum = 0;
-  for (const LocalFace& face : cell_topology(kind).faces) {
-    std::array<Vec3, 4> ring;
-    for (std::size_t i = 0; i < face.size; ++i) ring[i] = places[face.corners[i]];
-    sum += six_cones(std::span(ring).first(face.size));
-  }
-  return sum / 6;
-}
-
 void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surface, const PlaceOfVertex& place,
                           const PrepareOptions& options, const LimitSolid::Data& data,
                           std::vector<CellRegionSummary>& regions) {
@@ -107,8 +88,8 @@ void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surfac
     poll();
     CellRegionSummary& region = regions[mesh.cell_regions[cell]];
     ++region.control_cells;
-    region.control_volume_mm3 +=
-        cell_volume_mm3(mesh.cell_kinds[cell], data.corners(cell), place, data.summary.bounding_box.center());
+    // With the other cells' of the region that is the volume within its surface, wherever vertices inside are.
+    region.control_volume_mm3 += cell_volume(mesh.cell_kinds[cell], data.corners(cell), place);
   }
   const auto faces = surface.faces_and_interfaces();
   const std::vector<double> fluxes = face_fluxes_mm3(surface, faces, kVolumeLevels, options.threads, options.cancel);

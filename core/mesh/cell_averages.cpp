@@ -27,21 +27,6 @@
 namespace ccslice {
 namespace {
 
-/// The volume between the cell's bilinear faces. `corners`: in VTK order.
-double volume_of(CellKind kind, std::span<const std::uint32_t> corners, const std::vector<Vec3>& positions) {
-  const Vec3& origin = positions[corners[0]];
-  double six_volumes = 0;
-  for (const LocalFace& face : cell_topology(kind).faces) {
-    std::array<Vec3, 4> ring;
-    for (std::size_t i = 0; i < face.size; ++i) {
-      const std::uint8_t local = face.corners[i];
-      ring[i] = positions[corners[kind == CellKind::kHex ? vtk_to_bits(local) : local]] - origin;
-    }
-    six_volumes += six_cones(std::span(ring).first(face.size));
-  }
-  return std::abs(six_volumes) / 6;
-}
-
 /// The mean over a vertex's cells, weighted by their volumes.
 class VertexMean {
  public:
@@ -76,7 +61,8 @@ RegionMeans region_means(const ControlMesh& mesh, std::span<const std::uint8_t> 
     const CellKind kind = mesh.cell_kinds[cell];
     const auto count = static_cast<std::size_t>(corner_count(kind));
     const std::span<const std::uint32_t> corners = std::span(mesh.cell_vertices).subspan(begin, count);
-    const double volume = volume_of(kind, corners, mesh.positions);
+    const double volume = std::abs(
+        cell_volume(kind, corners, [&](std::uint32_t vertex) -> const Vec3& { return mesh.positions[vertex]; }));
     const std::uint8_t region = regions.empty() ? std::uint8_t{0} : regions[cell];
     for (const std::uint32_t vertex : corners) {
       if (first_region[vertex] == kNoCellRegion) first_region[vertex] = region;

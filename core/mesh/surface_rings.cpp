@@ -27,7 +27,7 @@ std::span<const std::uint32_t> corners_of(const FaceVertices& ring) {
   return std::span(ring).first(ring[3] == kNone ? 3 : 4);
 }
 
-/// Of the boundary, then of interfaces.
+/// Faces of the boundary are numbered first, then interfaces.
 const FaceVertices& ring_of(const SurfaceRings& rings, std::uint32_t number) {
   const std::size_t inside = rings.boundary.size();
   return number < inside ? rings.boundary[number] : rings.interfaces[number - inside];
