@@ -34,19 +34,26 @@ double most_volume_change(const Deviation& deviation) {
   return deviation.interpolating && deviation.rounded.count == 0 ? 0.1 : 0.005;
 }
 
+/// `edges`: which ones are to be kept sharp. A fitted mesh can't be fitted once more.
+std::string remedy_text(const std::string& edges, bool at_interface, bool interpolating) {
+  return " If that isn't meant, keep " + edges + " sharp (sharp_edges, or --sharp-angle" +
+         (at_interface ? " with --sharp-reentrant" : "") + " of ccslice), " +
+         (interpolating ? "or use a finer mesh"
+                        : "use a finer mesh, or control points fitted to the part (--interpolate of ccslice)");
+}
+
 /// `step`: from the vertex to its limit point, in voxels and in mm.
 std::string deviation_text(const Deviation& deviation, const VertexLimit& farthest, double step_voxels,
                            double step_mm) {
   constexpr int kDigits = 4;
   const std::string volume = "what is printed is the limit, with " +
                              volume_text(deviation.limit_volume_mm3, deviation.control_volume_mm3) + " the ";
-  const std::string remedy = std::string(" If that isn't meant, keep edges sharp (sharp_edges, or --sharp-angle") +
-                             (farthest.on_interface ? " with --sharp-reentrant" : "") + " of ccslice)";
+  const std::string remedy = remedy_text("edges", farthest.on_interface, deviation.interpolating);
   const std::string rounded = deviation.rounded.count > 0 ? "; " + describe(deviation.rounded) : "";
   if (deviation.interpolating && step_voxels == 0) {
     return volume + "mesh that it interpolates" +
            (rounded.empty() ? ", which is more than it takes to be round between its vertices" : rounded) + "." +
-           remedy + ", or use a finer mesh";
+           remedy;
   }
   const std::string distance = " is " + number_text(step_mm, kDigits) + " mm, " + number_text(step_voxels, kDigits) +
                                " voxels, from its limit point.";
@@ -54,10 +61,9 @@ std::string deviation_text(const Deviation& deviation, const VertexLimit& farthe
       (farthest.on_interface ? "interface vertex " : "boundary vertex ") + std::to_string(farthest.vertex);
   if (deviation.interpolating) {
     return volume + "mesh that it was fitted to" + rounded + "; " + vertex + ", which the fit missed," + distance +
-           remedy + ", or use a finer mesh";
+           remedy;
   }
-  return volume + "control mesh; " + vertex + distance + remedy +
-         ", use a finer mesh, or control points fitted to the part (--interpolate of ccslice)";
+  return volume + "control mesh; " + vertex + distance + remedy;
 }
 
 void warn_of_whole(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
@@ -95,14 +101,11 @@ void warn_of_cell_regions(const SolidSummary& solid, v1::PlanSlicesResponse& pla
   }
   const std::string others =
       count == 1 ? "" : ", and " + std::to_string(count - 1) + " more of " + std::to_string(used) + " change likewise";
-  add_warning(
-      plan, v1::PLAN_WARNING_KIND_DEVIATION,
-      "cell region '" + echoed(worst->name) + "' is printed with " +
-          volume_text(worst->volume_mm3, worst->control_volume_mm3) + " " +
-          (solid.deviation.interpolating ? "in the mesh that was fitted" : "its control cells") + others +
-          ". If that isn't meant, keep edges of interfaces sharp (sharp_edges, or --sharp-angle with "
-          "--sharp-reentrant of ccslice), use a finer mesh" +
-          (solid.deviation.interpolating ? "" : ", or control points fitted to the part (--interpolate of ccslice)"));
+  add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION,
+              "cell region '" + echoed(worst->name) + "' is printed with " +
+                  volume_text(worst->volume_mm3, worst->control_volume_mm3) + " " +
+                  (solid.deviation.interpolating ? "in the mesh that was fitted" : "its control cells") + others + "." +
+                  remedy_text("edges of interfaces", true, solid.deviation.interpolating));
 }
 
 }  // namespace
