@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -36,8 +39,11 @@ class Builder {
     for (const Levels::Group& group : levels_->groups()) families += group.size();
     adder_.emplace(mesh_, options_, memory_, levels_->whole().size() + 1,
                    RingStore(data_.cells.size() - 8 * families, families, faces, data_), faces, data_);
-    for (std::size_t n = 0; n < levels_->whole().size(); ++n) add_ready_cells(n);
-    for (const Levels::Group& group : levels_->groups()) add_children(group);
+    if (options_.threads > 1) {
+      tbb::task_arena(options_.threads).execute([&] { add_cells_while_refining(); });
+    } else {
+      add_cells();
+    }
     adder_->put_faces();
     data_.operators.forget_keys();
     summarize();
@@ -47,8 +53,10 @@ class Builder {
   std::size_t count_faces() const;
   void number_cells();
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
+  void add_cells();
+  void add_cells_while_refining();
   void add_ready_cells(std::size_t whole_level);
-  void add_children(const Levels::Group& group);
+  void add_children(const Levels::Group& group, const Levels::RefinedGroup& refined);
   void summarize();
 
   const ControlMesh& mesh_;
@@ -101,6 +109,29 @@ void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell)
   }
 }
 
+void Builder::add_cells() {
+  for (std::size_t n = 0; n < levels_->whole().size(); ++n) add_ready_cells(n);
+  for (const Levels::Group& group : levels_->groups()) add_children(group, levels_->refine(group));
+}
+
+/// Refining has nothing to do with what the cells before are given, so it goes on beside it, one group ahead.
+void Builder::add_cells_while_refining() {
+  const std::vector<Levels::Group>& groups = levels_->groups();
+  std::optional<Levels::RefinedGroup> refined;
+  tbb::task_group refining;
+  const auto refine = [&](std::size_t group) {
+    if (group < groups.size()) refining.run([&, group] { refined.emplace(levels_->refine(groups[group])); });
+  };
+  refine(0);
+  for (std::size_t n = 0; n < levels_->whole().size(); ++n) add_ready_cells(n);
+  for (std::size_t group = 0; group < groups.size(); ++group) {
+    refining.wait();
+    const Levels::RefinedGroup now = *std::exchange(refined, std::nullopt);
+    refine(group + 1);
+    add_children(groups[group], now);
+  }
+}
+
 void Builder::add_ready_cells(std::size_t whole_level) {
   const WholeLevel& whole = levels_->whole()[whole_level];
   if (std::ranges::none_of(whole.classes, [](const auto& found) { return found.has_value(); })) return;
@@ -111,8 +142,7 @@ void Builder::add_ready_cells(std::size_t whole_level) {
   adder_->finish_level();
 }
 
-void Builder::add_children(const Levels::Group& group) {
-  const Levels::RefinedGroup refined = levels_->refine(group);
+void Builder::add_children(const Levels::Group& group, const Levels::RefinedGroup& refined) {
   adder_->enter(refined.level, levels_->whole().size());
   Classifier classifier(refined.level.complex);
   for (std::size_t i = 0; i < group.size(); ++i) {

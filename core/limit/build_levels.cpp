@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "core/limit/id_ranges.h"
 #include "core/mesh/cell_kind.h"
 
 namespace ccslice {
@@ -25,8 +26,8 @@ constexpr std::uint64_t kWalkedCellBytes = 2560;
 constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
-constexpr std::size_t kRefinedTogether = 2048;      // Cells: some 12 MB, a quarter of which are others' children.
-constexpr std::uint32_t kPointsTogether = 1 << 14;  // 5 MB of rules.
+constexpr std::size_t kRefinedTogether = 2048;  // Cells: some 12 MB, a quarter of which are others' children.
+constexpr std::uint32_t kLeastPointsTogether = 1 << 9, kMostPointsTogether = 1 << 13;  // 2.5 MB of rules at most.
 
 /// Places along a curve through a box that keeps neighbours together: bits of the three coordinates in turns.
 class NeighbourOrder {
@@ -56,7 +57,7 @@ class NeighbourOrder {
 
 Levels::Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex complex, const PrepareOptions& options,
                BuildingMemory& memory, LimitSolid::Data& data)
-    : mesh_(mesh), split_(split), cancel_(options.cancel), data_(data) {
+    : mesh_(mesh), split_(split), cancel_(options.cancel), threads_(options.threads), data_(data) {
   memory.reserve_control_cells();
   add_control_level(std::move(complex));
   std::vector<CellId> cells = whole_.front().level.complex.cells().to_vector();
@@ -157,12 +158,15 @@ void Levels::add_points(const ChildOrigins& children) {
   const std::size_t dimension = data_.dimension;
   const std::size_t base = data_.points.size();
   data_.points.resize(base + children.count() * dimension);
-  ChildRules rules(parent.level.complex, children);
-  for (std::uint32_t first = 0; first < children.count(); first += kPointsTogether) {
-    const Stencils rows = rules.rows(first, std::min(kPointsTogether, children.count() - first), cancel_);
+  const IdRange<VertexId> all(children.count());
+  const std::uint32_t together = ids_per_range_of(children.count(), kLeastPointsTogether, kMostPointsTogether);
+  const auto make_rules = [&] { return ChildRules(parent.level.complex, children); };
+  for_each_range(all, threads_, together, make_rules, [&](ChildRules& rules, const auto& range) {
+    const VertexId first = *range.ids.begin();
+    const Stencils rows = rules.rows(first, range.ids.size(), cancel_);
     rows.apply(0, rows.rows(), data_.points.data() + parent.names.point_base * dimension, dimension,
                data_.points.data() + base + first * dimension);
-  }
+  });
 }
 
 std::vector<CellId> Levels::add_refined_level(const std::vector<CellId>& cells) {
@@ -251,16 +255,17 @@ void BuildingMemory::reserve_operators(std::size_t bytes, std::size_t kept) {
   reserve();
 }
 
-/// Refined cells count with their share of the levels above. Keys of operators and a cut-out are held while cells are
-/// built, maps and boxes of cells afterwards: the most is held in one time or in the other.
+/// Refined cells count with their share of the levels above. Keys of operators and two cut-outs, of which one is
+/// refined ahead, are held while cells are built, maps and boxes of cells afterwards: the most is held in one time or
+/// in the other.
 void BuildingMemory::reserve() {
   if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
-  const std::uint64_t cut_out = std::min(children_, 8 * kRefinedTogether);
+  const std::uint64_t cut_outs = std::min(children_, 2 * 8 * kRefinedTogether);
   const std::uint64_t always =
       kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + sizeof(double) * values;
-  const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_out + operator_bytes_ +
+  const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + operator_bytes_ +
                               kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
   told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));

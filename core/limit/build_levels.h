@@ -89,7 +89,8 @@ class Levels {
     Level level;
     std::vector<CellId> first_child;  // By cell of the group.
   };
-  /// Throws Error{kCancelled}.
+  /// On one thread at a time, whatever others do with the levels and with what was refined before. Throws
+  /// Error{kCancelled}.
   RefinedGroup refine(const Group& group);
 
  private:
@@ -108,6 +109,7 @@ class Levels {
   const ControlMesh& mesh_;
   const SplitMesh& split_;
   const CancellationToken& cancel_;
+  int threads_;
   LimitSolid::Data& data_;
   std::deque<WholeLevel> whole_;
   std::optional<ChildVertices> last_vertices_;

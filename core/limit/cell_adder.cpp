@@ -30,7 +30,6 @@ CellAdder::CellAdder(const ControlMesh& mesh, const PrepareOptions& options, Bui
       rings_(std::move(rings)),
       stars_(levels) {
   faces_.reserve(faces);
-  if (options_.threads > 1) arena_.emplace(options_.threads);
 }
 
 void CellAdder::enter(const Level& level, std::size_t number) {
@@ -39,25 +38,25 @@ void CellAdder::enter(const Level& level, std::size_t number) {
   rings_.enter(level);
   stars_points_.clear();
   own_walkers_.emplace(level.complex, own_starts_);
-  if (arena_) others_walkers_.emplace([this] { return Walkers(level_->complex, others_starts_.local()); });
+  if (options_.threads > 1)
+    others_walkers_.emplace([this] { return Walkers(level_->complex, others_starts_.local()); });
 }
 
 void CellAdder::add(CellId cell, LimitCellId id, const Classification& found, bool begins_family) {
   pending_.push_back({cell, id, found, begins_family});
-  if (!arena_ || pending_.size() == kWalkedTogether) add_pending();
+  if (pending_.size() == kWalkedTogether) add_pending();
 }
 
+/// `in_turn`: how many a thread takes at a time.
 template <typename Work>
-void CellAdder::for_each_walked(std::size_t count, Work work) {
-  if (!arena_ || count <= kWalkedInTurn) {
+void CellAdder::for_each_walked(std::size_t count, std::size_t in_turn, Work work) {
+  if (options_.threads <= 1 || count <= in_turn) {
     for (std::size_t i = 0; i < count; ++i) work(*own_walkers_, i);
     return;
   }
-  arena_->execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kWalkedInTurn), [&](const auto& range) {
-      Walkers& walkers = others_walkers_->local();
-      for (std::size_t i = range.begin(); i != range.end(); ++i) work(walkers, i);
-    });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, in_turn), [&](const auto& range) {
+    Walkers& walkers = others_walkers_->local();
+    for (std::size_t i = range.begin(); i != range.end(); ++i) work(walkers, i);
   });
 }
 
@@ -68,7 +67,8 @@ void CellAdder::finish_level() {
 
 void CellAdder::add_pending() {
   walk_stars();
-  for_each_walked(pending_.size(), [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
+  for_each_walked(pending_.size(), kWalkedInTurn, [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
+  make_operators();
   for (const PendingCell& pending : pending_) put_cell(pending);
   options_.count(pending_.size());
   pending_.clear();
@@ -95,7 +95,7 @@ void CellAdder::walk_stars() {
     const auto [place, is_new] = walked_stars_.try_emplace(vertex);
     if (is_new) missing.push_back(&*place);
   }
-  for_each_walked(missing.size(), [&](Walkers& walkers, std::size_t i) {
+  for_each_walked(missing.size(), kWalkedInTurn, [&](Walkers& walkers, std::size_t i) {
     cancel_.throw_if_cancelled();
     missing[i]->second = canonical_star(walkers.rings, missing[i]->first);
   });
@@ -108,15 +108,49 @@ void CellAdder::walk(Walkers& walkers, PendingCell& pending) const {
   if (pending.found.cell_class == CellClass::kRegular) {
     pending.ring = walker.regular(pending.cell);
   } else if (pending.found.cell_class == CellClass::kLine) {
-    pending.ring = canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor);
+    const auto& [ring, frame] = pending.ring.emplace<FramedLineRing>(
+        canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor));
+    pending.op = data_.operators.find(ring);
   } else {
     const VertexId vertex = irregular_vertex(pending);
-    pending.ring = canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, stars_points_.at(vertex));
+    const auto& [ring, frame] = pending.ring.emplace<FramedVertexRing>(
+        canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, stars_points_.at(vertex)));
+    pending.op = data_.operators.find(ring);
   }
   for (const HalfFaceId half_face : level_->complex.cell_half_faces(pending.cell)) {
     const FaceId face = face_of(half_face);
-    if (becomes_face(pending, face)) pending.surfaces.push_back(walkers.surfaces.walk(face));
+    if (!becomes_face(pending, face)) continue;
+    WalkedSurface& surface = pending.surfaces.emplace_back(WalkedSurface{walkers.surfaces.walk(face)});
+    if (!surface.ring.regular) surface.op = data_.operators.find(surface.ring);
   }
+}
+
+/// REQUIRES: all that is pending is walked.
+void CellAdder::make_operators() {
+  OperatorTable& operators = data_.operators;
+  for (const auto& [vertex, star] : walked_stars_) operators.want(star);
+  for (const PendingCell& pending : pending_) {
+    if (const auto* line = std::get_if<FramedLineRing>(&pending.ring); line != nullptr && pending.op == kNone) {
+      operators.want(line->ring);
+    } else if (const auto* at = std::get_if<FramedVertexRing>(&pending.ring); at != nullptr && pending.op == kNone) {
+      operators.want(at->ring, pending.cell, at->frame);
+    }
+    for (const auto& [ring, op] : pending.surfaces) {
+      if (!ring.regular && op == kNone) operators.want(ring);
+    }
+  }
+  const auto for_each = [&](std::size_t count, auto make) {
+    for_each_walked(count, 1, [&](Walkers& walkers, std::size_t i) {
+      cancel_.throw_if_cancelled();
+      make(walkers.rings, i);
+    });
+  };
+  while (operators.make_wanted(for_each)) reserve_operators();
+}
+
+void CellAdder::reserve_operators() {
+  const std::size_t orders = rings_.memory_bytes();
+  memory_.reserve_operators(data_.operators.memory_bytes() + orders, data_.operators.kept_bytes() + orders);
 }
 
 /// Faces of the boundary, and those of interfaces from the side of the lower region.
@@ -149,7 +183,9 @@ void CellAdder::put_vertex_ring(const PendingCell& pending, LimitCell& record) {
   record.star_begin = star.ring_begin;
   const auto& [ring, frame] = std::get<FramedVertexRing>(pending.ring);
   record.frame = frame;
-  record.op = data_.operators.vertex(star.op, ring, own_walkers_->rings, pending.cell, frame);
+  const std::uint32_t corner =
+      pending.op != kNone ? pending.op : data_.operators.corner(ring, own_walkers_->rings, pending.cell, frame);
+  record.op = data_.operators.vertex(star.op, corner, ring);
   rings_.put(pending.id, ring.own());
 }
 
@@ -164,13 +200,12 @@ void CellAdder::put_cell(const PendingCell& pending) {
   } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
     record.frame = line->frame;
     record.phantoms = line->ring.phantoms;
-    record.op = data_.operators.line(line->ring);
+    record.op = pending.op != kNone ? pending.op : data_.operators.line(line->ring);
     rings_.put(pending.id, line->ring.points);
   } else {
     put_vertex_ring(pending, record);
   }
-  const std::size_t orders = rings_.memory_bytes();
-  memory_.reserve_operators(data_.operators.memory_bytes() + orders, data_.operators.kept_bytes() + orders);
+  reserve_operators();
   put_boundary_faces(pending);
 }
 
@@ -181,7 +216,7 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
   for (std::uint8_t side = 0; side < 6; ++side) {
     const FaceId face = face_of(half_faces[side]);
     if (!becomes_face(pending, face)) continue;
-    const SurfaceRing& ring = *walked++;
+    const auto& [ring, known_op] = *walked++;
     const auto cycle = complex.face_vertices(face);
     BoundaryFace record;
     record.cell = pending.id;
@@ -198,9 +233,9 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     LimitCell& cell = data_.cells[pending.id];
     (record.beyond != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
         static_cast<std::uint8_t>(1u << side);
-    faces_.push_back({record,
-                      {ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), rings_.append(ring.points),
-                       static_cast<std::uint32_t>(ring.points.size())}});
+    const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
+    faces_.push_back(
+        {record, {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())}});
   }
 }
 

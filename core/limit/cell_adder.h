@@ -1,15 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Gives limit-ready cells what a prepared solid keeps of them: rings, operators, boundary faces. Cells are walked on
-// several threads, some at a time, and put one by one.
+// Gives limit-ready cells what a prepared solid keeps of them: rings, operators, boundary faces. Some at a time, cells
+// are walked and the operators that they lack are made, on several threads; then they are put, one by one.
 //
 // Private to core/limit.
 
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/task_arena.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +31,7 @@
 
 namespace ccslice {
 
+/// REQUIRES: where there are several threads, its caller is in an arena of as many.
 class CellAdder {
  public:
   /// `levels`: how many there are, cut-outs of one counting as one. REQUIRES: data.cells know their control cells.
@@ -64,6 +64,11 @@ class CellAdder {
     KnownStarts* known_starts;
   };
 
+  struct WalkedSurface {
+    SurfaceRing ring;
+    std::uint32_t op = kNone;  // Irregular ones: kNone if new.
+  };
+
   /// A limit-ready cell whose turn has come, and what it was walked to.
   struct PendingCell {
     CellId cell;
@@ -71,7 +76,8 @@ class CellAdder {
     Classification found;
     bool begins_family;
     std::variant<RegularRing, FramedLineRing, FramedVertexRing> ring{};
-    std::vector<SurfaceRing> surfaces{};  // Of the sides that become faces.
+    std::uint32_t op = kNone;               // Of a line cell; of a vertex cell the corner's. kNone if new.
+    std::vector<WalkedSurface> surfaces{};  // Of the sides that become faces.
   };
 
   /// A face of the boundary or an interface.
@@ -83,9 +89,11 @@ class CellAdder {
   };
 
   template <typename Work>
-  void for_each_walked(std::size_t count, Work work);
+  void for_each_walked(std::size_t count, std::size_t in_turn, Work work);
   void add_pending();
   void walk_stars();
+  void make_operators();
+  void reserve_operators();
   void walk(Walkers& walkers, PendingCell& pending) const;
   bool becomes_face(const PendingCell& pending, FaceId face) const;
   ControlCellId control_cell(const PendingCell& pending) const { return data_.cells[pending.id].control_cell; }
@@ -109,7 +117,6 @@ class CellAdder {
   std::vector<WalkedFace> faces_;
   KnownStarts own_starts_;
   tbb::enumerable_thread_specific<KnownStarts> others_starts_;
-  std::optional<tbb::task_arena> arena_;  // Nothing on one thread.
   // Of the level that was entered last:
   const Level* level_ = nullptr;
   std::size_t level_number_ = 0;

@@ -77,11 +77,12 @@ void build_cell_boxes(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto make_bounds = [&] { return CellBounds(data); };
   options.begin(PreparationStep::kBounding, count);
   const IdRange<LimitCellId> all(count);
-  for_each_range(all, options.threads, make_bounds, [&](CellBounds& bounds, const auto& range) {
-    options.cancel.throw_if_cancelled();
-    for (const LimitCellId c : range.ids) boxes[c] = bounds.bound(c, data.cell_maps);
-    options.count(range.ids.size());
-  });
+  for_each_range(all, options.threads, ids_per_range_of(count), make_bounds,
+                 [&](CellBounds& bounds, const auto& range) {
+                   options.cancel.throw_if_cancelled();
+                   for (const LimitCellId c : range.ids) boxes[c] = bounds.bound(c, data.cell_maps);
+                   options.count(range.ids.size());
+                 });
   for (const LimitCellId c : IdRange<LimitCellId>(count)) {
     const bool is_regular = data.cells[c].cell_class == CellClass::kRegular;
     CellVolumes& volumes = is_regular ? data.regular_volumes : data.irregular_volumes;

@@ -27,7 +27,8 @@ constexpr std::size_t kMaxReportedFolds = 32;
 constexpr std::uint64_t kHalvingsPerCell = 32, kHalvingsAtLeast = 1 << 14;
 constexpr int kSubCellFoldLevels = 1;  // Levels of the line sub-cells of a vertex cell.
 constexpr std::uint8_t kVertexFoldLevel = kFoldLevels + 3;
-constexpr std::uint32_t kProvedTogether = 4096;  // Cells: enough to have eight of most operators. Some 2 MB.
+// Cells: the more there are, the more operators have eight of them. Most take some 2 MB.
+constexpr std::uint32_t kLeastProvedTogether = 256, kMostProvedTogether = 4096;
 
 /// Looks at one cell after the other.
 class CellSearch {
@@ -118,7 +119,9 @@ std::vector<std::uint8_t> prove_unfolded(const PrepareOptions& options, const Li
   const auto prove = [&](std::unique_ptr<Prover>& prover, const NumberedRange<Turn>& turns) {
     prover->proof.examine(std::span(order).subspan(*turns.ids.begin(), turns.ids.size()), options, proved);
   };
-  for_each_range(IdRange<Turn>(order.size()), options.threads, make_prover, prove, kProvedTogether);
+  const auto count = static_cast<std::uint32_t>(order.size());
+  const std::uint32_t together = ids_per_range_of(count, kLeastProvedTogether, kMostProvedTogether);
+  for_each_range(IdRange<Turn>(count), options.threads, together, make_prover, prove);
   return proved;
 }
 
@@ -126,24 +129,26 @@ std::vector<std::uint8_t> prove_unfolded(const PrepareOptions& options, const Li
 
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
-  std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count));
+  const std::uint32_t per_range = ids_per_range_of(count);
+  std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count, per_range));
   options.begin(PreparationStep::kFolding, count);
   const std::vector<std::uint8_t> proved = prove_unfolded(options, data);
   // A search refers to parts of itself, so it can't move.
   const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
   const IdRange<LimitCellId> all(count);
-  for_each_range(all, options.threads, make_search, [&](std::unique_ptr<CellSearch>& search, const auto& range) {
-    options.cancel.throw_if_cancelled();
-    search->start_range(range.ids.size());
-    std::uint64_t searched = 0;
-    for (const LimitCellId c : range.ids) {
-      if (proved[c]) continue;
-      const FoldFinding worst = search->examine(data.cells[c]);
-      if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
-      ++searched;
-    }
-    options.count(searched);
-  });
+  for_each_range(all, options.threads, per_range, make_search,
+                 [&](std::unique_ptr<CellSearch>& search, const auto& range) {
+                   options.cancel.throw_if_cancelled();
+                   search->start_range(range.ids.size());
+                   std::uint64_t searched = 0;
+                   for (const LimitCellId c : range.ids) {
+                     if (proved[c]) continue;
+                     const FoldFinding worst = search->examine(data.cells[c]);
+                     if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
+                     ++searched;
+                   }
+                   options.count(searched);
+                 });
   std::vector<Box3> boxes;
   for (const auto& range : found) {
     for (const auto& [c, worst] : range) {

@@ -26,16 +26,22 @@ struct NumberedRange {
   IdRange<IdType> ids;
 };
 
-inline constexpr std::uint32_t kIdsPerRange = 256;
+inline constexpr std::uint32_t kLeastIdsPerRange = 16, kMostIdsPerRange = 256;
 
-constexpr std::uint32_t range_count(std::uint32_t ids, std::uint32_t ids_per_range = kIdsPerRange) {
+/// Where there are few ids, ranges are small, so that threads end at about the same time.
+constexpr std::uint32_t ids_per_range_of(std::uint32_t ids, std::uint32_t least = kLeastIdsPerRange,
+                                         std::uint32_t most = kMostIdsPerRange) {
+  constexpr std::uint32_t kRanges = 32;
+  return std::clamp(ids / kRanges, least, most);
+}
+
+constexpr std::uint32_t range_count(std::uint32_t ids, std::uint32_t ids_per_range) {
   return (ids + ids_per_range - 1) / ids_per_range;
 }
 
 /// Calls work(worker, range) for all ranges. Each thread makes a worker of its own. Throws what they throw.
 template <typename IdType, typename MakeWorker, typename Work>
-void for_each_range(IdRange<IdType> ids, int threads, MakeWorker make_worker, Work work,
-                    std::uint32_t ids_per_range = kIdsPerRange) {
+void for_each_range(IdRange<IdType> ids, int threads, std::uint32_t ids_per_range, MakeWorker make_worker, Work work) {
   const auto range = [&](std::uint32_t number) {
     const std::uint32_t begin = number * ids_per_range;
     return NumberedRange<IdType>{number, {IdType{begin}, IdType{std::min(begin + ids_per_range, ids.size())}}};

@@ -113,13 +113,14 @@ std::vector<double> face_fluxes_mm3(const BoundarySurface& surface, std::span<co
   const double floor = surface.hull_box(BoundaryFaceId{0}).center().z();
   const auto make_corner = [] { return IrregularCorner(); };
   const IdRange<BoundaryFaceId> all(faces.size());
-  for_each_range(all, threads, make_corner, [&](IrregularCorner& corner, const auto& range) {
-    cancel.throw_if_cancelled();
-    for (const BoundaryFaceId face : range.ids) {
-      fluxes[face] = faces[face].regular ? flux(surface.regular_patch(face), floor)
-                                         : irregular_flux(surface, face, levels, floor, corner);
-    }
-  });
+  for_each_range(all, threads, ids_per_range_of(all.size()), make_corner,
+                 [&](IrregularCorner& corner, const auto& range) {
+                   cancel.throw_if_cancelled();
+                   for (const BoundaryFaceId face : range.ids) {
+                     fluxes[face] = faces[face].regular ? flux(surface.regular_patch(face), floor)
+                                                        : irregular_flux(surface, face, levels, floor, corner);
+                   }
+                 });
   return fluxes;
 }
 

@@ -18,7 +18,7 @@
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_solid.h"
 #include "core/subdivision/frame.h"
-#include "core/subdivision/operators.h"
+#include "core/subdivision/operator_table.h"
 
 namespace ccslice {
 

@@ -31,10 +31,8 @@
 
 #include "core/subdivision/cell_class.h"
 #include "core/subdivision/frame.h"
-#include "core/subdivision/key_hash.h"
 #include "core/subdivision/packed_stencils.h"
 #include "core/subdivision/ring.h"
-#include "core/subdivision/surface_ring.h"
 
 namespace ccslice {
 
@@ -91,46 +89,6 @@ struct CornerOperator : ChildStencils {
 struct VertexOperator {
   std::uint32_t star = 0, corner = 0;
   std::vector<std::uint32_t> shared;  // The corner operator's shared points: their numbers in the star.
-};
-
-class OperatorTable {
- public:
-  /// The operator of a ring, made if it isn't known yet.
-  std::uint32_t line(const LineRing& ring);
-  std::uint32_t star(const VertexStar& star);
-  /// `ring`: the walker's, of this cell in this frame. `star`: the operator of its star.
-  std::uint32_t vertex(std::uint32_t star, const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
-  std::uint32_t surface(const SurfaceRing& ring);
-
-  const std::vector<PlanarOperator>& lines() const { return lines_; }
-  const std::vector<StarOperator>& stars() const { return stars_; }
-  const std::vector<CornerOperator>& corners() const { return corners_; }
-  const std::vector<VertexOperator>& vertices() const { return vertices_; }
-  const std::vector<PlanarOperator>& surfaces() const { return surfaces_; }
-
-  std::size_t memory_bytes() const { return kept_bytes_ + key_bytes_; }
-  /// What stays of memory_bytes() when keys are forgotten.
-  std::size_t kept_bytes() const { return kept_bytes_; }
-  /// Largest number of control points of any regular or line ring or of a line ring's children together (all layers
-  /// counted), of a vertex cell's own, or of a ring on the surface.
-  std::uint32_t max_ring_points() const;
-  /// Forgets the keys by which equal rings meet. REQUIRES: no more operators are asked for.
-  void forget_keys();
-
- private:
-  std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
-  void add_bytes(std::size_t kept, std::size_t of_key) {
-    kept_bytes_ += kept;
-    key_bytes_ += of_key;
-  }
-  CornerOperator make_corner(const VertexRing& ring, const NumberedCells& all);
-
-  TableByKey<std::uint32_t> line_index_, star_index_, corner_index_, vertex_index_, surface_index_;
-  std::vector<PlanarOperator> lines_, surfaces_;
-  std::vector<StarOperator> stars_;
-  std::vector<CornerOperator> corners_;
-  std::vector<VertexOperator> vertices_;
-  std::size_t kept_bytes_ = 0, key_bytes_ = 0;
 };
 
 }  // namespace ccslice

@@ -114,7 +114,10 @@ int main(int argc, char** argv) {
   ccslice::bench::Options options;
   CLI::App app("Prints what preparing meshes takes: time and memory a cell, and two threads against one");
   app.add_option("files", options.files, "Mesh files, besides the samples")->check(CLI::ExistingFile);
-  app.add_option("--models", options.models, "Samples, or none")->delimiter(',')->capture_default_str();
+  app.add_option("--models", options.models, "Samples, or none")
+      ->delimiter(',')
+      ->allow_extra_args(false)  // Files may follow.
+      ->capture_default_str();
   app.add_option("--runs", options.runs, "Medians of so many")->check(CLI::Range(1, 99))->capture_default_str();
   app.add_option("--json", options.json, "Write the figures to this file");
   CLI11_PARSE(app, argc, argv);

@@ -88,12 +88,12 @@ TEST(PreparationProgress, OfAPreparationGrowsWithWhatIsDone) {
   for (const int threads : {1, 3}) {
     Onlooker onlooker;
     const auto solid = onlooker.prepare(make_bracket(), threads);
-    ASSERT_GT(solid->cell_count(), 2 * kIdsPerRange);
+    ASSERT_GT(solid->cell_count(), 2 * kMostIdsPerRange);
     expect_honest(onlooker, *solid);
     std::map<PreparationStep, std::uint64_t> most;
     for (const State& state : onlooker.seen_) most[state.step] = std::max(most[state.step], state.done);
     // What is counted after the last poll of a step shows no more.
-    EXPECT_GE(most[PreparationStep::kFolding] + static_cast<std::uint64_t>(threads) * kIdsPerRange,
+    EXPECT_GE(most[PreparationStep::kFolding] + static_cast<std::uint64_t>(threads) * kMostIdsPerRange,
               solid->cell_count());
     EXPECT_GE(most[PreparationStep::kBuilding] + 512, solid->cell_count());
   }

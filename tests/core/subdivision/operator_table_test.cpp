@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/subdivision/operators.h"
+#include "core/subdivision/operator_table.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,18 +23,20 @@ namespace {
 
 std::uint32_t add_vertex(OperatorTable& table, RingWalker& walker, CellId cell, const Frame& frame) {
   const VertexStar star = walker.star(cell, frame);
-  return table.vertex(table.star(star), walker.vertex(cell, frame, star.points), walker, cell, frame);
+  const VertexRing ring = walker.vertex(cell, frame, star.points);
+  return table.vertex(table.star(star), table.corner(ring, walker, cell, frame), ring);
 }
 
-/// Operators of every limit-ready cell and boundary face of the catalogue after one and two refinements.
-OperatorTable operators_of_catalogue() {
-  OperatorTable table;
-  for (const auto& tiny : oracle::tiny_meshes()) {
-    CellComplex complex = make_cell_complex(tiny.mesh);
-    for (int level = 0; level < 2; ++level) {
-      const std::vector<CellId> cells = complex.cells().to_vector();
-      complex = refine(complex, cells).complex;
-    }
+/// The irregular rings of a complex.
+struct Rings {
+  struct Vertex {
+    VertexStar star;
+    VertexRing ring;
+    CellId cell;
+    Frame frame;
+  };
+
+  explicit Rings(const CellComplex& complex) {
     Classifier classifier(complex);
     RingWalker walker(complex);
     SurfaceWalker surface(complex);
@@ -41,18 +44,90 @@ OperatorTable operators_of_catalogue() {
       const auto found = classifier.classify(c);
       if (found->cell_class == CellClass::kLine) {
         const auto along = static_cast<std::uint8_t>(found->anchor / 4);
-        table.line(walker.line(c, frame_at(cell_tables::kHexEdges[found->anchor][0], along)));
+        lines.push_back(walker.line(c, frame_at(cell_tables::kHexEdges[found->anchor][0], along)));
       } else if (found->cell_class == CellClass::kVertex) {
-        add_vertex(table, walker, c, frame_at(found->anchor, 0));
+        const Frame frame = frame_at(found->anchor, 0);
+        VertexStar star = walker.star(c, frame);
+        VertexRing ring = walker.vertex(c, frame, star.points);
+        vertices.push_back({std::move(star), std::move(ring), c, frame});
       }
     }
     for (const FaceId f : complex.faces()) {
       if (!complex.face_on_boundary(f)) continue;
-      const SurfaceRing ring = surface.walk(f);
-      if (!ring.regular) table.surface(ring);
+      SurfaceRing ring = surface.walk(f);
+      if (!ring.regular) surfaces.push_back(std::move(ring));
     }
   }
+
+  std::vector<LineRing> lines;
+  std::vector<Vertex> vertices;
+  std::vector<SurfaceRing> surfaces;
+};
+
+void ask(OperatorTable& table, const CellComplex& complex, const Rings& rings) {
+  RingWalker walker(complex);
+  for (const LineRing& ring : rings.lines) table.line(ring);
+  for (const auto& [star, ring, cell, frame] : rings.vertices) {
+    const std::uint32_t star_operator = table.star(star);
+    table.vertex(star_operator, table.corner(ring, walker, cell, frame), ring);
+  }
+  for (const SurfaceRing& ring : rings.surfaces) table.surface(ring);
+}
+
+void make_ahead(OperatorTable& table, const CellComplex& complex, const Rings& rings) {
+  for (const LineRing& ring : rings.lines) table.want(ring);
+  for (const auto& [star, ring, cell, frame] : rings.vertices) {
+    table.want(star);
+    table.want(ring, cell, frame);
+  }
+  for (const SurfaceRing& ring : rings.surfaces) table.want(ring);
+  const auto on_threads = [&](std::size_t count, auto make) {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      RingWalker walker(complex);
+      make(walker, i);
+    });
+  };
+  while (table.make_wanted(on_threads)) {
+  }
+}
+
+/// Operators of every limit-ready cell and boundary face of the catalogue after one and two refinements.
+OperatorTable operators_of_catalogue(bool ahead = false) {
+  OperatorTable table;
+  for (const auto& tiny : oracle::tiny_meshes()) {
+    CellComplex complex = make_cell_complex(tiny.mesh);
+    for (int level = 0; level < 2; ++level) {
+      const std::vector<CellId> cells = complex.cells().to_vector();
+      complex = refine(complex, cells).complex;
+    }
+    const Rings rings(complex);
+    if (ahead) make_ahead(table, complex, rings);
+    ask(table, complex, rings);
+  }
   return table;
+}
+
+/// All that an operator consists of.
+template <typename Operator>
+std::vector<double> numbers_of(const Operator& op) {
+  std::vector<double> numbers;
+  for (std::uint32_t r = 0; r < op.stencils.rows(); ++r) {
+    op.stencils.for_each(r, [&](std::uint32_t column, double weight) {
+      numbers.insert(numbers.end(), {column * 1.0, weight});
+    });
+  }
+  if constexpr (requires { op.limit; }) numbers.insert(numbers.end(), op.limit.begin(), op.limit.end());
+  if constexpr (requires { op.children; }) {
+    for (const auto& child : op.children) numbers.push_back(child.op);
+    numbers.insert(numbers.end(), op.rows.begin(), op.rows.end());
+  }
+  return numbers;
+}
+
+template <typename Operator>
+void expect_equal(const std::vector<Operator>& a, const std::vector<Operator>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(numbers_of(a[i]), numbers_of(b[i])) << i;
 }
 
 class Operators : public testing::Test {
@@ -147,6 +222,41 @@ TEST_F(Operators, OfCornersCarryEachSharedPointOnce) {
 }
 
 TEST_F(Operators, OfCornersServeDifferentStars) { EXPECT_LT(table().corners().size(), table().vertices().size()); }
+
+TEST_F(Operators, AreTheSameIfMadeAhead) {
+  const OperatorTable ahead = operators_of_catalogue(true);
+  expect_equal(ahead.lines(), table().lines());
+  expect_equal(ahead.surfaces(), table().surfaces());
+  expect_equal(ahead.stars(), table().stars());
+  expect_equal(ahead.corners(), table().corners());
+  ASSERT_EQ(ahead.vertices().size(), table().vertices().size());
+  for (std::size_t i = 0; i < ahead.vertices().size(); ++i) {
+    EXPECT_EQ(ahead.vertices()[i].star, table().vertices()[i].star);
+    EXPECT_EQ(ahead.vertices()[i].corner, table().vertices()[i].corner);
+    EXPECT_EQ(ahead.vertices()[i].shared, table().vertices()[i].shared);
+  }
+  EXPECT_EQ(ahead.memory_bytes(), table().memory_bytes());
+  EXPECT_EQ(ahead.kept_bytes(), table().kept_bytes());
+}
+
+TEST_F(Operators, ThatAreMadeAheadAreAllThatIsAskedFor) {
+  const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
+  const Rings rings(complex);
+  OperatorTable fresh;
+  make_ahead(fresh, complex, rings);
+  const std::size_t made = fresh.memory_bytes();
+  EXPECT_GT(made, 0u);
+  EXPECT_EQ(fresh.kept_bytes(), 0u);
+  EXPECT_EQ(fresh.find(rings.lines.front()), kNone) << "it has no number before it is asked for";
+  ask(fresh, complex, rings);
+  EXPECT_GE(fresh.memory_bytes(), made);
+  EXPECT_EQ(fresh.find(rings.lines.front()), fresh.line(rings.lines.front()));
+  EXPECT_EQ(fresh.find(rings.surfaces.front()), fresh.surface(rings.surfaces.front()));
+  make_ahead(fresh, complex, rings);
+  const std::size_t asked = fresh.memory_bytes();
+  ask(fresh, complex, rings);
+  EXPECT_EQ(fresh.memory_bytes(), asked) << "what is known isn't made again";
+}
 
 TEST_F(Operators, AreSharedByEqualRings) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));

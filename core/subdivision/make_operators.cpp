@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/subdivision/operators.h"
+#include "core/subdivision/make_operators.h"
 
 #include <algorithm>
 #include <cmath>
@@ -112,16 +112,6 @@ std::vector<double> limit_of_step(const PackedStencils& stencils, std::span<cons
   return row;
 }
 
-/// The limit row at the irregular corner, whose control point has number 0. Subdividing moves no limit, so the row of
-/// the ring one level on, times the step there, is this one's.
-std::vector<double> limit_row(const std::vector<PlanarOperator>& operators, std::uint32_t self) {
-  const PlanarOperator& op = operators[self];
-  const ChildRows& next = op.children[0];
-  if (next.op == self) return limit_of_step(op.stencils, op.rows_of(next));
-  if (operators[next.op].limit.empty()) broken("operators lead to each other in a circle");
-  return multiply(operators[next.op].limit, op.stencils, op.rows_of(next), op.points);
-}
-
 /// The 2-D ring in three layers of cells, so that refining the middle one sees the rules of the solid's inside.
 CellComplex extrude(const LineRing& ring) {
   const std::uint32_t n = ring.count;
@@ -214,67 +204,44 @@ class CornerRows {
   std::vector<std::uint32_t> next_column_of_;  // By refined point.
 };
 
-constexpr std::size_t kKeyBytes = 64;  // What a key takes in a map besides its numbers.
-
-std::size_t bytes_of(const NumberKey& key) { return key.capacity() * 4 + kKeyBytes; }
-
-template <typename Operator>
-std::size_t bytes_of(const Operator& op) {
-  std::size_t bytes = sizeof(op) + op.stencils.memory_bytes();
-  if constexpr (requires { op.rows; }) bytes += op.rows.capacity() * 4;
-  if constexpr (requires { op.limit; }) bytes += op.limit.capacity() * 8;
-  if constexpr (requires { op.carried; }) bytes += op.carried.capacity() * 4;
-  return bytes;
-}
-
 }  // namespace
 
-std::uint32_t OperatorTable::line(const LineRing& ring) {
-  const auto [known, fresh] = line_index_.try_emplace(ring.key, static_cast<std::uint32_t>(lines_.size()));
-  const auto& [key, self] = *known;
-  if (!fresh) return self;
-  // It has its number before its children are looked at: the one at the line may have the same ring, and leads here.
-  lines_.emplace_back();
+MadeLine make_line_operator(const LineRing& ring) {
   const CellComplex complex = extrude(ring);
   const CellId middle{static_cast<std::uint32_t>(ring.quads.size())};
   const Refinement refined = refine(complex, std::array{middle});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
   ChildRowMaker rows(refined.complex.vertex_count());
-  PlanarOperator op;
+  MadeLine made;
+  PlanarOperator& op = made.op;
   op.points = ring.count;
   for (std::uint32_t c = 0; c < 4; ++c) {
     const CellId child{refined.first_child.front() + c};
     const auto found = classifier.classify(child);
     if (c == 0) {
       if (!found || found->cell_class != CellClass::kLine || found->anchor != 8) broken("a line cell lost its line");
-      const LineRing next = walker.line(child, {});
+      made.next = walker.line(child, {});
       // One of the child's four layers is enough, as they are alike: the one that lies in a layer of the parent's.
-      op.children[0] = rows.add(std::span(next.points).subspan(next.count, next.count), 0);
-      op.children[0].op = line(next);
+      op.children[0] = rows.add(std::span(made.next.points).subspan(made.next.count, made.next.count), 0);
     } else {
       if (!found || found->cell_class != CellClass::kRegular) broken("an outer child of a line cell isn't regular");
-      const RegularRing next = walker.regular(child);
-      op.children[c] = rows.add(std::span(next.points).subspan(16, 16), next.phantoms & 15);
+      const RegularRing regular = walker.regular(child);
+      op.children[c] = rows.add(std::span(regular.points).subspan(16, 16), regular.phantoms & 15);
     }
   }
   rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, ring.count, row); }, op);
-  lines_[self] = std::move(op);
-  lines_[self].limit = limit_row(lines_, self);
-  add_bytes(bytes_of(lines_[self]), bytes_of(key));
-  return self;
+  if (made.next.key == ring.key) op.limit = limit_of_step(op.stencils, op.rows_of(op.children[0]));
+  return made;
 }
 
-std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
-  const auto [known, fresh] = surface_index_.try_emplace(ring.key, static_cast<std::uint32_t>(surfaces_.size()));
-  const auto& [key, self] = *known;
-  if (!fresh) return self;
-  surfaces_.emplace_back();
+MadeSurface make_surface_operator(const SurfaceRing& ring) {
   const auto n = static_cast<std::uint32_t>(ring.points.size());
   const Refinement refined = refine(thicken(ring), std::array{CellId{0}});
   SurfaceWalker walker(refined.complex);
   ChildRowMaker rows(refined.complex.vertex_count());
-  PlanarOperator op;
+  MadeSurface made;
+  PlanarOperator& op = made.op;
   op.points = n;
   for (std::uint32_t c = 0; c < 4; ++c) {
     const CellId child{refined.first_child.front() + 4 + c};
@@ -286,7 +253,7 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
     SurfaceRing next = c == 0 ? walker.irregular_ring(face, start) : walker.walk(face);
     if (c > 0 && (!next.regular || start != 0)) broken("an outer child of a boundary face isn't regular");
     op.children[c] = rows.add(next.points, next.phantoms);
-    if (c == 0) op.children[0].op = surface(next);
+    if (c == 0) made.next = std::move(next);
   }
   rows.finish([&](VertexId p, auto& row) { fill_planar_row(refined.stencils, p, 2 * n, row); }, op);
   for (std::uint32_t row = 0; row < op.stencils.rows(); ++row) {
@@ -294,15 +261,11 @@ std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
       if (column >= n) broken("a boundary rule reads a control point inside");
     });
   }
-  surfaces_[self] = std::move(op);
-  surfaces_[self].limit = limit_row(surfaces_, self);
-  add_bytes(bytes_of(surfaces_[self]), bytes_of(key));
-  return self;
+  if (made.next.key == ring.key) op.limit = limit_of_step(op.stencils, op.rows_of(op.children[0]));
+  return made;
 }
 
-std::uint32_t OperatorTable::star(const VertexStar& star) {
-  const auto [known, fresh] = star_index_.try_emplace(star.key, static_cast<std::uint32_t>(stars_.size()));
-  if (!fresh) return known->second;
+StarOperator make_star_operator(const VertexStar& star) {
   const CellComplex complex = complex_of(star);
   StarOperator op;
   op.points = complex.vertex_count();
@@ -310,49 +273,26 @@ std::uint32_t OperatorTable::star(const VertexStar& star) {
   std::vector<std::uint32_t> all_rows(op.points);
   std::iota(all_rows.begin(), all_rows.end(), 0u);
   op.limit = limit_of_step(op.stencils, all_rows);
-  add_bytes(bytes_of(op), bytes_of(known->first));
-  stars_.push_back(std::move(op));
-  return known->second;
+  return op;
 }
 
-std::uint32_t OperatorTable::vertex(std::uint32_t star, const VertexRing& ring, RingWalker& walker, CellId cell,
-                                    const Frame& frame) {
-  VertexOperator op{star, corner(ring, walker, cell, frame), ring.shared};
-  NumberKey key{op.star, op.corner};
-  key.insert(key.end(), op.shared.begin(), op.shared.end());
-  const auto [known, fresh] = vertex_index_.try_emplace(std::move(key), static_cast<std::uint32_t>(vertices_.size()));
-  if (!fresh) return known->second;
-  add_bytes(sizeof(op) + op.shared.capacity() * 4, bytes_of(known->first));
-  vertices_.push_back(std::move(op));
-  return known->second;
-}
-
-std::uint32_t OperatorTable::corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame) {
-  const auto [known, fresh] = corner_index_.try_emplace(ring.key, static_cast<std::uint32_t>(corners_.size()));
-  const auto& [key, self] = *known;
-  if (!fresh) return self;
-  corners_.emplace_back();
-  const NumberedCells all = walker.neighbourhood(cell, frame);
-  CornerOperator op = make_corner(ring, all);
-  add_bytes(bytes_of(op), bytes_of(key));
-  corners_[self] = std::move(op);
-  return self;
-}
-
-CornerOperator OperatorTable::make_corner(const VertexRing& ring, const NumberedCells& all) {
-  const CellComplex complex = complex_of(all);
+MadeCorner make_corner_operator(const VertexRing& ring, const NumberedCells& cells,
+                                const std::function<bool(const NumberKey&)>& wants) {
+  const CellComplex complex = complex_of(cells);
   const Refinement refined = refine(complex, std::array{CellId{0}});
   Classifier classifier(refined.complex);
   RingWalker walker(refined.complex);
   const CellId inner = refined.first_child.front();
   const VertexStar star = walker.star(inner, {});
-  const VertexRing next = walker.vertex(inner, {}, star.points);
-  const CornerRows made(ring, all, refined, next);
+  MadeCorner made;
+  made.next = walker.vertex(inner, {}, star.points);
+  if (wants(made.next.key)) made.next_cells = walker.neighbourhood(inner, {});
+  const CornerRows corner_rows(ring, cells, refined, made.next);
   ChildRowMaker rows(refined.complex.vertex_count());
-  CornerOperator op;
+  CornerOperator& op = made.op;
   op.shared = static_cast<std::uint32_t>(ring.shared.size());
   op.own = static_cast<std::uint32_t>(ring.own().size());
-  op.carried = made.carried(complex);
+  op.carried = corner_rows.carried(complex);
   for (std::uint32_t c = 0; c < 8; ++c) {
     const CellId cell{inner + c};
     const auto found = classifier.classify(cell);
@@ -363,36 +303,25 @@ CornerOperator OperatorTable::make_corner(const VertexRing& ring, const Numbered
     child.cell_class = found->cell_class;
     ChildRows& in_rows = child;
     if (c == 0) {
-      in_rows = rows.add(next.own(), 0);
-      child.op = corner(next, walker, cell, {});
+      in_rows = rows.add(made.next.own(), 0);
     } else if (found->cell_class == CellClass::kRegular) {
       const RegularRing regular = walker.regular(cell);
       in_rows = rows.add(regular.points, regular.phantoms);
     } else {
       child.frame = frame_at(cell_tables::kHexEdges[found->anchor][0], found->anchor / 4);
-      const LineRing sub_line = walker.line(cell, child.frame);
-      child.layer_points = sub_line.count;
-      in_rows = rows.add(sub_line.points, sub_line.phantoms);
-      child.op = line(sub_line);
+      LineRing& line = made.lines[c] = walker.line(cell, child.frame);
+      child.layer_points = line.count;
+      in_rows = rows.add(line.points, line.phantoms);
     }
   }
-  rows.finish([&](VertexId p, auto& row) { made.fill(p, row); }, op);
-  return op;
+  rows.finish([&](VertexId p, auto& row) { corner_rows.fill(p, row); }, op);
+  return made;
 }
 
-std::uint32_t OperatorTable::max_ring_points() const {
-  std::uint32_t most = 64;
-  for (const auto& op : lines_) most = std::max({most, 4 * op.points, 4 * op.stencils.rows()});
-  for (const auto& op : corners_) {
-    for (const auto& child : op.children) most = std::max(most, child.count);
-  }
-  for (const auto& op : surfaces_) most = std::max(most, op.points);
-  return most;
-}
-
-void OperatorTable::forget_keys() {
-  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) index->clear();
-  key_bytes_ = 0;
+/// Subdividing moves no limit, so the row of the ring one level on, times the step there, is this one's.
+std::vector<double> limit_through(const std::vector<double>& limit_of_next, const PlanarOperator& op) {
+  if (limit_of_next.empty()) broken("operators lead to each other in a circle");
+  return multiply(limit_of_next, op.stencils, op.rows_of(op.children[0]), op.points);
 }
 
 }  // namespace ccslice
