@@ -38,7 +38,7 @@ struct Options {
   double most_voxels = oracle::HostileOptions().most_voxels;
   std::vector<std::string> meshes;
   std::string json;
-  bool only_linear = false, verbose = false;
+  bool only_linear = false, only_channels = false, verbose = false;
 };
 
 std::uint64_t to_number(std::string_view text) {
@@ -83,7 +83,9 @@ void tell_of_crash(int signal) {
 class SeedRunner {
  public:
   SeedRunner(const Options& options, const std::vector<oracle::NamedMesh>& meshes)
-      : options_(options), hostile_{options.most_voxels, meshes, options.only_linear}, next_(options.first) {}
+      : options_(options),
+        hostile_{options.most_voxels, meshes, options.only_linear, options.only_channels},
+        next_(options.first) {}
 
   std::vector<HostileResult> run() {
     std::vector<std::jthread> threads;
@@ -157,6 +159,9 @@ int main(int argc, char** argv) {
   app.add_flag("--only-linear", options.only_linear,
                "Only compare channels that are linear in the position with it: no voxel is inverted, so many more "
                "are looked at. Seeds without such a channel do nothing");
+  app.add_flag(
+      "--only-channels", options.only_channels,
+      "No cell regions, and no planes but those of channels and the occupancy. Part of what a seed stands for");
   app.add_flag("--verbose", options.verbose, "A line for every seed");
   CLI11_PARSE(app, argc, argv);
   try {

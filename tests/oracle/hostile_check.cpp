@@ -16,13 +16,14 @@
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_job.h"
 #include "tests/oracle/hostile_layers.h"
+#include "tests/oracle/hostile_regions.h"
 #include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
 namespace {
 
 void slice_inverted(HostileRun& run) {
-  LayerSlicer inverter(run.solid, inverting_job(*run.solid, run.job.job));
+  LayerSlicer inverter(run.marked, inverting_job(*run.marked, run.job.job));
   for (const std::uint32_t layer : run.job.inverted_layers) run.inverted.push_back(inverter.slice(layer, {}));
 }
 
@@ -43,6 +44,8 @@ void compare(HostileRun& run, const HostileOptions& options, HostileResult& resu
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
+  compare_regions(run, result[HostileCheck::kRegions]);
+  compare_printed(run, result[HostileCheck::kPrinted]);
   count_unresolved(run, result[HostileCheck::kUnresolved]);
   compare_bytes(run, result[HostileCheck::kBytes]);
 }
@@ -58,9 +61,9 @@ bool shows_linear(const HostileRun& run) {
 }
 
 /// A mesh that isn't a solid, and a job that isn't one: null.
-std::shared_ptr<const LimitSolid> prepare(HostileMesh mesh, HostileResult& result) {
+std::shared_ptr<const LimitSolid> prepare(const HostileMesh& mesh, HostileResult& result) {
   try {
-    return LimitSolid::prepare(std::move(mesh.mesh));
+    return LimitSolid::prepare(mesh.mesh);
   } catch (const Error& error) {
     if (static_cast<int>(error.code()) >= 200) throw;
     result.refused = error.what();
@@ -71,7 +74,7 @@ std::shared_ptr<const LimitSolid> prepare(HostileMesh mesh, HostileResult& resul
 std::optional<HostileJob> plan(std::uint64_t seed, const LimitSolid& solid, const HostileOptions& options,
                                HostileResult& result) {
   try {
-    HostileJob job = make_hostile_job(seed, solid, options.most_voxels);
+    HostileJob job = make_hostile_job(seed, solid, options.most_voxels, options.only_channels);
     result.description += "; " + job.description;
     validate_job(solid, job.job);
     return job;
@@ -101,14 +104,21 @@ void describe_folds(const SolidSummary& summary, std::string& description) {
 
 void run(std::uint64_t seed, const HostileOptions& options, HostileResult& result) {
   HostileMesh mesh = make_hostile_mesh(seed, options.files);
+  if (!options.only_channels) add_hostile_regions(seed, mesh);
   result.description = mesh.description;
-  const std::vector<std::optional<LinearMaterial>> linear = mesh.linear;
-  const std::shared_ptr<const LimitSolid> solid = prepare(std::move(mesh), result);
+  const std::shared_ptr<const LimitSolid> solid = prepare(mesh, result);
   if (!solid) return;
   describe_folds(solid->summary(), result.description);
   std::optional<HostileJob> job = plan(seed, *solid, options, result);
   if (!job) return;
-  HostileRun run{seed, solid, linear, std::move(*job), {}, {}};
+  const bool marked = solid->has_several_regions() && !options.only_linear;
+  HostileRun run{.seed = seed,
+                 .solid = solid,
+                 .marked = marked ? LimitSolid::prepare(with_region_channel(mesh.mesh)) : solid,
+                 .linear = mesh.linear,
+                 .job = std::move(*job),
+                 .layers = {},
+                 .inverted = {}};
   if (!options.only_linear || shows_linear(run)) compare(run, options, result);
 }
 
@@ -120,6 +130,8 @@ std::string_view to_text(HostileCheck check) {
     case HostileCheck::kLinear: return "linear";
     case HostileCheck::kTruth: return "truth";
     case HostileCheck::kOccupancy: return "occupancy";
+    case HostileCheck::kRegions: return "regions";
+    case HostileCheck::kPrinted: return "printed";
     case HostileCheck::kUnresolved: return "unresolved";
     default: return "bytes";
   }

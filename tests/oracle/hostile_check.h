@@ -9,8 +9,14 @@
 //   linear      every voxel of every layer, in channels that are linear in the position, against that position: off by
 //               the same, plus how far off the solid a voxel inside the contours may be. Also right in folds;
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: those
-//               near folds and overlaps, and off the solid where two places are as near;
-//   occupancy   one layer against the winding numbers of its contours; all planes against one another;
+//               near folds and overlaps, and off the solid where two places are as near. Where channels jump at an
+//               interface, either side is right within what inversion accepts of it;
+//   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;
+//   regions     every voxel of some layers: the cell region that planes show against that of the cell that inversion
+//               finds. Excused: within the contours' tolerance of an interface, and near folds and overlaps;
+//   printed     one material in each voxel inside and none outside, in all planes of all layers; of some layers every
+//               voxel's material against what the map of its cell region and the halftone make of the inverted
+//               channels, within the tolerance of the channels;
 //   unresolved  no voxel without a parameter, unless the solid reports folds;
 //   bytes       the same on two threads, with the range split anywhere, and in a region.
 
@@ -27,8 +33,17 @@
 
 namespace ccslice::oracle {
 
-enum class HostileCheck : std::uint8_t { kTolerance, kLinear, kTruth, kOccupancy, kUnresolved, kBytes };
-inline constexpr std::size_t kHostileChecks = 6;
+enum class HostileCheck : std::uint8_t {
+  kTolerance,
+  kLinear,
+  kTruth,
+  kOccupancy,
+  kRegions,
+  kPrinted,
+  kUnresolved,
+  kBytes
+};
+inline constexpr std::size_t kHostileChecks = 8;
 std::string_view to_text(HostileCheck check);
 
 struct HostileResult {
@@ -49,6 +64,7 @@ struct HostileOptions {
   double most_voxels = 3e5;          // A job, those outside of the part included.
   std::span<const NamedMesh> files;  // Their shapes instead of made ones.
   bool only_linear = false;          // That check alone, which takes a tenth of the time.
+  bool only_channels = false;        // Without cell regions, and no planes but those of channels and the occupancy.
 };
 
 /// Throws nothing but std::bad_alloc.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/job/slice_job.h"
@@ -21,15 +22,20 @@ namespace ccslice::oracle {
 struct HostileRun {
   std::uint64_t seed = 0;
   std::shared_ptr<const LimitSolid> solid;
+  /// The same with the number of the cell region as one more channel, if it has several; else the same.
+  std::shared_ptr<const LimitSolid> marked;
   std::vector<std::optional<LinearMaterial>> linear;  // By channel.
   HostileJob job;
   std::vector<Layer> layers;    // As the job asks for.
-  std::vector<Layer> inverted;  // job.inverted_layers with every voxel inverted, as inverting_job() has it.
+  std::vector<Layer> inverted;  // job.inverted_layers of `marked`, as inverting_job() has them.
 
   const Layer& layer(std::uint32_t index) const { return layers[index - job.first_layer]; }
   Vec3 centre(std::uint32_t column, std::uint32_t row, std::uint32_t layer) const;
   /// Of the contours of one of the inverted layers round a voxel's centre.
   int winding(const Layer& layer, std::uint32_t column, std::uint32_t row) const;
+  bool has_regions() const { return !solid->summary().cell_regions.empty(); }
+  /// Of the inverted layers. REQUIRES: cell regions.
+  std::size_t region_plane() const { return 1 + marked->channel_count(); }
 };
 
 /// A voxel of an inverted layer.
@@ -37,6 +43,16 @@ struct VoxelIndex {
   std::uint32_t column = 0, row = 0;
   const Layer* layer = nullptr;
 };
+
+TruthFinder truths_of(const HostileRun& run);
+/// Ambiguous where the contours wind round it more than once.
+std::optional<VoxelTruth> find_truth(TruthFinder& truths, const HostileRun& run, const VoxelIndex& at);
+/// Of a channel, as floats have it.
+double inverted_value(const HostileRun& run, const VoxelIndex& at, std::uint32_t channel);
+void note_failure(const std::optional<VoxelTruth>& truth, HostileFinding& finding);
+/// For messages: where that is.
+std::string place_text(const std::optional<VoxelTruth>& truth);
+std::string voxel_text(const VoxelIndex& at);
 
 /// Appends the voxels that were looked into since they are beyond the tolerance.
 void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, HostileFinding& finding);
@@ -50,6 +66,13 @@ void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, H
 void compare_occupancy(const HostileRun& run, HostileFinding& finding);
 
 void count_unresolved(const HostileRun& run, HostileFinding& finding);
+
+/// Every voxel of the inverted layers: its cell region against that of the cell that holds it.
+void compare_regions(const HostileRun& run, HostileFinding& finding);
+
+/// All planes of materials of all layers against one another; of the inverted layers every voxel's material against
+/// what its channels allow.
+void compare_printed(const HostileRun& run, HostileFinding& finding);
 
 /// Slices again, three times.
 void compare_bytes(const HostileRun& run, HostileFinding& finding);

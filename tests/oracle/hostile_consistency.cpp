@@ -4,13 +4,18 @@
 // What doesn't need the truth: the occupancy against winding numbers, voxels without parameters, bytes.
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/output/encode.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_layers.h"
+#include "tests/oracle/hostile_numbers.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/slicing.h"
 
@@ -60,25 +65,49 @@ void compare_winding(const HostileRun& run, const Layer& layer, HostileFinding& 
   }
 }
 
+/// Voxels outside have the plane's sample for them.
+void compare_outside(const HostileRun& run, const Layer& layer, std::size_t plane, HostileFinding& finding) {
+  const PlaneSpec& spec = run.job.job.planes[plane];
+  const std::uint32_t columns = run.job.job.grid.extent.columns;
+  const auto whole = static_cast<std::uint32_t>(spec.sample_type == SampleType::kFloat32 ? 0 : spec.outside_sample);
+  const auto sample = std::bit_cast<std::array<std::uint8_t, 4>>(
+      spec.sample_type == SampleType::kFloat32 ? std::bit_cast<std::uint32_t>(static_cast<float>(spec.outside_sample))
+                                               : whole);
+  const std::size_t size = sample_bytes(spec.sample_type, 1, 1), channels = channel_count(spec);
+  const std::vector<std::uint8_t>& bytes = layer.planes[plane].bytes;
+  for (std::size_t i = 0; i < bytes.size() / size; ++i) {
+    const auto voxel = static_cast<std::uint32_t>(i / channels);
+    if (bit_at(layer.planes.back(), columns, voxel % columns, voxel / columns)) continue;
+    ++finding.compared;
+    if (std::memcmp(&bytes[i * size], sample.data(), size) == 0) continue;
+    fail(layer_text(layer, "plane " + std::to_string(plane) + " outside"), finding);
+  }
+}
+
 /// Voxels of a plane's row, of whole bytes each.
 std::size_t voxel_bytes(const PlaneSpec& plane) { return sample_bytes(plane.sample_type, 1, 1, channel_count(plane)); }
 
-bool is_crop(const PlaneSpec& plane, const Grid& grid, const VoxelRegion& region, const EncodedPlane& whole,
-             const EncodedPlane& part) {
+/// Of `size` bytes a voxel.
+bool is_crop(std::span<const std::uint8_t> whole, std::span<const std::uint8_t> part, std::size_t size,
+             const Grid& grid, const VoxelRegion& region) {
   for (std::uint32_t row = 0; row < region.extent.rows; ++row) {
-    for (std::uint32_t column = 0; column < region.extent.columns; ++column) {
-      const std::uint32_t x = region.first_column + column, y = region.first_row + row;
-      if (plane.content == PlaneContent::kOccupancy) {
-        if (bit_at(whole, grid.extent.columns, x, y) != bit_at(part, region.extent.columns, column, row)) return false;
-        continue;
-      }
-      const std::size_t size = voxel_bytes(plane);
-      const std::size_t from = (std::size_t{y} * grid.extent.columns + x) * size;
-      const std::size_t to = (std::size_t{row} * region.extent.columns + column) * size;
-      if (std::memcmp(&whole.bytes[from], &part.bytes[to], size) != 0) return false;
-    }
+    const std::size_t y = region.first_row + row;
+    const std::size_t from = (y * grid.extent.columns + region.first_column) * size;
+    const std::size_t to = std::size_t{row} * region.extent.columns * size;
+    if (std::memcmp(&whole[from], &part[to], region.extent.columns * size) != 0) return false;
   }
   return true;
+}
+
+/// Pictures' bytes depend on all of their voxels, so numbers are read and compared.
+bool is_crop(const HostileRun& run, const PlaneSpec& plane, const EncodedPlane& whole, const EncodedPlane& part) {
+  const Grid& grid = run.job.job.grid;
+  const VoxelRegion& region = *run.job.region;
+  if (!shows_numbers(plane)) return is_crop(whole.bytes, part.bytes, voxel_bytes(plane), grid, region);
+  const std::vector<std::uint32_t> palette =
+      palette_of_plane(run.job.job, plane, run.solid->summary().cell_regions.size());
+  return is_crop(numbers_of(plane, whole, grid.extent, palette), numbers_of(plane, part, region.extent, palette), 1,
+                 grid, region);
 }
 
 void compare_layers(const HostileRun& run, const std::vector<Layer>& others, const std::string& what,
@@ -89,6 +118,9 @@ void compare_layers(const HostileRun& run, const std::vector<Layer>& others, con
       ++finding.compared;
       if (layer.planes[plane].bytes == other.planes[plane].bytes) continue;
       fail(layer_text(layer, "plane " + std::to_string(plane)) + ", " + what, finding);
+    }
+    if (layer.stats.material_voxels != other.stats.material_voxels) {
+      fail(layer_text(layer, "the count of materials") + ", " + what, finding);
     }
   }
 }
@@ -112,8 +144,7 @@ void compare_region(const HostileRun& run, HostileFinding& finding) {
   for (const Layer& part : slice_layers(run.solid, job, region.first_layer, region.extent.layers)) {
     for (std::size_t plane = 0; plane < part.planes.size(); ++plane) {
       ++finding.compared;
-      if (is_crop(job.planes[plane], job.grid, region, run.layer(part.index).planes[plane], part.planes[plane]))
-        continue;
+      if (is_crop(run, job.planes[plane], run.layer(part.index).planes[plane], part.planes[plane])) continue;
       fail(layer_text(part, "plane " + std::to_string(plane)) + " of the region", finding);
     }
   }
@@ -121,22 +152,13 @@ void compare_region(const HostileRun& run, HostileFinding& finding) {
 
 }  // namespace
 
-Vec3 HostileRun::centre(std::uint32_t column, std::uint32_t row, std::uint32_t layer) const {
-  const Grid& grid = job.job.grid;
-  return {grid.origin_mm.x() + (column + 0.5) * grid.pitch.x_mm, grid.origin_mm.y() + (row + 0.5) * grid.pitch.y_mm,
-          grid.layer_z_mm(layer)};
-}
-
-int HostileRun::winding(const Layer& layer, std::uint32_t column, std::uint32_t row) const {
-  return winding_number(polygons_of(layer.contours), centre(column, row, layer.index).head<2>());
-}
-
 void compare_occupancy(const HostileRun& run, HostileFinding& finding) {
   if (run.inverted.empty()) return;
   compare_winding(run, run.inverted[run.inverted.size() / 2], finding);
   for (const Layer& inverted : run.inverted) {
     const Layer& layer = run.layer(inverted.index);
     for (std::size_t plane = 0; plane < layer.planes.size(); ++plane) {
+      if (!shows_numbers(run.job.job.planes[plane])) compare_outside(run, layer, plane, finding);
       if (run.job.job.planes[plane].content != PlaneContent::kOccupancy) continue;
       ++finding.compared;
       if (layer.planes[plane].bytes != inverted.planes[0].bytes) fail(layer_text(layer, "the plane"), finding);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/oracle/hostile_printing.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
 
@@ -21,6 +22,7 @@ constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
+constexpr std::uint64_t kPlaneStream = 9;  // Of random numbers.
 
 /// Of the limit cells, those that may fold.
 double folding_share(const LimitSolid& solid) {
@@ -242,8 +244,12 @@ class JobMaker {
 
 }  // namespace
 
-HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels) {
-  return JobMaker(seed, solid, most_voxels).make();
+HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels, bool only_channels) {
+  HostileJob job = JobMaker(seed, solid, most_voxels).make();
+  if (only_channels) return job;
+  HostileRandom random(seed, kPlaneStream);
+  job.description += add_hostile_planes(random, solid.summary(), job.job);
+  return job;
 }
 
 }  // namespace ccslice::oracle

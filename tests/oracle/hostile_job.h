@@ -15,7 +15,7 @@
 namespace ccslice::oracle {
 
 struct HostileJob {
-  SliceJob job;                                    // All of the grid, raw planes; the last is the occupancy.
+  SliceJob job;                                    // All of the grid; the last plane is the occupancy.
   std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
   std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
   std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.
@@ -23,7 +23,9 @@ struct HostileJob {
 };
 
 /// Inverts about `most_voxels` at most, those outside of the part included, and interpolates ten times as
-/// many. Throws what plan_grid() throws.
-HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels);
+/// many. Planes of materials and cell regions come from a stream of random numbers of their own, and not at all if
+/// `only_channels`: nothing else of the job depends on them. Throws what plan_grid() throws.
+HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels,
+                            bool only_channels = false);
 
 }  // namespace ccslice::oracle

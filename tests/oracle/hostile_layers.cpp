@@ -51,6 +51,11 @@ SliceJob inverting_job(const LimitSolid& solid, const SliceJob& job) {
   plane.content = PlaneContent::kChannel;
   plane.sample_type = SampleType::kFloat32;
   for (plane.channel = 0; plane.channel < solid.channel_count(); ++plane.channel) result.planes.push_back(plane);
+  plane.sample_type = SampleType::kUint8;
+  plane.content = PlaneContent::kCellRegions;
+  if (!solid.summary().cell_regions.empty()) result.planes.push_back(plane);
+  plane.content = PlaneContent::kMaterials;
+  if (job.printing) result.planes.push_back(plane);
   return result;
 }
 

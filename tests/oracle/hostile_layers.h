@@ -17,7 +17,8 @@ namespace ccslice::oracle {
 std::vector<Layer> slice_layers(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
                                 std::uint32_t first, std::uint32_t count, int threads = 1);
 
-/// The same grid with every voxel inverted. Planes: the occupancy, then every channel as floats. With contours.
+/// The same grid with every voxel inverted. Planes: the occupancy, then every channel of the solid as floats, then the
+/// cell regions if it has any, then the materials if the job prints, both a byte a voxel. With contours.
 SliceJob inverting_job(const LimitSolid& solid, const SliceJob& job);
 
 bool bit_at(const EncodedPlane& plane, std::uint32_t columns, std::uint32_t column, std::uint32_t row);

@@ -46,6 +46,7 @@ const char* to_text(VoxelPlace place) {
 TruthFinder::TruthFinder(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm)
     : solid_(std::move(solid)),
       mesh_of_world_(placement.inverse(Eigen::Affine)),
+      least_scale_(scales_of(placement)[2]),
       diagonal_mm_(diagonal_of(*solid_)),
       accept_mm_(options_of(placement, diagonal_mm_, outside_mm).accept_mm),
       inverter_(*solid_, options_of(placement, diagonal_mm_, outside_mm)) {}
@@ -101,6 +102,25 @@ std::vector<double> TruthFinder::slack(const VoxelTruth& truth) {
     for (std::size_t c = 0; c < slack.size(); ++c) slack[c] += 2 * change[c];
   }
   return slack;
+}
+
+std::vector<VoxelTruth> TruthFinder::places_beyond_interfaces(const Vec3& world, const VoxelTruth& truth) {
+  std::vector<VoxelTruth> beyond;
+  if (!solid_->has_several_regions()) return beyond;
+  const double within_mm = truth.residual_mm + accept_mm_;
+  for (const NearPlace& place : nearest_places(inverter_.evaluator(), mesh_of_world_ * world, within_mm)) {
+    if (place.distance_mm > within_mm || region_of(place.at.cell) == region_of(truth)) continue;
+    beyond.push_back({place.at, place.distance_mm, truth.place, values_at(place.at)});
+  }
+  return beyond;
+}
+
+bool TruthFinder::region_is_near(std::uint8_t region, const Vec3& world, const VoxelTruth& truth, double world_mm) {
+  const double within_mm = truth.residual_mm + accept_mm_ + world_mm / least_scale_;
+  const std::vector<NearPlace> places = nearest_places(inverter_.evaluator(), mesh_of_world_ * world, within_mm);
+  return std::ranges::any_of(places, [&](const NearPlace& place) {
+    return place.distance_mm <= within_mm && region_of(place.at.cell) == region;
+  });
 }
 
 /// Newton's method with halved steps, inside the cell. Returns the residual.

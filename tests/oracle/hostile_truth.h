@@ -48,15 +48,22 @@ class TruthFinder {
   std::optional<VoxelTruth> find(const Vec3& world);
   /// By channel: by how much two inversions of the voxel may differ.
   std::vector<double> slack(const VoxelTruth& truth);
+  /// Places that are as good as the one of `truth` and in other cell regions: within what inversion accepts, or as near
+  /// to a voxel off the solid. Channels may jump from one to the other.
+  std::vector<VoxelTruth> places_beyond_interfaces(const Vec3& world, const VoxelTruth& truth);
+  /// A cell region comes as near to a voxel as `world_mm`, or by that farther than the place of `truth`.
+  bool region_is_near(std::uint8_t region, const Vec3& world, const VoxelTruth& truth, double world_mm);
+  std::uint8_t region_of(const VoxelTruth& truth) const { return region_of(truth.at.cell); }
 
  private:
   double polish(const Vec3& point, CellParam& at);
   void take_nearest(const Vec3& point, VoxelTruth& truth);
+  std::uint8_t region_of(LimitCellId cell) const { return solid_->region_of(solid_->control_cell(cell)); }
   std::vector<double> values_at(const CellParam& at);
 
   std::shared_ptr<const LimitSolid> solid_;
   Placement mesh_of_world_;
-  double diagonal_mm_, accept_mm_;
+  double least_scale_, diagonal_mm_, accept_mm_;
   PointInverter inverter_;
 };
 
