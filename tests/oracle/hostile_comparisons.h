@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,6 +18,9 @@
 #include "tests/oracle/hostile_job.h"
 
 namespace ccslice::oracle {
+
+/// Of a check that looks into each voxel: after so many the rest count as failed, too.
+inline constexpr std::size_t kEnoughFailures = 10;
 
 /// A job that was sliced.
 struct HostileRun {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A random slicing job from a seed: placement, pitch, place of the grid, planes, tolerances, range of layers, region.
+// A random slicing job from a seed: placement, pitch, place of the grid, tolerances, range of layers, region, and
+// planes of channels, the occupancy, cell regions, materials and their masks (hostile_printing.h).
 
 #pragma once
 

@@ -70,6 +70,21 @@ TEST(HostileJob, TakesTheNearestPlaceBesideSmoothEdges) {
   }
 }
 
+// Checks of what no seed draws would pass for want of cases.
+TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
+  std::string all;
+  for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+    const HostileResult result = run_hostile_seed(seed, {.files = {}, .only_linear = true});
+    if (result.refused.empty()) all += result.description + "\n";
+  }
+  for (const char* what :
+       {"regions, bands", "regions, about centres", "regions, one cell", "regions, each cell", "regions, all in one",
+        "jumping", "cell regions shown", " pure", " direct", " blend", " curve", " colour", " region 1", "BLUE_NOISE",
+        "ERROR_DIFFUSION", "NEAREST", "WHITE_NOISE", " alone"}) {
+    EXPECT_NE(all.find(what), std::string::npos) << what;
+  }
+}
+
 TEST(HostileJob, IsTheSameForTheSameSeed) {
   const HostileResult once = run_hostile_seed(7), again = run_hostile_seed(7);
   EXPECT_EQ(once.description, again.description);

@@ -36,8 +36,19 @@ double steepest_span_of(const MaterialMap& map) {
   return span;
 }
 
+namespace {
+
+/// In the map's order. One that is several components of a colour is there as often: mixes are linear in each component
+/// but not along a diagonal, so that bounds need each by itself.
+std::vector<std::uint32_t> inputs_of(const MaterialMap& map) {
+  if (const auto* colour = std::get_if<ColourMap>(&map.kind)) return {colour->red, colour->green, colour->blue};
+  return channels_of(map);
+}
+
+}  // namespace
+
 MapTruth::MapTruth(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours)
-    : map_(map), materials_(printing.materials.size()), colours_(std::move(colours)), channels_(channels_of(map)) {
+    : map_(map), materials_(printing.materials.size()), colours_(std::move(colours)), channels_(inputs_of(map)) {
   if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     for (const BlendMap::Stop& stop : blend->stops) {
       stops_.push_back(stop.value);
@@ -127,9 +138,10 @@ MapTruth::Shares MapTruth::table_shares(double value) const {
 MapTruth::Shares MapTruth::direct_shares(const DirectMap& map, std::span<const double> values) const {
   Shares shares{};
   double sum = 0;
-  for (const DirectMap::Share& share : map.shares) {
-    shares[share.material - 1] = std::max(0.0, value_of(share.channel, values));
-    sum += shares[share.material - 1];
+  for (std::size_t i = 0; i < map.shares.size(); ++i) {
+    const std::uint32_t material = map.shares[i].material - 1;
+    shares[material] = std::max(0.0, values[i]);
+    sum += shares[material];
   }
   if (map.rest_material != 0) {
     shares[map.rest_material - 1] = std::max(0.0, 1 - sum);
@@ -143,16 +155,11 @@ MapTruth::Shares MapTruth::direct_shares(const DirectMap& map, std::span<const d
 MapTruth::Shares MapTruth::colour_shares(const ColourMap& map, std::span<const double> values) const {
   constexpr double kSteps = ColourTable::kNodes - 1;
   std::array<float, 3> at;
-  const std::array channels = {map.red, map.green, map.blue};
   for (std::size_t i = 0; i < 3; ++i) {
-    at[i] = static_cast<float>(std::clamp(value_of(channels[i], values) / map.full_value * kSteps, 0.0, kSteps));
+    at[i] = static_cast<float>(std::clamp(values[i] / map.full_value * kSteps, 0.0, kSteps));
   }
   const ColourTable::Weights weights = colours_->weights(at);
   return {weights[0], weights[1], weights[2], weights[3], weights[4], weights[5], weights[6], weights[7]};
-}
-
-double MapTruth::value_of(std::uint32_t channel, std::span<const double> values) const {
-  return values[static_cast<std::size_t>(std::ranges::find(channels_, channel) - channels_.begin())];
 }
 
 }  // namespace ccslice::oracle

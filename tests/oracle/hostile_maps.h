@@ -32,10 +32,11 @@ double steepest_span_of(const MaterialMap& map);
 
 class MapTruth {
  public:
-  /// `colours`: colour_table_of() the printing. REQUIRES: validate_printing() passes.
+  /// `colours`: colour_table_of() the printing. REQUIRES: validate_printing() passes; no two shares of a direct map
+  /// have the same channel.
   MapTruth(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours);
 
-  /// The channels that it reads, each once.
+  /// The channels that it reads, in its order. A channel may be several components of a colour.
   const std::vector<std::uint32_t>& channels() const { return channels_; }
   /// `values`: within what bounds each of channels() is. Floats' rounding is added.
   MixBounds bounds(std::span<const Interval> values) const;
@@ -49,7 +50,6 @@ class MapTruth {
   Shares table_shares(double value) const;
   Shares direct_shares(const DirectMap& map, std::span<const double> values) const;
   Shares colour_shares(const ColourMap& map, std::span<const double> values) const;
-  double value_of(std::uint32_t channel, std::span<const double> values) const;
 
   const MaterialMap& map_;
   const std::size_t materials_;

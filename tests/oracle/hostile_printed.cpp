@@ -144,8 +144,8 @@ class PrintedComparison {
     if (odd_.empty()) return;
     TruthFinder truths = truths_of(run_);
     for (std::size_t i = 0; i < odd_.size(); ++i) {
-      if (i == kMostOddVoxels) {
-        finding_.excused += odd_.size() - i;
+      if (i == kMostOddVoxels || finding_.failed >= kEnoughFailures) {
+        (finding_.failed > 0 ? finding_.failed : finding_.excused) += odd_.size() - i;
         break;
       }
       const OddVoxel& odd = odd_[i];

@@ -20,7 +20,12 @@ namespace ccslice::oracle {
 namespace {
 
 constexpr double kShareOfPrints = 0.4, kShareOfRegionPlanes = 0.7;  // Of the jobs; of those with cell regions.
+constexpr double kShareOfPrintsAlone = 0.35;                        // Of the prints: no channel is shown.
 constexpr std::array kMapNames = {"pure", "direct", "blend", "curve", "colour"};
+
+bool shows_channels(const PlaneSpec& plane) {
+  return plane.content == PlaneContent::kChannel || plane.content == PlaneContent::kChannels;
+}
 
 class PrintingDraw {
  public:
@@ -179,7 +184,7 @@ class PlaneDraw {
   void draw_outside_samples() {
     if (!random_.chance(0.3)) return;
     for (PlaneSpec& plane : job_.planes) {
-      if (plane.content != PlaneContent::kChannel && plane.content != PlaneContent::kChannels) continue;
+      if (!shows_channels(plane)) continue;
       const std::uint64_t sample = random_.bits();
       switch (plane.sample_type) {
         case SampleType::kUint8: plane.outside_sample = static_cast<double>(sample % 256); break;
@@ -217,8 +222,12 @@ std::string add_hostile_planes(HostileRandom& random, const SolidSummary& solid,
   if (random.chance(kShareOfPrints)) {
     PrintingDraw draw(random, solid);
     job.printing = draw.make();
-    add_material_planes(random, *job.printing, planes);
     text += ", " + draw.text();
+    if (random.chance(kShareOfPrintsAlone)) {
+      std::erase_if(job.planes, [](const PlaneSpec& plane) { return shows_channels(plane); });
+      text += " alone";
+    }
+    add_material_planes(random, *job.printing, planes);
   }
   planes.draw_outside_samples();
   return text;

@@ -15,7 +15,8 @@
 namespace ccslice::oracle {
 
 /// Adds planes before the job's last, which stays the last, and to some planes of channels a sample for voxels outside.
-/// Returns what was added, in one line. REQUIRES: a channel at least.
+/// Some jobs that print show no channels any more, so that the maps alone say how far those may be off. Returns what
+/// was added, in one line. REQUIRES: a channel at least.
 std::string add_hostile_planes(HostileRandom& random, const SolidSummary& solid, SliceJob& job);
 
 }  // namespace ccslice::oracle

@@ -16,7 +16,7 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr std::size_t kMostMismatches = 200;  // Looked into: searching all places near a voxel takes milliseconds.
+constexpr std::size_t kMostMismatches = 200;  // Looked into, which takes milliseconds each.
 
 /// On another side of an interface than the cell that holds it.
 struct Mismatch {
@@ -44,10 +44,12 @@ class SideComparison {
   void look_into_mismatches() {
     if (mismatches_.empty()) return;
     TruthFinder truths = truths_of(run_);
-    std::size_t left = mismatches_.size();
-    for (const Mismatch& mismatch : mismatches_) {
-      if (mismatches_.size() - left == kMostMismatches) break;
-      --left;
+    for (std::size_t i = 0; i < mismatches_.size(); ++i) {
+      if (i == kMostMismatches || finding_.failed >= kEnoughFailures) {
+        (finding_.failed > 0 ? finding_.failed : finding_.excused) += mismatches_.size() - i;
+        break;
+      }
+      const Mismatch& mismatch = mismatches_[i];
       const std::optional<VoxelTruth> truth = find_truth(truths, run_, mismatch.at);
       if (!truth || truth->place == VoxelPlace::kAmbiguous || is_near(mismatch, *truth, truths)) {
         ++finding_.excused;
@@ -58,7 +60,6 @@ class SideComparison {
       finding_.where = voxel_text(mismatch.at) + " is of region " + std::to_string(mismatch.shown) +
                        ", the cell that holds it of " + std::to_string(mismatch.held_by) + place_text(truth);
     }
-    finding_.excused += left;
   }
 
  private:
