@@ -27,16 +27,31 @@ void ContourStitcher::add_segment(std::uint32_t from, std::uint32_t to) {
   }
 }
 
-std::vector<ContourLoop> ContourStitcher::loops(double repeated_mm) {
-  std::vector<ContourLoop> loops;
+template <typename Visit>
+void ContourStitcher::for_each_loop(const Visit& visit) {
   visited_.assign(crossings_.size(), false);
   for (std::uint32_t start = 0; start < crossings_.size(); ++start) {
     if (visited_[start] || crossings_[start].segments[0] == kNone) continue;
     follow(start);
+    visit();
+  }
+}
+
+std::vector<ContourLoop> ContourStitcher::loops(double repeated_mm) {
+  std::vector<ContourLoop> loops;
+  for_each_loop([&] {
     ContourLoop loop = loop_of_path(repeated_mm);
     if (loop.points.size() >= 3) loops.push_back(std::move(loop));
-  }
+  });
   return loops;
+}
+
+std::vector<bool> ContourStitcher::segments_against() {
+  std::vector<bool> against(segments_.size());
+  for_each_loop([&] {
+    for (const Step& step : path_) against[step.segment] = !step.forward;
+  });
+  return against;
 }
 
 void ContourStitcher::follow(std::uint32_t start) {

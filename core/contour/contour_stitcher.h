@@ -35,6 +35,9 @@ class ContourStitcher {
   /// Throws Error{kInternal} if a loop doesn't close.
   std::vector<ContourLoop> loops(double repeated_mm);
 
+  /// By segment, in the order in which they were added: it runs against most of those of its loop. Throws as loops().
+  std::vector<bool> segments_against();
+
  private:
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   struct Crossing {
@@ -50,6 +53,9 @@ class ContourStitcher {
     bool forward;
   };
 
+  /// Calls visit() for each loop, whose steps are in path_ then.
+  template <typename Visit>
+  void for_each_loop(const Visit& visit);
   /// Writes the steps of the loop through `start` to path_ and marks its crossings; in the direction of most segments.
   void follow(std::uint32_t start);
   ContourLoop loop_of_path(double repeated_mm) const;

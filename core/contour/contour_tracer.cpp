@@ -11,6 +11,7 @@
 #include "core/contour/arc_tracer.h"
 #include "core/contour/contour_leaves.h"
 #include "core/contour/contour_stitcher.h"
+#include "core/contour/orient_regions.h"
 #include "core/contour/side_solver.h"
 
 namespace ccslice {
@@ -51,7 +52,8 @@ struct ContourTracer::State {
         index(std::move(the_index)),
         leaves(surface),
         solver(surface),
-        has_several_regions(solid.has_several_regions()) {}
+        has_several_regions(solid.has_several_regions()),
+        has_inverted_cells(!solid.summary().inverted_control_cells.empty()) {}
 
   Contours trace(const SlicePlane& plane, const ContourOptions& options);
   void start(const SlicePlane& plane, const ContourOptions& options);
@@ -71,9 +73,10 @@ struct ContourTracer::State {
   IdTable<VertexPair> edges;      // Edge -> crossing of the same number.
   std::vector<EdgeShare> shares;  // By crossing.
   ContourStitcher stitcher;
-  const bool has_several_regions;
+  const bool has_several_regions, has_inverted_cells;
   std::vector<RegionEdge> region_edges;
-  std::vector<ContourPoint> between;  // The points of an arc between its ends.
+  std::vector<RegionSegment> region_segments;  // Only where cells are inverted.
+  std::vector<ContourPoint> between;           // The points of an arc between its ends.
   std::vector<RimCrossing> rim;
   std::vector<BoundaryFaceId> faces;
   double height_mm = 0, tolerance_mm = 0;
@@ -98,6 +101,7 @@ void ContourTracer::State::start(const SlicePlane& plane, const ContourOptions& 
   shares.clear();
   stitcher.clear();
   region_edges.clear();
+  region_segments.clear();
 }
 
 Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptions& options) {
@@ -113,6 +117,7 @@ Contours ContourTracer::State::trace(const SlicePlane& plane, const ContourOptio
     link_rim(leaves.surface(leaf));
   }
   result.loops = stitcher.loops(kRepeatedLifts * index->lift_mm());
+  if (has_inverted_cells) orient_regions(region_segments, edges.size(), region_edges);
   result.region_edges = std::move(region_edges);
   return result;
 }
@@ -190,6 +195,7 @@ void ContourTracer::State::add_segment(const LeafSurface& leaf, const RimCrossin
 
 void ContourTracer::State::add_region_edges(const BoundaryFace& face, std::uint32_t from,
                                             std::span<const ContourPoint> between, std::uint32_t to) {
+  const std::size_t begin = region_edges.size();
   Vec2 last = stitcher.crossing(from).xy;
   const auto go_to = [&](const Vec2& next) {
     region_edges.push_back({last, next, face.region, face.beyond});
@@ -197,6 +203,7 @@ void ContourTracer::State::add_region_edges(const BoundaryFace& face, std::uint3
   };
   for (const ContourPoint& point : between) go_to(point.xy);
   go_to(stitcher.crossing(to).xy);
+  if (has_inverted_cells) region_segments.push_back({from, to, begin, region_edges.size()});
 }
 
 ContourTracer::ContourTracer(const LimitSolid& solid, std::shared_ptr<const ContourIndex> index)

@@ -53,6 +53,17 @@ TEST(ContourStitcher, MostSegmentsDecideOnTheDirection) {
   EXPECT_EQ(xs(stitcher.loops(0)[0]), (std::vector<double>{0, 2, 1}));
 }
 
+TEST(ContourStitcher, KnowsWhichSegmentsRunAgainstTheirLoop) {
+  ContourStitcher stitcher;
+  add_crossings(stitcher, {{0, 0}, {1, 0}, {2, 1}, {3, 0}, {4, 0}});
+  stitcher.add_segment(0, 1);
+  stitcher.add_segment(2, 1);
+  stitcher.add_segment(3, 4);
+  stitcher.add_segment(0, 2);
+  stitcher.add_segment(4, 3);
+  EXPECT_EQ(stitcher.segments_against(), (std::vector<bool>{true, false, false, false, false}));
+}
+
 TEST(ContourStitcher, LeavesOutRepeatedPointsAndWhatIsNoLoopWithoutThem) {
   ContourStitcher stitcher;
   add_crossings(stitcher, {{0, 0}, {1, 0}, {1, 1e-9}, {1, 1}, {1e-9, 0}, {7, 7}, {8, 8}});

@@ -13,6 +13,7 @@
 #include "core/limit/limit_solid.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/cell_regions.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
@@ -94,6 +95,44 @@ TEST(RegionLoops, OfMeshesShareTheirArea) {
     for (const RegionLoop& loop : join_region_loops(contours.region_edges)) parts += area_2(loop.points);
     EXPECT_GT(whole, 0);
     EXPECT_NEAR(parts, whole, 1e-9 * whole);
+  }
+}
+
+/// Twice the area in the contours of a mesh, in this plane.
+double area_2(const ControlMesh& mesh, const SlicePlane& plane) {
+  double area = 0;
+  for (const ContourLoop& loop : intersect(*LimitSolid::prepare(mesh), Placement::Identity(), plane, {}).loops) {
+    std::vector<Vec2> points;
+    for (const ContourPoint& point : loop.points) points.push_back(point.xy);
+    area += area_2(points);
+  }
+  return area;
+}
+
+// A row of cells of which the second one is inverted: the frames of its faces contradict those of their neighbours, in
+// the middle of a region, beside an interface, or in a region of its own.
+TEST(RegionLoops, CloseWhereCellsAreInverted) {
+  ControlMesh row = oracle::box_mesh(6, 1, 1);
+  for (Vec3& p : row.positions) p.x() = p.x() == 10 ? 20 : p.x() == 20 ? 10 : p.x();
+  oracle::add_random_channels(row, 1, 3);
+  row.allow_folds = true;
+  SlicePlane plane;
+  plane.origin = Vec3(0, 0, 5.013);
+  for (const std::vector<double>& ends : {std::vector<double>{30}, {17}, {12}, {12, 17}}) {
+    const auto region_at = [&](const Vec3& p) {
+      return static_cast<int>(std::ranges::count_if(ends, [&](double end) { return p.x() > end; }));
+    };
+    const int count = static_cast<int>(ends.size()) + 1;
+    const ControlMesh mesh = oracle::with_regions(row, count, region_at);
+    const Contours contours = intersect(*LimitSolid::prepare(mesh), Placement::Identity(), plane, {});
+    std::vector<double> areas(static_cast<std::size_t>(count));
+    for (const RegionLoop& loop : join_region_loops(contours.region_edges)) areas[loop.region] += area_2(loop.points);
+    for (int region = 0; region < count; ++region) {
+      ControlMesh part = oracle::region_as_mesh(mesh, region);
+      part.allow_folds = true;
+      const double area = area_2(part, plane);
+      EXPECT_NEAR(areas[static_cast<std::size_t>(region)], area, 1e-3 * std::abs(area)) << count << " " << region;
+    }
   }
 }
 
