@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/limit/limit_evaluator.h"
 #include "tests/oracle/hostile_printing.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
@@ -20,9 +21,9 @@ namespace {
 constexpr double kLeastVoxels = 10'000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
-constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
-constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
-constexpr std::uint64_t kPlaneStream = 9;  // Of random numbers.
+constexpr std::uint32_t kMostLayers = 40;                         // In a job: two slabs and parts of others.
+constexpr double kSteepestPitch = 7;                              // Times the mean one, or as much below.
+constexpr std::uint64_t kPlaneStream = 9, kInterfaceStream = 10;  // Of random numbers.
 
 /// Of the limit cells, those that may fold.
 double folding_share(const LimitSolid& solid) {
@@ -242,12 +243,35 @@ class JobMaker {
   HostileJob result_;
 };
 
+/// Moves the grid by half a voxel at most, so that a voxel's centre lies on an interface of cell regions, in a corner
+/// of a cell: on plane interfaces whole rows or layers of voxels do.
+void put_on_interface(HostileRandom& random, const LimitSolid& solid, HostileJob& job) {
+  std::vector<CellParam> corners;
+  for (const LimitCellId cell : solid.cells()) {
+    for (int side = 0; side < 6; ++side) {
+      if ((solid.interface_sides(cell) >> side & 1) == 0) continue;
+      Vec3 corner(random.pick(0, 1), random.pick(0, 1), random.pick(0, 1));
+      corner[side / 2] = side % 2;
+      corners.push_back({cell, corner});
+    }
+  }
+  const Vec3 place = job.job.placement * LimitEvaluator(solid).geo(corners[random.bits() % corners.size()]);
+  Grid& grid = job.job.grid;
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double index = std::floor((place[axis] - grid.origin_mm[axis]) / pitch[axis]);
+    grid.origin_mm[axis] = place[axis] - (index + 0.5) * pitch[axis];
+  }
+  job.description += ", a voxel on an interface";
+}
+
 }  // namespace
 
 HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels, bool only_channels) {
   HostileJob job = JobMaker(seed, solid, most_voxels).make();
   if (only_channels) return job;
-  HostileRandom random(seed, kPlaneStream);
+  HostileRandom random(seed, kPlaneStream), interface_random(seed, kInterfaceStream);
+  if (solid.has_several_regions() && interface_random.chance(0.3)) put_on_interface(interface_random, solid, job);
   job.description += add_hostile_planes(random, solid.summary(), job.job);
   return job;
 }

@@ -108,15 +108,29 @@ std::vector<VoxelTruth> TruthFinder::places_beyond_interfaces(const Vec3& world,
   std::vector<VoxelTruth> beyond;
   if (!solid_->has_several_regions()) return beyond;
   const double within_mm = truth.residual_mm + accept_mm_;
-  for (const NearPlace& place : nearest_places(inverter_.evaluator(), mesh_of_world_ * world, within_mm)) {
-    if (place.distance_mm > within_mm || region_of(place.at.cell) == region_of(truth)) continue;
-    beyond.push_back({place.at, place.distance_mm, truth.place, values_at(place.at)});
+  const Vec3 point = mesh_of_world_ * world;
+  const auto add = [&](const CellParam& at, double distance_mm) {
+    if (distance_mm > within_mm || region_of(at.cell) == region_of(truth)) return;
+    beyond.push_back({at, distance_mm, truth.place, values_at(at)});
+  };
+  // Whole layers of voxels may lie on a plane interface, and Newton's method is far faster than the search.
+  solid_->index().cell_boxes.visit_at(point, within_mm, [&](std::uint32_t item) {
+    CellParam at{LimitCellId{item}, Vec3::Constant(0.5)};
+    if (region_of(at.cell) == region_of(truth)) return;
+    const double distance_mm = polish(point, at);
+    add(at, distance_mm);
+  });
+  if (!beyond.empty()) return beyond;
+  for (const NearPlace& place : nearest_places(inverter_.evaluator(), point, within_mm)) {
+    add(place.at, place.distance_mm);
   }
   return beyond;
 }
 
 bool TruthFinder::region_is_near(std::uint8_t region, const Vec3& world, const VoxelTruth& truth, double world_mm) {
   const double within_mm = truth.residual_mm + accept_mm_ + world_mm / least_scale_;
+  const std::vector<VoxelTruth> beyond = places_beyond_interfaces(world, truth);
+  if (std::ranges::any_of(beyond, [&](const VoxelTruth& place) { return region_of(place) == region; })) return true;
   const std::vector<NearPlace> places = nearest_places(inverter_.evaluator(), mesh_of_world_ * world, within_mm);
   return std::ranges::any_of(places, [&](const NearPlace& place) {
     return place.distance_mm <= within_mm && region_of(place.at.cell) == region;

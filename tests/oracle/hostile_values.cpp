@@ -83,16 +83,19 @@ class SampleComparison {
   HostileFinding& finding_;
 };
 
-/// Beyond the tolerance by no more than inversion may be off, or right by another cell region that holds the voxel too.
+/// Beyond the tolerance by no more than inversion may be off; or the voxel lies on an interface, and the value is right
+/// by one of the cell regions there, of which inversion took another one.
 bool is_excused(const Suspect& suspect, const HostileRun& run, const VoxelTruth& truth, TruthFinder& truths) {
   const double slack = truths.slack(truth)[suspect.channel], bound = suspect.tolerance + slack;
   if (suspect.error <= bound) return true;
   const double rounding = std::abs(suspect.value - suspect.inverted) - suspect.error;
   const VoxelIndex& at = suspect.at;
   const Vec3 centre = run.centre(at.column, at.row, at.layer->index);
-  const std::vector<VoxelTruth> others = truths.places_beyond_interfaces(centre, truth);
-  return std::ranges::any_of(others, [&](const VoxelTruth& other) {
-    return std::abs(suspect.value - other.values[suspect.channel]) - rounding <= bound;
+  std::vector<VoxelTruth> places = truths.places_beyond_interfaces(centre, truth);
+  if (places.empty()) return false;
+  places.push_back(truth);
+  return std::ranges::any_of(places, [&](const VoxelTruth& place) {
+    return std::abs(suspect.value - place.values[suspect.channel]) - rounding <= bound;
   });
 }
 
