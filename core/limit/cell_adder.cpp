@@ -213,8 +213,13 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
   const CellComplex& complex = level_->complex;
   const auto half_faces = complex.cell_half_faces(pending.cell);
   auto walked = pending.surfaces.begin();
+  LimitCell& cell = data_.cells[pending.id];
   for (std::uint8_t side = 0; side < 6; ++side) {
     const FaceId face = face_of(half_faces[side]);
+    if (!complex.face_on_boundary(face)) continue;
+    // The region of the higher number has no face there, and ends there all the same.
+    (level_->beyond(face) != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
+        static_cast<std::uint8_t>(1u << side);
     if (!becomes_face(pending, face)) continue;
     const auto& [ring, known_op] = *walked++;
     const auto cycle = complex.face_vertices(face);
@@ -230,9 +235,6 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     }
     record.region = region_of(mesh_, CellId{control_cell(pending)});
     record.beyond = level_->beyond(face);
-    LimitCell& cell = data_.cells[pending.id];
-    (record.beyond != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
-        static_cast<std::uint8_t>(1u << side);
     const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
     faces_.push_back(
         {record, {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())}});

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <numbers>
 #include <random>
 #include <set>
@@ -16,6 +18,7 @@
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/models.h"
+#include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -352,6 +355,25 @@ TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
 }
 
 // So nothing of a mesh of tetrahedra is refined where there is too little memory: their kind tells how many cells come.
+// Interfaces have a face for the region of the lower number alone, but both regions end there.
+TEST(LimitSolid, HasInterfacesOnBothSides) {
+  const auto solid = LimitSolid::prepare(
+      oracle::with_regions(oracle::box_mesh(2, 2, 2), 2, [](const Vec3& p) { return p.x() < 10 ? 0 : 1; }));
+  LimitEvaluator evaluator(*solid);
+  std::array<std::size_t, 2> interfaces{};
+  for (const LimitCellId cell : solid->cells()) {
+    EXPECT_EQ(solid->interface_sides(cell) & solid->boundary_sides(cell), 0);
+    for (int side = 0; side < 6; ++side) {
+      Vec3 middle = Vec3::Constant(0.5);
+      middle[side / 2] = side % 2;
+      const bool is_interface = (solid->interface_sides(cell) >> side & 1) != 0;
+      EXPECT_EQ(is_interface, std::abs(evaluator.geo({cell, middle}).x() - 10) < 1e-9) << "cell " << cell;
+      interfaces[solid->region_of(solid->control_cell(cell))] += is_interface;
+    }
+  }
+  EXPECT_EQ(interfaces[0], interfaces[1]);
+}
+
 TEST(LimitSolid, AsksForNearlyAllMemoryOfTetrahedraAtFirst) {
   std::vector<std::uint64_t> asked;
   PrepareOptions options;
