@@ -3,6 +3,7 @@
 
 #include "core/contour/orient_regions.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -40,8 +41,21 @@ class RegionOrienter {
   }
 
  private:
+  /// Each crossing ends two of a region's segments, or none.
+  bool forks(std::uint8_t region) const {
+    std::vector<std::uint32_t> ends(crossings_);
+    for (const RegionSegment& segment : segments_) {
+      const RegionEdge& edge = edges_[segment.begin];
+      if (edge.left != region && edge.right != region) continue;
+      ++ends[segment.from];
+      ++ends[segment.to];
+    }
+    return std::ranges::any_of(ends, [](std::uint32_t count) { return count != 0 && count != 2; });
+  }
+
   /// Finds the segments of one region that run against most of their line.
   void turn(std::uint8_t region) {
+    if (forks(region)) return;
     ContourStitcher lines;
     for (std::size_t c = 0; c < crossings_; ++c) lines.add_crossing({});
     std::vector<std::vector<bool>::reference> turned;

@@ -24,8 +24,8 @@ struct RegionSegment {
   std::size_t begin = 0, end = 0;  // Among the edges.
 };
 
-/// REQUIRES: `segments` have all edges, in their order; `crossings` is above all of theirs. Throws Error{kInternal} if
-/// the lines of a region fork or don't close.
+/// A region whose lines fork keeps its edges as they are. REQUIRES: `segments` have all edges, in their order;
+/// `crossings` is above all of theirs.
 void orient_regions(std::span<const RegionSegment> segments, std::size_t crossings, std::vector<RegionEdge>& edges);
 
 }  // namespace ccslice

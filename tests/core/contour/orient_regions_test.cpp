@@ -79,5 +79,15 @@ TEST(OrientRegions, PartsAnInterfaceThatTurnsForOneOfItsRegions) {
   expect_same(squares.edges[7], {{1, 1}, {1, 0}, kNoCellRegion, 0});
 }
 
+TEST(OrientRegions, LeavesARegionAloneWhoseLinesFork) {
+  Squares squares;
+  squares.turn(4);
+  squares.add(0, 4, 3, kNoCellRegion);
+  const std::vector<RegionEdge> given = squares.edges;
+  squares.orient();
+  ASSERT_EQ(squares.edges.size(), given.size());
+  for (std::size_t i = 0; i < given.size(); ++i) expect_same(squares.edges[i], given[i]);
+}
+
 }  // namespace
 }  // namespace ccslice
