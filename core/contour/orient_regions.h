@@ -5,7 +5,8 @@
 // contradict each other there, so that the edges of a region neither close nor give a winding number. The contours of
 // one region are closed lines through the crossings of the leaf mesh, whatever the directions are; so each line gets
 // that of most of its segments, as loops of the boundary do (contour_stitcher.h). An interface may turn round for one
-// of its regions alone: then it becomes an edge for each.
+// of its regions alone: then it becomes an edge for each. Where a region touches itself in an edge, its lines meet in a
+// crossing, but don't cross there.
 
 #pragma once
 
@@ -24,8 +25,8 @@ struct RegionSegment {
   std::size_t begin = 0, end = 0;  // Among the edges.
 };
 
-/// A region whose lines fork keeps its edges as they are. REQUIRES: `segments` have all edges, in their order;
-/// `crossings` is above all of theirs.
+/// A region one of whose lines has an end keeps its edges as they are. REQUIRES: `segments` have all edges, in their
+/// order; `crossings` is above all of theirs.
 void orient_regions(std::span<const RegionSegment> segments, std::size_t crossings, std::vector<RegionEdge>& edges);
 
 }  // namespace ccslice

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <tbb/task_arena.h>
-#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/limit/beside_task.h"
 #include "core/limit/build_levels.h"
 #include "core/limit/cell_adder.h"
 #include "core/limit/prepare.h"
@@ -118,7 +118,7 @@ void Builder::add_cells() {
 void Builder::add_cells_while_refining() {
   const std::vector<Levels::Group>& groups = levels_->groups();
   std::optional<Levels::RefinedGroup> refined;
-  tbb::task_group refining;
+  BesideTask refining;
   const auto refine = [&](std::size_t group) {
     if (group < groups.size()) refining.run([&, group] { refined.emplace(levels_->refine(groups[group])); });
   };

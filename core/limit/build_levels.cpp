@@ -27,7 +27,7 @@ constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more eac
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
 constexpr std::size_t kRefinedTogether = 2048;  // Cells: some 12 MB, a quarter of which are others' children.
-constexpr std::uint32_t kLeastPointsTogether = 1 << 9, kMostPointsTogether = 1 << 13;  // 2.5 MB of rules at most.
+constexpr std::uint32_t kLeastPointsTogether = 1 << 8, kMostPointsTogether = 1 << 11;  // 0.6 MB of rules at most.
 
 /// Places along a curve through a box that keeps neighbours together: bits of the three coordinates in turns.
 class NeighbourOrder {
@@ -266,7 +266,7 @@ void BuildingMemory::reserve() {
   const std::uint64_t always =
       kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + sizeof(double) * values;
   const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + operator_bytes_ +
-                              kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
+                              kWalkedCellBytes * std::min(limit_cells(), 2 * kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
   told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));
   options_.reserve(told_bytes_);

@@ -23,13 +23,22 @@ std::size_t bytes_of(const Operator& op) {
   return bytes;
 }
 
-template <typename Made>
-std::size_t bytes_of_made(const Made& made) {
-  if constexpr (requires { made.op; }) {
-    return bytes_of(made.op);
-  } else {
-    return bytes_of(made);
-  }
+std::size_t bytes_of_ring(const LineRing& ring) {
+  return 4 * (ring.points.capacity() + 4 * ring.quads.capacity() + ring.key.capacity());
+}
+
+std::size_t bytes_of_made(const StarOperator& made) { return bytes_of(made); }
+std::size_t bytes_of_made(const MadeLine& made) { return bytes_of(made.op) + bytes_of_ring(made.next); }
+std::size_t bytes_of_made(const MadeSurface& made) {
+  return bytes_of(made.op) +
+         4 * (made.next.points.capacity() + 4 * made.next.quads.capacity() + made.next.key.capacity());
+}
+std::size_t bytes_of_made(const MadeCorner& made) {
+  std::size_t bytes = bytes_of(made.op) + sizeof(made) - sizeof(made.op);
+  for (const LineRing& line : made.lines) bytes += bytes_of_ring(line);
+  const VertexRing& next = made.next;
+  bytes += 4 * (next.points.capacity() + next.shared.capacity() + 8 * next.cells.capacity() + next.key.capacity());
+  return bytes + 4 * (made.next_cells.points.capacity() + 8 * made.next_cells.cells.capacity());
 }
 
 }  // namespace
@@ -38,7 +47,7 @@ std::size_t bytes_of_made(const Made& made) {
 template <typename Made, typename Make>
 Made OperatorTable::take(AheadByKey<Made>& ahead, const NumberKey& key, Make make) {
   auto known = ahead.extract(key);
-  if (known.empty() || !known.mapped()) return make();
+  if (known.empty()) return make();
   ahead_bytes_ -= bytes_of_made(*known.mapped()) + bytes_of(known.key());
   return std::move(*known.mapped());
 }
@@ -172,8 +181,13 @@ std::uint32_t OperatorTable::max_ring_points() const {
 }
 
 void OperatorTable::forget_keys() {
-  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) index->clear();
+  for (auto* index : {&line_index_, &star_index_, &corner_index_, &vertex_index_, &surface_index_}) *index = {};
   key_bytes_ = 0;
+  wanted_ = {};
+  lines_ahead_ = {};
+  stars_ahead_ = {};
+  corners_ahead_ = {};
+  surfaces_ahead_ = {};
 }
 
 }  // namespace ccslice

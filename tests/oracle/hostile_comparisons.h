@@ -21,6 +21,8 @@ namespace ccslice::oracle {
 
 /// Of a check that looks into each voxel: after so many the rest count as failed, too.
 inline constexpr std::size_t kEnoughFailures = 10;
+/// How far off the solid a voxel inside the contours may be, beyond their tolerance: as LayerSlicer has it.
+inline constexpr double kOutsideSlackMm = 1e-3;
 
 /// A job that was sliced.
 struct HostileRun {

@@ -255,6 +255,7 @@ void put_on_interface(HostileRandom& random, const LimitSolid& solid, HostileJob
       corners.push_back({cell, corner});
     }
   }
+  if (corners.empty()) return;  // Regions of separate parts.
   const Vec3 place = job.job.placement * LimitEvaluator(solid).geo(corners[random.bits() % corners.size()]);
   Grid& grid = job.job.grid;
   const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);

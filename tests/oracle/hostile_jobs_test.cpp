@@ -79,7 +79,7 @@ TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
   }
   for (const char* what :
        {"regions, bands", "regions, about centres", "regions, one cell", "regions, each cell", "regions, all in one",
-        "jumping", "cell regions shown", " pure", " direct", " blend", " curve", " colour", " region 1", "BLUE_NOISE",
+        "jumping", "cell regions shown", " pure", " direct", " blend", " curve", " colour", " region 1 ", "BLUE_NOISE",
         "ERROR_DIFFUSION", "NEAREST", "WHITE_NOISE", " alone"}) {
     EXPECT_NE(all.find(what), std::string::npos) << what;
   }

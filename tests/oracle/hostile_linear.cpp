@@ -15,7 +15,6 @@
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kSlackMm = 1e-3;              // As LayerSlicer has it.
 constexpr double kRoundingOfFloats = 0x1p-22;  // Of the control points' channels, of the value, of the arithmetic.
 
 /// One channel of one plane.
@@ -33,7 +32,7 @@ class LinearComparison {
                                                                std::max(0.0, samples.range.max - samples.range.min));
     // A voxel off the solid is as far from it as that where the placement shrinks lengths most.
     const double least_scale = scales_of(job.placement)[2];
-    rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kSlackMm) / least_scale;
+    rounding_ += material.slope.norm() * (job.contour_tolerance_mm + kOutsideSlackMm) / least_scale;
   }
 
   void compare(const EncodedPlane& plane, const Layer& layer) {

@@ -13,7 +13,6 @@ namespace ccslice::oracle {
 namespace {
 
 constexpr double kRoundingOfValues = 0x1p-21;  // Of floats, those of stops included.
-constexpr double kRoundingOfShares = 1e-5;     // Of sums of floats, up to 20 of them.
 constexpr std::size_t kMostPlaces = 1000;      // In a box of values. Of larger ones nothing is said.
 
 }  // namespace

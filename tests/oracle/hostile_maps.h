@@ -17,6 +17,8 @@
 
 namespace ccslice::oracle {
 
+inline constexpr double kRoundingOfShares = 1e-5;  // Of sums of floats, up to 20 of them.
+
 struct Interval {
   double low = 0, high = 0;
 };

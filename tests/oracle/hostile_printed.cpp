@@ -217,7 +217,7 @@ class PrintedComparison {
     if (m >= count) return false;
     if (count == 1) return true;
     switch (printing_.halftone.method) {
-      case HalftoneMethod::kErrorDiffusion: return mix.shares[m].high > 1e-5;
+      case HalftoneMethod::kErrorDiffusion: return mix.shares[m].high > kRoundingOfShares;
       case HalftoneMethod::kNearest:
         return std::none_of(mix.shares.begin(), mix.shares.begin() + static_cast<std::ptrdiff_t>(count),
                             [&](const Interval& other) { return other.low > mix.shares[m].high; });

@@ -15,6 +15,7 @@
 #include "core/base/contains.h"
 #include "core/output/encode.h"
 #include "core/output/pack_indices.h"
+#include "tests/oracle/hostile_numbers.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -22,10 +23,6 @@ namespace {
 constexpr double kShareOfPrints = 0.4, kShareOfRegionPlanes = 0.7;  // Of the jobs; of those with cell regions.
 constexpr double kShareOfPrintsAlone = 0.35;                        // Of the prints: no channel is shown.
 constexpr std::array kMapNames = {"pure", "direct", "blend", "curve", "colour"};
-
-bool shows_channels(const PlaneSpec& plane) {
-  return plane.content == PlaneContent::kChannel || plane.content == PlaneContent::kChannels;
-}
 
 class PrintingDraw {
  public:
@@ -184,7 +181,7 @@ class PlaneDraw {
   void draw_outside_samples() {
     if (!random_.chance(0.3)) return;
     for (PlaneSpec& plane : job_.planes) {
-      if (!shows_channels(plane)) continue;
+      if (shows_numbers(plane)) continue;
       const std::uint64_t sample = random_.bits();
       switch (plane.sample_type) {
         case SampleType::kUint8: plane.outside_sample = static_cast<double>(sample % 256); break;
@@ -224,7 +221,7 @@ std::string add_hostile_planes(HostileRandom& random, const SolidSummary& solid,
     job.printing = draw.make();
     text += ", " + draw.text();
     if (random.chance(kShareOfPrintsAlone)) {
-      std::erase_if(job.planes, [](const PlaneSpec& plane) { return shows_channels(plane); });
+      std::erase_if(job.planes, [](const PlaneSpec& plane) { return !shows_numbers(plane); });
       text += " alone";
     }
     add_material_planes(random, *job.printing, planes);

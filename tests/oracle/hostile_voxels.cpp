@@ -12,11 +12,6 @@
 #include "tests/oracle/slicing.h"
 
 namespace ccslice::oracle {
-namespace {
-
-constexpr double kOutsideSlackMm = 1e-3;  // As LayerSlicer has it.
-
-}  // namespace
 
 Vec3 HostileRun::centre(std::uint32_t column, std::uint32_t row, std::uint32_t layer) const {
   const Grid& grid = job.job.grid;

@@ -79,7 +79,28 @@ TEST(OrientRegions, PartsAnInterfaceThatTurnsForOneOfItsRegions) {
   expect_same(squares.edges[7], {{1, 1}, {1, 0}, kNoCellRegion, 0});
 }
 
-TEST(OrientRegions, LeavesARegionAloneWhoseLinesFork) {
+// Squares of one region that touch in a corner, and one edge of each runs the wrong way.
+TEST(OrientRegions, KeepsLinesApartThatTouch) {
+  std::vector<RegionSegment> segments;
+  std::vector<RegionEdge> edges;
+  const std::array<Vec2, 7> corners = {Vec2(0, 0),  Vec2(1, 0),   Vec2(1, 1), Vec2(0, 1),
+                                       Vec2(-1, 0), Vec2(-1, -1), Vec2(0, -1)};
+  for (const auto& [from, to] :
+       std::array<std::array<std::uint32_t, 2>, 8>{{{0, 1}, {1, 2}, {3, 2}, {3, 0}, {0, 4}, {4, 5}, {6, 5}, {6, 0}}}) {
+    segments.push_back({from, to, edges.size(), edges.size() + 1});
+    edges.push_back({corners[from], corners[to], 5, kNoCellRegion});
+  }
+  const std::vector<RegionEdge> given = edges;
+  orient_regions(segments, corners.size(), edges);
+  ASSERT_EQ(edges.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) {
+    RegionEdge expected = given[i];
+    if (i == 2 || i == 6) std::swap(expected.from, expected.to);
+    expect_same(edges[i], expected);
+  }
+}
+
+TEST(OrientRegions, LeavesARegionAloneOneOfWhoseLinesEnds) {
   Squares squares;
   squares.turn(4);
   squares.add(0, 4, 3, kNoCellRegion);

@@ -354,7 +354,6 @@ TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
   }
 }
 
-// So nothing of a mesh of tetrahedra is refined where there is too little memory: their kind tells how many cells come.
 // Interfaces have a face for the region of the lower number alone, but both regions end there.
 TEST(LimitSolid, HasInterfacesOnBothSides) {
   const auto solid = LimitSolid::prepare(
@@ -374,6 +373,7 @@ TEST(LimitSolid, HasInterfacesOnBothSides) {
   EXPECT_EQ(interfaces[0], interfaces[1]);
 }
 
+// So nothing of a mesh of tetrahedra is refined where there is too little memory: their kind tells how many cells come.
 TEST(LimitSolid, AsksForNearlyAllMemoryOfTetrahedraAtFirst) {
   std::vector<std::uint64_t> asked;
   PrepareOptions options;
