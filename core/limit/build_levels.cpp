@@ -266,7 +266,7 @@ void BuildingMemory::reserve() {
   const std::uint64_t always =
       kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + sizeof(double) * values;
   const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + operator_bytes_ +
-                              kWalkedCellBytes * std::min(limit_cells(), 2 * kWalkedTogether);
+                              kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
   told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));
   options_.reserve(told_bytes_);

@@ -34,13 +34,13 @@ struct WholeLevel {
   std::vector<CellId> first_child;                     // By cell of the last but one: in the last one, or kNone.
 };
 
-/// Cells that are walked together. As many wait to be put meanwhile.
+/// Cells that are walked together.
 inline constexpr std::size_t kWalkedTogether = 512;
 
 /// What building the cells takes, as options.reserve is told it, from what is known so far. The same for any number of
-/// threads, so that whoever asks beforehand needn't know it: cells that wait walked count, and a cut-out that is refined
-/// ahead, which is most of the threads' part. Each thread beyond the first holds 1.3 MB more, and 16 bytes for each cell
-/// and each vertex of a whole level that it walks or refines, which what is told above what is held makes up for.
+/// threads, so that whoever asks beforehand needn't know it: cells that wait walked count, and a cut-out that is
+/// refined ahead, which is most of the threads' part. Each thread beyond the first holds 1.3 MB more, and 16 bytes for
+/// each cell and vertex of a whole level that it walks or refines, which what is told above what is held makes up for.
 class BuildingMemory {
  public:
   BuildingMemory(const ControlMesh& mesh, const PrepareOptions& options)

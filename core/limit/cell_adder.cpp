@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/limit/beside_task.h"
 #include "core/mesh/cell_regions.h"
 
 namespace ccslice {
@@ -63,34 +62,16 @@ void CellAdder::for_each_walked(std::size_t count, std::size_t in_turn, Work wor
 
 void CellAdder::finish_level() {
   add_pending();
-  put_walked();
   rings_.end_family();
 }
 
-/// Walks what is pending while what was walked before is put, as neither needs anything of the other.
 void CellAdder::add_pending() {
   walk_stars();
-  const auto walk_pending = [&] {
-    for_each_walked(pending_.size(), kWalkedInTurn,
-                    [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
-  };
-  if (options_.threads > 1) {
-    BesideTask putting;
-    putting.run([&] { put_walked(); });
-    walk_pending();
-    putting.wait();
-  } else {
-    put_walked();
-    walk_pending();
-  }
+  for_each_walked(pending_.size(), kWalkedInTurn, [&](Walkers& walkers, std::size_t i) { walk(walkers, pending_[i]); });
   make_operators();
-  walked_.swap(pending_);
-}
-
-void CellAdder::put_walked() {
-  for (const PendingCell& pending : walked_) put_cell(pending);
-  options_.count(walked_.size());
-  walked_.clear();
+  for (const PendingCell& pending : pending_) put_cell(pending);
+  options_.count(pending_.size());
+  pending_.clear();
 }
 
 CellAdder::Star& CellAdder::star_at(VertexId vertex) {
@@ -127,14 +108,20 @@ void CellAdder::walk(Walkers& walkers, PendingCell& pending) const {
   if (pending.found.cell_class == CellClass::kRegular) {
     pending.ring = walker.regular(pending.cell);
   } else if (pending.found.cell_class == CellClass::kLine) {
-    pending.ring = canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor);
+    const auto& [ring, frame] = pending.ring.emplace<FramedLineRing>(
+        canonical_line_ring(walker, *walkers.known_starts, pending.cell, pending.found.anchor));
+    pending.op = data_.operators.find(ring);
   } else {
     const VertexId vertex = irregular_vertex(pending);
-    pending.ring = canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, stars_points_.at(vertex));
+    const auto& [ring, frame] = pending.ring.emplace<FramedVertexRing>(
+        canonical_vertex_ring(walker, *walkers.known_starts, pending.cell, vertex, stars_points_.at(vertex)));
+    pending.op = data_.operators.find(ring);
   }
   for (const HalfFaceId half_face : level_->complex.cell_half_faces(pending.cell)) {
     const FaceId face = face_of(half_face);
-    if (becomes_face(pending, face)) pending.surfaces.push_back(walkers.surfaces.walk(face));
+    if (!becomes_face(pending, face)) continue;
+    WalkedSurface& surface = pending.surfaces.emplace_back(WalkedSurface{walkers.surfaces.walk(face)});
+    if (!surface.ring.regular) surface.op = data_.operators.find(surface.ring);
   }
 }
 
@@ -143,13 +130,13 @@ void CellAdder::make_operators() {
   OperatorTable& operators = data_.operators;
   for (const auto& [vertex, star] : walked_stars_) operators.want(star);
   for (const PendingCell& pending : pending_) {
-    if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
+    if (const auto* line = std::get_if<FramedLineRing>(&pending.ring); line != nullptr && pending.op == kNone) {
       operators.want(line->ring);
-    } else if (const auto* at = std::get_if<FramedVertexRing>(&pending.ring)) {
+    } else if (const auto* at = std::get_if<FramedVertexRing>(&pending.ring); at != nullptr && pending.op == kNone) {
       operators.want(at->ring, pending.cell, at->frame);
     }
-    for (const SurfaceRing& ring : pending.surfaces) {
-      if (!ring.regular) operators.want(ring);
+    for (const auto& [ring, op] : pending.surfaces) {
+      if (!ring.regular && op == kNone) operators.want(ring);
     }
   }
   const auto for_each = [&](std::size_t count, auto make) {
@@ -196,7 +183,8 @@ void CellAdder::put_vertex_ring(const PendingCell& pending, LimitCell& record) {
   record.star_begin = star.ring_begin;
   const auto& [ring, frame] = std::get<FramedVertexRing>(pending.ring);
   record.frame = frame;
-  const std::uint32_t corner = data_.operators.corner(ring, own_walkers_->rings, pending.cell, frame);
+  const std::uint32_t corner =
+      pending.op != kNone ? pending.op : data_.operators.corner(ring, own_walkers_->rings, pending.cell, frame);
   record.op = data_.operators.vertex(star.op, corner, ring);
   rings_.put(pending.id, ring.own());
 }
@@ -212,7 +200,7 @@ void CellAdder::put_cell(const PendingCell& pending) {
   } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
     record.frame = line->frame;
     record.phantoms = line->ring.phantoms;
-    record.op = data_.operators.line(line->ring);
+    record.op = pending.op != kNone ? pending.op : data_.operators.line(line->ring);
     rings_.put(pending.id, line->ring.points);
   } else {
     put_vertex_ring(pending, record);
@@ -233,7 +221,7 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     (level_->beyond(face) != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
         static_cast<std::uint8_t>(1u << side);
     if (!becomes_face(pending, face)) continue;
-    const SurfaceRing& ring = *walked++;
+    const auto& [ring, known_op] = *walked++;
     const auto cycle = complex.face_vertices(face);
     BoundaryFace record;
     record.cell = pending.id;
@@ -247,9 +235,9 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     }
     record.region = region_of(mesh_, CellId{control_cell(pending)});
     record.beyond = level_->beyond(face);
-    faces_.push_back({record,
-                      {ring.phantoms, ring.regular ? kNone : data_.operators.surface(ring), rings_.append(ring.points),
-                       static_cast<std::uint32_t>(ring.points.size())}});
+    const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
+    faces_.push_back(
+        {record, {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())}});
   }
 }
 

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Gives limit-ready cells what a prepared solid keeps of them: rings, operators, boundary faces. Some at a time, cells
-// are walked and the operators that they lack are made, on several threads; then they are put, one by one, while the
-// next ones are walked.
+// are walked and the operators that they lack are made, on several threads; then they are put, one by one.
 //
 // Private to core/limit.
 
@@ -65,6 +64,11 @@ class CellAdder {
     KnownStarts* known_starts;
   };
 
+  struct WalkedSurface {
+    SurfaceRing ring;
+    std::uint32_t op = kNone;  // Irregular ones: kNone if new.
+  };
+
   /// A limit-ready cell whose turn has come, and what it was walked to.
   struct PendingCell {
     CellId cell;
@@ -72,7 +76,8 @@ class CellAdder {
     Classification found;
     bool begins_family;
     std::variant<RegularRing, FramedLineRing, FramedVertexRing> ring{};
-    std::vector<SurfaceRing> surfaces{};  // Of the sides that become faces.
+    std::uint32_t op = kNone;               // Of a line cell; of a vertex cell the corner's. kNone if new.
+    std::vector<WalkedSurface> surfaces{};  // Of the sides that become faces.
   };
 
   /// A face of the boundary or an interface.
@@ -86,7 +91,6 @@ class CellAdder {
   template <typename Work>
   void for_each_walked(std::size_t count, std::size_t in_turn, Work work);
   void add_pending();
-  void put_walked();
   void walk_stars();
   void make_operators();
   void reserve_operators();
@@ -119,7 +123,6 @@ class CellAdder {
   std::optional<Walkers> own_walkers_;
   std::optional<tbb::enumerable_thread_specific<Walkers>> others_walkers_;
   std::vector<PendingCell> pending_;
-  std::vector<PendingCell> walked_;                         // They wait to be put, and their operators are made.
   std::map<VertexId, VertexStar> walked_stars_;             // Not yet in its Star.
   std::map<VertexId, std::vector<VertexId>> stars_points_;  // Of the stars of cells that were pending.
 };

@@ -32,6 +32,11 @@ class OperatorTable {
   /// Of a vertex cell with that star, whose ring has that corner operator.
   std::uint32_t vertex(std::uint32_t star, std::uint32_t corner, const VertexRing& ring);
 
+  /// The operator of a ring, or kNone if it isn't known yet. While nothing else is called, on any thread.
+  std::uint32_t find(const LineRing& ring) const { return found(line_index_, ring.key); }
+  std::uint32_t find(const VertexRing& ring) const { return found(corner_index_, ring.key); }
+  std::uint32_t find(const SurfaceRing& ring) const { return found(surface_index_, ring.key); }
+
   /// Notes that this operator will be asked for, unless it is known. REQUIRES: until make_wanted() has nothing left to
   /// make, the ring stays where it is, the cell in the complex of all walkers, and no operator is asked for.
   void want(const LineRing& ring);
@@ -72,6 +77,10 @@ class OperatorTable {
     std::function<void()> note;
   };
 
+  static std::uint32_t found(const TableByKey<std::uint32_t>& index, const NumberKey& key) {
+    const auto known = index.find(key);
+    return known == index.end() ? kNone : known->second;
+  }
   template <typename Made, typename Make>
   Made take(AheadByKey<Made>& ahead, const NumberKey& key, Make make);
   template <typename Made, typename Make, typename LeadOn>

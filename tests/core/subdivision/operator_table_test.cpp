@@ -246,11 +246,12 @@ TEST_F(Operators, ThatAreMadeAheadAreAllThatIsAskedFor) {
   make_ahead(fresh, complex, rings);
   EXPECT_GT(fresh.memory_bytes(), 0u);
   EXPECT_EQ(fresh.kept_bytes(), 0u);
-  EXPECT_TRUE(fresh.lines().empty()) << "none has a number before it is asked for";
+  EXPECT_EQ(fresh.find(rings.lines.front()), kNone) << "none has a number before it is asked for";
   ask(fresh, complex, rings);
   OperatorTable direct;
   ask(direct, complex, rings);
-  EXPECT_FALSE(fresh.lines().empty());
+  EXPECT_EQ(fresh.find(rings.lines.front()), fresh.line(rings.lines.front()));
+  EXPECT_EQ(fresh.find(rings.surfaces.front()), fresh.surface(rings.surfaces.front()));
   EXPECT_EQ(fresh.memory_bytes(), direct.memory_bytes()) << "nothing is left that nobody asked for";
   make_ahead(fresh, complex, rings);
   const std::size_t asked = fresh.memory_bytes();
