@@ -317,8 +317,10 @@ TEST_F(MeshCacheTest, APreparationThatNobodyWaitsForLetsGoOfItsBytesBeforeItsTur
 }
 
 TEST_F(MeshCacheTest, WhoeverJoinsAPreparationBringsItToHisTurn) {
+  Executor one_at_a_time{1};  // Of two that begin together either may be the first to say so.
+  MeshCache cache{one_at_a_time, options()};
   std::promise<void> open;
-  std::vector<std::string> order;  // Of one at a time.
+  std::vector<std::string> order;
   std::mutex mutex;
   const auto prepare = [&, opened = open.get_future().share()](const std::string& id) {
     return [&, id, opened](const CancellationToken&, PreparationProgress&) {
@@ -330,13 +332,13 @@ TEST_F(MeshCacheTest, WhoeverJoinsAPreparationBringsItToHisTurn) {
   };
   const auto nothing = [](const MeshCache::Outcome&) {};
   for (const char* client : {"1", "2", "3"}) {  // As many others as may begin one beside.
-    cache_.get_or_prepare(std::string("first of ") + client, prepare(""), nothing, client);
+    cache.get_or_prepare(std::string("first of ") + client, prepare(""), nothing, client);
   }
-  for (const char* id : {"a", "b", "c", "d", "joined"}) cache_.get_or_prepare(id, prepare(id), nothing, "many");
-  cache_.get_or_prepare("joined", prepare("joined again"), nothing, "one");
-  cache_.get_or_prepare("joined", prepare("joined again"), nothing, "one");
+  for (const char* id : {"a", "b", "c", "d", "joined"}) cache.get_or_prepare(id, prepare(id), nothing, "many");
+  cache.get_or_prepare("joined", prepare("joined again"), nothing, "one");
+  cache.get_or_prepare("joined", prepare("joined again"), nothing, "one");
   open.set_value();
-  executor_.wait_idle();
+  one_at_a_time.wait_idle();
   std::erase(order, "");
   ASSERT_EQ(order.size(), 5u) << "each once";
   EXPECT_LE(std::ranges::find(order, "joined") - order.begin(), 1);
