@@ -16,6 +16,7 @@
 
 #include "core/subdivision/classify.h"
 #include "core/subdivision/refine.h"
+#include "tests/core/subdivision/irregular_rings.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -27,44 +28,7 @@ std::uint32_t add_vertex(OperatorTable& table, RingWalker& walker, CellId cell, 
   return table.vertex(table.star(star), table.corner(ring, walker, cell, frame), ring);
 }
 
-/// The irregular rings of a complex.
-struct Rings {
-  struct Vertex {
-    VertexStar star;
-    VertexRing ring;
-    CellId cell;
-    Frame frame;
-  };
-
-  explicit Rings(const CellComplex& complex) {
-    Classifier classifier(complex);
-    RingWalker walker(complex);
-    SurfaceWalker surface(complex);
-    for (const CellId c : complex.cells()) {
-      const auto found = classifier.classify(c);
-      if (found->cell_class == CellClass::kLine) {
-        const auto along = static_cast<std::uint8_t>(found->anchor / 4);
-        lines.push_back(walker.line(c, frame_at(cell_tables::kHexEdges[found->anchor][0], along)));
-      } else if (found->cell_class == CellClass::kVertex) {
-        const Frame frame = frame_at(found->anchor, 0);
-        VertexStar star = walker.star(c, frame);
-        VertexRing ring = walker.vertex(c, frame, star.points);
-        vertices.push_back({std::move(star), std::move(ring), c, frame});
-      }
-    }
-    for (const FaceId f : complex.faces()) {
-      if (!complex.face_on_boundary(f)) continue;
-      SurfaceRing ring = surface.walk(f);
-      if (!ring.regular) surfaces.push_back(std::move(ring));
-    }
-  }
-
-  std::vector<LineRing> lines;
-  std::vector<Vertex> vertices;
-  std::vector<SurfaceRing> surfaces;
-};
-
-void ask(OperatorTable& table, const CellComplex& complex, const Rings& rings) {
+void ask(OperatorTable& table, const CellComplex& complex, const IrregularRings& rings) {
   RingWalker walker(complex);
   for (const LineRing& ring : rings.lines) table.line(ring);
   for (const auto& [star, ring, cell, frame] : rings.vertices) {
@@ -74,7 +38,7 @@ void ask(OperatorTable& table, const CellComplex& complex, const Rings& rings) {
   for (const SurfaceRing& ring : rings.surfaces) table.surface(ring);
 }
 
-void make_ahead(OperatorTable& table, const CellComplex& complex, const Rings& rings) {
+void make_ahead(OperatorTable& table, const CellComplex& complex, const IrregularRings& rings) {
   for (const LineRing& ring : rings.lines) table.want(ring);
   for (const auto& [star, ring, cell, frame] : rings.vertices) {
     table.want(star);
@@ -95,12 +59,8 @@ void make_ahead(OperatorTable& table, const CellComplex& complex, const Rings& r
 OperatorTable operators_of_catalogue(bool ahead = false) {
   OperatorTable table;
   for (const auto& tiny : oracle::tiny_meshes()) {
-    CellComplex complex = make_cell_complex(tiny.mesh);
-    for (int level = 0; level < 2; ++level) {
-      const std::vector<CellId> cells = complex.cells().to_vector();
-      complex = refine(complex, cells).complex;
-    }
-    const Rings rings(complex);
+    const CellComplex complex = refined_twice(tiny.mesh);
+    const IrregularRings rings(complex);
     if (ahead) make_ahead(table, complex, rings);
     ask(table, complex, rings);
   }
@@ -241,7 +201,7 @@ TEST_F(Operators, AreTheSameIfMadeAhead) {
 
 TEST_F(Operators, ThatAreMadeAheadAreAllThatIsAskedFor) {
   const CellComplex complex = make_cell_complex(oracle::box_mesh(4, 4, 4));
-  const Rings rings(complex);
+  const IrregularRings rings(complex);
   OperatorTable fresh;
   make_ahead(fresh, complex, rings);
   EXPECT_GT(fresh.memory_bytes(), 0u);
