@@ -23,15 +23,16 @@ std::size_t bytes_of(const Operator& op) {
   return bytes;
 }
 
-std::size_t bytes_of_ring(const LineRing& ring) {
+/// `ring`: of a line or of a surface.
+template <typename Ring>
+std::size_t bytes_of_ring(const Ring& ring) {
   return 4 * (ring.points.capacity() + 4 * ring.quads.capacity() + ring.key.capacity());
 }
 
 std::size_t bytes_of_made(const StarOperator& made) { return bytes_of(made); }
-std::size_t bytes_of_made(const MadeLine& made) { return bytes_of(made.op) + bytes_of_ring(made.next); }
-std::size_t bytes_of_made(const MadeSurface& made) {
-  return bytes_of(made.op) +
-         4 * (made.next.points.capacity() + 4 * made.next.quads.capacity() + made.next.key.capacity());
+template <typename Ring>
+std::size_t bytes_of_made(const MadePlanar<Ring>& made) {
+  return bytes_of(made.op) + bytes_of_ring(made.next);
 }
 std::size_t bytes_of_made(const MadeCorner& made) {
   std::size_t bytes = bytes_of(made.op) + sizeof(made) - sizeof(made.op);
@@ -52,31 +53,30 @@ Made OperatorTable::take(AheadByKey<Made>& ahead, const NumberKey& key, Make mak
   return std::move(*known.mapped());
 }
 
-std::uint32_t OperatorTable::line(const LineRing& ring) {
-  const auto [known, fresh] = line_index_.try_emplace(ring.key, static_cast<std::uint32_t>(lines_.size()));
+template <typename Ring>
+std::uint32_t OperatorTable::planar(TableByKey<std::uint32_t>& index, std::vector<PlanarOperator>& operators,
+                                    AheadByKey<MadePlanar<Ring>>& ahead, const Ring& ring,
+                                    MadePlanar<Ring> (*make)(const Ring&)) {
+  const auto [known, fresh] = index.try_emplace(ring.key, static_cast<std::uint32_t>(operators.size()));
   const auto& [key, self] = *known;
   if (!fresh) return self;
-  // It has its number before its children are looked at: the one at the line may have the same ring, and leads here.
-  lines_.emplace_back();
-  MadeLine made = take(lines_ahead_, key, [&] { return make_line_operator(ring); });
-  const std::uint32_t next = made.op.children[0].op = line(made.next);
-  if (made.op.limit.empty()) made.op.limit = limit_through(lines_[next].limit, made.op);
+  // It has its number before its children are looked at: the one at the irregular corner may have the same ring, and
+  // leads here.
+  operators.emplace_back();
+  MadePlanar<Ring> made = take(ahead, key, [&] { return make(ring); });
+  const std::uint32_t next = made.op.children[0].op = planar(index, operators, ahead, made.next, make);
+  if (made.op.limit.empty()) made.op.limit = limit_through(operators[next].limit, made.op);
   add_bytes(bytes_of(made.op), bytes_of(key));
-  lines_[self] = std::move(made.op);
+  operators[self] = std::move(made.op);
   return self;
 }
 
+std::uint32_t OperatorTable::line(const LineRing& ring) {
+  return planar(line_index_, lines_, lines_ahead_, ring, make_line_operator);
+}
+
 std::uint32_t OperatorTable::surface(const SurfaceRing& ring) {
-  const auto [known, fresh] = surface_index_.try_emplace(ring.key, static_cast<std::uint32_t>(surfaces_.size()));
-  const auto& [key, self] = *known;
-  if (!fresh) return self;
-  surfaces_.emplace_back();
-  MadeSurface made = take(surfaces_ahead_, key, [&] { return make_surface_operator(ring); });
-  const std::uint32_t next = made.op.children[0].op = surface(made.next);
-  if (made.op.limit.empty()) made.op.limit = limit_through(surfaces_[next].limit, made.op);
-  add_bytes(bytes_of(made.op), bytes_of(key));
-  surfaces_[self] = std::move(made.op);
-  return self;
+  return planar(surface_index_, surfaces_, surfaces_ahead_, ring, make_surface_operator);
 }
 
 std::uint32_t OperatorTable::star(const VertexStar& star) {

@@ -86,6 +86,9 @@ class OperatorTable {
   template <typename Made, typename Make, typename LeadOn>
   void want(const TableByKey<std::uint32_t>& index, AheadByKey<Made>& ahead, const NumberKey& key, Make make,
             LeadOn lead_on);
+  template <typename Ring>
+  std::uint32_t planar(TableByKey<std::uint32_t>& index, std::vector<PlanarOperator>& operators,
+                       AheadByKey<MadePlanar<Ring>>& ahead, const Ring& ring, MadePlanar<Ring> (*make)(const Ring&));
   /// `cells`: gives the neighbourhood that the ring is of.
   void want_corner(const VertexRing& ring, const std::function<NumberedCells(RingWalker&)>& cells);
   std::uint32_t corner_of(const VertexRing& ring, const std::function<NumberedCells()>& cells);
