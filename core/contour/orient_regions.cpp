@@ -14,7 +14,7 @@
 namespace ccslice {
 namespace {
 
-/// Of each segment, seen from the region on its left and from that on its right: it runs against most of its line.
+/// Which segments run against most of their line, seen from the region on their left and from that on their right.
 struct Turned {
   std::vector<bool> left, right;
 };

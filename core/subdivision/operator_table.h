@@ -29,7 +29,7 @@ class OperatorTable {
   /// `ring`: the walker's, of this cell in this frame.
   std::uint32_t corner(const VertexRing& ring, RingWalker& walker, CellId cell, const Frame& frame);
   std::uint32_t surface(const SurfaceRing& ring);
-  /// Of a vertex cell with that star, whose ring has that corner operator.
+  /// The operator of a vertex cell with that star, whose ring has that corner operator.
   std::uint32_t vertex(std::uint32_t star, std::uint32_t corner, const VertexRing& ring);
 
   /// The operator of a ring, or kNone if it isn't known yet. While nothing else is called, on any thread.

@@ -16,6 +16,7 @@
 #include "tests/oracle/hostile_channels.h"
 #include "tests/oracle/hostile_finding.h"
 #include "tests/oracle/hostile_job.h"
+#include "tests/oracle/hostile_truth.h"
 
 namespace ccslice::oracle {
 
@@ -53,12 +54,35 @@ struct VoxelIndex {
 TruthFinder truths_of(const HostileRun& run);
 /// Ambiguous where the contours wind round it more than once.
 std::optional<VoxelTruth> find_truth(TruthFinder& truths, const HostileRun& run, const VoxelIndex& at);
-/// Of a channel, as floats have it.
+/// The value of a channel there, as floats have it.
 double inverted_value(const HostileRun& run, const VoxelIndex& at, std::uint32_t channel);
 void note_failure(const std::optional<VoxelTruth>& truth, HostileFinding& finding);
 /// For messages: where that is.
 std::string place_text(const std::optional<VoxelTruth>& truth);
 std::string voxel_text(const VoxelIndex& at);
+
+/// Looks into voxels that don't look right, each an `at` with what makes it so: one fails unless nothing is known of it
+/// or is_right(suspect, truth, truths). After `most` of them, or enough failures, the rest count as failed if any did,
+/// or else as excused.
+template <typename Suspect, typename IsRight, typename Describe>
+void look_into(const HostileRun& run, const std::vector<Suspect>& suspects, std::size_t most, IsRight is_right,
+               Describe describe, HostileFinding& finding) {
+  if (suspects.empty()) return;
+  TruthFinder truths = truths_of(run);
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    if (i == most || finding.failed >= kEnoughFailures) {
+      (finding.failed > 0 ? finding.failed : finding.excused) += suspects.size() - i;
+      break;
+    }
+    const std::optional<VoxelTruth> truth = find_truth(truths, run, suspects[i].at);
+    if (!truth || truth->place == VoxelPlace::kAmbiguous || is_right(suspects[i], *truth, truths)) {
+      ++finding.excused;
+      continue;
+    }
+    note_failure(truth, finding);
+    if (finding.failed == 1) finding.where = describe(suspects[i]) + place_text(truth);
+  }
+}
 
 /// Appends the voxels that were looked into since they are beyond the tolerance.
 void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, HostileFinding& finding);

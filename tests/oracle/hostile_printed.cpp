@@ -141,22 +141,11 @@ class PrintedComparison {
   }
 
   void look_into_odd_voxels() {
-    if (odd_.empty()) return;
-    TruthFinder truths = truths_of(run_);
-    for (std::size_t i = 0; i < odd_.size(); ++i) {
-      if (i == kMostOddVoxels || finding_.failed >= kEnoughFailures) {
-        (finding_.failed > 0 ? finding_.failed : finding_.excused) += odd_.size() - i;
-        break;
-      }
-      const OddVoxel& odd = odd_[i];
-      const std::optional<VoxelTruth> truth = find_truth(truths, run_, odd.at);
-      if (!truth || truth->place == VoxelPlace::kAmbiguous || is_right_by_truth(odd, *truth, truths)) {
-        ++finding_.excused;
-        continue;
-      }
-      note_failure(truth, finding_);
-      if (finding_.failed == 1) finding_.where = describe(odd) + place_text(truth);
-    }
+    const auto is_right = [&](const OddVoxel& odd, const VoxelTruth& truth, TruthFinder& truths) {
+      return is_right_by_truth(odd, truth, truths);
+    };
+    look_into(
+        run_, odd_, kMostOddVoxels, is_right, [&](const OddVoxel& odd) { return describe(odd); }, finding_);
   }
 
  private:

@@ -42,24 +42,14 @@ class SideComparison {
   }
 
   void look_into_mismatches() {
-    if (mismatches_.empty()) return;
-    TruthFinder truths = truths_of(run_);
-    for (std::size_t i = 0; i < mismatches_.size(); ++i) {
-      if (i == kMostMismatches || finding_.failed >= kEnoughFailures) {
-        (finding_.failed > 0 ? finding_.failed : finding_.excused) += mismatches_.size() - i;
-        break;
-      }
-      const Mismatch& mismatch = mismatches_[i];
-      const std::optional<VoxelTruth> truth = find_truth(truths, run_, mismatch.at);
-      if (!truth || truth->place == VoxelPlace::kAmbiguous || is_near(mismatch, *truth, truths)) {
-        ++finding_.excused;
-        continue;
-      }
-      note_failure(truth, finding_);
-      if (finding_.failed > 1) continue;
-      finding_.where = voxel_text(mismatch.at) + " is of region " + std::to_string(mismatch.shown) +
-                       ", the cell that holds it of " + std::to_string(mismatch.held_by) + place_text(truth);
-    }
+    const auto is_right = [&](const Mismatch& mismatch, const VoxelTruth& truth, TruthFinder& truths) {
+      return is_near(mismatch, truth, truths);
+    };
+    const auto describe = [](const Mismatch& mismatch) {
+      return voxel_text(mismatch.at) + " is of region " + std::to_string(mismatch.shown) +
+             ", the cell that holds it of " + std::to_string(mismatch.held_by);
+    };
+    look_into(run_, mismatches_, kMostMismatches, is_right, describe, finding_);
   }
 
  private:

@@ -26,7 +26,7 @@ inline CellComplex refined_twice(const ControlMesh& mesh) {
   return complex;
 }
 
-/// Of a complex whose cells are limit-ready.
+/// The irregular rings of a complex whose cells are limit-ready.
 struct IrregularRings {
   struct Vertex {
     VertexStar star;
