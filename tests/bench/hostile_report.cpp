@@ -78,6 +78,7 @@ std::string result_json(const HostileResult& result) {
       "{\"seed\": " + std::to_string(result.seed) + ", \"failed\": " + (result.failed() ? "true" : "false") +
       ", \"description\": " + quoted(result.description) + ", \"refused\": " + quoted(result.refused) +
       ", \"broken\": " + quoted(result.broken) + ", \"voxels\": " + std::to_string(result.voxels) +
+      ", \"every_voxel\": " + (result.every_voxel ? "true" : "false") +
       ", \"interpolated\": " + std::to_string(result.interpolated) + ", \"seconds\": " + finite(result.seconds);
   for (std::size_t i = 0; i < oracle::kHostileChecks; ++i) {
     text += ", " + quoted(std::string(to_text(static_cast<oracle::HostileCheck>(i)))) + ": " +
@@ -89,13 +90,14 @@ std::string result_json(const HostileResult& result) {
 }  // namespace
 
 bool print_summary(std::span<const HostileResult> results) {
-  std::uint64_t refused = 0, broken = 0, failed = 0, voxels = 0, interpolated = 0, slowest_seed = 0;
+  std::uint64_t refused = 0, broken = 0, failed = 0, voxels = 0, interpolated = 0, whole = 0, slowest_seed = 0;
   double seconds = 0, slowest = 0;
   std::array<CheckSum, oracle::kHostileChecks> sums;
   for (const HostileResult& result : results) {
     refused += !result.refused.empty();
     broken += !result.broken.empty();
     failed += result.failed();
+    whole += result.every_voxel;
     voxels += result.voxels;
     interpolated += result.interpolated;
     seconds += result.seconds;
@@ -107,9 +109,10 @@ bool print_summary(std::span<const HostileResult> results) {
     print_check(std::string(to_text(static_cast<oracle::HostileCheck>(i))), sums[i]);
   }
   std::printf(
-      "%zu seeds, %llu refused, %llu broken, %llu FAILED; %llu voxels, %.1f %% interpolated; "
+      "%zu seeds, %llu refused, %llu broken, %llu FAILED; every voxel of %llu compared; %llu voxels, %.1f %% "
+      "interpolated; "
       "%.3f s a seed, slowest %.1f s (seed %llu)\n",
-      results.size(), big(refused), big(broken), big(failed), big(voxels),
+      results.size(), big(refused), big(broken), big(failed), big(whole), big(voxels),
       100.0 * static_cast<double>(interpolated) / static_cast<double>(std::max<std::uint64_t>(voxels, 1)),
       seconds / static_cast<double>(std::max<std::size_t>(results.size(), 1)), slowest, big(slowest_seed));
   return failed == 0;

@@ -22,6 +22,14 @@
 namespace ccslice::oracle {
 namespace {
 
+/// Every layer of a job that is small enough, not only those drawn.
+void choose_inverted(HostileRun& run, HostileResult& result) {
+  result.every_voxel = static_cast<double>(result.voxels) <= run.job.most_inverted;
+  if (!result.every_voxel) return;
+  run.job.inverted_layers.clear();
+  for (const Layer& layer : run.layers) run.job.inverted_layers.push_back(layer.index);
+}
+
 void slice_inverted(HostileRun& run) {
   LayerSlicer inverter(run.marked, inverting_job(*run.marked, run.job.job));
   for (const std::uint32_t layer : run.job.inverted_layers) run.inverted.push_back(inverter.slice(layer, {}));
@@ -39,6 +47,7 @@ void compare(HostileRun& run, const HostileOptions& options, HostileResult& resu
   slice_interpolated(run, result);
   compare_linear(run, result[HostileCheck::kLinear]);
   if (options.only_linear) return;
+  choose_inverted(run, result);
   slice_inverted(run);
   std::vector<VoxelIndex> beyond;
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);

@@ -3,7 +3,10 @@
 //
 // One hostile job from its seed, sliced and compared:
 //
-//   tolerance   every voxel of some layers against the same job with every voxel inverted: off by at most
+// Every voxel of the job is inverted if it is small enough (HostileJob::most_inverted), else those of some layers drawn
+// for it: the INVERTED layers.
+//
+//   tolerance   every voxel of the inverted layers against the same job with every voxel inverted: off by at most
 //               tolerance * min(value range of the plane, range of the channel), plus what the samples' rounding takes,
 //               plus what two inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope);
 //   linear      every voxel of every layer, in channels that are linear in the position, against that position: off by
@@ -12,10 +15,10 @@
 //               near folds and overlaps, and off the solid where two places are as near. Where channels jump at an
 //               interface, either side is right within what inversion accepts of it;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;
-//   regions     every voxel of some layers: the cell region that planes show against that of the cell that inversion
-//               finds. Excused: within the contours' tolerance of an interface, and near folds and overlaps;
-//   printed     one material in each voxel inside and none outside, in all planes of all layers; of some layers every
-//               voxel's material against what the map of its cell region and the halftone make of the inverted
+//   regions     every voxel of the inverted layers: the cell region that planes show against that of the cell that
+//               inversion finds. Excused: within the contours' tolerance of an interface, and near folds and overlaps;
+//   printed     one material in each voxel inside and none outside, in all planes of all layers; of the inverted ones
+//               every voxel's material against what the map of its cell region and the halftone make of the inverted
 //               channels, within the tolerance of the channels;
 //   unresolved  no voxel without a parameter, unless the solid reports folds;
 //   bytes       the same on two threads, with the range split anywhere, and in a region.
@@ -53,6 +56,7 @@ struct HostileResult {
   std::string broken;       // What was thrown that shouldn't be.
   std::array<HostileFinding, kHostileChecks> findings;
   std::uint64_t voxels = 0, interpolated = 0;
+  bool every_voxel = false;  // Not only those of some layers were inverted and compared.
   double seconds = 0;
 
   HostileFinding& operator[](HostileCheck check) { return findings[static_cast<std::size_t>(check)]; }

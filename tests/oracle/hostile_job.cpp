@@ -19,7 +19,8 @@ namespace ccslice::oracle {
 namespace {
 
 constexpr double kLeastVoxels = 10'000;
-constexpr double kInterpolatedShare = 10;  // Times the voxels that are inverted.
+constexpr double kInterpolatedShare = 10;  // Times the voxels of the layers that are drawn to be inverted.
+constexpr double kSlownessOfFolds = 200;
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
 constexpr std::uint32_t kMostLayers = 40;                         // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;                              // Times the mean one, or as much below.
@@ -39,8 +40,10 @@ class JobMaker {
         solid_(solid),
         // Where a solid folds all cells that may hold a voxel are searched, which takes long.
         voxels_(random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels) /
-                (1 + 200 * folding_share(solid))),
-        interpolated_(folding_share(solid) > 0 ? 2 * voxels_ : kInterpolatedShare * voxels_) {}
+                (1 + kSlownessOfFolds * folding_share(solid))),
+        interpolated_(folding_share(solid) > 0 ? 2 * voxels_ : kInterpolatedShare * voxels_) {
+    result_.most_inverted = kInterpolatedShare * most_voxels / (1 + kSlownessOfFolds * folding_share(solid));
+  }
 
   HostileJob make() {
     choose_placement();

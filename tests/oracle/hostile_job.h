@@ -19,13 +19,14 @@ struct HostileJob {
   SliceJob job;                                    // All of the grid; the last plane is the occupancy.
   std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
   std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
+  double most_inverted = 0;                        // All layers are, if no more voxels than that are inside.
   std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.
   std::string description;                         // In one line.
 };
 
-/// Inverts about `most_voxels` at most, those outside of the part included, and interpolates ten times as
-/// many. Planes of materials and cell regions come from a stream of random numbers of their own, and not at all if
-/// `only_channels`: nothing else of the job depends on them. Throws what plan_grid() throws.
+/// Draws layers to invert of about `most_voxels` at most, those outside of the part included, and up to ten times as
+/// many to interpolate. Planes of materials and cell regions come from a stream of random numbers of their own, and
+/// not at all if `only_channels`: nothing else of the job depends on them. Throws what plan_grid() throws.
 HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels,
                             bool only_channels = false);
 
