@@ -8,8 +8,10 @@
 #include <cstring>
 #include <limits>
 
+#include "core/base/contains.h"
 #include "core/field/contone.h"
 #include "core/slicer/slice_range.h"
+#include "tests/oracle/hostile_maps.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -21,11 +23,11 @@ double read(const EncodedPlane& plane, std::size_t index) {
   return static_cast<double>(sample);
 }
 
-double tolerance_of(const SliceJob& job, const PlaneSpec& plane, const ChannelRange& channel) {
-  const double default_share = plane.sample_type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536;
-  const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
-  const double rounding = 1e-9 * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
-  return std::max(job.material_tolerance.value_or(default_share) * std::min(span, channel.max - channel.min), rounding);
+constexpr double kDefaultOfBytes = 1.0 / 1024, kDefault = 1.0 / 65536;  // Shares. The former of materials, too.
+
+std::vector<std::uint32_t> channels_of_plane(const PlaneSpec& plane) {
+  if (plane.content == PlaneContent::kChannel) return {plane.channel};
+  return plane.content == PlaneContent::kChannels ? plane.channels : std::vector<std::uint32_t>();
 }
 
 }  // namespace
@@ -76,15 +78,33 @@ double ChannelSamples::value(const EncodedPlane& plane, std::size_t voxel) const
          quantum() * (type == SampleType::kUint8 ? read<std::uint8_t>(plane, at) : read<std::uint16_t>(plane, at));
 }
 
+double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_t channel) {
+  const ChannelRange& range = solid.channels[channel];
+  double tolerance = std::numeric_limits<double>::infinity();
+  const auto allow = [&](double span, double default_share) {
+    const double share = job.material_tolerance.value_or(default_share);
+    tolerance = std::min(tolerance, share * std::min(span, range.max - range.min));
+  };
+  for (const PlaneSpec& plane : job.planes) {
+    if (!contains(channels_of_plane(plane), channel)) continue;
+    const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
+    allow(span, plane.sample_type == SampleType::kUint8 ? kDefaultOfBytes : kDefault);
+  }
+  if (job.printing) {
+    for (const MaterialMap* map : maps_of(*job.printing)) {
+      if (contains(channels_of(*map), channel)) allow(steepest_span_of(*map), kDefaultOfBytes);
+    }
+  }
+  return std::max(tolerance, 1e-9 * std::max({std::abs(range.min), std::abs(range.max), 1e-30}));
+}
+
 std::vector<ChannelSamples> samples_of(const LimitSolid& solid, const SliceJob& job, const PlaneSpec& plane) {
-  std::vector<std::uint32_t> channels = plane.channels;
-  if (plane.content == PlaneContent::kOccupancy) channels.clear();
-  if (plane.content == PlaneContent::kChannel) channels = {plane.channel};
+  const std::vector<std::uint32_t> channels = channels_of_plane(plane);
   std::vector<ChannelSamples> samples;
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    const ChannelRange& channel = solid.summary().channels[channels[i]];
-    samples.push_back({channels[i], plane.sample_type, i, channels.size(), value_range(plane, channel),
-                       tolerance_of(job, plane, channel)});
+    samples.push_back({channels[i], plane.sample_type, i, channels.size(),
+                       value_range(plane, solid.summary().channels[channels[i]]),
+                       tolerance_of(solid.summary(), job, channels[i])});
   }
   return samples;
 }

@@ -36,7 +36,11 @@ struct ChannelSamples {
   double value(const EncodedPlane& plane, std::size_t voxel) const;
 };
 
-/// The channels of one plane of a job. Tolerances are those that the job asks for, as LayerSlicer has them.
+/// What a job promises of a channel, in its unit: the strictest of the planes that show it and of the maps that read
+/// it. Infinite if none does.
+double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_t channel);
+
+/// The channels of one plane of a job.
 std::vector<ChannelSamples> samples_of(const LimitSolid& solid, const SliceJob& job, const PlaneSpec& plane);
 
 }  // namespace ccslice::oracle

@@ -30,7 +30,6 @@ namespace {
 
 constexpr std::size_t kMostOddVoxels = 1000;  // Looked into.
 constexpr double kRoundingOfThresholds = 1e-6;
-constexpr double kDefaultTolerance = 1.0 / 1024;        // Of materials.
 constexpr double kErrorsAtEdge = 0.5, kErrorsLeft = 4;  // Lost with each voxel at an edge, and in all: measured.
 
 using Numbers = std::vector<std::uint8_t>;
@@ -87,7 +86,9 @@ class PrintedComparison {
     for (std::size_t i = 0; i < printing_.cell_region_maps.size(); ++i) {
       map_of_region_[printing_.cell_region_maps[i].cell_region] = i + 1;
     }
-    for (std::uint32_t c = 0; c < run.solid->channel_count(); ++c) tolerances_.push_back(tolerance_of(c));
+    for (std::uint32_t c = 0; c < run.solid->channel_count(); ++c) {
+      tolerances_.push_back(tolerance_of(run.solid->summary(), run.job.job, c));
+    }
   }
 
   void compare(const Layer& inverted) {
@@ -157,18 +158,6 @@ class PrintedComparison {
     if (finding.failed++ > 0) return;
     finding.where = "layer " + std::to_string(layer.index) + ", voxel " + std::to_string(voxel % extent_.columns) +
                     "," + std::to_string(voxel / extent_.columns) + ": " + what + " is another one";
-  }
-
-  /// What a job promises of a channel that a map reads: the strictest of the maps.
-  double tolerance_of(std::uint32_t channel) const {
-    const ChannelRange& range = run_.solid->summary().channels[channel];
-    double span = range.max - range.min;
-    for (const MaterialMap* map : maps_of(printing_)) {
-      const std::vector<std::uint32_t> read = channels_of(*map);
-      if (std::ranges::find(read, channel) != read.end()) span = std::min(span, steepest_span_of(*map));
-    }
-    const double rounding = 1e-9 * std::max({std::abs(range.min), std::abs(range.max), 1e-30});
-    return std::max(run_.job.job.material_tolerance.value_or(kDefaultTolerance) * span, rounding);
   }
 
   static Numbers bytes_of(const Layer& layer, std::size_t plane) { return layer.planes[plane].bytes; }
