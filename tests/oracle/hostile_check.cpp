@@ -16,7 +16,9 @@
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_job.h"
 #include "tests/oracle/hostile_layers.h"
+#include "tests/oracle/hostile_pictures.h"
 #include "tests/oracle/hostile_regions.h"
+#include "tests/oracle/hostile_strict.h"
 #include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
@@ -36,8 +38,11 @@ void slice_inverted(HostileRun& run) {
 }
 
 void slice_interpolated(HostileRun& run, HostileResult& result) {
-  run.layers = slice_layers(run.solid, run.job.job, run.job.first_layer, run.job.layer_count);
-  for (const Layer& layer : run.layers) {
+  const HostileJob& job = run.job;
+  run.delivered = slice_layers(run.solid, without_strict_maps(job.asked), job.first_layer, job.layer_count);
+  for (const Layer& layer : run.delivered) {
+    run.layers.push_back(
+        read_pictures(run.solid->summary(), job.asked, layer, job.job.grid.extent, result[HostileCheck::kPictures]));
     result.voxels += layer.stats.voxels_inside;
     result.interpolated += layer.stats.voxels_interpolated;
   }
@@ -53,8 +58,10 @@ void compare(HostileRun& run, const HostileOptions& options, HostileResult& resu
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
+  compare_contours(run, result[HostileCheck::kContours]);
   compare_regions(run, result[HostileCheck::kRegions]);
   compare_printed(run, result[HostileCheck::kPrinted]);
+  compare_strict(run, result[HostileCheck::kStrict]);
   count_unresolved(run, result[HostileCheck::kUnresolved]);
   compare_bytes(run, result[HostileCheck::kBytes]);
 }
@@ -85,7 +92,7 @@ std::optional<HostileJob> plan(std::uint64_t seed, const LimitSolid& solid, cons
   try {
     HostileJob job = make_hostile_job(seed, solid, options.most_voxels, options.only_channels);
     result.description += "; " + job.description;
-    validate_job(solid, job.job);
+    validate_job(solid, job.asked);
     return job;
   } catch (const Error& error) {
     if (static_cast<int>(error.code()) >= 300) throw;
@@ -126,6 +133,7 @@ void run(std::uint64_t seed, const HostileOptions& options, HostileResult& resul
                  .marked = marked ? LimitSolid::prepare(with_region_channel(mesh.mesh)) : solid,
                  .linear = mesh.linear,
                  .job = std::move(*job),
+                 .delivered = {},
                  .layers = {},
                  .inverted = {}};
   if (!options.only_linear || shows_linear(run)) compare(run, options, result);
@@ -138,9 +146,12 @@ std::string_view to_text(HostileCheck check) {
     case HostileCheck::kTolerance: return "tolerance";
     case HostileCheck::kLinear: return "linear";
     case HostileCheck::kTruth: return "truth";
+    case HostileCheck::kPictures: return "pictures";
     case HostileCheck::kOccupancy: return "occupancy";
+    case HostileCheck::kContours: return "contours";
     case HostileCheck::kRegions: return "regions";
     case HostileCheck::kPrinted: return "printed";
+    case HostileCheck::kStrict: return "strict";
     case HostileCheck::kUnresolved: return "unresolved";
     default: return "bytes";
   }

@@ -16,12 +16,18 @@
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: those
 //               near folds and overlaps, and off the solid where two places are as near. Where channels jump at an
 //               interface, either side is right within what inversion accepts of it;
+//   pictures    planes of all encodings and orders read back: sizes, checksums, alpha. All other checks are of what is
+//               read;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;
+//   contours    those delivered are those of the inverted layers; each cell region's wind once round its voxels and not
+//               round others, and together they have the area of the whole. Excused: folds;
 //   regions     every voxel of the inverted layers: the cell region that planes show against that of the cell that
 //               inversion finds. Excused: within the contours' tolerance of an interface, and near folds and overlaps;
 //   printed     one material in each voxel inside and none outside, in all planes of all layers; of the inverted ones
 //               every voxel's material against what the map of its cell region and the halftone make of the inverted
 //               channels, within the tolerance of the channels;
+//   strict      a strict map refuses the first layer with values beyond what it takes, as the inverted channels have
+//               them, and no other; layers before are the same. Excused: folds;
 //   unresolved  no voxel without a parameter, unless the solid reports folds;
 //   bytes       the same on two threads, with the range split anywhere, and in a region.
 
@@ -42,13 +48,16 @@ enum class HostileCheck : std::uint8_t {
   kTolerance,
   kLinear,
   kTruth,
+  kPictures,
   kOccupancy,
+  kContours,
   kRegions,
   kPrinted,
+  kStrict,
   kUnresolved,
   kBytes
 };
-inline constexpr std::size_t kHostileChecks = 8;
+inline constexpr std::size_t kHostileChecks = 11;
 std::string_view to_text(HostileCheck check);
 
 struct HostileResult {

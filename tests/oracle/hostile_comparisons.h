@@ -33,8 +33,9 @@ struct HostileRun {
   std::shared_ptr<const LimitSolid> marked;
   std::vector<std::optional<LinearMaterial>> linear;  // By channel.
   HostileJob job;
-  std::vector<Layer> layers;    // As the job asks for.
-  std::vector<Layer> inverted;  // job.inverted_layers of `marked`, as inverting_job() has them.
+  std::vector<Layer> delivered;  // As job.asked has them,
+  std::vector<Layer> layers;     // and as they read for job.job.
+  std::vector<Layer> inverted;   // job.inverted_layers of `marked`, as inverting_job() has them.
 
   const Layer& layer(std::uint32_t index) const { return layers[index - job.first_layer]; }
   Vec3 centre(std::uint32_t column, std::uint32_t row, std::uint32_t layer) const;
@@ -103,6 +104,13 @@ void compare_regions(const HostileRun& run, HostileFinding& finding);
 /// All planes of materials of all layers against one another; of the inverted layers every voxel's material against
 /// what its channels allow.
 void compare_printed(const HostileRun& run, HostileFinding& finding);
+
+/// The contours that the job asks for, by cell region too: against those of the inverted layers, and winding numbers
+/// against the cell regions there.
+void compare_contours(const HostileRun& run, HostileFinding& finding);
+
+/// Slices again with the strict maps of the job as they are: against what the inverted channels say of each map.
+void compare_strict(const HostileRun& run, HostileFinding& finding);
 
 /// Slices again, three times.
 void compare_bytes(const HostileRun& run, HostileFinding& finding);

@@ -16,7 +16,9 @@
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_layers.h"
 #include "tests/oracle/hostile_numbers.h"
+#include "tests/oracle/hostile_pictures.h"
 #include "tests/oracle/hostile_random.h"
+#include "tests/oracle/hostile_strict.h"
 #include "tests/oracle/slicing.h"
 
 namespace ccslice::oracle {
@@ -110,10 +112,22 @@ bool is_crop(const HostileRun& run, const PlaneSpec& plane, const EncodedPlane& 
                  grid, region);
 }
 
+bool has_same_contours(const Layer& a, const Layer& b) {
+  const auto is_same_loop = [](const ContourLoop& x, const ContourLoop& y) {
+    return std::ranges::equal(x.points, y.points, {}, &ContourPoint::xy, &ContourPoint::xy);
+  };
+  const auto is_same_region_loop = [](const RegionLoop& x, const RegionLoop& y) {
+    return x.region == y.region && x.points == y.points;
+  };
+  return std::ranges::equal(a.contours.loops, b.contours.loops, is_same_loop) &&
+         std::ranges::equal(a.region_loops, b.region_loops, is_same_region_loop);
+}
+
 void compare_layers(const HostileRun& run, const std::vector<Layer>& others, const std::string& what,
                     HostileFinding& finding) {
   for (const Layer& other : others) {
-    const Layer& layer = run.layer(other.index);
+    const Layer& layer = run.delivered[other.index - run.job.first_layer];
+    if (!has_same_contours(layer, other)) fail(layer_text(layer, "the contours") + ", " + what, finding);
     for (std::size_t plane = 0; plane < layer.planes.size(); ++plane) {
       ++finding.compared;
       if (layer.planes[plane].bytes == other.planes[plane].bytes) continue;
@@ -131,20 +145,21 @@ void compare_split(const HostileRun& run, HostileFinding& finding) {
   const auto first = static_cast<std::uint32_t>(random.bits() % job.layer_count);  // Maybe none.
   const std::string what = "split after " + std::to_string(first);
   if (first == 0) return;
-  compare_layers(run, slice_layers(run.solid, job.job, job.first_layer + first, job.layer_count - first), what,
-                 finding);
-  compare_layers(run, slice_layers(run.solid, job.job, job.first_layer, first), what, finding);
+  const SliceJob asked = without_strict_maps(job.asked);
+  compare_layers(run, slice_layers(run.solid, asked, job.first_layer + first, job.layer_count - first), what, finding);
+  compare_layers(run, slice_layers(run.solid, asked, job.first_layer, first), what, finding);
 }
 
 void compare_region(const HostileRun& run, HostileFinding& finding) {
   if (!run.job.region) return;
   const VoxelRegion& region = *run.job.region;
-  SliceJob job = run.job.job;
+  SliceJob job = without_strict_maps(run.job.asked);
   job.region = region;
-  for (const Layer& part : slice_layers(run.solid, job, region.first_layer, region.extent.layers)) {
+  for (const Layer& delivered : slice_layers(run.solid, job, region.first_layer, region.extent.layers)) {
+    const Layer part = read_pictures(run.solid->summary(), job, delivered, region.extent, finding);
     for (std::size_t plane = 0; plane < part.planes.size(); ++plane) {
       ++finding.compared;
-      if (is_crop(run, job.planes[plane], run.layer(part.index).planes[plane], part.planes[plane])) continue;
+      if (is_crop(run, run.job.job.planes[plane], run.layer(part.index).planes[plane], part.planes[plane])) continue;
       fail(layer_text(part, "plane " + std::to_string(plane)) + " of the region", finding);
     }
   }
@@ -185,7 +200,8 @@ void count_unresolved(const HostileRun& run, HostileFinding& finding) {
 
 void compare_bytes(const HostileRun& run, HostileFinding& finding) {
   const HostileJob& job = run.job;
-  compare_layers(run, slice_layers(run.solid, job.job, job.first_layer, job.layer_count, 2), "2 threads", finding);
+  compare_layers(run, slice_layers(run.solid, without_strict_maps(job.asked), job.first_layer, job.layer_count, 2),
+                 "2 threads", finding);
   compare_split(run, finding);
   compare_region(run, finding);
 }

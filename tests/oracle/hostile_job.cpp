@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "tests/oracle/hostile_pictures.h"
 #include "tests/oracle/hostile_printing.h"
 #include "tests/oracle/hostile_random.h"
+#include "tests/oracle/hostile_strict.h"
 #include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
@@ -22,9 +24,10 @@ constexpr double kLeastVoxels = 10'000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels of the layers that are drawn to be inverted.
 constexpr double kSlownessOfFolds = 200;
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
-constexpr std::uint32_t kMostLayers = 40;                         // In a job: two slabs and parts of others.
-constexpr double kSteepestPitch = 7;                              // Times the mean one, or as much below.
-constexpr std::uint64_t kPlaneStream = 9, kInterfaceStream = 10;  // Of random numbers.
+constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
+constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
+constexpr std::uint64_t kPlaneStream = 9, kInterfaceStream = 10, kPictureStream = 11,
+                        kStrictStream = 12;  // Of random numbers.
 
 /// Of the limit cells, those that may fold.
 double folding_share(const LimitSolid& solid) {
@@ -273,10 +276,15 @@ void put_on_interface(HostileRandom& random, const LimitSolid& solid, HostileJob
 
 HostileJob make_hostile_job(std::uint64_t seed, const LimitSolid& solid, double most_voxels, bool only_channels) {
   HostileJob job = JobMaker(seed, solid, most_voxels).make();
+  job.asked = job.job;
   if (only_channels) return job;
   HostileRandom random(seed, kPlaneStream), interface_random(seed, kInterfaceStream);
+  HostileRandom picture_random(seed, kPictureStream), strict_random(seed, kStrictStream);
   if (solid.has_several_regions() && interface_random.chance(0.3)) put_on_interface(interface_random, solid, job);
   job.description += add_hostile_planes(random, solid.summary(), job.job);
+  if (job.job.printing) draw_strict_maps(strict_random, solid.summary(), *job.job.printing, job.description);
+  job.asked = draw_hostile_pictures(picture_random, solid.summary(), job.job, job.description);
+  job.job = without_pictures(job.asked);
   return job;
 }
 

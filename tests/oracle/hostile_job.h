@@ -16,7 +16,8 @@
 namespace ccslice::oracle {
 
 struct HostileJob {
-  SliceJob job;                                    // All of the grid; the last plane is the occupancy.
+  SliceJob job;                                    // All of the grid; raw planes, the last is the occupancy.
+  SliceJob asked;                                  // The same in any encodings, order and contours.
   std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
   std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
   double most_inverted = 0;                        // All layers are, if no more voxels than that are inside.

@@ -77,10 +77,31 @@ TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
     const HostileResult result = run_hostile_seed(seed, {.files = {}, .only_linear = true});
     if (result.refused.empty()) all += result.description + "\n";
   }
-  for (const char* what :
-       {"regions, bands", "regions, about centres", "regions, one cell", "regions, each cell", "regions, all in one",
-        "jumping", "cell regions shown", " pure", " direct", " blend", " curve", " colour", " region 1 ", "BLUE_NOISE",
-        "ERROR_DIFFUSION", "NEAREST", "WHITE_NOISE", " alone"}) {
+  for (const char* what : {"regions, bands",
+                           "regions, about centres",
+                           "regions, one cell",
+                           "regions, each cell",
+                           "regions, all in one",
+                           "jumping",
+                           "cell regions shown",
+                           " pure",
+                           " direct",
+                           " blend",
+                           " curve",
+                           " colour",
+                           " region 1 ",
+                           "BLUE_NOISE",
+                           "ERROR_DIFFUSION",
+                           "NEAREST",
+                           "WHITE_NOISE",
+                           " alone",
+                           "a strict map",
+                           "a strict map that covers",
+                           "RAW_ZSTD",
+                           "PNG_ALPHA",
+                           "columns descending",
+                           "rows descending",
+                           "contours by region"}) {
     EXPECT_NE(all.find(what), std::string::npos) << what;
   }
 }

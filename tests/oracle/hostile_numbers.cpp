@@ -82,6 +82,17 @@ std::vector<std::uint8_t> numbers_of(const PlaneSpec& plane, const EncodedPlane&
   return numbers_of_png(read_tiny_png(encoded.bytes), extent, palette);
 }
 
+std::vector<std::uint8_t> packed_numbers(std::span<const std::uint8_t> numbers, SampleType type,
+                                         const GridExtent& extent) {
+  const std::size_t bits = bits_of(type), row_bytes = (extent.columns * bits + 7) / 8;
+  std::vector<std::uint8_t> packed(row_bytes * extent.rows);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t bit = i % extent.columns * bits;
+    packed[i / extent.columns * row_bytes + bit / 8] |= static_cast<std::uint8_t>(numbers[i] << (8 - bits - bit % 8));
+  }
+  return packed;
+}
+
 std::vector<std::uint32_t> palette_of_plane(const SliceJob& job, const PlaneSpec& plane, std::size_t cell_regions) {
   if (plane.content == PlaneContent::kCellRegions) return region_palette(cell_regions);
   if (plane.content == PlaneContent::kMaterials) return palette_of(*job.printing);

@@ -22,6 +22,10 @@ bool shows_numbers(const PlaneSpec& plane);
 std::vector<std::uint8_t> numbers_of(const PlaneSpec& plane, const EncodedPlane& encoded, const GridExtent& extent,
                                      std::span<const std::uint32_t> palette);
 
+/// The other way: a number a voxel as kRaw has the samples.
+std::vector<std::uint8_t> packed_numbers(std::span<const std::uint8_t> numbers, SampleType type,
+                                         const GridExtent& extent);
+
 /// What `plane` of a job is drawn with.
 std::vector<std::uint32_t> palette_of_plane(const SliceJob& job, const PlaneSpec& plane, std::size_t cell_regions);
 
