@@ -45,6 +45,7 @@ void PieceCover::resolve(const SlabPieces& pieces, std::uint32_t layer, std::uin
   layer_ = layer;
   row_ = kNoRow;
   painted_.clear();
+  closed_gaps_.clear();
   to_invert_.clear();
   unpainted_.clear();
   beside_unpainted_.clear();
@@ -175,6 +176,7 @@ void PieceCover::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRu
   if ((before == nullptr && after == nullptr) || !is_sure(begin, end, before, after)) {
     return leave(begin, end, before == nullptr ? kNoPiece : before->piece);
   }
+  closed_gaps_.push_back({row_, begin, end});
   std::uint32_t middle = before == nullptr ? begin : end;
   if (before != nullptr && after != nullptr) {
     while (middle > begin && beyond_painted(middle - 1) > before_begin(*after, middle - 1)) --middle;
@@ -204,6 +206,12 @@ bool PieceCover::agree(std::uint32_t a, std::uint32_t b, std::uint32_t begin, st
     if (!pieces_->agree(a, b, voxel(x))) return false;
   }
   return true;
+}
+
+const PieceRun* PieceCover::painted_at(std::uint32_t row, std::uint32_t column) const {
+  const auto ends_before = [&](const PieceRun& run) { return run.row < row || (run.row == row && run.end <= column); };
+  const auto run = std::ranges::partition_point(painted_, ends_before);
+  return run != painted_.end() && run->row == row && run->begin <= column ? &*run : nullptr;
 }
 
 /// What ends at a column of the row at hand, or null.

@@ -55,6 +55,10 @@ class PieceCover {
 
   /// Painted runs, by row, then by column.
   std::span<const PieceRun> painted() const { return painted_; }
+  /// The piece that paints a voxel, or null.
+  const PieceRun* painted_at(std::uint32_t row, std::uint32_t column) const;
+  /// Gaps that were closed: runs that no piece holds, and pieces beside them paint, or have left since. By row.
+  std::span<const VoxelRun> closed_gaps() const { return closed_gaps_; }
   /// Unpainted runs that are inverted one by one: short ones in small holes or beside pieces, and others where there
   /// are few of them. By row, then by column, and so are all other runs here.
   std::span<const HintedRun> to_invert() const { return to_invert_; }
@@ -85,6 +89,7 @@ class PieceCover {
   std::vector<PieceRun> painted_;
   std::vector<PieceRun> overlapped_;  // Scratch memory.
   float after_ = 0;                   // ScannedRun::after of the last painted run.
+  std::vector<VoxelRun> closed_gaps_;
   std::vector<HintedRun> to_invert_;
   std::vector<VoxelRun> unpainted_;
   std::vector<std::uint32_t> beside_unpainted_;  // By unpainted run: the piece beside it, or none.

@@ -130,6 +130,12 @@ void SlabMaterials::State::guard(std::uint32_t layer, std::span<const VoxelRun> 
   };
   look_at(guarded.cover.painted());
   look_at(guarded.cover.for_tiles());
+  for (const VoxelRun& gap : guarded.cover.closed_gaps()) {
+    const std::optional<std::uint32_t> column = guard_.chosen_in_gap(layer, gap);
+    if (!column) continue;
+    const PieceRun* run = guarded.cover.painted_at(gap.row, *column);
+    if (run != nullptr && !agrees(layer, *run, {&*column, 1})) blocks.insert(gap.row / kRowsTogether);
+  }
   for (const std::uint32_t block : blocks) {
     guarded.repainted.push_back({block * kRowsTogether, (block + 1) * kRowsTogether});
     guarded.cover.invert(guarded.repainted.back(), spans);

@@ -73,6 +73,25 @@ TEST_F(PaintGuardTest, ChoosesAboutAsManyVoxelsAsItSays) {
   EXPECT_NEAR(static_cast<double>(ends), 2.0 * kRuns / PaintGuard::kRunsApart, 50);
 }
 
+TEST_F(PaintGuardTest, ChoosesVoxelsInAboutAsManyGapsAsItSays) {
+  PaintGuard guard(*field_, spec_);
+  constexpr std::uint32_t kGaps = 200'000;
+  std::size_t found = 0, columns = 0;
+  for (std::uint32_t gap = 0; gap < kGaps; ++gap) {
+    const VoxelRun run{gap / 100, gap % 100 * 20, gap % 100 * 20 + 4};
+    const std::optional<std::uint32_t> column = guard.chosen_in_gap(gap / 50'000, run);
+    if (!column) continue;
+    ++found;
+    columns += *column - run.begin;
+    EXPECT_LT(*column, run.end);
+    EXPECT_GE(*column, run.begin);
+    EXPECT_EQ(PaintGuard(*field_, spec_).chosen_in_gap(gap / 50'000, run), column) << "alone";
+  }
+  const double expected = double{kGaps} / PaintGuard::kGapsApart;
+  EXPECT_NEAR(static_cast<double>(found), expected, 0.1 * expected);
+  EXPECT_NEAR(static_cast<double>(columns), 1.5 * expected, 0.15 * expected);
+}
+
 // A row that is cut in two has the same voxels between its ends compared.
 TEST_F(PaintGuardTest, ChoosesVoxelsByTheirAbsoluteIndices) {
   for (std::uint32_t row = 0; row < 200; ++row) {

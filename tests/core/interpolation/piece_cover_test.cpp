@@ -119,6 +119,25 @@ TEST_F(PieceCoverTest, LeaveWhatIsFarFromPieces) {
   EXPECT_TRUE(rows_.for_tiles().empty());  // No cell is small.
 }
 
+TEST_F(PieceCoverTest, TellGapsThatWereClosed) {
+  const Grid grid = grid_from_before_the_box();
+  FoundPieces pieces(solid_, {job_.placement, grid, {{0, 1e-3}}, kOutsideMm}, make_cell_node_store());
+  pieces.start(0, 16);
+  pieces.find(5, {});
+  rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{3, 39, 60}, {4, 10, 60}}, sorted_);
+  ASSERT_EQ(rows_.closed_gaps().size(), 1u);
+  EXPECT_EQ(rows_.closed_gaps()[0].row, 3u);
+  EXPECT_EQ(rows_.closed_gaps()[0].begin, 39u);
+  EXPECT_EQ(rows_.closed_gaps()[0].end, 40u);
+  EXPECT_EQ(rows_.painted_at(3, 39), &rows_.painted()[0]);
+  EXPECT_EQ(rows_.painted_at(4, 59), &rows_.painted()[1]);
+  for (const auto& [row, column] : {std::pair(2u, 45u), {3u, 38u}, {3u, 60u}, {4u, 39u}, {5u, 45u}}) {
+    EXPECT_EQ(rows_.painted_at(row, column), nullptr) << row << " " << column;
+  }
+  rows_.resolve(pieces, 5, grid.extent.rows, std::vector<VoxelRun>{{4, 40, 60}}, sorted_);
+  EXPECT_TRUE(rows_.closed_gaps().empty());
+}
+
 // The reach is a share of the piece's size, 2.67 of its 26.7 columns, counted from its face: that is 39.5 and a bit.
 TEST_F(PieceCoverTest, FollowPiecesAsFarAsTheirFacesAllow) {
   for (const auto& [before_mm, is_painted] : {std::pair(6 + 0.15 * 0.1, true), std::pair(6 + 0.15 * 0.2, false)}) {
