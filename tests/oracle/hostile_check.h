@@ -10,7 +10,8 @@
 //               tolerance * min(value range, range of the channel), by the strictest of the planes that show the
 //               channel and of the maps that read it (whose value range is what they take from none of a material to
 //               all of it where they are steepest), plus what the samples' rounding takes, plus what two
-//               inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope);
+//               inversions may differ by (hostile_truth.h; a few 1e-6 mm of the materials' slope). Interpolation isn't
+//               asked for more than that tolerance;
 //   linear      every voxel of every layer, in channels that are linear in the position, against that position: off by
 //               the same, plus how far off the solid a voxel inside the contours may be. Also right in folds;
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: those

@@ -23,11 +23,12 @@ namespace {
 constexpr double kLeastVoxels = 10'000;
 constexpr double kInterpolatedShare = 10;  // Times the voxels of the layers that are drawn to be inverted.
 constexpr double kSlownessOfFolds = 200;
+constexpr double kShareOfZooms = 0.5;  // Of the jobs with several cell regions.
 constexpr double kMostGridVoxels = 3e7, kMostVoxelsAlong = 600;
 constexpr std::uint32_t kMostLayers = 40;  // In a job: two slabs and parts of others.
 constexpr double kSteepestPitch = 7;       // Times the mean one, or as much below.
-constexpr std::uint64_t kPlaneStream = 9, kInterfaceStream = 10, kPictureStream = 11,
-                        kStrictStream = 12;  // Of random numbers.
+constexpr std::uint64_t kPlaneStream = 9, kInterfaceStream = 10, kPictureStream = 11, kStrictStream = 12,
+                        kZoomStream = 14;  // Of random numbers.
 
 /// Of the limit cells, those that may fold.
 double folding_share(const LimitSolid& solid) {
@@ -36,10 +37,25 @@ double folding_share(const LimitSolid& solid) {
          static_cast<double>(summary.limit_cells);
 }
 
+/// Corners of cells that lie on interfaces of cell regions.
+std::vector<CellParam> interface_corners(HostileRandom& random, const LimitSolid& solid) {
+  std::vector<CellParam> corners;
+  for (const LimitCellId cell : solid.cells()) {
+    for (int side = 0; side < 6; ++side) {
+      if ((solid.interface_sides(cell) >> side & 1) == 0) continue;
+      Vec3 corner(random.pick(0, 1), random.pick(0, 1), random.pick(0, 1));
+      corner[side / 2] = side % 2;
+      corners.push_back({cell, corner});
+    }
+  }
+  return corners;
+}
+
 class JobMaker {
  public:
   JobMaker(std::uint64_t seed, const LimitSolid& solid, double most_voxels)
       : random_(seed, 3),
+        interface_random_(seed, kZoomStream),
         solid_(solid),
         // Where a solid folds all cells that may hold a voxel are searched, which takes long.
         voxels_(random_.log_between(std::min(kLeastVoxels, most_voxels), most_voxels) /
@@ -109,16 +125,44 @@ class JobMaker {
     const Vec3 pitch = pitch_of(box.sizes(), voxels, window);
     GridRequest request;
     request.pitch = {pitch.x(), pitch.y(), pitch.z()};
-    if (window) {
+    if (may_zoom() && interface_random_.chance(kShareOfZooms)) {
+      zoom_to_interface(request);
+    } else if (window) {
       place_window(box, pitch, request);
     } else if (random_.chance(0.2)) {
       request.origin_mm = box.min() - pitch.cwiseProduct(Vec3(random_.unit(), random_.unit(), random_.unit()));
     }
     result_.job.grid = plan_grid(solid_, result_.job.placement, request);
     const GridExtent& extent = result_.job.grid.extent;
-    say("pitch " + number(pitch.x()) + "," + number(pitch.y()) + "," + number(pitch.z()));
+    const VoxelPitch& used = result_.job.grid.pitch;
+    say("pitch " + number(used.x_mm) + "," + number(used.y_mm) + "," + number(used.z_mm));
     say(std::to_string(extent.columns) + "x" + std::to_string(extent.rows) + "x" + std::to_string(extent.layers) +
         (window ? " in a window" : ""));
+  }
+
+  /// Fine windows of parts that fold take minutes.
+  bool may_zoom() const { return solid_.has_several_regions() && folding_share(solid_) == 0; }
+
+  /// A fine window round a place on an interface, where voxels beside it are many.
+  void zoom_to_interface(GridRequest& request) {
+    const std::vector<CellParam> corners = interface_corners(interface_random_, solid_);
+    if (corners.empty()) return;
+    LimitEvaluator evaluator(solid_);
+    const CellParam& at = corners[interface_random_.bits() % corners.size()];
+    const Mat3 jacobian = result_.job.placement.linear() * evaluator.sample(at).jacobian;
+    const Vec3 place = result_.job.placement * evaluator.geo(at);
+    const double size_mm = jacobian.colwise().norm().maxCoeff() * interface_random_.log_between(0.2, 2);
+    constexpr std::array counts = {48u, 40u, 20u};
+    Vec3 pitch;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      pitch[axis] = std::clamp(size_mm / counts[static_cast<std::size_t>(axis)] * interface_random_.log_between(0.5, 2),
+                               1e-4, 1e3);
+    }
+    request.pitch = {pitch.x(), pitch.y(), pitch.z()};
+    request.extent = GridExtent{counts[0], counts[1], counts[2]};
+    request.origin_mm = place - pitch.cwiseProduct(Vec3(counts[0], counts[1], counts[2])) / 2;
+    say("zoomed to an interface");
+    zoomed_ = true;
   }
 
   void place_window(const Box3& box, const Vec3& pitch, GridRequest& request) {
@@ -144,6 +188,8 @@ class JobMaker {
       case 2: tolerance = 1.0 / 65536; break;
       default: tolerance = random_.log_between(1e-5, 1);
     }
+    // Large pieces miss their faces most.
+    if (zoomed_) tolerance = interface_random_.log_between(1e-3, 0.3);
     say("tolerance " + (tolerance ? number(*tolerance) : "default"));
     const double size_mm = result_.job.grid.part_box.sizes().maxCoeff();
     double& contours_mm = result_.job.contour_tolerance_mm;
@@ -243,24 +289,17 @@ class JobMaker {
         std::to_string(region.first_layer) + "+" + std::to_string(region.extent.layers));
   }
 
-  HostileRandom random_;
+  HostileRandom random_, interface_random_;
   const LimitSolid& solid_;
   const double voxels_, interpolated_;
+  bool zoomed_ = false;
   HostileJob result_;
 };
 
 /// Moves the grid by half a voxel at most, so that a voxel's centre lies on an interface of cell regions, in a corner
 /// of a cell: on plane interfaces whole rows or layers of voxels do.
 void put_on_interface(HostileRandom& random, const LimitSolid& solid, HostileJob& job) {
-  std::vector<CellParam> corners;
-  for (const LimitCellId cell : solid.cells()) {
-    for (int side = 0; side < 6; ++side) {
-      if ((solid.interface_sides(cell) >> side & 1) == 0) continue;
-      Vec3 corner(random.pick(0, 1), random.pick(0, 1), random.pick(0, 1));
-      corner[side / 2] = side % 2;
-      corners.push_back({cell, corner});
-    }
-  }
+  const std::vector<CellParam> corners = interface_corners(random, solid);
   if (corners.empty()) return;  // Regions of separate parts.
   const Vec3 place = job.job.placement * LimitEvaluator(solid).geo(corners[random.bits() % corners.size()]);
   Grid& grid = job.job.grid;

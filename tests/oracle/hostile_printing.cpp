@@ -134,6 +134,8 @@ class PrintingDraw {
     map.blue = channel();
     const double most = solid_.channels[map.red].max;
     map.full_value = most > 0 && random_.chance(0.8) ? most : random_.log_between(1e-2, 1e2);
+    // A part of the channel's range alone says how far it may be off.
+    if (random_.chance(0.5)) map.full_value *= random_.log_between(0.02, 0.5);
     return map;
   }
 

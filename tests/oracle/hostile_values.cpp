@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/slicer/channel_tolerances.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_layers.h"
 #include "tests/oracle/hostile_random.h"
@@ -40,6 +41,19 @@ std::string describe(const HostileRun& run, const Suspect& suspect, const std::o
                      number(suspect.inverted) + " +- " + number(suspect.tolerance);
   if (truth) text += ", truth " + number(truth->values[suspect.channel]);
   return text + place_text(truth);
+}
+
+/// What interpolation is asked for is no more than the job promises: voxels that happen to be exact don't say so.
+void compare_asked(const HostileRun& run, HostileFinding& finding) {
+  const SolidSummary& solid = run.solid->summary();
+  for (const ChannelTolerance& asked : channel_tolerances(run.job.job, solid.channels)) {
+    const double promised = tolerance_of(solid, run.job.job, asked.channel);
+    ++finding.compared;
+    if (asked.tolerance <= promised * (1 + kTruthRounding)) continue;
+    ++finding.failed;
+    finding.where = "channel " + solid.channels[asked.channel].name + " is asked for within " +
+                    number(asked.tolerance) + ", promised within " + number(promised);
+  }
 }
 
 /// Compares one channel of one plane of one layer.
@@ -156,6 +170,7 @@ void add_random_voxels(const HostileRun& run, std::vector<VoxelIndex>& voxels) {
 }  // namespace
 
 void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, HostileFinding& finding) {
+  compare_asked(run, finding);
   std::vector<Suspect> suspects;
   const std::vector<PlaneSpec>& planes = run.job.job.planes;
   for (std::size_t plane = 0; plane < planes.size(); ++plane) {
