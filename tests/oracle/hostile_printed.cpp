@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::size_t kMostOddVoxels = 1000;  // Looked into.
 constexpr double kRoundingOfThresholds = 1e-6;
-constexpr double kErrorsAtEdge = 0.5, kErrorsLeft = 4;  // Lost with each voxel at an edge, and in all: measured.
+constexpr double kErrorsAtEdge = 0.15, kErrorsLeft = 4;  // Lost with each voxel at an edge, and in all: measured.
 
 using Numbers = std::vector<std::uint8_t>;
 
