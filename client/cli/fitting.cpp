@@ -89,6 +89,19 @@ FitReport placed(FitReport report, const Similarity& similarity) {
   return report;
 }
 
+/// In the size that is printed. Of lengths without a direction the longest that they may become counts.
+FitReport printed(FitReport report, const Vec3& scale) {
+  const Vec3 factors = scale.cwiseAbs();
+  const auto stretch = [&factors](Vec3& place) { place = place.cwiseProduct(factors); };
+  stretch(report.farthest.position);
+  stretch(report.farthest.limit);
+  report.inside_mm *= factors.maxCoeff();
+  stretch(report.swelling.place);
+  report.swelling.distance_mm *= factors.maxCoeff();
+  stretch(report.rounded.place);
+  return report;
+}
+
 /// Control points overshoot, and their range is the one that planes have unless another is given.
 void add_range_notes(const ControlMesh& meant, const ControlMesh& fitted, std::vector<std::string>& notes) {
   constexpr float kMuch = 0.01f;
@@ -146,15 +159,19 @@ void FittedMesh::place(const Similarity& similarity) {
   report_ = placed(report_, similarity);
 }
 
-ControlMesh FittedMesh::finish(std::vector<std::string>& notes) {
+ControlMesh FittedMesh::finish(const Vec3& scale, std::vector<std::string>& notes) {
   constexpr double kRounding = 1e-6;
   if (vertices_) {
-    notes.push_back(met_note(*vertices_, report_));
-    if (report_.swelling.edges > kRounding) notes.push_back(swelling_note(report_.swelling, report_.rounded));
+    const FitReport report = printed(report_, scale);
+    notes.push_back(met_note(*vertices_, report));
+    if (report.swelling.edges > kRounding) notes.push_back(swelling_note(report.swelling, report.rounded));
   }
   const ChannelFit channels = fit_.fit_channels(meant_, fitted_);
   add_range_notes(meant_, fitted_, notes);
-  for (const ChannelRinging& ringing : channels.ringing) notes.push_back(ringing_note(meant_, ringing));
+  for (ChannelRinging ringing : channels.ringing) {
+    ringing.place = ringing.place.cwiseProduct(scale.cwiseAbs());
+    notes.push_back(ringing_note(meant_, ringing));
+  }
   if (channels.miss > kRounding) {
     notes.push_back("no control points give every vertex its channels: they are up to " +
                     show_number(100 * channels.miss) + " % of a channel's range off; use a finer mesh");

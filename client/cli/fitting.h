@@ -35,8 +35,8 @@ class FittedMesh {
   /// Scales and moves both.
   void place(const Similarity& similarity);
   /// The fitted mesh with the channels of the one that is meant, fitted too. Adds sentences on how well all that went
-  /// to `notes`.
-  ControlMesh finish(std::vector<std::string>& notes);
+  /// to `notes`, whose lengths are those once `scale` has scaled the mesh further.
+  ControlMesh finish(const Vec3& scale, std::vector<std::string>& notes);
 
  private:
   VertexFit fit_;

@@ -111,8 +111,8 @@ Changes parse_changes(const MeshOptions& options) {
 }
 
 /// How deep a grade by distance really goes.
-std::string depth_note(const Grade& grade, double deepest_mm, bool scaled_later) {
-  const std::string name = "--grade " + grade.channel + "=distance " + (scaled_later ? "(before --scale) " : "");
+std::string depth_note(const Grade& grade, double deepest_mm) {
+  const std::string name = "--grade " + grade.channel + "=distance ";
   if (deepest_mm == 0) {
     return name + "is " + show_number(grade.first) + " all over: every vertex lies on the boundary; refine the mesh";
   }
@@ -144,6 +144,20 @@ std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, b
   return std::nullopt;
 }
 
+/// Adds channels to a mesh that --scale is to scale further: their lengths are those of the printed size. Mirrored
+/// parts keep their grades, as they keep their other materials.
+void add_grades(const std::vector<Grade>& grades, const Vec3& scale, ControlMesh& mesh,
+                std::vector<std::string>& notes) {
+  if (grades.empty()) return;
+  const std::vector<Vec3> unscaled = mesh.positions;
+  for (Vec3& position : mesh.positions) position = position.cwiseProduct(scale.cwiseAbs());
+  for (const Grade& grade : grades) {
+    const double deepest_mm = apply_grade(grade, mesh);
+    if (grade.field == GradeField::kDistance) notes.push_back(depth_note(grade, deepest_mm));
+  }
+  mesh.positions = unscaled;
+}
+
 /// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
 /// last, as their lengths are those of the result.
 void change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
@@ -155,15 +169,11 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   if (changes.sizing.places()) {
     const Similarity similarity =
-        find_place(options.size, changes.sizing, pair ? pair->fitted() : loaded.mesh, loaded.warnings);
+        find_place(options.size, changes.sizing, options.scale, pair ? pair->fitted() : loaded.mesh, loaded.warnings);
     pair ? pair->place(similarity) : similarity.apply(loaded.mesh);
   }
-  for (const Grade& grade : changes.grades) {
-    const double deepest_mm = apply_grade(grade, meant);
-    if (grade.field != GradeField::kDistance) continue;
-    loaded.warnings.push_back(depth_note(grade, deepest_mm, options.scaled_later));
-  }
-  if (pair) loaded.mesh = pair->finish(loaded.warnings);
+  add_grades(changes.grades, options.scale, meant, loaded.warnings);
+  if (pair) loaded.mesh = pair->finish(options.scale, loaded.warnings);
   check_channel_names(loaded.mesh);
 }
 
@@ -203,7 +213,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   ConnectedMesh connected = validate_and_connect(checked, {}, {});
   if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // It may refuse them.
   loaded.report = std::move(connected.report);
-  warn_of_size(options.size, loaded.mesh, loaded.warnings);
+  warn_of_size(options.size, options.scale, loaded.mesh, loaded.warnings);
   loaded.bytes = std::make_shared<const client::MeshBytes>(
       as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
   return loaded;
@@ -222,7 +232,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
-          "each vertex. Lengths are mm of the result of --units and --size, before --scale. May be repeated")
+          "each vertex. Lengths are mm of the printed size, after --units, --size and --scale. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   command
@@ -310,7 +320,7 @@ client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
 
 std::string ensure_on_server(Session& session, MeshOptions options, const PlacementOptions& placement) {
   if (names_mesh_id(options)) return options.mesh;
-  options.scaled_later = !placement.scale.empty();
+  options.scale = parse_scale(placement);
   const LoadedMesh mesh = load_mesh(options, session.quiet());
   upload(session, mesh);
   return mesh.bytes->id();

@@ -32,7 +32,7 @@ struct MeshOptions {
   std::string interpolate = {};             // "", "all" or "boundary".
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
-  bool scaled_later = false;                // By --scale, so that lengths in notes aren't those of the print.
+  Vec3 scale = Vec3::Ones();                // What --scale does later: lengths are those of the printed size.
 };
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);

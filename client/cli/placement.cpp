@@ -34,20 +34,13 @@ Mat3 rotation(const std::string& text) {
   return matrix;
 }
 
-Mat3 scaling(const std::string& text) {
-  const std::vector<double> factors = parse_numbers("--scale", text, 1, 3);
-  if (factors.size() == 2) throw UsageError("--scale takes one factor or three, not '" + text + "'");
-  const Vec3 diagonal(factors[0], factors[factors.size() == 3 ? 1 : 0], factors[factors.size() == 3 ? 2 : 0]);
-  if ((diagonal.array() == 0).any()) throw UsageError("--scale by 0 leaves nothing");
-  return diagonal.asDiagonal();
-}
-
 }  // namespace
 
 void add_placement_options(CLI::App& command, PlacementOptions& options) {
   command
       .add_option("--scale", options.scale,
-                  "One factor, or one for each axis; applied first. Negative factors mirror: 1,1,-1 turns z over")
+                  "One factor, or one for each axis; applied first. Negative factors mirror: 1,1,-1 turns z over. "
+                  "Lengths of other options are those of the scaled part")
       ->group("Placement");
   command
       .add_option("--rotate", options.rotate,
@@ -57,8 +50,17 @@ void add_placement_options(CLI::App& command, PlacementOptions& options) {
   command.add_option("--translate", options.translate, "X,Y,Z in mm; applied last")->group("Placement");
 }
 
+Vec3 parse_scale(const PlacementOptions& options) {
+  if (options.scale.empty()) return Vec3::Ones();
+  const std::vector<double> factors = parse_numbers("--scale", options.scale, 1, 3);
+  if (factors.size() == 2) throw UsageError("--scale takes one factor or three, not '" + options.scale + "'");
+  const Vec3 scale(factors[0], factors[factors.size() == 3 ? 1 : 0], factors[factors.size() == 3 ? 2 : 0]);
+  if ((scale.array() == 0).any()) throw UsageError("--scale by 0 leaves nothing");
+  return scale;
+}
+
 v1::Placement parse_placement(const PlacementOptions& options) {
-  Mat3 linear = options.scale.empty() ? Mat3(Mat3::Identity()) : scaling(options.scale);
+  Mat3 linear = parse_scale(options).asDiagonal();
   for (const std::string& text : options.rotate) linear = rotation(text) * linear;
   Vec3 offset = Vec3::Zero();
   if (!options.translate.empty()) {

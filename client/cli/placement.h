@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "ccslice/v1/geometry.pb.h"
+#include "core/base/types.h"
 
 namespace ccslice::cli {
 
@@ -21,6 +22,9 @@ struct PlacementOptions {
 };
 
 void add_placement_options(CLI::App& command, PlacementOptions& options);
+
+/// What --scale multiplies x, y and z by; negative where it mirrors. Throws UsageError.
+Vec3 parse_scale(const PlacementOptions& options);
 
 /// Throws UsageError. Multiples of 90 degrees give exact matrices.
 v1::Placement parse_placement(const PlacementOptions& options);

@@ -59,9 +59,11 @@ void add_size_options(CLI::App& command, SizeOptions& options) {
                   "are mm of the result")
       ->group("Mesh");
   command
-      .add_option("--size", options.size,
-                  "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
-                  "z=30. Measured on the limit volume, which is what gets printed, before --scale and --rotate")
+      .add_option(
+          "--size", options.size,
+          "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
+          "z=30. Measured on the limit volume, which is what gets printed, before --rotate: with --scale, after "
+          "it, so that --scale 1,1,2 changes proportions alone")
       ->group("Mesh");
   command
       .add_flag("--center", options.center,
@@ -92,30 +94,35 @@ void Similarity::apply(ControlMesh& mesh) const {
   for (MissedVertex& missed : mesh.missed_vertices) missed.position = (*this)(missed.position);
 }
 
-Similarity find_place(const SizeOptions& options, const Sizing& sizing, const ControlMesh& mesh,
+Similarity find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
                       std::vector<std::string>& notes) {
-  const Box3 box = measure_limit(mesh).bounding_box;
-  double scale = 1;
+  const Box3 own = measure_limit(mesh).bounding_box;
+  const Vec3 corner = scale.cwiseProduct(own.min()), opposite = scale.cwiseProduct(own.max());
+  const Box3 box(corner.cwiseMin(opposite), corner.cwiseMax(opposite));  // As it is printed.
+  double factor = 1;
   if (sizing.side_mm) {
     const double side = sizing.axis ? box.sizes()[*sizing.axis] : box.sizes().maxCoeff();
     if (!(side > 0)) throw UsageError("--size " + options.size + ": the part has no extent there; name another axis");
-    scale = *sizing.side_mm / side;
+    factor = *sizing.side_mm / side;
   }
   Vec3 offset = Vec3::Zero();
-  if (sizing.center) offset.head<2>() = -scale * box.center().head<2>();
-  if (sizing.on_bed) offset.z() = -scale * box.min().z();
-  const Vec3 low = scale * box.min() + offset, high = scale * box.max() + offset;
-  notes.push_back((sizing.side_mm ? "--size " + options.size + " scales by " + show_number(scale) + ": " : "") +
-                  "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
-  return {scale, offset};
+  if (sizing.center) offset.head<2>() = -factor * box.center().head<2>();
+  if (sizing.on_bed) offset.z() = -factor * box.min().z();
+  const Vec3 low = factor * box.min() + offset, high = factor * box.max() + offset;
+  const std::string further = scale.cwiseAbs() == Vec3::Ones() ? "" : ", and --scale further";
+  notes.push_back(
+      (sizing.side_mm ? "--size " + options.size + " scales by " + show_number(factor) + further + ": " : "") +
+      "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
+  return {factor, offset.cwiseQuotient(scale)};
 }
 
-void warn_of_size(const SizeOptions& options, const ControlMesh& mesh, std::vector<std::string>& notes) {
+void warn_of_size(const SizeOptions& options, const Vec3& scale, const ControlMesh& mesh,
+                  std::vector<std::string>& notes) {
   if (!options.units.empty() || !options.size.empty() || mesh.positions.empty()) return;
   constexpr double kSmallMm = 1, kLargeMm = 1000;
   Box3 box;
   for (const Vec3& position : mesh.positions) box.extend(position);
-  const double side = box.sizes().maxCoeff();
+  const double side = box.sizes().cwiseProduct(scale.cwiseAbs()).maxCoeff();
   if (side >= kSmallMm && side <= kLargeMm) return;
   const std::string otherwise = side < kSmallMm ? "--units m makes it " + show_number(1000 * side) +
                                                       " mm, --units in " + show_number(25.4 * side) + " mm"

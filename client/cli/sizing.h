@@ -3,7 +3,9 @@
 //
 // The options that give a mesh file its size and its place: the unit of its coordinates, how large the part is to be,
 // and where it is to lie. Sizes and places are those of the limit volume, which is what gets printed: it is smaller
-// than its control mesh wherever edges aren't sharp. So edges are sharpened before a mesh is sized.
+// than its control mesh wherever edges aren't sharp. So edges are sharpened before a mesh is sized. --scale comes
+// later, with the placement, but is allowed for: a size is the one that is printed, and the bed lies below the part as
+// mirrored.
 
 #pragma once
 
@@ -55,13 +57,15 @@ struct Similarity {
   void apply(ControlMesh& mesh) const;
 };
 
-/// What takes the mesh's limit to its size and its place. Adds a sentence on where the part is to `notes`. REQUIRES: a
-/// mesh that validate() takes. Throws what preparing the mesh does.
-Similarity find_place(const SizeOptions& options, const Sizing& sizing, const ControlMesh& mesh,
+/// What takes the mesh's limit to the size and the place that are meant once `scale` has scaled it further. Adds a
+/// sentence on where the part is then to `notes`. REQUIRES: a mesh that validate() takes. Throws what preparing the
+/// mesh does.
+Similarity find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
                       std::vector<std::string>& notes);
 
-/// Adds a warning to `notes` if the mesh is so small or so large that its unit may be another one, unless the options
-/// say that it is meant.
-void warn_of_size(const SizeOptions& options, const ControlMesh& mesh, std::vector<std::string>& notes);
+/// Adds a warning to `notes` if the mesh, scaled by `scale`, is so small or so large that its unit may be another one,
+/// unless the options say that it is meant.
+void warn_of_size(const SizeOptions& options, const Vec3& scale, const ControlMesh& mesh,
+                  std::vector<std::string>& notes);
 
 }  // namespace ccslice::cli

@@ -92,6 +92,12 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
   EXPECT_NEAR(low.values(2).number_value(), 0, 1e-9);
   plan.erase(std::ranges::find(plan, "--json"));
   EXPECT_THAT(run(plan).err, HasSubstr("--size z=3 scales by 0.375: the part takes 9 x 6 x 3 mm, from (-4.5, -3, 0)"));
+  plan.insert(plan.end(), {"--scale", "1,1,-2", "--grade", "skin=distance:0..1:0.5"});
+  const ProcessResult scaled = run(plan);
+  EXPECT_THAT(scaled.err, testing::AllOf(HasSubstr("scales by 0.1875, and --scale further: the part takes 4.5 x 3 x 3 "
+                                                   "mm, from (-2.25, -1.5, 0)"),
+                                         HasSubstr("reaches 1 at a depth of 0.5 mm")));
+  EXPECT_THAT(scaled.out, HasSubstr("part       4.5 x 3 x 3 mm, from (-2.25, -1.5, 0)"));
   for (const char* command : {"slice", "show", "picture", "export", "probe", "convert", "info", "upload"}) {
     EXPECT_THAT(run_alone({command, "--help"}).out,
                 testing::AllOf(HasSubstr("--units"), HasSubstr("--size"), HasSubstr("--center"), HasSubstr("--on-bed")))

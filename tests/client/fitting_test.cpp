@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "client/cli/ccmesh.h"
 #include "client/cli/mesh_convert.h"
@@ -77,6 +78,17 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
                                               "the mesh, 0\\.[0-9]+ of an edge, near \\("),
                                 HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
                                           "mesh there; --interpolate=boundary swells as much"))));
+}
+
+TEST_F(FittedFile, NotesHaveLengthsOfThePrintedSize) {
+  const std::string path = file_of(oracle::box_mesh(4, 4, 4, 10));
+  const std::vector<std::string> grades = {"d=distance:0..1:150"};
+  const LoadedMesh scaled =
+      load_mesh({.mesh = path, .grades = grades, .interpolate = "all", .scale = Vec3::Constant(10)});
+  const LoadedMesh in_cm = load_mesh({.mesh = path, .grades = grades, .size = {.units = "cm"}, .interpolate = "all"});
+  EXPECT_GE(scaled.warnings.size(), 3u);
+  EXPECT_EQ(scaled.warnings, in_cm.warnings);
+  EXPECT_EQ(scaled.mesh.channel_values, in_cm.mesh.channel_values);
 }
 
 TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {

@@ -155,8 +155,49 @@ TEST_F(SizedFile, GradesByDistanceSayHowDeepTheyGo) {
       note("skin=distance:90..30:2.5", {.size = "6"}),
       "--grade skin=distance reaches 30 at a depth of 2.5 mm and keeps it down to 3 mm, where the deepest vertex lies");
   EXPECT_EQ(note("height=z"), "no note");
-  EXPECT_THAT(load_mesh({.mesh = file, .grades = {"skin=distance:0..1"}, .scaled_later = true}).warnings.back(),
-              testing::HasSubstr("=distance (before --scale) reaches 1 at a depth of 30 mm"));
+  EXPECT_EQ(load_mesh({.mesh = file, .grades = {"skin=distance:0..1:40"}, .scale = Vec3(2, -2, 2)}).warnings.back(),
+            "--grade skin=distance reaches 1 at a depth of 40 mm and keeps it down to 60 mm, where the deepest vertex "
+            "lies");
+}
+
+TEST_F(SizedFile, LengthsOfGradesAreThoseOnceScaled) {
+  const std::string file = file_of(make_box({.size_mm = Vec3(60, 60, 60), .cells_x = 6, .cells_y = 6, .cells_z = 6}));
+  const auto graded = [&](const std::string& grade, const Vec3& scale, const SizeOptions& size = {}) {
+    return load_mesh({.mesh = file, .grades = {grade}, .size = size, .scale = scale}).mesh;
+  };
+  const ControlMesh as_it_is = graded("skin=distance:0..1:20", Vec3::Ones());
+  const ControlMesh half = graded("skin=distance:0..1:10", Vec3::Constant(0.5));
+  EXPECT_EQ(half.channel_values, as_it_is.channel_values);
+  EXPECT_EQ(half.positions, as_it_is.positions) << "scaling the part is the server's business";
+  const ControlMesh large = graded("r=radial:@120,60,60", Vec3(4, 2, 2));
+  const ControlMesh sized = graded("r=radial:@120,60,60", Vec3(2, 1, 1), {.units = "in", .size = "240"});
+  ASSERT_EQ(large.channel_values.size(), sized.channel_values.size());
+  for (std::size_t v = 0; v < large.vertex_count(); ++v) {
+    const double x = 4 * as_it_is.positions[v].x(), y = 2 * as_it_is.positions[v].y();
+    const double z = 2 * as_it_is.positions[v].z(), farthest = Vec3(120, 60, 60).norm();
+    const std::size_t at = (v + 1) * large.channel_count() - 1;
+    EXPECT_NEAR(large.channel_values[at], Vec3(x - 120, y - 60, z - 60).norm() / farthest, 1e-6);
+    EXPECT_NEAR(sized.channel_values[at], large.channel_values[at], 1e-6);
+  }
+  for (const char* grade : {"up=z", "skin=distance:0..1:20", "r=radial:@1,2,3"}) {
+    EXPECT_EQ(graded(grade, Vec3(1, 1, -1)).channel_values, graded(grade, Vec3::Ones()).channel_values)
+        << "a mirrored part keeps its materials";
+  }
+}
+
+TEST_F(SizedFile, SizesAndPlacesAreThoseOnceScaled) {
+  const std::string file = file_of(make_box());  // 24 x 16 x 8, from 0.
+  const SizeOptions all = {.size = "z=30", .center = true, .on_bed = true};
+  const Vec3 scale(1, 2, -3);
+  const LoadedMesh sized = load_mesh({.mesh = file, .size = all, .scale = scale});
+  Box3 box;
+  for (const Vec3& position : sized.mesh.positions) box.extend(Vec3(position.cwiseProduct(scale)));
+  EXPECT_TRUE(box.min().isApprox(Vec3(-15, -20, 0), 1e-9)) << box.min().transpose();
+  EXPECT_TRUE(box.max().isApprox(Vec3(15, 20, 30), 1e-9)) << box.max().transpose();
+  EXPECT_THAT(sized.warnings, ElementsAre("--size z=30 scales by 1.25, and --scale further: the part takes 30 x 40 x "
+                                          "30 mm, from (-15, -20, 0)"));
+  EXPECT_THAT(load_mesh({.mesh = file, .size = {.on_bed = true}, .scale = Vec3(1, 1, -1)}).warnings,
+              ElementsAre("the part takes 24 x 16 x 8 mm, from (0, 0, 0)"));
 }
 
 TEST_F(SizedFile, SmallAndLargePartsMayBeInAnotherUnit) {
@@ -174,6 +215,10 @@ TEST_F(SizedFile, SmallAndLargePartsMayBeInAnotherUnit) {
   }
   EXPECT_THAT(warnings(1, {}), testing::IsEmpty());
   EXPECT_THAT(warnings(1000, {}), testing::IsEmpty());
+  const std::string file = file_of(make_box({.size_mm = Vec3(0.04, 0.02, 0.08)}));
+  EXPECT_THAT(load_mesh({.mesh = file, .scale = Vec3::Constant(1000)}).warnings, testing::IsEmpty());
+  EXPECT_THAT(load_mesh({.mesh = file, .scale = Vec3(30, 1, 10)}).warnings, testing::IsEmpty());
+  EXPECT_THAT(load_mesh({.mesh = file, .scale = Vec3(10, 10, 10)}).warnings, Contains(HasSubstr("is 0.8 mm. Is the")));
 }
 
 TEST_F(SizedFile, FilesBeyondTheLimitsAreToldOfUnits) {
