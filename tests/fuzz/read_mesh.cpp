@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Mesh files of any kind from arbitrary bytes: a mesh or an Error, nothing else, and never more memory than the limits.
+// Mesh files of any kind from arbitrary bytes, and what is none: a mesh or an Error, nothing else, and never more
+// memory than the limits. Here the kind is told from the bytes; read_format.cpp has the readers one by one.
 
 #include <cstdint>
 #include <string_view>

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <functional>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,38 @@ namespace {
 constexpr int kMutations = 1000;
 constexpr std::uint32_t kSeed = 20190528;
 constexpr std::size_t kMaxBytesPerByte = 400, kMaxFixedBytes = 1 << 20;
+
+constexpr const char* kOriginals[] = {"meshio.mesh",
+                                      "house.ovm",
+                                      "house.inp",
+                                      "assembly.inp",
+                                      "regions.inp",
+                                      "gmsh_ascii_2_2.msh",
+                                      "gmsh_binary_2_2.msh",
+                                      "gmsh_ascii_4_1.msh",
+                                      "gmsh_binary_4_1.msh",
+                                      "vtk_ascii_4_2.vtk",
+                                      "vtk_ascii_5_1.vtk",
+                                      "vtk_binary_4_2.vtk",
+                                      "vtk_binary_5_1.vtk",
+                                      "meshio_binary_5_1.vtk",
+                                      "vtk_ascii.vtu",
+                                      "vtk_binary.vtu",
+                                      "vtk_binary_zlib.vtu",
+                                      "vtk_binary_big_endian.vtu",
+                                      "vtk_appended_raw.vtu",
+                                      "vtk_appended_raw_zlib.vtu",
+                                      "vtk_appended_base64.vtu",
+                                      "vtk_appended_base64_zlib.vtu",
+                                      "meshio_binary_zlib.vtu",
+                                      "exodus_classic.e",
+                                      "exodus_64_bit_offset.e",
+                                      "exodus_64_bit_data.e"};
+
+std::string bytes_of(const std::string& name) {
+  constexpr std::uint64_t kMaxFileBytes = 1 << 20;
+  return read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/" + name, kMaxFileBytes);
+}
 
 void expect_consistent(const ControlMesh& mesh) {
   std::size_t corners = 0;
@@ -68,9 +101,7 @@ void use_cell_numbers(const MeshFile& file) {
 class MutatedFiles : public testing::TestWithParam<const char*> {};
 
 TEST_P(MutatedFiles, GiveAMeshOrAnError) {
-  constexpr std::uint64_t kMaxFileBytes = 1 << 20;
-  const std::string original =
-      read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/" + std::string(GetParam()), kMaxFileBytes);
+  const std::string original = bytes_of(GetParam());
   std::mt19937 random(kSeed);
   int meshes = 0;
   for (int mutation = 0; mutation < kMutations; ++mutation) {
@@ -97,21 +128,18 @@ TEST_P(MutatedFiles, GiveAMeshOrAnError) {
   EXPECT_LT(meshes, kMutations);
 }
 
-INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles,
-                         testing::Values("meshio.mesh", "house.ovm", "house.inp", "assembly.inp", "regions.inp",
-                                         "gmsh_ascii_2_2.msh", "gmsh_binary_2_2.msh", "gmsh_ascii_4_1.msh",
-                                         "gmsh_binary_4_1.msh", "vtk_ascii_4_2.vtk", "vtk_ascii_5_1.vtk",
-                                         "vtk_binary_4_2.vtk", "vtk_binary_5_1.vtk", "meshio_binary_5_1.vtk",
-                                         "vtk_ascii.vtu", "vtk_binary.vtu", "vtk_binary_zlib.vtu",
-                                         "vtk_binary_big_endian.vtu", "vtk_appended_raw.vtu",
-                                         "vtk_appended_raw_zlib.vtu", "vtk_appended_base64.vtu",
-                                         "vtk_appended_base64_zlib.vtu", "meshio_binary_zlib.vtu", "exodus_classic.e",
-                                         "exodus_64_bit_offset.e", "exodus_64_bit_data.e"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '.', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Readers, MutatedFiles, testing::ValuesIn(kOriginals), [](const auto& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+});
+
+TEST(MutatedFilesOfAllKinds, MissNoReader) {
+  std::set<MeshFileKind> kinds;
+  for (const char* name : kOriginals) kinds.insert(mesh_file_kind(bytes_of(name)));
+  EXPECT_FALSE(kinds.contains(MeshFileKind::kUnknown));
+  EXPECT_EQ(kinds.size(), static_cast<std::size_t>(MeshFileKind::kUnknown)) << "the last one, after all that are read";
+}
 
 TEST(MutatedSharpFeatures, GiveAListOrAnError) {
   const std::string original = "# edges\n0 1\n1 2\n7\n12 13 # a comment\n\n4\n";
