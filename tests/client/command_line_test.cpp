@@ -2,20 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The ccslice program itself: output and exit codes, against a real server and one that misbehaves.
+// command_line_meshes_test.cpp has what it does with meshes and says of them.
 
 #include "tests/client/command_line.h"
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,11 +25,7 @@
 namespace ccslice::client {
 namespace {
 
-using google::protobuf::Struct;
-using google::protobuf::Value;
-using testing::ContainsRegex;
 using testing::HasSubstr;
-using testing::Not;
 
 TEST_F(CommandLine, HelpTeaches) {
   const ProcessResult help = run_alone({"--help"});
@@ -77,182 +71,6 @@ TEST_F(CommandLine, UploadsAndDescribes) {
   EXPECT_EQ(json_at(run_alone({"info", box_, "--json"}).out, "hexahedra").number_value(), 48);
 }
 
-TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
-  const std::vector<std::string> size = {"--size", "z=3", "--center", "--on-bed", "--sharp-angle", "40"};
-  std::vector<std::string> plan = {"plan", box_, "--pitch", "0.1", "--json"};
-  plan.insert(plan.end(), size.begin(), size.end());
-  const ProcessResult planned = run(plan);
-  ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
-  EXPECT_EQ(json_at(planned.out, "grid.layers").number_value(), 30);
-  const auto low = json_at(planned.out, "grid.part_box.min_mm").list_value();
-  const auto high = json_at(planned.out, "grid.part_box.max_mm").list_value();
-  for (int axis = 0; axis < 2; ++axis) {
-    EXPECT_NEAR(low.values(axis).number_value(), -high.values(axis).number_value(), 1e-9) << axis;
-  }
-  EXPECT_NEAR(low.values(2).number_value(), 0, 1e-9);
-  plan.erase(std::ranges::find(plan, "--json"));
-  EXPECT_THAT(run(plan).err, HasSubstr("--size z=3 scales by 0.375: the part takes 9 x 6 x 3 mm, from (-4.5, -3, 0)"));
-  plan.insert(plan.end(), {"--scale", "1,1,-2", "--grade", "skin=distance:0..1:0.5"});
-  const ProcessResult scaled = run(plan);
-  EXPECT_THAT(scaled.err, testing::AllOf(HasSubstr("scales by 0.1875, and --scale further: the part takes 4.5 x 3 x 3 "
-                                                   "mm, from (-2.25, -1.5, 0)"),
-                                         HasSubstr("reaches 1 at a depth of 0.5 mm")));
-  EXPECT_THAT(scaled.out, HasSubstr("part       4.5 x 3 x 3 mm, from (-2.25, -1.5, 0)"));
-  for (const char* command : {"slice", "show", "picture", "export", "probe", "convert", "info", "upload"}) {
-    EXPECT_THAT(run_alone({command, "--help"}).out,
-                testing::AllOf(HasSubstr("--units"), HasSubstr("--size"), HasSubstr("--center"), HasSubstr("--on-bed")))
-        << command;
-  }
-  const ProcessResult large = run({"upload", box_, "--units", "m", "--json"});
-  ASSERT_EQ(large.exit_code, cli::kExitOk) << large.err;
-  EXPECT_NEAR(json_at(large.out, "mesh.bounding_box.max_mm").list_value().values(0).number_value(), 24'000, 1e-6);
-  EXPECT_EQ(json_at(large.out, "notes").list_value().values_size(), 0);
-  ASSERT_EQ(run_alone({"convert", box_, "--units", "m", "-o", path("large.ccmesh")}).exit_code, cli::kExitOk);
-  EXPECT_THAT(run({"upload", path("large.ccmesh")}).err,
-              HasSubstr("note: the longest side of the control mesh is 24000"));
-  EXPECT_THAT(
-      json_at(run({"upload", path("large.ccmesh"), "--json"}).out, "notes").list_value().values(0).string_value(),
-      HasSubstr("Is the file in another unit?"));
-}
-
-/// Writes a box of 36 x 36 x 36 cells, which take 2.6 kB each.
-void write_large_box(const std::string& path) {
-  constexpr int kCells = 40, kPoints = kCells + 1, kLayer = kPoints * kPoints;  // On each side.
-  std::ofstream large(path);
-  large << "MeshVersionFormatted 2\nDimension 3\nVertices\n" << kLayer * kPoints << "\n";
-  for (int i = 0; i < kLayer * kPoints; ++i) {
-    large << i % kPoints << ' ' << i / kPoints % kPoints << ' ' << i / kLayer << " 0\n";
-  }
-  large << "Hexahedra\n" << kCells * kCells * kCells << "\n";
-  for (int i = 0; i < kCells * kCells * kCells; ++i) {
-    const int low = 1 + i % kCells + kPoints * (i / kCells % kCells) + kLayer * (i / (kCells * kCells));
-    for (const int corner : {0, 1, kPoints + 1, kPoints, kLayer, kLayer + 1, kLayer + kPoints + 1, kLayer + kPoints}) {
-      large << low + corner << ' ';
-    }
-    large << "0\n";
-  }
-  large << "End\n";
-}
-
-TEST_F(CommandLine, TellsOfMuchMemory) {
-  write_large_box(path("large.mesh"));
-  const ProcessResult info = run_alone({"info", path("large.mesh")});
-  ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
-  EXPECT_THAT(info.err,
-              ContainsRegex("^preparing the mesh takes 1[0-9]{2}\\.[0-9] MB of memory, here or on a server\n"));
-  EXPECT_EQ(run_alone({"info", path("large.mesh"), "--quiet"}).err, "");
-  EXPECT_EQ(run_alone({"info", box_}).err, "") << "next to nothing";
-}
-
-/// A pipe in the file system that takes no more until it is read.
-class FullPipe {
- public:
-  explicit FullPipe(const std::string& path) : path_(path) {
-    EXPECT_EQ(mkfifo(path.c_str(), 0600), 0);
-    ends_ = open(path.c_str(), O_RDWR | O_NONBLOCK);
-    while (write(ends_, ".", 1) == 1) {
-    }
-  }
-  ~FullPipe() { close(ends_); }
-  FullPipe(const FullPipe&) = delete;
-  FullPipe& operator=(const FullPipe&) = delete;
-
-  const std::string& path() const { return path_; }
-  /// Without the dots.
-  std::string read_all() const {
-    std::string text;
-    char byte = 0;
-    while (::read(ends_, &byte, 1) == 1) {
-      if (byte != '.' || !text.empty()) text += byte;
-    }
-    return text;
-  }
-
- private:
-  std::string path_;
-  int ends_ = -1;
-};
-
-/// Nobody reads the note, so the program goes no further than that.
-TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
-  write_large_box(path("large.mesh"));
-  const FullPipe notes(path("notes"));
-  Process info(
-      {"/bin/bash", "-c", "exec \"$0\" info \"$1\" 2> \"$2\"", CCSLICE_BINARY, path("large.mesh"), notes.path()},
-      folder_.path());
-  std::uint64_t peak = 0;
-  for (int unchanged = 0; unchanged < 20; ++unchanged) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    const std::uint64_t now = info.peak_memory_bytes();
-    if (now != peak) unchanged = 0;
-    peak = now;
-  }
-  ASSERT_GT(peak, 0u) << "it waits";
-  std::string told = notes.read_all();
-  std::uint64_t most = peak;
-  for (std::uint64_t now; (now = info.peak_memory_bytes()) > 0; most = std::max(most, now)) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  told += notes.read_all();
-  EXPECT_THAT(told, HasSubstr("preparing the mesh takes 1")) << "MB";
-  EXPECT_EQ(info.wait().exit_code, cli::kExitOk);
-  EXPECT_GT(most, peak + 20'000'000) << "the mesh is read before the note, and prepared after it";
-}
-
-TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
-  ASSERT_EQ(run_alone({"models", "coyote", "-o", path("coyote.ccmesh")}).exit_code, cli::kExitOk);
-  const std::string file = run_alone({"info", path("coyote.ccmesh"), "--json"}).out;
-  const std::string uploaded = run({"upload", path("coyote.ccmesh"), "--json"}).out;
-  const std::string plan = run({"plan", path("coyote.ccmesh"), "--pitch", "0.5", "--scale", "2", "--json"}).out;
-  for (const char* name : {"control_volume_mm3", "limit_volume_mm3", "farthest_vertex", "farthest_distance_mm"}) {
-    const std::string at = std::string("deviation.") + name;
-    EXPECT_EQ(json_at(file, at).number_value(), json_at(uploaded, "mesh." + at).number_value()) << name;
-  }
-  const double limit = json_at(file, "deviation.limit_volume_mm3").number_value();
-  EXPECT_NEAR(limit, 22631, 1) << "of the voxels in docs/samples.md";
-  EXPECT_NEAR(json_at(plan, "deviation.limit_volume_mm3").number_value(), 8 * limit, 1e-6 * limit);
-  EXPECT_EQ(json_at(plan, "warnings").list_value().values(0).struct_value().fields().at("kind").string_value(),
-            "deviation");
-  EXPECT_LT(json_at(file, "bounding_box.max_mm").list_value().values(0).number_value(),
-            json_at(file, "deviation.control_box.max_mm").list_value().values(0).number_value());
-  for (const ProcessResult& text : {run_alone({"info", path("coyote.ccmesh")}), run({"upload", path("coyote.ccmesh")}),
-                                    run({"plan", path("coyote.ccmesh"), "--pitch", "0.5"})}) {
-    EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
-                                         HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
-  }
-  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary"}).out,
-              ContainsRegex("mesh that it (interpolates|was fitted to) [0-9.]+ mm\\^3; between vertices the mesh is "
-                            "flat, and the limit round\n"));
-  EXPECT_THAT(run_alone({"info", box_, "--interpolate"}).out, Not(HasSubstr("is flat"))) << "sharp";
-  EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
-              testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
-                             HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
-}
-
-/// A box whose edges are sharp is flat between its vertices. A smooth one isn't, nor are edges that look sharp.
-TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
-  ControlMesh box = make_box();
-  box.interpolating = true;
-  box.missed_vertices = {{0, box.positions[0] - Vec3(1, 0, 0)}};
-  cli::write_file(path("missed.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::string missed = run_alone({"info", path("missed.ccmesh")}).out;
-  EXPECT_THAT(missed, ContainsRegex("mm\\^3; most of it at vertices that the fit missed\n  moved "));
-  EXPECT_THAT(missed, Not(HasSubstr("round")));
-  box = make_box();
-  box.sharp_edges.clear();
-  box.sharp_vertices.clear();
-  cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate"};
-  EXPECT_THAT(run_alone(fitted).out,
-              ContainsRegex("and the limit round\n  rounded    [0-9]+ edges where the mesh turns by 75 degrees or more "
-                            "aren't sharp, and the limit bulges there; the most, by 90 degrees, near \\(.*\n  moved    "
-                            "  no boundary vertex"));
-  EXPECT_GT(
-      json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--json"}).out, "deviation.rounded_edges")
-          .number_value(),
-      0);
-}
-
 TEST_F(CommandLine, ProbesPoints) {
   const ProcessResult text = run({"probe", box_, "--at", "6,8,4", "--at=-1,0,0"});
   ASSERT_EQ(text.exit_code, cli::kExitOk) << text.err;
@@ -262,12 +80,6 @@ TEST_F(CommandLine, ProbesPoints) {
   const ProcessResult json = run({"probe", box_, "--points", path("points.csv"), "--json"});
   EXPECT_THAT(json.out, HasSubstr("\"location\":\"inside\""));
   EXPECT_EQ(run({"probe", box_}).exit_code, cli::kExitUsage);
-}
-
-TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
-  ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("a.ccmesh")}).exit_code, cli::kExitOk);
-  ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("b.ccmesh")}).exit_code, cli::kExitOk);
-  EXPECT_EQ(read_whole(path("a.ccmesh")), read_whole(path("b.ccmesh")));
 }
 
 TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
@@ -550,49 +362,6 @@ TEST_F(CommandLine, IdsThatWereCutShortAreNamed) {
   Process named({"/bin/bash", "-c", "cd \"$1\" && exec \"$0\" info sha256:box", CCSLICE_BINARY, folder_.path()},
                 folder_.path());
   EXPECT_EQ(named.wait().exit_code, cli::kExitOk) << "a file may be called so";
-}
-
-TEST_F(CommandLine, ConvertSaysWhatVtuFilesDoNotKeep) {
-  const ProcessResult done = run_alone({"convert", box_, "--interpolate", "-o", path("box.vtu")});
-  EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err,
-              ContainsRegex("note: .vtu files don't keep: [0-9]+ sharp edges, that control points were fitted; "
-                            "write a .ccmesh or a .json"));
-  EXPECT_THAT(run_alone({"convert", box_, "-o", path("box.json")}).err, Not(HasSubstr("don't keep")));
-  EXPECT_THAT(run_alone({"convert", box_, "--limit", "0", "-o", path("limit.vtu")}).err, Not(HasSubstr("don't keep")));
-}
-
-TEST_F(CommandLine, ConvertWritesBezierCells) {
-  const std::string engine = path("engine.ccmesh"), vtu = path("engine.vtu");
-  ASSERT_EQ(run_alone({"models", "engine", "-o", engine}).exit_code, 0);
-  const ProcessResult done = run_alone({"convert", engine, "--bezier", "0", "-o", vtu});
-  EXPECT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("1,464 of 2,408 cells lie at irregular edges and vertices"));
-  EXPECT_THAT(read_file_bytes(vtu, 1 << 30), HasSubstr("Name=\"HigherOrderDegrees\""));
-  EXPECT_THAT(run_alone({"convert", vtu, "-o", path("again.ccmesh")}).err, HasSubstr("79"));
-  EXPECT_THAT(run_alone({"convert", engine, "--bezier", "0", "-o", path("x.json")}).err,
-              HasSubstr("--bezier goes with"));
-  EXPECT_EQ(run_alone({"convert", engine, "--bezier", "0", "--limit", "0", "-o", path("x.vtu")}).exit_code,
-            cli::kExitUsage);
-}
-
-/// What a file's info tells is enough for a server, and a hundredth less isn't.
-TEST_F(CommandLine, InfoTellsTheMemoryThatAServerReserves) {
-  for (const char* model : {"ring", "coyote", "engine", "grid"}) {
-    SCOPED_TRACE(model);
-    const std::string mesh = path(std::string(model) + ".ccmesh");
-    ASSERT_EQ(run_alone({"models", model, "-o", mesh}).exit_code, 0);
-    const auto bytes = static_cast<std::uint64_t>(
-        json_at(run_alone({"info", mesh, "--json"}).out, "preparation_bytes").number_value());
-    const auto upload = [&](std::uint64_t budget_bytes) {
-      server::ServerOptions options = local_server_options();
-      options.preparation_budget_bytes = budget_bytes;
-      server::Server server(options);
-      return start({"upload", mesh, "--json"}, server.address())->wait().out;
-    };
-    EXPECT_THAT(upload(bytes), HasSubstr("\"control_cells\""));
-    EXPECT_EQ(json_at(upload(bytes - bytes / 100), "error.reason").string_value(), "MESH_EXCEEDS_MEMORY");
-  }
 }
 
 }  // namespace
