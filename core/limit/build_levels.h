@@ -49,6 +49,8 @@ class BuildingMemory {
   /// Each throws what options.reserve does, which is never told less than before.
   /// What the kinds of cells tell: tetrahedra and wedges are refined twice, but for a few of their children.
   void reserve_control_cells();
+  /// What wide fans take besides, cells round one edge: the ring of each has the points of all.
+  void reserve_fans(const CellComplex& control_cells);
   /// `cells` of whole levels, and `children` that are made in cut-outs.
   void reserve_cells(std::size_t cells, std::size_t children);
   void reserve_faces(std::size_t faces);
@@ -67,6 +69,7 @@ class BuildingMemory {
   std::size_t cells_;
   std::size_t children_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
+  std::uint64_t fan_bytes_ = 0;
   std::size_t operator_bytes_ = 0, kept_operator_bytes_ = 0;
   std::uint64_t told_bytes_ = 0;
 };

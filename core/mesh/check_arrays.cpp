@@ -190,7 +190,9 @@ void check_usage(const std::vector<std::uint32_t>& used, const MeshLimits& limit
   isolated.throw_if_any(ErrorCode::kMeshIsolatedVertex, "no cell uses", kVertices, "remove them", "positions_mm");
   // Before anything is built whose cost grows with the square of a valence.
   valence.throw_if_any(ErrorCode::kMeshValenceTooHigh, "too many cells round", kVertices,
-                       "the limit is " + std::to_string(limits.max_vertex_valence), "cell_vertices");
+                       "the limit is " + std::to_string(limits.max_vertex_valence) +
+                           "; mesh the part with a core of some cells there, where they all come to a point or a line",
+                       "cell_vertices");
 }
 
 void check_sharp_indices(const ControlMesh& mesh, const std::string& bound) {

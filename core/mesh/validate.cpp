@@ -95,8 +95,10 @@ void check_edges(const CellComplex& complex, const MeshLimits& limits, const Can
              "lies inside with only " + std::to_string(valence) + " cells round it; merge them or remesh");
     }
     if (valence > limits.max_edge_valence) {
-      refuse(ErrorCode::kMeshValenceTooHigh, "has " + std::to_string(valence) + " cells round it; the limit is " +
-                                                 std::to_string(limits.max_edge_valence));
+      refuse(ErrorCode::kMeshValenceTooHigh,
+             "has " + std::to_string(valence) + " cells round it; the limit is " +
+                 std::to_string(limits.max_edge_valence) +
+                 ": mesh the part with a core of some cells there, where the fan comes to a line");
     }
   }
 }

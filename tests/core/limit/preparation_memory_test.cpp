@@ -5,8 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -59,6 +61,46 @@ ControlMesh lone_cells(CellKind kind, const std::vector<Vec3>& corners) {
   return mesh;
 }
 
+/// As many tetrahedra round one vertex as may be: a box of 4 x 4 x 6 squares, each cut in two, with the middle.
+ControlMesh tetrahedra_round_a_vertex() {
+  constexpr std::array<int, 3> kSquares = {4, 4, 6};
+  ControlMesh mesh;
+  mesh.positions = {Vec3(2, 2, 3)};
+  std::map<std::array<int, 3>, std::uint32_t> known;
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    const auto [found, fresh] = known.try_emplace(at, static_cast<std::uint32_t>(mesh.positions.size()));
+    if (fresh) mesh.positions.emplace_back(at[0], at[1], at[2]);
+    return found->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (int square = 0; square < 2 * kSquares[a] * kSquares[b]; ++square) {
+      std::array<int, 3> corner{};
+      corner[axis] = square % 2 * kSquares[axis];
+      corner[a] = square / 2 % kSquares[a];
+      corner[b] = square / 2 / kSquares[a];
+      std::array<std::uint32_t, 4> ring{};  // Counter-clockwise along the axis.
+      for (std::size_t i = 0; i < 4; ++i) {
+        std::array<int, 3> at = corner;
+        at[a] += i == 1 || i == 2;
+        at[b] += i >= 2;
+        ring[i] = vertex(at);
+      }
+      for (const std::size_t i : {1u, 2u})
+        mesh.cell_vertices.insert(mesh.cell_vertices.end(), {0, ring[0], ring[i], ring[i + 1]});
+    }
+  }
+  mesh.cell_kinds.assign(mesh.cell_vertices.size() / 4, CellKind::kTet);
+  return mesh;
+}
+
+ControlMesh many_fans() {
+  const ControlMesh fan = oracle::fan_mesh(64, 1, 4);
+  ControlMesh mesh;
+  for (int i = 0; i < 15; ++i) oracle::append_mesh(mesh, fan, Vec3(100 * i, 0, 0));
+  return mesh;
+}
+
 std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh sharp = oracle::box_mesh(12, 12, 12);
   oracle::sharpen_by_cells(sharp, 1);
@@ -69,6 +111,10 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
   return {
       {"overlapping tetrahedra", overlapping},
       {"folds", folding},
+      {"64 cells round an edge", oracle::fan_mesh(64, 1, 2)},
+      {"64 cells round an edge of the boundary", oracle::fan_mesh(64, 1, 2, 270)},
+      {"many fans", many_fans()},
+      {"256 tetrahedra round a vertex", tetrahedra_round_a_vertex()},
       {"smooth box", oracle::box_mesh(12, 12, 12)},
       {"sharp box", sharp},
       {"tetrahedra", oracle::kuhn_box(4)},

@@ -197,6 +197,18 @@ TEST(Validate, ChecksLimitsBeforeAnythingElse) {
   EXPECT_EQ(code_with(limits, channels), ErrorCode::kMeshTooLarge);
 }
 
+TEST(Validate, RefusesFansWithARemedy) {
+  ControlMesh fan = oracle::fan_mesh(64, 1, 1);
+  EXPECT_NO_THROW(validate(fan));
+  fan = oracle::fan_mesh(65, 1, 1);
+  expect_error([&] { validate(fan); }, ErrorCode::kMeshValenceTooHigh,
+               "has 65 cells round it; the limit is 64: mesh the part with a core");
+  for (const int cells : {300, 1000}) {
+    fan = oracle::fan_mesh(cells, 1, 1);
+    expect_error([&] { validate(fan); }, ErrorCode::kMeshValenceTooHigh, "the limit is 256; mesh the part with a core");
+  }
+}
+
 std::uint32_t vertex_at(const ControlMesh& mesh, const Vec3& place) {
   const auto found = std::find(mesh.positions.begin(), mesh.positions.end(), place);
   return static_cast<std::uint32_t>(found - mesh.positions.begin());
