@@ -62,6 +62,7 @@ void MaterialPass::solve_near(const LayerTarget& target, const VoxelRun& run, co
 
 std::span<const RowEntry> MaterialPass::beside(const VoxelRun& run) {
   beside_.clear();
+  if (run.end - run.begin == 1) return beside_;  // Nothing comes after it that could go on so.
   for (const RowEntry& entry : within(entries_below_, run.begin - kHintReach, run.end + kHintReach)) {
     beside_.push_back({entry.point - run.begin, entry.at});
   }

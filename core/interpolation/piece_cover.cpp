@@ -223,14 +223,28 @@ const PieceRun* PieceCover::painted_before(std::uint32_t column) const {
 /// Columns from the piece that was painted last to a centre after it.
 double PieceCover::beyond_painted(std::uint32_t column) const { return column - (painted_.back().end - 1.0) - after_; }
 
+/// Most of a run, if it is only at one of its ends that voxels may lie beyond the piece's faces, as where it meets an
+/// interface.
+PieceRun PieceCover::surely_none_beyond(const SlabPieces::Row& row, const PieceRun& run) const {
+  for (std::uint32_t ends = 2; 2 * ends < run.end - run.begin; ends *= 4) {
+    if (row.surely_none_is_beyond(voxel(run.begin), voxel(run.end - ends - 1)))
+      return {row_, run.begin, run.end - ends, run.piece};
+    if (row.surely_none_is_beyond(voxel(run.begin + ends), voxel(run.end - 1)))
+      return {row_, run.begin + ends, run.end, run.piece};
+  }
+  return {row_, run.end, run.end, run.piece};
+}
+
 /// `after`: as ScannedRun's. Leaves those that may lie beyond what the piece can say.
 void PieceCover::paint(const PieceRun& run, float after) {
   if (run.begin >= run.end) return;
-  if (!pieces_->piece(run.piece).has_beyond() ||
-      pieces_->none_is_beyond(run.piece, voxel(run.begin), voxel(run.end - 1))) {
-    return paint_all(run, after);
-  }
-  const auto is_beyond = [&](std::uint32_t x) { return pieces_->may_be_beyond(run.piece, voxel(x)); };
+  if (!pieces_->piece(run.piece).has_beyond()) return paint_all(run, after);
+  const SlabPieces::Row row(*pieces_, run.piece, voxel(run.begin));
+  if (row.none_is_beyond(voxel(run.begin), voxel(run.end - 1))) return paint_all(run, after);
+  const PieceRun sure = surely_none_beyond(row, run);
+  const auto is_beyond = [&](std::uint32_t x) {
+    return !(x >= sure.begin && x < sure.end) && row.may_be_beyond(voxel(x));
+  };
   PieceRun part = run;
   for (; part.begin < run.end; part.begin = part.end) {
     const bool beyond = is_beyond(part.begin);

@@ -75,6 +75,7 @@ class PieceCover {
   bool is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before, const ScannedRun* after) const;
   const PieceRun* painted_before(std::uint32_t column) const;
   double beyond_painted(std::uint32_t column) const;
+  PieceRun surely_none_beyond(const SlabPieces::Row& row, const PieceRun& run) const;
   void paint(const PieceRun& run, float after);
   void paint_all(const PieceRun& run, float after);
   void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);

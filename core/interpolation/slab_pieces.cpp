@@ -10,6 +10,18 @@
 
 namespace ccslice {
 
+namespace {
+
+/// Much more than evaluating the polynomial is off by, in any order.
+double rounding_of(const CubicPolynomial& polynomial) {
+  constexpr double kRounding = 1e-9;
+  double size = 1;
+  for (const double coefficient : polynomial) size += std::abs(coefficient);
+  return kRounding * size;
+}
+
+}  // namespace
+
 SlabPieces::SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
     : channels_(spec.channels),
       small_cells_(std::move(solid), voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)) {}
@@ -22,6 +34,7 @@ void SlabPieces::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   pieces_.clear();
   polynomials_.clear();
   beyonds_.clear();
+  beyond_roundings_.clear();
   sources_.clear();
   runs_.resize(end_layer - first_layer);
   for (std::vector<ScannedRun>& runs : runs_) runs.clear();
@@ -32,6 +45,7 @@ std::uint32_t SlabPieces::start_group(std::uint32_t first_layer, std::uint32_t m
   sources_.resize(pieces);
   pieces_.resize(pieces);
   beyonds_.resize(pieces == 0 ? 0 : pieces_.back().first_beyond + pieces_.back().beyond_count);
+  beyond_roundings_.resize(beyonds_.size());
   polynomials_.resize(pieces * channels_.size());
   std::uint32_t end = first_layer;
   do {
@@ -44,7 +58,10 @@ std::uint32_t SlabPieces::start_group(std::uint32_t first_layer, std::uint32_t m
 void SlabPieces::add_piece(LimitCellId cell, std::shared_ptr<const CellPiece> piece, std::span<const BlockRun> runs) {
   const auto index = static_cast<std::uint32_t>(pieces_.size());
   const auto first_beyond = static_cast<std::uint32_t>(beyonds_.size());
-  beyonds_.insert(beyonds_.end(), piece->beyond.begin(), piece->beyond.end());
+  for (const CubicPolynomial& beyond : piece->beyond) {
+    beyonds_.push_back(beyond);
+    beyond_roundings_.push_back(rounding_of(beyond));
+  }
   pieces_.push_back({piece->frame, static_cast<float>(piece->error), static_cast<float>(piece->reach), first_beyond,
                      static_cast<std::uint16_t>(piece->beyond.size()), piece->at_boundary});
   polynomials_.insert(polynomials_.end(), piece->polynomials.begin(), piece->polynomials.end());
@@ -106,12 +123,37 @@ bool SlabPieces::agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) cons
   return true;
 }
 
-bool SlabPieces::none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const {
-  const SlabPiece& slab_piece = pieces_[piece];
-  const Vec3 from = slab_piece.frame(first), to = slab_piece.frame(last);
-  return std::ranges::all_of(beyonds(slab_piece), [&](const CubicPolynomial& beyond) {
-    return bound_along_row(along_row(beyond, from.y(), from.z()), from.x(), to.x()) <= 0;
-  });
+SlabPieces::Row::Row(const SlabPieces& pieces, std::uint32_t piece, const Vec3& voxel)
+    : pieces_(&pieces), piece_(piece) {
+  const SlabPiece& slab_piece = pieces.pieces_[piece];
+  const Vec3 at = slab_piece.frame(voxel);
+  for (std::size_t beyond = slab_piece.first_beyond; sides_ < slab_piece.beyond_count; ++beyond) {
+    along_[sides_] = along_row(pieces.beyonds_[beyond], at.y(), at.z());
+    rounding_[sides_++] = pieces.beyond_roundings_[beyond];
+  }
+}
+
+/// The cubics of all sides are so many times their rounding below 0.
+bool SlabPieces::Row::is_below(double roundings, const Vec3& first, const Vec3& last) const {
+  const VoxelFrame& frame = pieces_->pieces_[piece_].frame;
+  const double from = frame(first).x(), to = frame(last).x();
+  for (std::size_t side = 0; side < sides_; ++side) {
+    if (!(bound_along_row(along_[side], from, to) <= -roundings * rounding_[side])) return false;
+  }
+  return true;
+}
+
+/// Where the cubics along the row leave a doubt, the polynomials in space tell.
+bool SlabPieces::Row::may_be_beyond(const Vec3& voxel) const {
+  const double x = pieces_->pieces_[piece_].frame(voxel).x();
+  bool none = true;
+  for (std::size_t side = 0; side < sides_; ++side) {
+    const auto& c = along_[side];
+    const double value = ((c[3] * x + c[2]) * x + c[1]) * x + c[0];
+    if (value > rounding_[side]) return true;
+    none = none && value < -rounding_[side];
+  }
+  return !none && pieces_->may_be_beyond(piece_, voxel);
 }
 
 bool SlabPieces::may_be_beyond(std::uint32_t piece, const Vec3& voxel) const {

@@ -10,6 +10,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -79,8 +80,29 @@ class SlabPieces {
   bool agree(std::uint32_t a, std::uint32_t b, const Vec3& voxel) const;
   /// The voxel may lie off the solid, beside a piece whose polynomials can't be followed there.
   bool may_be_beyond(std::uint32_t piece, const Vec3& voxel) const;
-  /// None of the voxels of a row, from one to another, may be beyond.
-  bool none_is_beyond(std::uint32_t piece, const Vec3& first, const Vec3& last) const;
+
+  /// The same of the voxels of one row.
+  class Row {
+   public:
+    /// `voxel`: any of the row's. REQUIRES: pieces outlive this.
+    Row(const SlabPieces& pieces, std::uint32_t piece, const Vec3& voxel);
+    /// None of the voxels from one to another may be beyond, perhaps but for rounding.
+    bool none_is_beyond(const Vec3& first, const Vec3& last) const { return is_below(0, first, last); }
+    /// may_be_beyond() is false at all voxels from one to another. It may be where this doesn't say so.
+    bool surely_none_is_beyond(const Vec3& first, const Vec3& last) const { return is_below(1, first, last); }
+    bool may_be_beyond(const Vec3& voxel) const;
+
+   private:
+    static constexpr std::size_t kMostSides = 6;
+
+    bool is_below(double roundings, const Vec3& first, const Vec3& last) const;
+
+    const SlabPieces* pieces_;
+    std::uint32_t piece_;
+    std::size_t sides_ = 0;
+    std::array<std::array<double, 4>, kMostSides> along_;  // A cubic of the frame's x for each side.
+    std::array<double, kMostSides> rounding_;              // More than it may be off.
+  };
 
   // For the finder:
 
@@ -130,6 +152,7 @@ class SlabPieces {
   std::vector<SlabPiece> pieces_;              // What painting reads of the pieces.
   std::vector<CubicPolynomial> polynomials_;   // By piece, then by channel.
   std::vector<CubicPolynomial> beyonds_;       // By piece.
+  std::vector<double> beyond_roundings_;       // Of each of them: more than evaluating it is off by.
   std::vector<std::vector<ScannedRun>> runs_;  // By layer.
 };
 

@@ -16,7 +16,8 @@ namespace ccslice {
 
 namespace {
 
-constexpr int kNodeSteps = 6;  // Newton's method starts close, so few steps are enough.
+constexpr std::uint32_t kPointsPerLook = 16;  // Looking at the clock takes a twentieth of a point.
+constexpr int kNodeSteps = 6;                 // Newton's method starts close, so few steps are enough.
 constexpr int kCorrections = 3;
 // ||I - J(from)^-1 J(to)||: beyond, nodes must lie closer. If J changes by a share d between two nodes, the inverses
 // interpolated there are off by about t (1 - t) d^2, so that each correction leaves a sixteenth of the error or so at
@@ -25,6 +26,7 @@ constexpr double kMostTurn = 0.5;
 constexpr std::int64_t kBesideReach = 8;  // Points.
 constexpr double kReach = 0.5;            // How far beyond the patch its polynomials are followed, in its parameters.
 
+bool is_near_patch(const Vec3& q) { return ((q.array() - 0.5).abs() <= 0.5 + kReach).all(); }
 bool in_unit_cube(const Vec3& q) { return (q.array() >= 0).all() && (q.array() <= 1).all(); }
 
 }  // namespace
@@ -54,7 +56,7 @@ void RowInverter::solve(const Vec3& first, const Vec3& step, std::uint32_t count
   row.reset(count, channels_);
   std::optional<CellParam> near = hint;
   for (std::uint32_t k = 0; k < count; ++k) {
-    cancel.throw_if_cancelled();
+    if (++points_ % kPointsPerLook == 0) cancel.throw_if_cancelled();
     Node node;
     std::optional<CellParam> at = enter(k, near, node);
     const bool in_patch = at.has_value();
@@ -76,11 +78,12 @@ std::optional<CellParam> RowInverter::enter(std::uint32_t k, const std::optional
   if (!hint || is_ambiguous(k, k)) return std::nullopt;
   patch_ = inverter_->evaluator().patch_at(*hint, place_);
   if (patch_ == nullptr) return std::nullopt;
-  const LimitSample sample = patch_sample(patch_->points, place_.local);
+  const Sample here = sample(place_.local);
   // local = factor * cell + const, so the Jacobian by the cell's parameters has factor times the patch's columns, and
   // its inverse the patch's rows divided by factor.
-  accept_mm_ = acceptance_.at(place_.factor.cwiseInverse().asDiagonal() * sample.jacobian.inverse());
-  if (!make_node(k, place_.local, node) || !in_unit_cube(node.local)) return std::nullopt;
+  accept_mm_ = acceptance_.at(place_.factor.cwiseInverse().asDiagonal() * here.inverse);
+  if (!is_near_patch(place_.local) || !make_node_from(k, here, place_.local, node)) return std::nullopt;
+  if (!in_unit_cube(node.local)) return std::nullopt;
   const CellParam at = in_cell(*hint, node.local);
   place_.local = node.local;
   return at;
@@ -129,22 +132,29 @@ std::uint32_t RowInverter::march(Node from, const CellParam& at, CellParam& next
   return from.point - first;
 }
 
+RowInverter::Sample RowInverter::sample(const Vec3& local) const {
+  const LimitSample at = patch_sample(patch_->points, local);
+  return {at, at.jacobian.inverse()};
+}
+
 /// Newton's method in the patch, from a good guess.
 bool RowInverter::make_node(std::uint32_t k, const Vec3& guess, Node& node) const {
-  Vec3 local = guess;
-  for (int n = 0; n < kNodeSteps; ++n) {
-    if (!((local.array() - 0.5).abs() <= 0.5 + kReach).all()) return false;
-    const LimitSample sample = patch_sample(patch_->points, local);
-    const Vec3 residual = point(k) - sample.position;
-    const Mat3 inverse = sample.jacobian.inverse();
+  return is_near_patch(guess) && make_node_from(k, sample(guess), guess, node);
+}
+
+/// `here`: the sample at `local`.
+bool RowInverter::make_node_from(std::uint32_t k, Sample here, Vec3 local, Node& node) const {
+  for (int n = 1;; ++n) {
+    const Vec3 residual = point(k) - here.at.position;
     if (residual.norm() <= accept_mm_) {
       // geo(q(t)) = first + t step, so q' = J^-1 step.
-      node = {k, residual.norm(), local, sample.jacobian, inverse, inverse * step_};
+      node = {k, residual.norm(), local, here.at.jacobian, here.inverse, here.inverse * step_};
       return node.slope.allFinite();
     }
-    local += inverse * residual;
+    local += here.inverse * residual;
+    if (n == kNodeSteps || !is_near_patch(local)) return false;
+    here = sample(local);
   }
-  return false;
 }
 
 /// Fills curve_ with the points after `from`, up to `to`.

@@ -72,12 +72,18 @@ class RowInverter {
     Mat3 jacobian, inverse;  // By the patch's parameters.
     Vec3 slope;              // Change of `local` from point to point.
   };
+  /// The patch at a place, and the inverse of its Jacobian there.
+  struct Sample {
+    LimitSample at;
+    Mat3 inverse;
+  };
   struct Guess {
     LanePoint point;  // To solve.
     LanePoint local;
     std::array<LanePoint, 3> inverse;
   };
 
+  Sample sample(const Vec3& local) const;
   Vec3 point(std::uint32_t k) const { return first_ + static_cast<double>(k) * step_; }
   [[nodiscard]] std::optional<CellParam> enter(std::uint32_t k, const std::optional<CellParam>& hint, Node& node);
   void keep(const Node& node);
@@ -86,6 +92,7 @@ class RowInverter {
   /// it; `next` guesses the parameter of the point that follows.
   std::uint32_t march(Node from, const CellParam& at, CellParam& next);
   bool make_node(std::uint32_t k, const Vec3& guess, Node& node) const;
+  bool make_node_from(std::uint32_t k, Sample sample, Vec3 local, Node& node) const;
   [[nodiscard]] bool solve_between(const Node& from, const Node& to);
   Guess guess_between(const Node& from, const Node& to, std::uint32_t begin) const;
   [[nodiscard]] bool correct(const Guess& guess, LanePoint& local);
@@ -100,6 +107,7 @@ class RowInverter {
   const InversionOptions options_;
   const Acceptance acceptance_;
   std::size_t channels_;
+  std::uint32_t points_ = 0;  // That were begun with, ever.
   // The row at hand.
   Vec3 first_ = Vec3::Zero(), step_ = Vec3::Zero();
   std::uint32_t count_ = 0;

@@ -50,6 +50,22 @@ void quads_to_bezier(double* grid) noexcept {
 
 using PatchWeights = std::array<double, 64>;
 
+/// bspline_basis() of all three axes at once, a lane each: the same operations one by one, so the same to the bit.
+TensorBasis tensor_basis(const Vec3& uvw) noexcept {
+  const Lanes t = {uvw[0], uvw[1], uvw[2], 0}, s = 1 - t, t2 = t * t, t3 = t2 * t;
+  const std::array<Lanes, 4> values = {s * s * s / 6, (3 * t3 - 6 * t2 + 4) / 6, (-3 * t3 + 3 * t2 + 3 * t + 1) / 6,
+                                       t3 / 6};
+  const std::array<Lanes, 4> slopes = {-s * s / 2, (3 * t2 - 4 * t) / 2, (-3 * t2 + 2 * t + 1) / 2, t2 / 2};
+  TensorBasis basis;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      basis.value[axis][i] = values[i][axis];
+      basis.slope[axis][i] = slopes[i][axis];
+    }
+  }
+  return basis;
+}
+
 /// Sums of so many neighbouring channels. They stay in registers.
 template <std::size_t kCount>
 void sum_channels(const PatchWeights& weights, const double* channels, std::size_t stride, double* out) noexcept {
@@ -114,20 +130,18 @@ LimitSample tensor_sample(const double* points, const TensorBasis& basis) noexce
 }
 
 LimitSample patch_sample(const double* points, const Vec3& uvw) noexcept {
-  TensorBasis basis;
-  for (std::size_t a = 0; a < 3; ++a) {
-    bspline_basis(uvw[static_cast<Eigen::Index>(a)], basis.value[a], basis.slope[a]);
-  }
-  return tensor_sample(points, basis);
+  return tensor_sample(points, tensor_basis(uvw));
 }
 
 void patch_channels(const Patch& patch, const Vec3& uvw, std::span<double> out) noexcept {
-  std::array<double, 4> bu, bv, bw, unused;
-  bspline_basis(uvw[0], bu, unused);
-  bspline_basis(uvw[1], bv, unused);
-  bspline_basis(uvw[2], bw, unused);
+  const TensorBasis basis = tensor_basis(uvw);
+  const auto& [bu, bv, bw] = basis.value;
+  const Lanes along_u = load_unaligned(bu.data());
   PatchWeights weights;
-  for (std::size_t p = 0; p < weights.size(); ++p) weights[p] = bu[p & 3] * bv[p >> 2 & 3] * bw[p >> 4];
+  for (std::size_t j = 0; j < 4; ++j) {
+    const Lanes row = along_u * bv[j];
+    for (std::size_t k = 0; k < 4; ++k) store_unaligned(row * bw[k], &weights[4 * j + 16 * k]);
+  }
   const std::size_t count = out.size();
   std::size_t c = 0;
   for (; c + kLanes <= count; c += kLanes) sum_channels<kLanes>(weights, patch.channels + c, count, &out[c]);

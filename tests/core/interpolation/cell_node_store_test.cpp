@@ -112,9 +112,21 @@ TEST(FoundPieces, TellVoxelsThatMayLieBeyondASteepBoundary) {
         }
       }
       const double end = 0.5 * (run.begin + run.end);
+      const SlabPieces::Row row(pieces, run.piece, Vec3(end, run.row, 8));
       const auto none_is_beyond = [&](double from) {
-        return pieces.none_is_beyond(run.piece, Vec3(from, run.row, 8), Vec3(end, run.row, 8));
+        return row.none_is_beyond(Vec3(from, run.row, 8), Vec3(end, run.row, 8));
       };
+      // From far beyond the face to the middle of the piece, and closely about the face.
+      for (const double from : {-3.0, -0.501, -0.5000001, -0.5}) {
+        bool any = false;
+        for (int step = 100; step >= 0; --step) {
+          const Vec3 voxel(from + (run.begin == 0 ? 1e-2 : 1e-4) * step * (end - from), run.row, 8);
+          any = any || pieces.may_be_beyond(run.piece, voxel);
+          EXPECT_EQ(row.may_be_beyond(voxel), pieces.may_be_beyond(run.piece, voxel)) << voxel.transpose();
+          const Vec3 last(from + (run.begin == 0 ? 1 : 1e-2) * (end - from), run.row, 8);
+          EXPECT_FALSE(any && row.surely_none_is_beyond(voxel, last)) << voxel.transpose();
+        }
+      }
       EXPECT_TRUE(none_is_beyond(run.begin));
       if (run.begin == 0) {
         EXPECT_EQ(none_is_beyond(-0.6), !steep);
