@@ -57,8 +57,11 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
 std::string swelling_note(const Swelling& swelling, const RoundedEdges& rounded) {
   const std::string remedy = ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there";
   const Vec3& at = swelling.place;
-  const std::string most = show_number(swelling.distance_mm) + " mm off the middle of a face of the mesh, " +
-                           show_number(swelling.edges) + " of an edge, near " + show_place({at.x(), at.y(), at.z()});
+  std::string face;
+  for (const std::uint32_t v : swelling.vertices) face += (face.empty() ? "" : ", ") + std::to_string(v);
+  const std::string most = show_number(swelling.distance_mm) + " mm off the middle of the mesh's face of vertices " +
+                           face + ", " + show_number(swelling.edges) + " of an edge, near " +
+                           show_place({at.x(), at.y(), at.z()});
   if (swelling.much == 0) {
     return "the limit is up to " + most + (rounded.count > 0 ? "; " + describe(rounded) + remedy : "");
   }

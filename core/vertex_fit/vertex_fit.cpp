@@ -367,6 +367,7 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
   for (std::size_t k = positions.size(); k < origins_.size(); ++k) positions.push_back(positions[origins_[k]]);
   const std::vector<Vec3> middles = boundary_face_masks(complex_, options_.cancel).apply(positions);
   Swelling most;
+  FaceId swollen{};
   std::size_t n = 0;
   for (const FaceId f : complex_.faces()) {
     if (!complex_.face_on_boundary(f)) continue;
@@ -384,8 +385,12 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
     }
     const double distance = std::abs((limit - middle).dot(normal.normalized()));
     most.much += distance > kMuchSwelling * edge;
-    if (distance > most.edges * edge) most = {limit, distance, distance / edge, most.much};
+    if (!(distance > most.edges * edge)) continue;
+    swollen = f;
+    most = {{}, limit, distance, distance / edge, most.much};
   }
+  if (most.edges == 0) return most;
+  for (const VertexId v : complex_.face_vertices(swollen)) most.vertices.push_back(origin_of(v));
   return most;
 }
 

@@ -52,10 +52,11 @@ inline constexpr double kMuchSwelling = 0.1;
 
 /// A face of the boundary between whose corners the limit stands off farthest, by the length of its edges.
 struct Swelling {
-  Vec3 place = Vec3::Zero();  // The middle of the face's limit, mm.
-  double distance_mm = 0;     // From the mean of its corners along its normal.
-  double edges = 0;           // That distance as a multiple of the mean length of its edges.
-  std::size_t much = 0;       // So many faces of the boundary swell by more than kMuchSwelling.
+  std::vector<std::uint32_t> vertices;  // The face's, in turn.
+  Vec3 place = Vec3::Zero();            // The middle of its limit, mm.
+  double distance_mm = 0;               // From the mean of its corners along its normal.
+  double edges = 0;                     // That distance as a multiple of the mean length of its edges.
+  std::size_t much = 0;                 // So many faces of the boundary swell by more than kMuchSwelling.
 };
 
 struct FitReport {

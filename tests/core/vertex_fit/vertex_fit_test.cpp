@@ -172,11 +172,16 @@ TEST(VertexFit, MeansTheMeshThatItInterpolates) {
 }
 
 TEST(VertexFit, SaysWhereTheLimitSwells) {
+  const ControlMesh mesh = oracle::box_mesh(1, 1, 1, 10);
   FitReport report;
-  VertexFit(oracle::box_mesh(1, 1, 1, 10)).fit_positions(FittedVertices::kAll, report);
+  VertexFit(mesh).fit_positions(FittedVertices::kAll, report);
   // The control cube is twice as large as the cube. The middle of a face of its limit has, of half its edge, the height
   // (16 + 4 * 4 * 3/4 + 4 * 5/9) / 36 = 0.84 above the middle; so it stands off the cube's face by 0.34 edges.
   EXPECT_EQ(report.swelling.much, 6u) << "all faces of the cube";
+  ASSERT_EQ(report.swelling.vertices.size(), 4u);
+  Vec3 middle = Vec3::Zero();
+  for (const std::uint32_t v : report.swelling.vertices) middle += 0.25 * mesh.positions[v];
+  EXPECT_NEAR((report.swelling.place - middle).norm(), report.swelling.distance_mm, 1e-9) << "it is above its face";
   EXPECT_NEAR(report.swelling.edges, 0.34, 0.01);
   EXPECT_NEAR(report.swelling.distance_mm, 10 * report.swelling.edges, 1e-9);
   EXPECT_NEAR((report.swelling.place - Vec3(5, 5, 5)).norm(), 5 + report.swelling.distance_mm, 1e-9);
