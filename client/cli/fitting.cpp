@@ -59,7 +59,7 @@ std::string swelling_note(const Swelling& swelling, const RoundedEdges& rounded)
   const Vec3& at = swelling.place;
   std::string face;
   for (const std::uint32_t v : swelling.vertices) face += (face.empty() ? "" : ", ") + std::to_string(v);
-  const std::string most = show_number(swelling.distance_mm) + " mm off the middle of the mesh's face of vertices " +
+  const std::string most = show_number(swelling.offset.norm()) + " mm off the middle of the mesh's face of vertices " +
                            face + ", " + show_number(swelling.edges) + " of an edge, near " +
                            show_place({at.x(), at.y(), at.z()});
   if (swelling.much == 0) {
@@ -87,20 +87,19 @@ FitReport placed(FitReport report, const Similarity& similarity) {
   report.farthest.limit = similarity(report.farthest.limit);
   report.inside_mm *= similarity.scale;
   report.swelling.place = similarity(report.swelling.place);
-  report.swelling.distance_mm *= similarity.scale;
+  report.swelling.offset *= similarity.scale;
   report.rounded.place = similarity(report.rounded.place);
   return report;
 }
 
 /// In the size that is printed. Of lengths without a direction the longest that they may become counts.
 FitReport printed(FitReport report, const Vec3& scale) {
-  const Vec3 factors = scale.cwiseAbs();
-  const auto stretch = [&factors](Vec3& place) { place = place.cwiseProduct(factors); };
+  const auto stretch = [&scale](Vec3& place) { place = place.cwiseProduct(scale); };
   stretch(report.farthest.position);
   stretch(report.farthest.limit);
-  report.inside_mm *= factors.maxCoeff();
+  report.inside_mm *= scale.cwiseAbs().maxCoeff();
   stretch(report.swelling.place);
-  report.swelling.distance_mm *= factors.maxCoeff();
+  stretch(report.swelling.offset);
   stretch(report.rounded.place);
   return report;
 }
@@ -172,7 +171,7 @@ ControlMesh FittedMesh::finish(const Vec3& scale, std::vector<std::string>& note
   const ChannelFit channels = fit_.fit_channels(meant_, fitted_);
   add_range_notes(meant_, fitted_, notes);
   for (ChannelRinging ringing : channels.ringing) {
-    ringing.place = ringing.place.cwiseProduct(scale.cwiseAbs());
+    ringing.place = ringing.place.cwiseProduct(scale);
     notes.push_back(ringing_note(meant_, ringing));
   }
   if (channels.miss > kRounding) {

@@ -145,12 +145,12 @@ std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, b
 }
 
 /// Adds channels to a mesh that --scale is to scale further: their lengths are those of the printed size. Mirrored
-/// parts keep their grades, as they keep their other materials.
-void add_grades(const std::vector<Grade>& grades, const Vec3& scale, ControlMesh& mesh,
+/// parts keep their grades, as they keep their other materials, so places are those of the part before it is mirrored.
+void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3& unmirrored, ControlMesh& mesh,
                 std::vector<std::string>& notes) {
   if (grades.empty()) return;
   const std::vector<Vec3> unscaled = mesh.positions;
-  for (Vec3& position : mesh.positions) position = position.cwiseProduct(scale.cwiseAbs());
+  for (Vec3& position : mesh.positions) position = (position + unmirrored).cwiseProduct(scale.cwiseAbs());
   for (const Grade& grade : grades) {
     const double deepest_mm = apply_grade(grade, mesh);
     if (grade.field == GradeField::kDistance) notes.push_back(depth_note(grade, deepest_mm));
@@ -167,12 +167,13 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
   std::optional<FittedMesh> pair = fit(changes, loaded.mesh, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
+  PlaceOfMesh place;
   if (changes.sizing.places()) {
-    const Similarity similarity =
+    place =
         find_place(options.size, changes.sizing, options.scale, pair ? pair->fitted() : loaded.mesh, loaded.warnings);
-    pair ? pair->place(similarity) : similarity.apply(loaded.mesh);
+    pair ? pair->place(place.similarity) : place.similarity.apply(loaded.mesh);
   }
-  add_grades(changes.grades, options.scale, meant, loaded.warnings);
+  add_grades(changes.grades, options.scale, place.unmirrored, meant, loaded.warnings);
   if (pair) loaded.mesh = pair->finish(options.scale, loaded.warnings);
   check_channel_names(loaded.mesh);
 }

@@ -12,6 +12,8 @@
 namespace ccslice::cli {
 namespace {
 
+constexpr double kLeastScale = 1e-6, kMostScale = 1e6;  // As in geometry.proto.
+
 /// Exact at multiples of 90 degrees.
 double cosine(double degrees) {
   const double turned = std::abs(std::remainder(degrees, 360));
@@ -56,6 +58,9 @@ Vec3 parse_scale(const PlacementOptions& options) {
   if (factors.size() == 2) throw UsageError("--scale takes one factor or three, not '" + options.scale + "'");
   const Vec3 scale(factors[0], factors[factors.size() == 3 ? 1 : 0], factors[factors.size() == 3 ? 2 : 0]);
   if ((scale.array() == 0).any()) throw UsageError("--scale by 0 leaves nothing");
+  if (!(scale.array().abs() >= kLeastScale && scale.array().abs() <= kMostScale).all()) {
+    throw UsageError("--scale takes factors from 1e-6 to 1e6, not '" + options.scale + "'");
+  }
   return scale;
 }
 

@@ -94,8 +94,8 @@ void Similarity::apply(ControlMesh& mesh) const {
   for (MissedVertex& missed : mesh.missed_vertices) missed.position = (*this)(missed.position);
 }
 
-Similarity find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
-                      std::vector<std::string>& notes) {
+PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
+                       std::vector<std::string>& notes) {
   const Box3 own = measure_limit(mesh).bounding_box;
   const Vec3 corner = scale.cwiseProduct(own.min()), opposite = scale.cwiseProduct(own.max());
   const Box3 box(corner.cwiseMin(opposite), corner.cwiseMax(opposite));  // As it is printed.
@@ -113,7 +113,9 @@ Similarity find_place(const SizeOptions& options, const Sizing& sizing, const Ve
   notes.push_back(
       (sizing.side_mm ? "--size " + options.size + " scales by " + show_number(factor) + further + ": " : "") +
       "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
-  return {factor, offset.cwiseQuotient(scale)};
+  PlaceOfMesh place{{factor, offset.cwiseQuotient(scale)}, Vec3::Zero()};
+  if (sizing.on_bed) place.unmirrored.z() = -factor * own.min().z() - place.similarity.offset.z();
+  return place;
 }
 
 void warn_of_size(const SizeOptions& options, const Vec3& scale, const ControlMesh& mesh,

@@ -57,11 +57,18 @@ struct Similarity {
   void apply(ControlMesh& mesh) const;
 };
 
+/// Where a mesh goes, and what moves a mirrored part back to where it would lie if it weren't mirrored: only --on-bed
+/// puts it elsewhere.
+struct PlaceOfMesh {
+  Similarity similarity;
+  Vec3 unmirrored = Vec3::Zero();
+};
+
 /// What takes the mesh's limit to the size and the place that are meant once `scale` has scaled it further. Adds a
 /// sentence on where the part is then to `notes`. REQUIRES: a mesh that validate() takes. Throws what preparing the
 /// mesh does.
-Similarity find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
-                      std::vector<std::string>& notes);
+PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
+                       std::vector<std::string>& notes);
 
 /// Adds a warning to `notes` if the mesh, scaled by `scale`, is so small or so large that its unit may be another one,
 /// unless the options say that it is meant.

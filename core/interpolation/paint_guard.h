@@ -5,7 +5,7 @@
 //
 // Bounds say what errors are at most (docs/tolerance.md); what they assume, and what nobody thought of, this looks for.
 // Which voxels are compared follows from hashes of their absolute indices: about one of kVoxelsApart in each row, one
-// of kRunsApart beginnings of runs and one of as many ends, and one in each of kGapsApart gaps between pieces that were
+// of kRunsApart beginnings of runs and one of as many ends, and one in one of kGapsApart gaps between pieces that were
 // closed: what polynomials paint beyond pieces lies there, and gaps are few. An inversion takes as long as painting 50
 // to 500 voxels, so that higher rates would cost more than a twentieth of the time. If a voxel is beyond the tolerance,
 // all voxels of the layer's rows from a multiple of kRowsTogether to the next are inverted. So the same rows are,

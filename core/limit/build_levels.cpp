@@ -24,9 +24,10 @@ constexpr std::uint64_t kLimitCellBytes = 2048, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kBuiltChildBytes = 256, kBoundChildBytes = 336;
 constexpr std::uint64_t kCutOutCellBytes = 768;
 constexpr std::uint64_t kWalkedCellBytes = 2560;
-// Fans of 64 cells were measured to take up to 40 B for each pair of their cells, or of tetrahedra 80, beyond what
-// their cells are told to, and 4.5 MB while the first operator of one is made. Fans of 16 take nothing more.
-constexpr std::uint64_t kWideFan = 16, kFanPairBytes = 80, kFanOperatorBytes = 96 << 10;
+// Fans of 64 cells were measured to take up to 40 B for each pair of their cells, or of tetrahedra 80, of wedges with a
+// hexahedron among them 170, beyond what their cells are told to, and 4.5 MB while the first operator of one is made.
+// Fans of 16 take nothing more.
+constexpr std::uint64_t kWideFan = 16, kFanPairBytes = 80, kSplitFanPairBytes = 200, kFanOperatorBytes = 96 << 10;
 constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
 constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
 
@@ -247,8 +248,9 @@ void BuildingMemory::reserve_fans(const CellComplex& control_cells) {
   for (const EdgeId e : control_cells.edges()) {
     const std::span<const CellId> fan = control_cells.edge_cells(e);
     if (fan.size() <= kWideFan) continue;
-    const std::uint64_t refined = control_cells.kind(fan.front()) == CellKind::kHex ? 1 : 2;
-    fan_bytes_ += refined * kFanPairBytes * fan.size() * (fan.size() - kWideFan);
+    const bool all_hexahedra =
+        std::ranges::all_of(fan, [&](CellId c) { return control_cells.kind(c) == CellKind::kHex; });
+    fan_bytes_ += (all_hexahedra ? kFanPairBytes : kSplitFanPairBytes) * fan.size() * (fan.size() - kWideFan);
     widest = std::max<std::uint64_t>(widest, fan.size());
   }
   fan_bytes_ += kFanOperatorBytes * (widest - kWideFan);

@@ -383,11 +383,12 @@ Swelling VertexFit::measure_swelling(const ControlMesh& fitted) const {
       normal += (from - position_of(ring[0])).cross(to - position_of(ring[0]));
       edge += (to - from).norm() / size;
     }
-    const double distance = std::abs((limit - middle).dot(normal.normalized()));
+    normal.normalize();
+    const double along_normal = (limit - middle).dot(normal), distance = std::abs(along_normal);
     most.much += distance > kMuchSwelling * edge;
     if (!(distance > most.edges * edge)) continue;
     swollen = f;
-    most = {{}, limit, distance, distance / edge, most.much};
+    most = {{}, limit, along_normal * normal, distance / edge, most.much};
   }
   if (most.edges == 0) return most;
   for (const VertexId v : complex_.face_vertices(swollen)) most.vertices.push_back(origin_of(v));

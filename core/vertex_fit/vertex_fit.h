@@ -54,8 +54,8 @@ inline constexpr double kMuchSwelling = 0.1;
 struct Swelling {
   std::vector<std::uint32_t> vertices;  // The face's, in turn.
   Vec3 place = Vec3::Zero();            // The middle of its limit, mm.
-  double distance_mm = 0;               // From the mean of its corners along its normal.
-  double edges = 0;                     // That distance as a multiple of the mean length of its edges.
+  Vec3 offset = Vec3::Zero();           // From the mean of its corners along its normal, mm.
+  double edges = 0;                     // Its length as a multiple of the mean length of its edges.
   std::size_t much = 0;                 // So many faces of the boundary swell by more than kMuchSwelling.
 };
 

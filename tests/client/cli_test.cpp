@@ -52,6 +52,9 @@ TEST(Placement, RotatesInTheOrderGivenAndExactlyByRightAngles) {
               ElementsAre(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0));
   EXPECT_THAT(parse_placement({.scale = "1,1,-1", .rotate = {"x=180"}, .translate = ""}).matrix(),
               ElementsAre(1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 0));
+  for (const char* scale : {"0", "1e-320", "1,1,2e6", "1,-1e-7,1"}) {
+    EXPECT_THROW(parse_placement({.scale = scale, .rotate = {}, .translate = ""}), UsageError) << scale;
+  }
 }
 
 TEST(Placement, MistakesTeach) {

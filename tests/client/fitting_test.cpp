@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -90,6 +92,24 @@ TEST_F(FittedFile, NotesHaveLengthsOfThePrintedSize) {
   EXPECT_GE(scaled.warnings.size(), 3u);
   EXPECT_EQ(scaled.warnings, in_cm.warnings);
   EXPECT_EQ(scaled.mesh.channel_values, in_cm.mesh.channel_values);
+}
+
+TEST_F(FittedFile, NotesHavePlacesAndOffsetsOfThePrintedPart) {
+  const std::string path = file_of(oracle::box_mesh(4, 4, 4, 10));
+  const auto swelling = [&](const Vec3& scale) {
+    std::smatch found;
+    const std::string note = load_mesh({.mesh = path, .interpolate = "all", .scale = scale}).warnings.back();
+    EXPECT_TRUE(std::regex_search(note, found,
+                                  std::regex("by ([0-9.]+) mm off .*near \\(([-0-9.]+), ([-0-9.]+), ([-0-9.]+)\\)")))
+        << note;
+    return std::array{std::stod(found[1]), std::stod(found[2]), std::stod(found[3]), std::stod(found[4])};
+  };
+  const auto plain = swelling(Vec3::Ones()), mirrored = swelling(Vec3(1, 1, -1)), tall = swelling(Vec3(1, 1, 10));
+  EXPECT_EQ(mirrored[0], plain[0]);
+  EXPECT_NEAR(mirrored[3], -plain[3], 1e-4);
+  EXPECT_NEAR(tall[3], 10 * plain[3], 1e-3);
+  const bool is_across_z = plain[3] < 0 || plain[3] > 40;  // The face is the bottom or the top of the box.
+  EXPECT_NEAR(tall[0], (is_across_z ? 10 : 1) * plain[0], 1e-3);
 }
 
 TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {

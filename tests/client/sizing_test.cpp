@@ -182,6 +182,9 @@ TEST_F(SizedFile, LengthsOfGradesAreThoseOnceScaled) {
   for (const char* grade : {"up=z", "skin=distance:0..1:20", "r=radial:@1,2,3"}) {
     EXPECT_EQ(graded(grade, Vec3(1, 1, -1)).channel_values, graded(grade, Vec3::Ones()).channel_values)
         << "a mirrored part keeps its materials";
+    EXPECT_EQ(graded(grade, Vec3(1, 1, -1), {.on_bed = true}).channel_values,
+              graded(grade, Vec3::Ones(), {.on_bed = true}).channel_values)
+        << "on the bed, too";
   }
 }
 

@@ -6,9 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -101,6 +104,34 @@ ControlMesh many_fans() {
   return mesh;
 }
 
+/// Fans of a hexahedron and 63 wedges, one above the other.
+ControlMesh hexahedron_among_wedges(std::uint32_t layers) {
+  constexpr std::uint32_t kCells = 64,
+                          kPoints = kCells + 2;  // Of a layer: the axis, a ring, a corner of the hexahedron.
+  ControlMesh mesh;
+  for (std::uint32_t layer = 0; layer <= layers; ++layer) {
+    const auto at = [&](double turn, double radius) {
+      return Vec3(radius * std::cos(turn), radius * std::sin(turn), 5.0 * layer);
+    };
+    mesh.positions.push_back(at(0, 0));
+    for (std::uint32_t i = 0; i < kCells; ++i) mesh.positions.push_back(at(2 * std::numbers::pi * i / kCells, 30));
+    mesh.positions.push_back(at(std::numbers::pi / kCells, 32));
+  }
+  const auto add = [&](CellKind kind, std::initializer_list<std::uint32_t> corners) {
+    mesh.cell_kinds.push_back(kind);
+    mesh.cell_vertices.insert(mesh.cell_vertices.end(), corners);
+  };
+  for (std::uint32_t layer = 0; layer < layers; ++layer) {
+    const std::uint32_t low = layer * kPoints, high = low + kPoints, corner = kCells + 1;
+    add(CellKind::kHex, {low, low + 1, low + corner, low + 2, high, high + 1, high + corner, high + 2});
+    for (std::uint32_t i = 1; i < kCells; ++i) {
+      const std::uint32_t a = i + 1, b = (i + 1) % kCells + 1;
+      add(CellKind::kWedge, {low, low + b, low + a, high, high + b, high + a});
+    }
+  }
+  return mesh;
+}
+
 std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh sharp = oracle::box_mesh(12, 12, 12);
   oracle::sharpen_by_cells(sharp, 1);
@@ -114,6 +145,7 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
       {"64 cells round an edge", oracle::fan_mesh(64, 1, 2)},
       {"64 cells round an edge of the boundary", oracle::fan_mesh(64, 1, 2, 270)},
       {"many fans", many_fans()},
+      {"64 cells round an edge, a hexahedron first", hexahedron_among_wedges(40)},
       {"256 tetrahedra round a vertex", tetrahedra_round_a_vertex()},
       {"smooth box", oracle::box_mesh(12, 12, 12)},
       {"sharp box", sharp},

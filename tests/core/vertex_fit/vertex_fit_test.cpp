@@ -149,7 +149,7 @@ TEST(VertexFit, LeavesWhatTheLimitMeetsAlreadyAlone) {
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     EXPECT_LT((fitted.positions[v] - mesh.positions[v]).norm(), 1e-9) << v;
   }
-  EXPECT_LT(report.swelling.distance_mm, 1e-9);
+  EXPECT_LT(report.swelling.offset.norm(), 1e-9);
 }
 
 TEST(VertexFit, MeansTheMeshThatItInterpolates) {
@@ -181,10 +181,10 @@ TEST(VertexFit, SaysWhereTheLimitSwells) {
   ASSERT_EQ(report.swelling.vertices.size(), 4u);
   Vec3 middle = Vec3::Zero();
   for (const std::uint32_t v : report.swelling.vertices) middle += 0.25 * mesh.positions[v];
-  EXPECT_NEAR((report.swelling.place - middle).norm(), report.swelling.distance_mm, 1e-9) << "it is above its face";
+  EXPECT_NEAR((report.swelling.place - middle - report.swelling.offset).norm(), 0, 1e-9) << "it is above its face";
   EXPECT_NEAR(report.swelling.edges, 0.34, 0.01);
-  EXPECT_NEAR(report.swelling.distance_mm, 10 * report.swelling.edges, 1e-9);
-  EXPECT_NEAR((report.swelling.place - Vec3(5, 5, 5)).norm(), 5 + report.swelling.distance_mm, 1e-9);
+  EXPECT_NEAR(report.swelling.offset.norm(), 10 * report.swelling.edges, 1e-9);
+  EXPECT_NEAR((report.swelling.place - Vec3(5, 5, 5)).norm(), 5 + report.swelling.offset.norm(), 1e-9);
 }
 
 TEST(VertexFit, RefusesToFoldWhatDidNotFold) {
