@@ -82,25 +82,14 @@ ControlMesh meant_by(ControlMesh fitted) {
   return fitted;
 }
 
-FitReport placed(FitReport report, const Similarity& similarity) {
-  report.farthest.position = similarity(report.farthest.position);
-  report.farthest.limit = similarity(report.farthest.limit);
-  report.inside_mm *= similarity.scale;
-  report.swelling.place = similarity(report.swelling.place);
-  report.swelling.offset *= similarity.scale;
-  report.rounded.place = similarity(report.rounded.place);
-  return report;
-}
-
-/// In the size that is printed. Of lengths without a direction the longest that they may become counts.
-FitReport printed(FitReport report, const Vec3& scale) {
-  const auto stretch = [&scale](Vec3& place) { place = place.cwiseProduct(scale); };
-  stretch(report.farthest.position);
-  stretch(report.farthest.limit);
+/// As scaled along each axis, then moved. Of lengths without a direction the longest that they may become counts.
+FitReport placed(FitReport report, const Vec3& scale, const Vec3& offset = Vec3::Zero()) {
+  for (Vec3* place :
+       {&report.farthest.position, &report.farthest.limit, &report.swelling.place, &report.rounded.place}) {
+    *place = place->cwiseProduct(scale) + offset;
+  }
   report.inside_mm *= scale.cwiseAbs().maxCoeff();
-  stretch(report.swelling.place);
-  stretch(report.swelling.offset);
-  stretch(report.rounded.place);
+  report.swelling.offset = report.swelling.offset.cwiseProduct(scale);
   return report;
 }
 
@@ -158,13 +147,13 @@ FittedMesh::FittedMesh(const ControlMesh& fitted, bool quiet)
 void FittedMesh::place(const Similarity& similarity) {
   similarity.apply(fitted_);
   similarity.apply(meant_);
-  report_ = placed(report_, similarity);
+  report_ = placed(report_, Vec3::Constant(similarity.scale), similarity.offset);
 }
 
 ControlMesh FittedMesh::finish(const Vec3& scale, std::vector<std::string>& notes) {
   constexpr double kRounding = 1e-6;
   if (vertices_) {
-    const FitReport report = printed(report_, scale);
+    const FitReport report = placed(report_, scale);
     notes.push_back(met_note(*vertices_, report));
     if (report.swelling.edges > kRounding) notes.push_back(swelling_note(report.swelling, report.rounded));
   }

@@ -42,7 +42,7 @@ std::vector<Encoding> encodings_for(const PlaneSpec& plane) {
   return known;
 }
 
-/// Of planes of materials and cell regions others have drawn more.
+/// Planes of materials and of cell regions that others drew an encoding for keep it.
 void draw_encodings(HostileRandom& random, SliceJob& job, std::string& text) {
   for (PlaneSpec& plane : job.planes) {
     if (random.chance(0.5) || plane.encoding != Encoding::kRaw) continue;

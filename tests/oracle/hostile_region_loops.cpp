@@ -79,7 +79,7 @@ class ContourComparison {
     fail(delivered, "regions of " + number(area) + " mm2 together, the whole has " + number(whole));
   }
 
-  /// Its region's loops wind round it once, those of others don't.
+  /// Loops of the voxel's region have to wind round it once, those of other regions not at all.
   void compare_voxel(const std::vector<std::vector<Polygon>>& regions, const VoxelIndex& at) {
     const std::size_t shown =
         at.layer->planes[run_.region_plane()].bytes[std::size_t{at.row} * extent_.columns + at.column];

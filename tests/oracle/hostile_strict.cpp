@@ -148,7 +148,7 @@ class StrictComparison {
     return misfit_of(*maps_of(printing_)[map], values);
   }
 
-  /// Of maps_of(printing), by a region's number.
+  /// Says which of maps_of(printing) a cell region has, by the region's number.
   std::size_t map_of(std::size_t region) const {
     for (std::size_t i = 0; i < printing_.cell_region_maps.size(); ++i) {
       if (printing_.cell_region_maps[i].cell_region + 1u == region) return i + 1;
