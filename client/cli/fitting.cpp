@@ -111,7 +111,8 @@ std::string ringing_note(const ControlMesh& meant, const ChannelRinging& ringing
   const auto [low, high] = channel_range(meant, ringing.channel);
   return "channel " + meant.channel_names[ringing.channel] + " rings: it is " + show_number(low) + " to " +
          show_number(high) + " at vertices, and the limit reaches " + show_number(ringing.value) +
-         " between them, near " + show_place({ringing.place.x(), ringing.place.y(), ringing.place.z()}) +
+         " between them, in cell " + std::to_string(ringing.cell) + " near " +
+         show_place({ringing.place.x(), ringing.place.y(), ringing.place.z()}) +
          " mm: use a grade that changes over more cells, or a finer mesh there; without --interpolate channels stay "
          "within the range of their vertices";
 }

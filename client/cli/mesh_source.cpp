@@ -149,13 +149,16 @@ std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, b
 void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3& unmirrored, ControlMesh& mesh,
                 std::vector<std::string>& notes) {
   if (grades.empty()) return;
-  const std::vector<Vec3> unscaled = mesh.positions;
-  for (Vec3& position : mesh.positions) position = (position + unmirrored).cwiseProduct(scale.cwiseAbs());
+  std::vector<Vec3> unscaled;  // If that isn't what they are.
+  if (scale != Vec3::Ones()) {
+    unscaled = mesh.positions;
+    for (Vec3& position : mesh.positions) position = (position + unmirrored).cwiseProduct(scale.cwiseAbs());
+  }
   for (const Grade& grade : grades) {
     const double deepest_mm = apply_grade(grade, mesh);
     if (grade.field == GradeField::kDistance) notes.push_back(depth_note(grade, deepest_mm));
   }
-  mesh.positions = unscaled;
+  if (!unscaled.empty()) mesh.positions = std::move(unscaled);
 }
 
 /// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
@@ -233,7 +236,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
-          "each vertex. Lengths are mm of the printed size, after --units, --size and --scale. May be repeated")
+          "each vertex. Lengths are mm of the printed size. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   command

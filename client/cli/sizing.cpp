@@ -62,15 +62,16 @@ void add_size_options(CLI::App& command, SizeOptions& options) {
       .add_option(
           "--size", options.size,
           "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
-          "z=30. Measured on the limit volume, which is what gets printed, before --rotate: with --scale, after "
-          "it, so that --scale 1,1,2 changes proportions alone")
+          "z=30. Measured on the limit volume, which is what gets printed, after any --scale, which then changes "
+          "proportions alone, and before any --rotate")
       ->group("Mesh");
   command
       .add_flag("--center", options.center,
-                "Move the middle of the part's box to x = 0, y = 0, before --rotate and --translate")
+                "Move the middle of the part's box to x = 0, y = 0, before any --rotate and --translate")
       ->group("Mesh");
   command
-      .add_flag("--on-bed", options.on_bed, "Move the part's lowest point to z = 0, before --rotate and --translate")
+      .add_flag("--on-bed", options.on_bed,
+                "Move the part's lowest point to z = 0, before any --rotate and --translate")
       ->group("Mesh");
 }
 

@@ -28,7 +28,8 @@ class Builder {
   Builder(const ControlMesh& mesh, const PrepareOptions& options, LimitSolid::Data& data)
       : mesh_(mesh), options_(options), memory_(mesh, options), data_(data) {}
 
-  void run(const SplitMesh& split, CellComplex complex) {
+  /// Returns what options.reserve was told.
+  std::uint64_t run(const SplitMesh& split, CellComplex complex) {
     options_.begin(PreparationStep::kRefining);
     levels_.emplace(mesh_, split, std::move(complex), options_, memory_, data_);
     options_.begin(PreparationStep::kBuilding, memory_.limit_cells());
@@ -47,6 +48,7 @@ class Builder {
     adder_->put_faces();
     data_.operators.forget_keys();
     summarize();
+    return memory_.told_bytes();
   }
 
  private:
@@ -187,7 +189,8 @@ void Builder::summarize() {
 
 }  // namespace
 
-void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data) {
+std::uint64_t build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options,
+                          LimitSolid::Data& data) {
   data.cell_regions = mesh.cell_regions;
   data.has_several_regions = has_several_regions(mesh);
   data.control_corners = mesh.cell_vertices;
@@ -196,15 +199,14 @@ void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOpti
   for (const CellKind kind : mesh.cell_kinds) {
     data.first_corners.push_back(data.first_corners.back() + static_cast<std::uint32_t>(corner_count(kind)));
   }
-  if (!data.has_several_regions) {
-    const SplitMesh whole{{}, {}, {}};
-    Builder(mesh, options, data).run(whole, std::move(complex));
-  } else {
-    const SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
-    Builder(split.mesh, options, data).run(split, make_cell_complex(split.mesh, options.cancel));
-  }
   data.summary.control_vertices = mesh.vertex_count();
   data.summary.sharp_edges = mesh.sharp_edges.size();
+  if (!data.has_several_regions) {
+    const SplitMesh whole{{}, {}, {}};
+    return Builder(mesh, options, data).run(whole, std::move(complex));
+  }
+  const SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
+  return Builder(split.mesh, options, data).run(split, make_cell_complex(split.mesh, options.cancel));
 }
 
 }  // namespace ccslice

@@ -279,7 +279,6 @@ void BuildingMemory::reserve_operators(std::size_t bytes, std::size_t kept) {
 /// refined ahead, are held while cells are built, maps and boxes of cells afterwards: the most is held in one time or
 /// in the other.
 void BuildingMemory::reserve() {
-  if (!options_.reserve) return;
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
   const std::uint64_t cut_outs = std::min(children_, 2 * 8 * kRefinedTogether);
@@ -289,7 +288,7 @@ void BuildingMemory::reserve() {
                               kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
   told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));
-  options_.reserve(told_bytes_);
+  if (options_.reserve) options_.reserve(told_bytes_);
 }
 
 }  // namespace ccslice

@@ -58,6 +58,8 @@ class BuildingMemory {
   /// `kept`: of the bytes, what stays when the cells are built.
   void reserve_operators(std::size_t bytes, std::size_t kept);
 
+  /// The most that was told.
+  std::uint64_t told_bytes() const { return told_bytes_; }
   /// All of them, once the levels are built.
   std::size_t limit_cells() const { return cells_ + children_; }
 

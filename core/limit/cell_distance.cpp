@@ -138,8 +138,10 @@ bool CellDistance::is_off_parts(LimitCellId cell, const Vec3& point, double dist
     CellHulls& parts = known->second;
     if (parts.size() == 0) {
       if (parts_bytes_ >= kMostPartsBytes) return false;
+      const LimitCell& limit_cell = solid_.data().cells[cell];
+      parts = CellHulls(1, part_count(limit_cell, kParts, builder_));
       parts.start_cell();
-      append_parts(map, solid_.data().cells[cell], kParts, builder_, parts);
+      append_parts(map, limit_cell, kParts, builder_, parts);
       parts.finish();
       parts_bytes_ += parts.memory_bytes();
     }

@@ -3,7 +3,9 @@
 
 #include "core/limit/cell_hulls.h"
 
-#include <vector>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 
 #include "core/limit/cell_parts.h"
 #include "core/limit/patch_path.h"
@@ -13,23 +15,49 @@ namespace ccslice {
 namespace {
 
 constexpr float kFloatRounding = 1e-5F;  // Rounding of floats near 1, with room.
-constexpr std::uint32_t kCancelPeriod = 256;
+// Closest first. Smaller parts save no time: what these can't rule out is proved where it is asked for (part_trees.h).
+constexpr std::array<PartSizes, 2> kSizes = {{{.levels = 2, .halvings = 1}, {.levels = 1, .halvings = 1}}};
 
-/// Empty if there would be too many.
-CellHulls hulls_near(const LimitSolid::Data& data, const std::vector<bool>& near, int halvings,
-                     const CancellationToken& cancel) {
-  const std::size_t most = CellHulls::kMost + CellHulls::kMostPerCell * data.cells.size();
-  PatchBuilder builder(data, kPositionDimension);
-  CellHulls parts;
-  for (const LimitCellId c : IdRange<LimitCellId>(data.cells.size())) {
-    if (c % kCancelPeriod == 0) cancel.throw_if_cancelled();
-    parts.start_cell();
-    if (near[c]) append_parts(data.cell_maps[c], data.cells[c], {.halvings = halvings}, builder, parts);
-    if (parts.size() > most) return {};
+/// Visits the cells near folds one after the other.
+class CellsNearFolds {
+ public:
+  CellsNearFolds(const LimitSolid::Data& data, const CancellationToken& cancel)
+      : data_(data), cancel_(cancel), builder_(data, kPositionDimension) {}
+
+  std::size_t count_parts(const PartSizes& sizes) {
+    std::size_t count = 0;
+    PeriodicPoll poll(cancel_, kCancelPeriod);
+    for (const LimitCellId c : cells()) {
+      poll();
+      if (is_near(c)) count += part_count(data_.cells[c], sizes, builder_);
+    }
+    return count;
   }
-  parts.finish();
-  return parts;
-}
+
+  CellHulls make_parts(const PartSizes& sizes, std::size_t count) {
+    CellHulls parts(data_.cells.size(), count);
+    PeriodicPoll poll(cancel_, kCancelPeriod);
+    for (const LimitCellId c : cells()) {
+      poll();
+      parts.start_cell();
+      if (is_near(c)) append_parts(data_.cell_maps[c], data_.cells[c], sizes, builder_, parts);
+    }
+    parts.finish();
+    return parts;
+  }
+
+ private:
+  static constexpr std::uint32_t kCancelPeriod = 256;
+
+  IdRange<LimitCellId> cells() const { return IdRange<LimitCellId>(data_.cells.size()); }
+  bool is_near(LimitCellId cell) const {
+    return data_.fold_boxes.any_meeting(data_.cell_boxes.box(cell), [](std::uint32_t) { return true; });
+  }
+
+  const LimitSolid::Data& data_;
+  const CancellationToken& cancel_;
+  PatchBuilder builder_;
+};
 
 }  // namespace
 
@@ -38,19 +66,14 @@ void CellHulls::append(const Box3& part) {
                     part.max().cast<float>().array() + kFloatRounding * (1 + part.max().cast<float>().array().abs())});
 }
 
-void CellHulls::finish() {
-  start_cell();
-  parts_.shrink_to_fit();
-}
-
-void find_hulls_near_folds(const CancellationToken& cancel, LimitSolid::Data& data) {
+void find_hulls_near_folds(std::size_t most_bytes, const CancellationToken& cancel, LimitSolid::Data& data) {
   if (data.fold_boxes.size() == 0) return;
-  std::vector<bool> near;
-  for (const LimitCellId c : IdRange<LimitCellId>(data.cells.size())) {
-    near.push_back(data.fold_boxes.any_meeting(data.cell_boxes.box(c), [](std::uint32_t) { return true; }));
-  }
-  for (int halvings = 2; halvings > 0 && data.hulls_near_folds.size() == 0; --halvings) {
-    data.hulls_near_folds = hulls_near(data, near, halvings, cancel);
+  CellsNearFolds near(data, cancel);
+  for (const PartSizes& sizes : kSizes) {
+    const std::size_t count = near.count_parts(sizes);
+    if (CellHulls::bytes_of(data.cells.size(), count) > most_bytes) continue;
+    data.hulls_near_folds = near.make_parts(sizes, count);
+    return;
   }
 }
 

@@ -4,7 +4,7 @@
 // Where the cells near folds aren't: boxes of the parts of each cell, which hold it far more closely than its own box.
 //
 // Near folds every cell whose box holds a point has to be searched thoroughly, lest a lower cell holds it too. The
-// parts of a cell, some 64, are boxes around pieces of its Bezier net, in the parameters that the cell's map guesses
+// parts of a cell, some ten, are boxes around pieces of its Bezier net, in the parameters that the cell's map guesses
 // (CellMap), where cells are nearly cubes however they lie in space. A point in none of them isn't in the cell.
 
 #pragma once
@@ -19,8 +19,17 @@ namespace ccslice {
 
 class CellHulls {
  public:
-  /// Boxes, for the cells of a solid.
-  static constexpr std::size_t kMost = 8192, kMostPerCell = 32;
+  CellHulls() = default;
+  /// With room for so many.
+  CellHulls(std::size_t cells, std::size_t parts) {
+    first_.reserve(cells + 1);
+    parts_.reserve(parts);
+  }
+
+  /// What they take.
+  static std::size_t bytes_of(std::size_t cells, std::size_t parts) {
+    return (cells + 1) * sizeof(std::uint32_t) + parts * sizeof(Part);
+  }
 
   /// False if the cell comes nowhere within `margin` (by axis) of the guess.
   bool may_hold(LimitCellId cell, const Vec3& guess, const Vec3& margin) const noexcept {
@@ -36,7 +45,7 @@ class CellHulls {
   void start_cell() { first_.push_back(static_cast<std::uint32_t>(parts_.size())); }
   void append(const Box3& part);
   /// After the last cell.
-  void finish();
+  void finish() { start_cell(); }
   std::size_t size() const { return parts_.size(); }
   std::size_t memory_bytes() const {
     return first_.capacity() * sizeof(std::uint32_t) + parts_.capacity() * sizeof(Part);

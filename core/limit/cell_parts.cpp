@@ -40,6 +40,16 @@ Halvings halvings_of(const LimitCell& cell, const PatchPath& path, int halvings)
 
 }  // namespace
 
+std::size_t part_count(const LimitCell& cell, const PartSizes& sizes, PatchBuilder& builder) {
+  std::size_t count = 0;
+  const auto on_patch = [&](const PatchPath& path, const double*) {
+    const auto [u, v, w] = halvings_of(cell, path, sizes.halvings);
+    count += std::size_t{1} << (u + v + w);
+  };
+  builder.visit_patches(cell, sizes.levels, sizes.levels, on_patch, [&](const PatchRest&) { ++count; });
+  return count;
+}
+
 void append_parts(const CellMap& map, const LimitCell& cell, const PartSizes& sizes, PatchBuilder& builder,
                   CellHulls& parts) {
   const auto on_patch = [&](const PatchPath& path, double* grid) {

@@ -5,6 +5,8 @@
 
 #pragma once
 
+#include <cstddef>
+
 #include "core/limit/cell_hulls.h"
 #include "core/limit/cell_index.h"
 #include "core/limit/patch_path.h"
@@ -16,6 +18,9 @@ struct PartSizes {
   int levels = 2;    // Levels of an irregular cell's patches that get parts of their own.
   int halvings = 2;  // Of a regular cell along each axis; all parts are about as large.
 };
+
+/// How many append_parts() appends.
+std::size_t part_count(const LimitCell& cell, const PartSizes& sizes, PatchBuilder& builder);
 
 /// Appends boxes that hold all of the cell's limit. REQUIRES: builder.dimension == kPositionDimension.
 void append_parts(const CellMap& map, const LimitCell& cell, const PartSizes& sizes, PatchBuilder& builder,

@@ -4,6 +4,7 @@
 #include "core/limit/limit_solid.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
 #include <utility>
 
@@ -40,10 +41,10 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   auto data = std::make_unique<Data>();
   options.begin(PreparationStep::kChecking);
   ConnectedMesh checked = validate_and_connect(mesh, options.limits, options.cancel);
-  const SurfaceRings rings = surface_rings(mesh, checked.complex);
-  build_cells(mesh, std::move(checked.complex), options, *data);
+  SurfaceRings rings = surface_rings(mesh, checked.complex);
+  const std::uint64_t told_bytes = build_cells(mesh, std::move(checked.complex), options, *data);
   options.begin(PreparationStep::kMeasuring);
-  measure_surface(mesh, rings, options, *data);
+  measure_surface(mesh, std::exchange(rings, {}), options, *data);
   data->points.shrink_to_fit();
   data->rings.shrink_to_fit();
   data->ring_orders.shrink_to_fit();
@@ -51,9 +52,10 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   build_cell_boxes(options, *data);
   find_folds(options, *data);
   options.begin(PreparationStep::kFinishing);
-  find_hulls_near_folds(options.cancel, *data);
-  find_overlaps(mesh, options.cancel, *data);
+  find_overlaps(std::exchange(mesh, {}), options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);
+  const std::uint64_t held_bytes = memory_bytes(*data);
+  find_hulls_near_folds(told_bytes - std::min(held_bytes, told_bytes), options.cancel, *data);
   data->summary.memory_bytes = memory_bytes(*data);
   return std::shared_ptr<const LimitSolid>(new LimitSolid(std::move(data)));
 }

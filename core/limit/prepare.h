@@ -5,6 +5,9 @@
 
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include "core/base/cancellation.h"
 #include "core/limit/solid_data.h"
 #include "core/mesh/cell_complex.h"
@@ -15,9 +18,11 @@ namespace ccslice {
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
-/// the counts of the summary. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and
+/// the counts of the summary. Returns what options.reserve was told at last, which is enough for the steps that follow,
+/// too. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and
 /// what options.reserve does.
-void build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options, LimitSolid::Data& data);
+std::uint64_t build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options,
+                          LimitSolid::Data& data);
 
 /// Fills boundary_vertices and interface_vertices, and the summary's bounding_box, deviation (deviation.h) and
 /// cell_regions. REQUIRES: faces; `rings`: the mesh's, kept while cells were built, which takes the complex; a
@@ -42,11 +47,12 @@ inline constexpr int kFoldLevels = 3;
 /// a number of steps for each patch and for each range of cells.
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data);
 
-/// Finds what the cells near fold_boxes consist of: fills hulls_near_folds. REQUIRES: cell_boxes, fold_boxes.
-void find_hulls_near_folds(const CancellationToken& cancel, LimitSolid::Data& data);
-
 /// Finds the cells whose boxes meet those of a separate part of the solid (one that shares no vertex): fills
 /// overlap_boxes and parts. REQUIRES: cell_boxes.
 void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data);
+
+/// Finds what the cells near fold_boxes consist of, as closely as `most_bytes` allow: fills hulls_near_folds, or leaves
+/// them empty, which costs time near folds and changes nothing else. REQUIRES: cell_boxes, fold_boxes.
+void find_hulls_near_folds(std::size_t most_bytes, const CancellationToken& cancel, LimitSolid::Data& data);
 
 }  // namespace ccslice

@@ -265,7 +265,10 @@ ConnectedMesh validate_and_connect(ControlMesh& mesh, const MeshLimits& limits, 
                           "a corner of non-positive Jacobian, or a neighbour on the same side of a face, in", kCells,
                           "untangle them, or set allow_folds to slice the solid as it is", "cell_vertices");
   }
-  if (found.corrected) complex = make_cell_complex(mesh, cancel);
+  if (found.corrected) {
+    { const CellComplex released = std::move(complex); }  // Lest two are held at once.
+    complex = make_cell_complex(mesh, cancel);
+  }
   return {{std::move(found.inverted)}, std::move(complex)};
 }
 

@@ -47,25 +47,33 @@ std::vector<CellId> cells_in_slabs(const CellComplex& complex, const VertexSyste
   return cells;
 }
 
-/// The vertices of the cells' children, ascending.
-std::vector<VertexId> vertices_of_children(const CellComplex& parent, std::span<const CellId> cells,
-                                           const Refinement& refined) {
-  std::vector<std::uint8_t> marked(refined.complex.vertex_count(), 0);
+/// Vertices of cells' children, ascending, and of each the last of the cells that has it.
+struct ChildVerticesOfCells {
+  std::vector<VertexId> vertices;
+  std::vector<CellId> cells;
+};
+
+ChildVerticesOfCells vertices_of_children(const CellComplex& parent, std::span<const CellId> cells,
+                                          const Refinement& refined) {
+  std::vector<CellId> last(refined.complex.vertex_count(), CellId{kNone});
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto children = static_cast<std::uint32_t>(parent.cell_vertices(cells[i]).size());
     for (std::uint32_t child = 0; child < children; ++child) {
-      for (const VertexId v : refined.complex.cell_vertices(CellId{refined.first_child[i] + child})) marked[v] = 1;
+      for (const VertexId v : refined.complex.cell_vertices(CellId{refined.first_child[i] + child})) last[v] = cells[i];
     }
   }
-  std::vector<VertexId> vertices;
+  ChildVerticesOfCells found;
   for (const VertexId v : refined.complex.vertices()) {
-    if (marked[v]) vertices.push_back(v);
+    if (last[v] == kNone) continue;
+    found.vertices.push_back(v);
+    found.cells.push_back(last[v]);
   }
-  return vertices;
+  return found;
 }
 
-/// Widens what channels are known to reach by these samples: a column for each, of a position and the channels.
-void take(const Eigen::MatrixXd& samples, std::span<const std::array<double, 2>> ranges,
+/// Widens what channels are known to reach by these samples: a column for each, of a position and the channels, and the
+/// cell that it is in.
+void take(const Eigen::MatrixXd& samples, std::span<const CellId> cells, std::span<const std::array<double, 2>> ranges,
           std::vector<ChannelRinging>& channels) {
   for (std::size_t i = 0; i < channels.size(); ++i) {
     ChannelRinging& channel = channels[i];
@@ -77,6 +85,7 @@ void take(const Eigen::MatrixXd& samples, std::span<const std::array<double, 2>>
       if (share_beyond(range, value, value) <= share_beyond(range, channel.value, channel.value)) continue;
       channel.value = value;
       channel.place = samples.col(n).head<kAxes>();
+      channel.cell = ControlCellId{cells[static_cast<std::size_t>(n)]};
     }
   }
 }
@@ -90,7 +99,8 @@ std::vector<ChannelRinging> find_ringing(const CellComplex& complex, const Verte
   for (std::size_t c = 0; c < ranges.size(); ++c) {
     const auto values = points.col(kAxes + static_cast<Eigen::Index>(c));
     if (share_beyond(ranges[c], values.minCoeff(), values.maxCoeff()) <= kRingingShare) continue;
-    channels.push_back({c, ranges[c][1], ranges[c][0], (ranges[c][0] + ranges[c][1]) / 2, Vec3::Zero()});
+    channels.push_back(
+        {c, ranges[c][1], ranges[c][0], (ranges[c][0] + ranges[c][1]) / 2, Vec3::Zero(), ControlCellId{kNone}});
   }
   if (channels.empty()) return channels;
   const Eigen::MatrixXd parents = with_channels(points, channels).transpose();
@@ -100,11 +110,12 @@ std::vector<ChannelRinging> find_ringing(const CellComplex& complex, const Verte
     const auto some = std::span(cells).subspan(begin, std::min(kCellsAtOnce, cells.size() - begin));
     std::ranges::sort(some);
     const Refinement refined = refine(complex, some, cancel);
-    const Stencils masks = limit_masks(refined.complex, vertices_of_children(complex, some, refined), cancel);
+    const ChildVerticesOfCells sampled = vertices_of_children(complex, some, refined);
+    const Stencils masks = limit_masks(refined.complex, sampled.vertices, cancel);
     Eigen::MatrixXd children(parents.rows(), refined.stencils.rows()), samples(parents.rows(), masks.rows());
     refined.stencils.apply(0, refined.stencils.rows(), parents.data(), dimension, children.data());
     masks.apply(0, masks.rows(), children.data(), dimension, samples.data());
-    take(samples, ranges, channels);
+    take(samples, sampled.cells, ranges, channels);
     if (on_sampled) on_sampled(begin + some.size(), cells.size());
   }
   std::erase_if(channels, [&](const ChannelRinging& channel) {

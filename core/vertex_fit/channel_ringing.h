@@ -34,7 +34,8 @@ struct ChannelRinging {
   std::size_t channel = 0;
   double low = 0, high = 0;   // What the samples of the limit reach.
   double value = 0;           // The one that is farthest beyond, low or high, ...
-  Vec3 place = Vec3::Zero();  // ... and where it is, mm.
+  Vec3 place = Vec3::Zero();  // ... and where it is, mm, ...
+  ControlCellId cell;         // ... in which cell.
 };
 
 /// The channels that ring, ascending. `points`: a row for each vertex of the control point's position, mm, and of its

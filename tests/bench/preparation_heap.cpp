@@ -54,8 +54,9 @@ class StepWatch {
   std::jthread watcher_;
 };
 
-void print_figures(const std::string& path, int threads) {
+void print_figures(const std::string& path, int threads, bool allow_folds) {
   ControlMesh mesh = read_mesh(read_file_bytes(path, kMostFileBytes), {}, path).mesh;
+  mesh.allow_folds |= allow_folds;
   const auto cells = static_cast<double>(mesh.cell_count());
   const auto print = [&](const char* what, std::uint64_t bytes) {
     std::printf("  %-28s %8.2f\n", what, 1e-3 * static_cast<double>(bytes) / cells);
@@ -90,11 +91,13 @@ int main(int argc, char** argv) {
   CLI::App app("Prints what preparing meshes holds, in kB a cell");
   std::vector<std::string> files;
   int threads = 1;
+  bool allow_folds = false;
   app.add_option("files", files, "Mesh files")->check(CLI::ExistingFile)->required();
   app.add_option("--threads", threads, "At most")->check(CLI::Range(1, 256))->capture_default_str();
+  app.add_flag("--allow-folds", allow_folds, "Prepare meshes with inverted cells, too");
   CLI11_PARSE(app, argc, argv);
   try {
-    for (const std::string& file : files) ccslice::bench::print_figures(file, threads);
+    for (const std::string& file : files) ccslice::bench::print_figures(file, threads, allow_folds);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "preparation_heap: %s\n", error.what());

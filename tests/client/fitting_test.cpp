@@ -218,7 +218,8 @@ TEST_F(FittedFile, SaysWhichChannelsRingAndWhere) {
   const std::string path = file_of(box);
   const auto rings = HasSubstr("rings: it is 20 to 30 at vertices, and the limit reaches ");
   const LoadedMesh fitted = load_mesh({.mesh = path, .sharp = {.angle_deg = 40}, .interpolate = "all"});
-  EXPECT_THAT(fitted.warnings, Contains(AllOf(HasSubstr("channel step "), rings, HasSubstr(") mm: use a grade"))));
+  EXPECT_THAT(fitted.warnings,
+              Contains(AllOf(HasSubstr("channel step "), rings, HasSubstr(", in cell 7 near (15, 10, 0) mm: use a"))));
   EXPECT_THAT(fitted.warnings, Not(Contains(HasSubstr("channel slope"))));
   // The remedies that the note names.
   EXPECT_THAT(load_mesh({.mesh = path, .sharp = {.angle_deg = 40}}).warnings, Not(Contains(rings)));

@@ -10,6 +10,7 @@
 
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/limit/prepare.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -42,6 +43,23 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
     });
   }
   EXPECT_LT(others_by_hull, 0.7 * others_by_box);
+}
+
+TEST(CellHulls, AreAsCloseAsTheirMemoryAllows) {
+  ControlMesh mesh = oracle::folding_box_mesh();
+  mesh.allow_folds = true;
+  LimitSolid::Data data = LimitSolid::prepare(mesh)->data();
+  const auto bytes_within = [&](std::size_t most_bytes) {
+    data.hulls_near_folds = {};
+    find_hulls_near_folds(most_bytes, {}, data);
+    return data.hulls_near_folds.memory_bytes();
+  };
+  const std::size_t closest = data.hulls_near_folds.memory_bytes();
+  EXPECT_EQ(bytes_within(closest), closest);
+  const std::size_t fewer = bytes_within(closest - 1);
+  EXPECT_LT(fewer, closest);
+  EXPECT_GT(fewer, closest / 4);
+  EXPECT_EQ(bytes_within(fewer - 1), 0u);
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ TEST(CellParts, HoldEveryPointOfTheirCell) {
         append_parts(map, solid->data().cells[cell], sizes, builder, parts);
         parts.finish();
         EXPECT_GT(parts.size(), 1u);
+        EXPECT_EQ(parts.size(), part_count(solid->data().cells[cell], sizes, builder)) << name << ", cell " << cell;
         for (int k = 0; k < 20; ++k) {
           Vec3 uvw(u(random), u(random), u(random));
           for (int a = 0; a < k % 4; ++a) uvw[a] = std::exp2(-exponent(random));

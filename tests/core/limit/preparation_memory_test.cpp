@@ -104,31 +104,40 @@ ControlMesh many_fans() {
   return mesh;
 }
 
-/// Fans of a hexahedron and 63 wedges, one above the other.
-ControlMesh hexahedron_among_wedges(std::uint32_t layers) {
-  constexpr std::uint32_t kCells = 64,
-                          kPoints = kCells + 2;  // Of a layer: the axis, a ring, a corner of the hexahedron.
+/// Fans of a hexahedron and 63 wedges, one above the other, round an edge inside or on the boundary.
+ControlMesh hexahedron_among_wedges(std::uint32_t layers, double degrees) {
+  constexpr std::uint32_t kCells = 64;
+  const std::uint32_t spokes = degrees == 360 ? kCells : kCells + 1;
+  const std::uint32_t points = spokes + 2;  // Of a layer: the axis, a ring, a corner of the hexahedron.
+  const double step = degrees * std::numbers::pi / 180 / kCells;
   ControlMesh mesh;
   for (std::uint32_t layer = 0; layer <= layers; ++layer) {
     const auto at = [&](double turn, double radius) {
       return Vec3(radius * std::cos(turn), radius * std::sin(turn), 5.0 * layer);
     };
     mesh.positions.push_back(at(0, 0));
-    for (std::uint32_t i = 0; i < kCells; ++i) mesh.positions.push_back(at(2 * std::numbers::pi * i / kCells, 30));
-    mesh.positions.push_back(at(std::numbers::pi / kCells, 32));
+    for (std::uint32_t i = 0; i < spokes; ++i) mesh.positions.push_back(at(step * i, 30));
+    mesh.positions.push_back(at(step / 2, 32));
   }
   const auto add = [&](CellKind kind, std::initializer_list<std::uint32_t> corners) {
     mesh.cell_kinds.push_back(kind);
     mesh.cell_vertices.insert(mesh.cell_vertices.end(), corners);
   };
   for (std::uint32_t layer = 0; layer < layers; ++layer) {
-    const std::uint32_t low = layer * kPoints, high = low + kPoints, corner = kCells + 1;
+    const std::uint32_t low = layer * points, high = low + points, corner = spokes + 1;
     add(CellKind::kHex, {low, low + 1, low + corner, low + 2, high, high + 1, high + corner, high + 2});
     for (std::uint32_t i = 1; i < kCells; ++i) {
-      const std::uint32_t a = i + 1, b = (i + 1) % kCells + 1;
+      const std::uint32_t a = i + 1, b = (i + 1) % spokes + 1;
       add(CellKind::kWedge, {low, low + b, low + a, high, high + b, high + a});
     }
   }
+  return mesh;
+}
+
+/// Folds in most of its cells.
+ControlMesh crumpled(ControlMesh mesh, double amplitude_mm) {
+  oracle::jitter(mesh, amplitude_mm, 5);
+  mesh.allow_folds = true;
   return mesh;
 }
 
@@ -139,13 +148,19 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh overlapping = oracle::kuhn_box(6), folding = oracle::folding_box_mesh();
   oracle::append_mesh(overlapping, oracle::kuhn_box(6), Vec3::Constant(3));
   folding.allow_folds = true;
+  ControlMesh all_at_once = oracle::kuhn_box(3);
+  oracle::append_mesh(all_at_once, oracle::kuhn_box(3), Vec3::Constant(3));
   return {
       {"overlapping tetrahedra", overlapping},
       {"folds", folding},
+      {"folds in most hexahedra", crumpled(oracle::box_mesh(8, 8, 8), 15)},
+      {"folds in most tetrahedra", crumpled(oracle::kuhn_box(4), 8)},
+      {"folds in most tetrahedra that overlap", crumpled(all_at_once, 8)},
+      {"folds in fans of wedges and a hexahedron", hexahedron_among_wedges(3, 290)},
       {"64 cells round an edge", oracle::fan_mesh(64, 1, 2)},
       {"64 cells round an edge of the boundary", oracle::fan_mesh(64, 1, 2, 270)},
       {"many fans", many_fans()},
-      {"64 cells round an edge, a hexahedron first", hexahedron_among_wedges(40)},
+      {"64 cells round an edge, a hexahedron first", hexahedron_among_wedges(40, 360)},
       {"256 tetrahedra round a vertex", tetrahedra_round_a_vertex()},
       {"smooth box", oracle::box_mesh(12, 12, 12)},
       {"sharp box", sharp},

@@ -47,6 +47,7 @@ std::vector<ChannelRinging> ringing_of(const ControlMesh& mesh) {
 struct Sample {
   Vec3 place;
   double value = 0;
+  ControlCellId cell;
 };
 
 /// The first channel of the limit by evaluating it, at corners and middles of its cells and halfway between them.
@@ -59,7 +60,7 @@ std::vector<Sample> evaluate(const ControlMesh& fitted) {
     for (int i = 0; i < 125; ++i) {
       const Vec3 uvw = Vec3(i % 5, i / 5 % 5, i / 25) / 4;
       const Vec3 place = evaluator.geo_and_mat({cell, uvw}, values);
-      samples.push_back({place, values[0]});
+      samples.push_back({place, values[0], solid->control_cell(cell)});
     }
   }
   return samples;
@@ -72,13 +73,16 @@ void expect_found_by_evaluation(const ControlMesh& mesh) {
   ASSERT_EQ(ringing.size(), 1u);
   const std::vector<Sample> samples = evaluate(fitted);
   double low = samples.front().value, high = low, nearest = 1e9, there = 0;
+  bool is_in_cell = false;
   for (const Sample& sample : samples) {
     low = std::min(low, sample.value);
     high = std::max(high, sample.value);
     const double distance = (sample.place - ringing[0].place).norm();
     if (distance < nearest) nearest = distance, there = sample.value;
+    is_in_cell |= distance < 1e-6 && sample.cell == ringing[0].cell;
   }
   EXPECT_LT(nearest, 1e-6);
+  EXPECT_TRUE(is_in_cell) << "cell " << ringing[0].cell;
   EXPECT_NEAR(there, ringing[0].value, 1e-3);
   // The coarser a mesh, the more its limit bends between the samples.
   const double range = high - low;
