@@ -22,21 +22,23 @@ std::array<BlockValues, 3> shares_at_nodes() {
 }
 
 std::array<BlockValues, 3> shares_between_nodes() {
-  constexpr double kHalfWay = 0.5 / (kBlockNodes - 1);
+  // x (x - 1/4) (x - 1/2) (x - 3/4) (x - 1) is largest at 0.091.
+  constexpr double kNear = 3.0 / 32, kNearer = 1.0 / 32;
   std::array<BlockValues, 3> shares{};
   for (std::size_t slot = 0; slot < kGroupsBetweenNodes * kLanes; ++slot) {
-    const std::size_t axis = slot / (2 * kLanes), bits = slot % (2 * kLanes);
+    const std::size_t group = slot / kLanes, axis = group / 2 % 3, bits = slot % (2 * kLanes);
+    const double nearest = group >= kGroupsNearEnds && group < kGroupsOnEdges ? kNearer : kNear;
     for (std::size_t a = 0; a < 3; ++a) {
       const bool high = (bits >> ((a + 3 - axis) % 3) & 1) != 0;
-      const double near = a == axis ? kHalfWay : 0;
-      shares[a][slot / kLanes][slot % kLanes] = high ? 1 - near : near;
+      const double near = is_between_nodes_along(a, group) ? nearest : 0;
+      shares[a][group][slot % kLanes] = high ? 1 - near : near;
     }
   }
   return shares;
 }
 
-// Shares are multiples of an eighth, numbered along three axes.
-constexpr std::size_t kShareSteps = 2 * (kBlockNodes - 1);
+// Shares are multiples of a 32nd, numbered along three axes.
+constexpr std::size_t kShareSteps = 32;
 std::size_t number_of(const Vec3& share) {
   std::size_t number = 0;
   for (const double s : share) number = number * (kShareSteps + 1) + static_cast<std::size_t>(kShareSteps * s);

@@ -8,7 +8,8 @@
 // last repeat a node.
 //
 // Errors of the fifth degree along an axis vanish at five equidistant nodes. Between the outer ones they are largest,
-// so places there, on the box's edges, check a fit once more.
+// so places there, on the box's edges and near the corners of its faces, check a fit once more. Beside an irregular
+// vertex errors may be largest nearer to the ends of edges: there are places, too.
 
 #pragma once
 
@@ -26,7 +27,14 @@ namespace ccslice {
 inline constexpr std::size_t kEvenBlockNodes = 63;  // Slots 0 to 62.
 inline constexpr std::size_t kBlockSlots = 128;
 inline constexpr std::size_t kBlockGroups = kBlockSlots / kLanes;
-inline constexpr std::size_t kGroupsBetweenNodes = 6;  // By the edges' axis, two each.
+/// Places between nodes: near the ends of edges, nearer to them, near the corners of faces. Of each two groups for each
+/// axis, the one that edges lie along and faces across.
+inline constexpr std::size_t kGroupsNearEnds = 6, kGroupsOnEdges = 2 * kGroupsNearEnds,
+                             kGroupsBetweenNodes = kGroupsOnEdges + kGroupsNearEnds;
+/// Whether a group's places lie between nodes along an axis.
+constexpr bool is_between_nodes_along(std::size_t axis, std::size_t group) noexcept {
+  return (group / 2 % 3 == axis) == (group < kGroupsOnEdges);
+}
 
 /// Where a node is kept: even nodes before slot 64, odd ones from it on.
 constexpr std::size_t block_slot(std::size_t node) noexcept { return node / 2 + (node % 2) * (kBlockSlots / 2); }

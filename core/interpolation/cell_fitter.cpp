@@ -103,7 +103,7 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
     if (!bounded) {
       const Vec3 between_nodes = errors_between_nodes(cell, node.parameters, frame);
       const double worst = between_nodes.maxCoeff();
-      of_tolerance = std::max(of_tolerance, worst);
+      of_tolerance = std::max(of_tolerance, worst / kSeenBetweenSamples);
       if (!(worst <= kBetweenSamplesShare)) axes = largest_axes(between_nodes, kLikeTheWorst);
     }
     if (axes == 0) {
@@ -182,8 +182,11 @@ Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, con
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
       const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
       const double worst = largest(error < 0 ? -error : error) / channels_[c].tolerance;
-      double& known = errors[static_cast<Eigen::Index>(g / 2)];
-      known = std::max(known, worst);
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (!is_between_nodes_along(a, g)) continue;
+        double& known = errors[static_cast<Eigen::Index>(a)];
+        known = std::max(known, worst);
+      }
     }
   }
   return errors;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -186,9 +187,11 @@ TEST(CellBlock, IsTheSameToTheBitWhateverWasSampledBefore) {
   }
 }
 
-// Each edge an eighth and seven eighths along it, those of an axis together.
-TEST(CellBlock, SamplesEdgesBetweenNodes) {
+// Those of an axis together: near both ends of the edges along it, nearer to them, and near the corners of the faces
+// across it.
+TEST(CellBlock, SamplesEdgesAndFacesBetweenNodes) {
   const ParamBox box{Vec3(0, 0.25, 0.5), Vec3(1, 0.75, 1)};
+  const std::array<Vec3, 3> nearest_corner = {Vec3(3.0 / 32, 0, 0), Vec3(1.0 / 32, 0, 0), Vec3(0, 3.0 / 32, 3.0 / 32)};
   for (const char* name : {"boundary_edge_4_hexes", "edge_valence_5_layers_2"}) {
     const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
     LimitEvaluator evaluator(*solid), other(*solid);
@@ -196,18 +199,19 @@ TEST(CellBlock, SamplesEdgesBetweenNodes) {
     CellBlock block;
     sampler.sample_between_nodes(LimitCellId{0}, box, block);
     std::vector<double> channels(solid->channel_count());
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int part = 0; part < 9; ++part) {
       for (int place = 0; place < 8; ++place) {
-        const Vec3 share(place & 1 ? 0.875 : 0.125, place >> 1 & 1, place >> 2 & 1);
         Vec3 uvw;
         for (int a = 0; a < 3; ++a) {
-          const int turned = (axis + a) % 3;
-          uvw[turned] = box.low[turned] + share[a] * (box.high[turned] - box.low[turned]);
+          const double near = nearest_corner[static_cast<std::size_t>(part / 3)][a];
+          const double share = place >> a & 1 ? 1 - near : near;
+          const int turned = (part + a) % 3;
+          uvw[turned] = box.low[turned] + share * (box.high[turned] - box.low[turned]);
         }
         const Vec3 position = other.geo_and_mat({LimitCellId{0}, uvw}, channels);
         bool found = false;
         for (std::size_t k = 0; k < 2 * kLanes; ++k) {
-          const std::size_t slot = 2 * kLanes * static_cast<std::size_t>(axis) + k;
+          const std::size_t slot = 2 * kLanes * static_cast<std::size_t>(part) + k;
           const Vec3 sampled = at_slot(block.position, slot);
           if ((sampled - position).norm() > 1e-11) continue;
           found = true;

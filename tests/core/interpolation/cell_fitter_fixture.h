@@ -117,16 +117,18 @@ class CellFitterTest : public testing::Test {
     return worst;
   }
 
-  /// Half way between the first two and the last two of five nodes of each edge, as a share of the tolerance.
-  double worst_on_edges(LimitCellId cell, const CellNode& part) {
+  /// On edges, a 32nd and three of them from their ends, and on faces, three from both sides; as a share of the
+  /// tolerance.
+  double worst_between_nodes(LimitCellId cell, const CellNode& part) {
+    const auto& [low, high] = part.parameters;
     double worst = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < 8; ++k) {
+    for (const Vec3& corner : {Vec3(1, 0, 0), Vec3(3, 0, 0), Vec3(0, 3, 3)}) {
+      for (int place = 0; place < 24; ++place) {
         Vec3 share;
-        share[axis] = k % 2 == 0 ? 0.125 : 0.875;
-        share[(axis + 1) % 3] = k / 2 % 2;
-        share[(axis + 2) % 3] = k / 4;
-        const auto& [low, high] = part.parameters;
+        for (int a = 0; a < 3; ++a) {
+          const double near = corner[(a + place / 8) % 3] / 32;
+          share[a] = place >> a & 1 ? 1 - near : near;
+        }
         worst = std::max(worst, error_at(cell, *part.piece, low + share.cwiseProduct(high - low)));
       }
     }
