@@ -17,8 +17,8 @@
 //   truth       some random inverted voxels, and those beyond the tolerance, against the truth. Excused: those
 //               near folds and overlaps, and off the solid where two places are as near. Where channels jump at an
 //               interface, either side is right within what inversion accepts of it;
-//   pieces      some hundred pieces of cells, searched for where their polynomials are off most: by no more than the
-//               tolerance, and where a piece's error is bounded, by no more than that bound;
+//   pieces      some hundred pieces of cells, and tiles, searched for where their polynomials are off most: by no more
+//               than the tolerance, and where a piece's error is bounded, by no more than that bound;
 //   pictures    planes of all encodings and orders read back: sizes, checksums, alpha. All other checks are of what is
 //               read;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;

@@ -94,7 +94,7 @@ void compare_linear(const HostileRun& run, HostileFinding& finding);
 /// Compares these voxels, and some random ones.
 void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, HostileFinding& finding);
 
-/// Some of its pieces of cells, by polynomial and by evaluation.
+/// Some of its pieces of cells, and some tiles, by polynomial and by evaluation.
 void compare_pieces(const HostileRun& run, HostileFinding& finding);
 
 void compare_occupancy(const HostileRun& run, HostileFinding& finding);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pieces of cells (interpolation/cell_fitter.h) searched for where they are off most, which voxels hit by chance alone:
-// the largest of 9 x 9 x 9 parameters and what is reached uphill from the largest few. Samples come from
-// LimitEvaluator, one at a time; the pieces are made of other ones, in blocks.
+// Pieces of cells (interpolation/cell_fitter.h) and tiles (interpolation/tile_fitter.h) searched for where they are off
+// most, which voxels hit by chance alone: the largest of 9 x 9 x 9 parameters and what is reached uphill from the
+// largest few. Samples come from LimitEvaluator, one at a time; what is searched is made of other ones, in blocks.
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +11,18 @@
 #include <cstdint>
 #include <memory>
 #include <random>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/interpolation/cell_fitter.h"
+#include "core/interpolation/tile_fitter.h"
 #include "core/interpolation/voxel_blocks.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/slicer/channel_tolerances.h"
 #include "tests/oracle/hostile_comparisons.h"
+#include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
@@ -61,6 +64,16 @@ std::pair<double, Vec3> find_largest(Function function) {
   return largest;
 }
 
+std::string vector_text(const Vec3& v) {
+  return "(" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + ")";
+}
+
+/// As a share of the channel's tolerance.
+double rounding_of(const LimitSolid& solid, const ChannelTolerance& channel) {
+  const ChannelRange& range = solid.summary().channels[channel.channel];
+  return kRoundingOfPieces * std::max(std::abs(range.min), std::abs(range.max)) / channel.tolerance;
+}
+
 class PieceSearch {
  public:
   PieceSearch(const HostileRun& run, HostileFinding& finding)
@@ -97,11 +110,10 @@ class PieceSearch {
       return std::abs(value_at(node.piece->polynomials[c], place) - values_[channel]) / tolerance;
     };
     const auto [largest, at] = find_largest(error);
-    const ChannelRange& range = solid_->summary().channels[channel];
-    const double rounding = kRoundingOfPieces * std::max(std::abs(range.min), std::abs(range.max)) / tolerance;
     const bool is_bounded =
         blocks_.is_in_one_patch(cell, node.parameters) || solid_->cell_class(cell) == CellClass::kLine;
-    const double allowed = (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + rounding;
+    const double allowed =
+        (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + rounding_of(*solid_, spec_.channels[c]);
     ++finding_.compared;
     const bool failed = !(largest <= allowed);
     finding_.failed += failed;
@@ -114,10 +126,6 @@ class PieceSearch {
                      vector_text(at) + " of it, at most " + number(node.piece->error) + " by itself";
   }
 
-  static std::string vector_text(const Vec3& v) {
-    return "(" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + ")";
-  }
-
   std::shared_ptr<const LimitSolid> solid_;
   HostileFinding& finding_;
   InterpolationSpec spec_;
@@ -128,10 +136,81 @@ class PieceSearch {
   std::vector<double> values_;
 };
 
+/// Of tiles that are put anywhere.
+class TileSearch {
+ public:
+  TileSearch(const HostileRun& run, HostileFinding& finding)
+      : solid_(run.solid),
+        finding_(finding),
+        spec_(interpolation_spec_of(run.job.job, run.solid->summary().channels)),
+        voxel_of_mesh_(voxel_of_mesh(spec_.placement, spec_.grid)),
+        fitter_(solid_, spec_),
+        evaluator_(*solid_),
+        values_(solid_->channel_count()) {}
+
+  /// Tries so many boxes of voxels.
+  void search(int boxes, std::uint64_t seed) {
+    HostileRandom random(seed, kTileStream);
+    for (; boxes > 0; --boxes) search(random_box(random));
+  }
+
+ private:
+  static constexpr std::uint64_t kTileStream = 23;
+  static constexpr std::size_t kMostParticles = 8;  // Of a tile.
+  static constexpr std::uint64_t kManyVoxels = 1 << 20, kFewVoxels = 128;
+
+  Box3 random_box(HostileRandom& random) {
+    const LimitCellId cell{static_cast<std::uint32_t>(random.bits() % solid_->cell_count())};
+    const Vec3 middle = voxel_of_mesh_ * evaluator_.geo({cell, Vec3::Constant(0.5) + random.in_cube(0.5)});
+    const Vec3 half(random.log_between(0.5, 32), random.log_between(0.5, 32), random.log_between(0.5, 32));
+    return {middle - half, middle + half};
+  }
+
+  void search(const Box3& box) {
+    if (solid_->index().is_ambiguous(box.transformed(voxel_of_mesh_.inverse(Eigen::Affine)))) return;
+    TileParticles& particles = fitter_.particles();
+    particles.clear();
+    const TileParticles::Range range = particles.enter(box, kManyVoxels, {});
+    if (fitter_.fit(range, box, kManyVoxels, kFewVoxels) != TileFitter::Outcome::kFits) return;
+    const std::span<const std::uint32_t> members = particles.members(range);
+    for (const std::uint32_t m : members.first(std::min(members.size(), kMostParticles))) {
+      for (std::size_t c = 0; c < spec_.channels.size(); ++c) search(box, particles[m], c);
+    }
+  }
+
+  void search(const Box3& box, const TileParticle& particle, std::size_t c) {
+    const auto& [channel, tolerance] = spec_.channels[c];
+    const Vec3 size = particle.parameters.high - particle.parameters.low;
+    const auto error = [&](const Vec3& share) {
+      const Vec3 uvw = particle.parameters.low + share.cwiseProduct(size);
+      const Vec3 voxel = voxel_of_mesh_ * evaluator_.geo_and_mat({particle.cell, uvw}, values_);
+      if (!box.contains(voxel)) return 0.0;
+      return std::abs(value_at(fitter_.polynomials()[c], fitter_.frame()(voxel)) - values_[channel]) / tolerance;
+    };
+    const double largest = find_largest(error).first;
+    ++finding_.compared;
+    finding_.worst = std::max(largest, finding_.worst);
+    if (largest <= 1 + rounding_of(*solid_, spec_.channels[c])) return;
+    ++finding_.failed;
+    finding_.where = "tile " + vector_text(box.min()) + " to " + vector_text(box.max()) + " channel " +
+                     solid_->summary().channels[channel].name + ": " + number(largest) + " of the tolerance in cell " +
+                     std::to_string(particle.cell);
+  }
+
+  std::shared_ptr<const LimitSolid> solid_;
+  HostileFinding& finding_;
+  InterpolationSpec spec_;
+  Placement voxel_of_mesh_;
+  TileFitter fitter_;
+  LimitEvaluator evaluator_;
+  std::vector<double> values_;
+};
+
 }  // namespace
 
 void compare_pieces(const HostileRun& run, HostileFinding& finding) {
   constexpr std::size_t kMostOfVertices = 300, kMostOfOthers = 60;
+  constexpr int kTiles = 25;
   const SliceJob& job = run.job.job;
   if (job.material_tolerance == 0) return;
   if (interpolation_spec_of(job, run.solid->summary().channels).channels.empty()) return;
@@ -145,6 +224,7 @@ void compare_pieces(const HostileRun& run, HostileFinding& finding) {
     std::shuffle(cells->begin(), cells->end(), random);
     search.search(*cells, cells == &at_vertices ? kMostOfVertices : kMostOfOthers);
   }
+  TileSearch(run, finding).search(kTiles, run.seed);
 }
 
 }  // namespace ccslice::oracle
