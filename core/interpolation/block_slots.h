@@ -7,9 +7,9 @@
 // middle among them), which a fit is made of, and the odd ones, which check it. Each half takes 64 slots, of which the
 // last repeat a node.
 //
-// Errors of the fifth degree along an axis vanish at five equidistant nodes. Between the outer ones they are largest,
-// so places there, on the box's edges and near the corners of its faces, check a fit once more. Beside an irregular
-// vertex errors may be largest nearer to the ends of edges: there are places, too.
+// Errors of the fifth degree along an axis vanish at five equidistant nodes. Between the outer ones they are largest:
+// places there check a fit once more, on the box's edges, and on its faces for errors along two axes. Beside an
+// irregular vertex errors may be largest nearer to the ends of edges: there are places, too.
 
 #pragma once
 
@@ -27,8 +27,8 @@ namespace ccslice {
 inline constexpr std::size_t kEvenBlockNodes = 63;  // Slots 0 to 62.
 inline constexpr std::size_t kBlockSlots = 128;
 inline constexpr std::size_t kBlockGroups = kBlockSlots / kLanes;
-/// Places between nodes: near the ends of edges, nearer to them, near the corners of faces. Of each two groups for each
-/// axis, the one that edges lie along and faces across.
+/// Places between nodes: near the ends of edges, nearer to them, near the corners of faces. Each kind takes two groups
+/// for each axis: that which its edges lie along, or which its faces lie across.
 inline constexpr std::size_t kGroupsNearEnds = 6, kGroupsOnEdges = 2 * kGroupsNearEnds,
                              kGroupsBetweenNodes = kGroupsOnEdges + kGroupsNearEnds;
 /// Whether a group's places lie between nodes along an axis.

@@ -40,8 +40,7 @@ class CellBlockSampler {
   void sample(LimitCellId cell, const ParamBox& box, CellBlock& block);
   /// Position and channels are tricubic in the box's parameters.
   bool is_in_one_patch(LimitCellId cell, const ParamBox& box) const;
-  /// Fills the first kGroupsBetweenNodes groups: on each edge of the box half way between its first and its last two
-  /// nodes.
+  /// Fills the first kGroupsBetweenNodes groups, at the places between nodes (block_slots.h).
   void sample_between_nodes(LimitCellId cell, const ParamBox& box, CellBlock& block);
 
  private:

@@ -104,7 +104,9 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
       const Vec3 between_nodes = errors_between_nodes(cell, node.parameters, frame);
       const double worst = between_nodes.maxCoeff();
       of_tolerance = std::max(of_tolerance, worst / kSeenBetweenSamples);
-      if (!(worst <= kBetweenSamplesShare)) axes = largest_axes(between_nodes, kLikeTheWorst);
+      if (!(worst <= kBetweenSamplesShare)) {
+        axes = std::isfinite(worst) ? largest_axes(between_nodes, kLikeTheWorst) : kAllAxes;
+      }
     }
     if (axes == 0) {
       node.kind = CellNode::Kind::kPiece;
@@ -182,6 +184,7 @@ Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, con
     for (std::size_t g = 0; g < kGroupsBetweenNodes; ++g) {
       const Lanes error = values_[c][g] - values_at(polynomials_[c], places_[0][g], places_[1][g], places_[2][g]);
       const double worst = largest(error < 0 ? -error : error) / channels_[c].tolerance;
+      if (!std::isfinite(worst)) return Vec3::Constant(std::numeric_limits<double>::infinity());
       for (std::size_t a = 0; a < 3; ++a) {
         if (!is_between_nodes_along(a, g)) continue;
         double& known = errors[static_cast<Eigen::Index>(a)];

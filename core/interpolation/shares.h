@@ -20,8 +20,8 @@ inline constexpr double kSampledPieceShare = 0.55;
 /// The error of such a piece between its samples. Without looking there, voxels of a CAD part were a sixth beyond
 /// 1/65536: five equidistant samples don't show errors of the fifth degree.
 inline constexpr double kBetweenSamplesShare = 0.7;
-/// What is seen there of what such a piece's error comes to anywhere: of 266,000 random pieces 16 were 1.2 times beyond
-/// what was seen, one 1.31 times.
+/// The error seen there is taken to be at least this share of such a piece's largest. That is measured: of 266,000
+/// random pieces 16 had an error 1.2 times as large as was seen, one 1.31 times.
 inline constexpr double kSeenBetweenSamples = 0.75;
 /// A bound of a tile's error. A tenth is left for what steep materials change beside the boundary.
 inline constexpr double kTileShare = 0.9;

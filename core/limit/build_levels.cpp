@@ -19,17 +19,18 @@ namespace {
 // While they are prepared cells of whole levels were measured to take up to 1.4 kB, operators, channels and boundary
 // faces apart, and cells that share no faces up to 0.5 kB more for each. Those that are made in cut-outs are many to
 // each cell that is left behind: they take up to 0.23 kB while cells are built, and 0.3 kB once they have maps and
-// boxes. Their cut-out takes up to 0.7 kB a cell.
+// boxes. Their cut-out takes up to 0.7 kB a cell, and 0.4 kB more where its neighbours are strewn over the part, as far
+// as there are others.
 constexpr std::uint64_t kLimitCellBytes = 2048, kBoundaryFaceBytes = 512;
 constexpr std::uint64_t kBuiltChildBytes = 256, kBoundChildBytes = 336;
-constexpr std::uint64_t kCutOutCellBytes = 768;
+constexpr std::uint64_t kCutOutCellBytes = 768, kStrewnCellBytes = 384;
 constexpr std::uint64_t kWalkedCellBytes = 2560;
 // Fans of 64 cells were measured to take up to 40 B for each pair of their cells, or of tetrahedra 80, of wedges with a
 // hexahedron among them 170, beyond what their cells are told to, and 4.5 MB while the first operator of one is made.
 // Fans of 16 take nothing more.
 constexpr std::uint64_t kWideFan = 16, kFanPairBytes = 80, kSplitFanPairBytes = 200, kFanOperatorBytes = 96 << 10;
 constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
-constexpr std::uint64_t kLeastBytes = 64 << 10;  // What the smallest mesh takes.
+constexpr std::uint64_t kLeastBytes = 80 << 10;  // What the smallest mesh takes.
 
 constexpr std::size_t kRefinedTogether = 2048;  // Cells: some 12 MB, a quarter of which are others' children.
 constexpr std::uint32_t kLeastPointsTogether = 1 << 8, kMostPointsTogether = 1 << 11;  // 0.6 MB of rules at most.
@@ -40,18 +41,18 @@ class NeighbourOrder {
   explicit NeighbourOrder(const Box3& box)
       : low_(box.min()), per_mm_(kSteps / std::max(box.diagonal().maxCoeff(), 1e-300)) {}
 
-  std::uint32_t operator()(const Vec3& place) const {
-    std::uint32_t order = 0;
+  std::uint64_t operator()(const Vec3& place) const {
+    std::uint64_t order = 0;
     const Vec3 steps = ((place - low_) * per_mm_).cwiseMax(0.0).cwiseMin(kSteps - 1);
     for (int axis = 0; axis < 3; ++axis) {
-      const auto step = static_cast<std::uint32_t>(steps[axis]);
+      const auto step = static_cast<std::uint64_t>(steps[axis]);
       for (int bit = 0; bit < kBits; ++bit) order |= (step >> bit & 1u) << (3 * bit + axis);
     }
     return order;
   }
 
  private:
-  static constexpr int kBits = 10;
+  static constexpr int kBits = 21;  // So many that a part that is far off doesn't put all others in one place.
   static constexpr double kSteps = 1 << kBits;
 
   Vec3 low_;
@@ -213,7 +214,7 @@ void Levels::group_neighbours(std::vector<CellId> cells) {
   Box3 box;
   for (const CellId c : cells) box.extend(middle(c));
   const NeighbourOrder order_of(box);
-  std::vector<std::pair<std::uint32_t, CellId>> ordered;
+  std::vector<std::pair<std::uint64_t, CellId>> ordered;
   ordered.reserve(cells.size());
   for (const CellId c : cells) ordered.emplace_back(order_of(middle(c)), c);
   std::ranges::sort(ordered);
@@ -282,10 +283,11 @@ void BuildingMemory::reserve() {
   const std::uint64_t points = mesh_.vertex_count() + limit_cells();
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
   const std::uint64_t cut_outs = std::min(children_, 2 * 8 * kRefinedTogether);
+  const std::uint64_t strewn = std::min(children_ - cut_outs, cut_outs);
   const std::uint64_t always =
       kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + fan_bytes_ + sizeof(double) * values;
-  const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + operator_bytes_ +
-                              kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
+  const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + kStrewnCellBytes * strewn +
+                              operator_bytes_ + kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;
   told_bytes_ = std::max(told_bytes_, always + std::max(built, bound));
   if (options_.reserve) options_.reserve(told_bytes_);

@@ -4,8 +4,8 @@
 // Where the cells near folds aren't: boxes of the parts of each cell, which hold it far more closely than its own box.
 //
 // Near folds every cell whose box holds a point has to be searched thoroughly, lest a lower cell holds it too. The
-// parts of a cell, some ten, are boxes around pieces of its Bezier net, in the parameters that the cell's map guesses
-// (CellMap), where cells are nearly cubes however they lie in space. A point in none of them isn't in the cell.
+// parts of a cell, some ten or twenty, are boxes around pieces of its Bezier net, in the parameters that the cell's map
+// guesses (CellMap), where cells are nearly cubes however they lie in space. A point in none of them isn't in the cell.
 
 #pragma once
 

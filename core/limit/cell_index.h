@@ -29,7 +29,7 @@ struct CellIndex {
   FloatBoxTree cell_boxes;              // Bounding boxes of the cells' limits, mesh frame.
   BoxTree fold_boxes;                   // Boxes of the cells that fold, or may fold.
   std::vector<LimitCellId> fold_cells;  // Those cells, ascending.
-  CellHulls hulls_near_folds;           // Hulls of the cells whose boxes meet those of fold_boxes.
+  CellHulls hulls_near_folds;           // Of the cells whose boxes meet those of fold_boxes; or none.
   BoxTree overlap_boxes;                // Boxes of the cells that may overlap a separate part of the solid.
   std::vector<std::uint32_t> parts;     // By cell: its part, numbered by first cells. Empty if no parts overlap.
 

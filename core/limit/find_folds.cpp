@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "core/limit/fold_search.h"
@@ -126,46 +127,60 @@ std::vector<std::uint8_t> prove_unfolded(const PrepareOptions& options, const Li
   return proved;
 }
 
+/// Keeps the cells that fold or may fold, and counts them.
+void keep_fold_boxes(std::span<const FoldVerdict> verdicts, const CancellationToken& cancel, LimitSolid::Data& data) {
+  data.summary.folding_cells = static_cast<std::size_t>(std::ranges::count(verdicts, FoldVerdict::kFolds));
+  data.summary.undecided_cells = static_cast<std::size_t>(std::ranges::count(verdicts, FoldVerdict::kUndecided));
+  const std::size_t count = data.summary.folding_cells + data.summary.undecided_cells;
+  std::vector<Box3> boxes;
+  boxes.reserve(count);
+  data.fold_cells.reserve(count);
+  for (const LimitCellId c : IdRange<LimitCellId>(verdicts.size())) {
+    if (verdicts[c] == FoldVerdict::kUnfolded) continue;
+    boxes.push_back(data.cell_boxes.box(c));
+    data.fold_cells.push_back(c);
+  }
+  data.fold_boxes = BoxTree(boxes, cancel);
+}
+
 }  // namespace
 
 void find_folds(const PrepareOptions& options, LimitSolid::Data& data) {
   const auto count = static_cast<std::uint32_t>(data.cells.size());
   const std::uint32_t per_range = ids_per_range_of(count);
-  std::vector<std::vector<std::pair<LimitCellId, FoldFinding>>> found(range_count(count, per_range));
+  // All cells of a mesh may fold: what isn't reported is known by a byte.
+  std::vector<std::vector<FoldPlace>> folds(range_count(count, per_range));
+  std::vector<FoldVerdict> verdicts(count, FoldVerdict::kUnfolded);
   options.begin(PreparationStep::kFolding, count);
-  const std::vector<std::uint8_t> proved = prove_unfolded(options, data);
-  // A search refers to parts of itself, so it can't move.
-  const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
-  const IdRange<LimitCellId> all(count);
-  for_each_range(all, options.threads, per_range, make_search,
-                 [&](std::unique_ptr<CellSearch>& search, const auto& range) {
-                   options.cancel.throw_if_cancelled();
-                   search->start_range(range.ids.size());
-                   std::uint64_t searched = 0;
-                   for (const LimitCellId c : range.ids) {
-                     if (proved[c]) continue;
-                     const FoldFinding worst = search->examine(data.cells[c]);
-                     if (worst.verdict != FoldVerdict::kUnfolded) found[range.number].emplace_back(c, worst);
-                     ++searched;
-                   }
-                   options.count(searched);
-                 });
-  std::vector<Box3> boxes;
-  for (const auto& range : found) {
-    for (const auto& [c, worst] : range) {
-      boxes.push_back(data.cell_boxes.box(c));
-      data.fold_cells.push_back(c);
-      if (worst.verdict == FoldVerdict::kUndecided) {
-        ++data.summary.undecided_cells;
-        continue;
-      }
-      ++data.summary.folding_cells;
-      if (data.summary.folds.size() < kMaxReportedFolds) {
-        data.summary.folds.push_back({c, data.cells[c].control_cell, worst.position, worst.determinant});
-      }
-    }
+  {
+    const std::vector<std::uint8_t> proved = prove_unfolded(options, data);
+    // A search refers to parts of itself, so it can't move.
+    const auto make_search = [&] { return std::make_unique<CellSearch>(data, options.cancel); };
+    const IdRange<LimitCellId> all(count);
+    for_each_range(all, options.threads, per_range, make_search,
+                   [&](std::unique_ptr<CellSearch>& search, const auto& range) {
+                     options.cancel.throw_if_cancelled();
+                     search->start_range(range.ids.size());
+                     std::vector<FoldPlace>& found = folds[range.number];
+                     std::uint64_t searched = 0;
+                     for (const LimitCellId c : range.ids) {
+                       if (proved[c]) continue;
+                       const FoldFinding worst = search->examine(data.cells[c]);
+                       verdicts[c] = worst.verdict;
+                       if (worst.verdict == FoldVerdict::kFolds && found.size() < kMaxReportedFolds) {
+                         found.push_back({c, data.cells[c].control_cell, worst.position, worst.determinant});
+                       }
+                       ++searched;
+                     }
+                     options.count(searched);
+                   });
   }
-  data.fold_boxes = BoxTree(boxes, options.cancel);
+  for (const std::vector<FoldPlace>& found : folds) {
+    const std::size_t left = kMaxReportedFolds - data.summary.folds.size();
+    data.summary.folds.insert(data.summary.folds.end(), found.begin(),
+                              found.begin() + static_cast<std::ptrdiff_t>(std::min(left, found.size())));
+  }
+  keep_fold_boxes(verdicts, options.cancel, data);
 }
 
 }  // namespace ccslice

@@ -18,9 +18,9 @@ namespace ccslice {
 
 /// Refines where necessary, classifies, numbers the limit-ready cells, walks their rings and makes the operators; finds
 /// the boundary faces. `complex`: the mesh's. Fills points, rings, cells, operators, faces, face_rings, face_hulls and
-/// the counts of the summary. Returns what options.reserve was told at last, which is enough for the steps that follow,
-/// too. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and
-/// what options.reserve does.
+/// the counts of the summary. Returns what options.reserve was told at last, which is meant to do for the steps that
+/// follow, too. Throws Error{kMeshTooComplex} if the rings outgrow 32-bit numbers, Error{kCancelled}, and what
+/// options.reserve does.
 std::uint64_t build_cells(const ControlMesh& mesh, CellComplex complex, const PrepareOptions& options,
                           LimitSolid::Data& data);
 

@@ -115,11 +115,8 @@ class PieceSearch {
     const double allowed =
         (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + rounding_of(*solid_, spec_.channels[c]);
     ++finding_.compared;
-    const bool failed = !(largest <= allowed);
-    finding_.failed += failed;
-    if (largest <= finding_.worst && !failed) return;
     finding_.worst = std::max(largest, finding_.worst);
-    if (!failed) return;
+    if (largest <= allowed || ++finding_.failed > 1) return;
     finding_.where = "cell " + std::to_string(cell) + " channel " + solid_->summary().channels[channel].name + ", " +
                      (is_bounded ? "bounded" : "sampled") + " piece from " + vector_text(node.parameters.low) +
                      " of size " + vector_text(size) + ": " + number(largest) + " of the tolerance at " +
@@ -190,8 +187,7 @@ class TileSearch {
     const double largest = find_largest(error).first;
     ++finding_.compared;
     finding_.worst = std::max(largest, finding_.worst);
-    if (largest <= 1 + rounding_of(*solid_, spec_.channels[c])) return;
-    ++finding_.failed;
+    if (largest <= 1 + rounding_of(*solid_, spec_.channels[c]) || ++finding_.failed > 1) return;
     finding_.where = "tile " + vector_text(box.min()) + " to " + vector_text(box.max()) + " channel " +
                      solid_->summary().channels[channel].name + ": " + number(largest) + " of the tolerance in cell " +
                      std::to_string(particle.cell);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -12,7 +13,9 @@
 #include <initializer_list>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -134,6 +137,28 @@ ControlMesh hexahedron_among_wedges(std::uint32_t layers, double degrees) {
   return mesh;
 }
 
+/// Cells in any order, and one of them far away from all others.
+ControlMesh with_a_far_cell(int cells) {
+  const ControlMesh box = oracle::kuhn_box(cells);
+  std::vector<std::size_t> order(box.cell_count());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(7));
+  ControlMesh mesh;
+  mesh.positions = box.positions;
+  mesh.cell_kinds = box.cell_kinds;
+  for (const std::size_t cell : order) {
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      mesh.cell_vertices.push_back(box.cell_vertices[4 * cell + corner]);
+    }
+  }
+  ControlMesh lone;
+  lone.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  lone.cell_kinds = {CellKind::kTet};
+  lone.cell_vertices = {0, 1, 2, 3};
+  oracle::append_mesh(mesh, lone, Vec3(1e5, 0, 0));
+  return mesh;
+}
+
 /// Folds in most of its cells.
 ControlMesh crumpled(ControlMesh mesh, double amplitude_mm) {
   oracle::jitter(mesh, amplitude_mm, 5);
@@ -155,6 +180,8 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
       {"folds", folding},
       {"folds in most hexahedra", crumpled(oracle::box_mesh(8, 8, 8), 15)},
       {"folds in most tetrahedra", crumpled(oracle::kuhn_box(4), 8)},
+      {"folds in all tetrahedra", crumpled(oracle::kuhn_box(12), 30)},
+      {"a tetrahedron far away", with_a_far_cell(10)},
       {"folds in most tetrahedra that overlap", crumpled(all_at_once, 8)},
       {"folds in fans of wedges and a hexahedron", hexahedron_among_wedges(3, 290)},
       {"64 cells round an edge", oracle::fan_mesh(64, 1, 2)},
@@ -175,6 +202,7 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
 TEST(PreparationMemory, IsAskedForBeforeItIsTaken) {
   for (const int threads : {1, 2}) {
     for (auto& [name, mesh] : meshes()) {
+      if (threads > 1 && mesh.cell_count() > 10'000) continue;  // It takes ten seconds.
       Bookkeeper bookkeeper(name + ", threads: " + std::to_string(threads));
       PrepareOptions options;
       options.threads = threads;
