@@ -68,25 +68,50 @@ std::string vector_text(const Vec3& v) {
   return "(" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + ")";
 }
 
-/// As a share of the channel's tolerance.
-double rounding_of(const LimitSolid& solid, const ChannelTolerance& channel) {
-  const ChannelRange& range = solid.summary().channels[channel.channel];
-  return kRoundingOfPieces * std::max(std::abs(range.min), std::abs(range.max)) / channel.tolerance;
-}
+/// What polynomials are compared with.
+struct Evaluated {
+  explicit Evaluated(const HostileRun& run)
+      : solid(run.solid),
+        spec(interpolation_spec_of(run.job.job, run.solid->summary().channels)),
+        voxel_of_mesh(ccslice::voxel_of_mesh(spec.placement, spec.grid)),
+        evaluator(*solid),
+        values(solid->channel_count()) {}
+
+  /// The largest error of a polynomial of spec.channels[c] over a box of a cell's parameters, as a share of the
+  /// tolerance, and where in the box that is. It counts at voxels for which counts(voxel) is true.
+  template <typename Counts>
+  std::pair<double, Vec3> find_worst(LimitCellId cell, const ParamBox& box, std::size_t c, const VoxelFrame& frame,
+                                     const CubicPolynomial& polynomial, Counts counts) {
+    const auto& [channel, tolerance] = spec.channels[c];
+    return find_largest([&](const Vec3& share) {
+      const Vec3 uvw = box.low + share.cwiseProduct(box.high - box.low);
+      const Vec3 voxel = voxel_of_mesh * evaluator.geo_and_mat({cell, uvw}, values);
+      return counts(voxel) ? std::abs(value_at(polynomial, frame(voxel)) - values[channel]) / tolerance : 0.0;
+    });
+  }
+
+  const ChannelRange& range(std::size_t c) const { return solid->summary().channels[spec.channels[c].channel]; }
+  /// As a share of the channel's tolerance.
+  double rounding(std::size_t c) const {
+    return kRoundingOfPieces * std::max(std::abs(range(c).min), std::abs(range(c).max)) / spec.channels[c].tolerance;
+  }
+
+  std::shared_ptr<const LimitSolid> solid;
+  InterpolationSpec spec;
+  Placement voxel_of_mesh;
+  LimitEvaluator evaluator;
+  std::vector<double> values;
+};
 
 class PieceSearch {
  public:
-  PieceSearch(const HostileRun& run, HostileFinding& finding)
-      : solid_(run.solid),
+  PieceSearch(Evaluated& evaluated, HostileFinding& finding)
+      : evaluated_(evaluated),
         finding_(finding),
-        spec_(interpolation_spec_of(run.job.job, run.solid->summary().channels)),
-        voxel_of_mesh_(voxel_of_mesh(spec_.placement, spec_.grid)),
-        blocks_(*solid_, spec_),
-        fitter_(solid_, spec_),
-        evaluator_(*solid_),
-        values_(solid_->channel_count()) {}
+        blocks_(*evaluated.solid, evaluated.spec),
+        fitter_(evaluated.solid, evaluated.spec) {}
 
-  /// Of these cells, `most` pieces.
+  /// Searches at most so many pieces of these cells.
   void search(const std::vector<LimitCellId>& cells, std::size_t most) {
     for (const LimitCellId cell : cells) {
       std::vector<CellNode> nodes(1);
@@ -95,55 +120,39 @@ class PieceSearch {
       for (const CellNode& node : nodes) {
         if (node.kind != CellNode::Kind::kPiece) continue;
         if (most-- == 0) return;
-        for (std::size_t c = 0; c < spec_.channels.size(); ++c) search(cell, node, c);
+        for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(cell, node, c);
       }
     }
   }
 
  private:
   void search(LimitCellId cell, const CellNode& node, std::size_t c) {
-    const auto& [channel, tolerance] = spec_.channels[c];
-    const Vec3 size = node.parameters.high - node.parameters.low;
-    const auto error = [&](const Vec3& share) {
-      const Vec3 uvw = node.parameters.low + share.cwiseProduct(size);
-      const Vec3 place = node.piece->frame(voxel_of_mesh_ * evaluator_.geo_and_mat({cell, uvw}, values_));
-      return std::abs(value_at(node.piece->polynomials[c], place) - values_[channel]) / tolerance;
-    };
-    const auto [largest, at] = find_largest(error);
+    const auto [largest, at] = evaluated_.find_worst(cell, node.parameters, c, node.piece->frame,
+                                                     node.piece->polynomials[c], [](const Vec3&) { return true; });
     const bool is_bounded =
-        blocks_.is_in_one_patch(cell, node.parameters) || solid_->cell_class(cell) == CellClass::kLine;
-    const double allowed =
-        (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + rounding_of(*solid_, spec_.channels[c]);
+        blocks_.is_in_one_patch(cell, node.parameters) || evaluated_.solid->cell_class(cell) == CellClass::kLine;
+    const double allowed = (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + evaluated_.rounding(c);
     ++finding_.compared;
     finding_.worst = std::max(largest, finding_.worst);
     if (largest <= allowed || ++finding_.failed > 1) return;
-    finding_.where = "cell " + std::to_string(cell) + " channel " + solid_->summary().channels[channel].name + ", " +
+    finding_.where = "cell " + std::to_string(cell) + " channel " + evaluated_.range(c).name + ", " +
                      (is_bounded ? "bounded" : "sampled") + " piece from " + vector_text(node.parameters.low) +
-                     " of size " + vector_text(size) + ": " + number(largest) + " of the tolerance at " +
-                     vector_text(at) + " of it, at most " + number(node.piece->error) + " by itself";
+                     " of size " + vector_text(node.parameters.high - node.parameters.low) + ": " + number(largest) +
+                     " of the tolerance at " + vector_text(at) + " of it, at most " + number(node.piece->error) +
+                     " by itself";
   }
 
-  std::shared_ptr<const LimitSolid> solid_;
+  Evaluated& evaluated_;
   HostileFinding& finding_;
-  InterpolationSpec spec_;
-  Placement voxel_of_mesh_;
   VoxelBlocks blocks_;
   CellFitter fitter_;
-  LimitEvaluator evaluator_;
-  std::vector<double> values_;
 };
 
-/// Of tiles that are put anywhere.
+/// Puts tiles anywhere and searches them.
 class TileSearch {
  public:
-  TileSearch(const HostileRun& run, HostileFinding& finding)
-      : solid_(run.solid),
-        finding_(finding),
-        spec_(interpolation_spec_of(run.job.job, run.solid->summary().channels)),
-        voxel_of_mesh_(voxel_of_mesh(spec_.placement, spec_.grid)),
-        fitter_(solid_, spec_),
-        evaluator_(*solid_),
-        values_(solid_->channel_count()) {}
+  TileSearch(Evaluated& evaluated, HostileFinding& finding)
+      : evaluated_(evaluated), finding_(finding), fitter_(evaluated.solid, evaluated.spec) {}
 
   /// Tries so many boxes of voxels.
   void search(int boxes, std::uint64_t seed) {
@@ -157,49 +166,41 @@ class TileSearch {
   static constexpr std::uint64_t kManyVoxels = 1 << 20, kFewVoxels = 128;
 
   Box3 random_box(HostileRandom& random) {
-    const LimitCellId cell{static_cast<std::uint32_t>(random.bits() % solid_->cell_count())};
-    const Vec3 middle = voxel_of_mesh_ * evaluator_.geo({cell, Vec3::Constant(0.5) + random.in_cube(0.5)});
+    const LimitCellId cell{static_cast<std::uint32_t>(random.bits() % evaluated_.solid->cell_count())};
+    const Vec3 uvw = Vec3::Constant(0.5) + random.in_cube(0.5);
+    const Vec3 middle = evaluated_.voxel_of_mesh * evaluated_.evaluator.geo({cell, uvw});
     const Vec3 half(random.log_between(0.5, 32), random.log_between(0.5, 32), random.log_between(0.5, 32));
     return {middle - half, middle + half};
   }
 
   void search(const Box3& box) {
-    if (solid_->index().is_ambiguous(box.transformed(voxel_of_mesh_.inverse(Eigen::Affine)))) return;
+    const Placement mesh_of_voxel = evaluated_.voxel_of_mesh.inverse(Eigen::Affine);
+    if (evaluated_.solid->index().is_ambiguous(box.transformed(mesh_of_voxel))) return;
     TileParticles& particles = fitter_.particles();
     particles.clear();
     const TileParticles::Range range = particles.enter(box, kManyVoxels, {});
     if (fitter_.fit(range, box, kManyVoxels, kFewVoxels) != TileFitter::Outcome::kFits) return;
     const std::span<const std::uint32_t> members = particles.members(range);
     for (const std::uint32_t m : members.first(std::min(members.size(), kMostParticles))) {
-      for (std::size_t c = 0; c < spec_.channels.size(); ++c) search(box, particles[m], c);
+      for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(box, particles[m], c);
     }
   }
 
   void search(const Box3& box, const TileParticle& particle, std::size_t c) {
-    const auto& [channel, tolerance] = spec_.channels[c];
-    const Vec3 size = particle.parameters.high - particle.parameters.low;
-    const auto error = [&](const Vec3& share) {
-      const Vec3 uvw = particle.parameters.low + share.cwiseProduct(size);
-      const Vec3 voxel = voxel_of_mesh_ * evaluator_.geo_and_mat({particle.cell, uvw}, values_);
-      if (!box.contains(voxel)) return 0.0;
-      return std::abs(value_at(fitter_.polynomials()[c], fitter_.frame()(voxel)) - values_[channel]) / tolerance;
-    };
-    const double largest = find_largest(error).first;
+    const auto [largest, at] =
+        evaluated_.find_worst(particle.cell, particle.parameters, c, fitter_.frame(), fitter_.polynomials()[c],
+                              [&box](const Vec3& voxel) { return box.contains(voxel); });
     ++finding_.compared;
     finding_.worst = std::max(largest, finding_.worst);
-    if (largest <= 1 + rounding_of(*solid_, spec_.channels[c]) || ++finding_.failed > 1) return;
+    if (largest <= 1 + evaluated_.rounding(c) || ++finding_.failed > 1) return;
     finding_.where = "tile " + vector_text(box.min()) + " to " + vector_text(box.max()) + " channel " +
-                     solid_->summary().channels[channel].name + ": " + number(largest) + " of the tolerance in cell " +
-                     std::to_string(particle.cell);
+                     evaluated_.range(c).name + ": " + number(largest) + " of the tolerance in cell " +
+                     std::to_string(particle.cell) + " at " + vector_text(at) + " of a part of it";
   }
 
-  std::shared_ptr<const LimitSolid> solid_;
+  Evaluated& evaluated_;
   HostileFinding& finding_;
-  InterpolationSpec spec_;
-  Placement voxel_of_mesh_;
   TileFitter fitter_;
-  LimitEvaluator evaluator_;
-  std::vector<double> values_;
 };
 
 }  // namespace
@@ -207,20 +208,20 @@ class TileSearch {
 void compare_pieces(const HostileRun& run, HostileFinding& finding) {
   constexpr std::size_t kMostOfVertices = 300, kMostOfOthers = 60;
   constexpr int kTiles = 25;
-  const SliceJob& job = run.job.job;
-  if (job.material_tolerance == 0) return;
-  if (interpolation_spec_of(job, run.solid->summary().channels).channels.empty()) return;
+  if (run.job.job.material_tolerance == 0) return;
+  Evaluated evaluated(run);
+  if (evaluated.spec.channels.empty()) return;
   std::vector<LimitCellId> at_vertices, others;
   for (const LimitCellId cell : run.solid->cells()) {
     (run.solid->cell_class(cell) == CellClass::kVertex ? at_vertices : others).push_back(cell);
   }
-  PieceSearch search(run, finding);
+  PieceSearch search(evaluated, finding);
   std::mt19937_64 random(run.seed);
   for (std::vector<LimitCellId>* cells : {&at_vertices, &others}) {
     std::shuffle(cells->begin(), cells->end(), random);
     search.search(*cells, cells == &at_vertices ? kMostOfVertices : kMostOfOthers);
   }
-  TileSearch(run, finding).search(kTiles, run.seed);
+  TileSearch(evaluated, finding).search(kTiles, run.seed);
 }
 
 }  // namespace ccslice::oracle

@@ -187,8 +187,8 @@ TEST(CellBlock, IsTheSameToTheBitWhateverWasSampledBefore) {
   }
 }
 
-// Those of an axis together: near both ends of the edges along it, nearer to them, and near the corners of the faces
-// across it.
+// Places of an axis stand together: near both ends of the edges along it, nearer to them, and near the corners of the
+// faces across it.
 TEST(CellBlock, SamplesEdgesAndFacesBetweenNodes) {
   const ParamBox box{Vec3(0, 0.25, 0.5), Vec3(1, 0.75, 1)};
   const std::array<Vec3, 3> nearest_corner = {Vec3(3.0 / 32, 0, 0), Vec3(1.0 / 32, 0, 0), Vec3(0, 3.0 / 32, 3.0 / 32)};
