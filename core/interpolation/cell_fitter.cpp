@@ -138,7 +138,8 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
-  const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell);
+  const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell),
+                 rim_sides = solid_->rim_sides(cell);
   for (std::size_t side = 0; side < 6; ++side) {
     const std::size_t axis = side / 2;
     const bool high = side % 2 != 0;
@@ -147,9 +148,11 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
     if (!at_side) continue;
     const bool at_boundary = boundary_sides >> side & 1;
     piece.at_boundary = piece.at_boundary || at_boundary;
+    const bool at_rim = rim_sides >> side & 1;
+    const bool is_steep = (at_boundary || at_rim) && is_steep_at(frame, axis, high, error);
     // Beyond an interface is another region, whose material need not go on from this one's.
-    if (interface_sides >> side & 1 || (at_boundary && is_steep_at(frame, axis, high, error)) ||
-        surroundings_.may_differ({cell, points_, shape, frame, polynomials_, error}, side)) {
+    if (interface_sides >> side & 1 || (at_boundary && is_steep) ||
+        surroundings_.may_differ({cell, points_, shape, frame, polynomials_, error}, side, at_rim && is_steep)) {
       piece.beyond.push_back(fit_beyond(axis, high));
     }
   }

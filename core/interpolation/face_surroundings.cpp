@@ -104,22 +104,27 @@ bool FaceSurroundings::is_across_a_gap(Touching& touching) const {
   return *touching.is_across_a_gap;
 }
 
-bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
+bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side, bool steep_in_air) {
   collect(piece.cell);
   const double sure = std::cbrt(1 - piece.error) * sure_share_, sure_mm = sure * least_thickness_mm_;
   if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
-  if (meets_others(piece)) return true;
+  if (steep_in_air || meets_others(piece)) return true;
   const bool across_gaps = find_across_gaps(piece, side);
+  const bool may_jump = across_gaps || least_thickness_mm_ == 0;
   std::optional<CellDistance> distance;  // For each piece anew, as in meets_others().
   return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
     const Vec3 outwards = kDeeper * place.depth * thickness_mm(place.outwards);
     const double depth_mm = outwards.norm();
     if (depth_mm <= sure_mm && !across_gaps) return false;
-    const Vec3 deepest = mesh_of_voxel_ * place.voxel + (kDeeper - 1) / kDeeper * outwards;
-    const std::optional<CellParam> there = guess_beyond(deepest, depth_mm / sure, across_gaps, distance);
-    return there && differs_at(piece, deepest, *there);
+    const auto differs = [&](const Vec3& point) {
+      const std::optional<CellParam> there = guess_beyond(point, depth_mm / sure, across_gaps, distance);
+      return there && differs_at(piece, point, *there);
+    };
+    const Vec3 edge = mesh_of_voxel_ * place.voxel;
+    // Of a cell that is met across an edge alone the place beyond the triangle's edge may lie behind.
+    return differs(edge + (kDeeper - 1) / kDeeper * outwards) || (may_jump && differs(edge));
   });
 }
 

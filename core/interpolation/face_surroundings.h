@@ -15,7 +15,7 @@
 //   inverted, and what lies there is compared with the polynomials.
 // - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
 //   If one of them may reach into the shell, the polynomials don't hold there.
-// - None. Nobody asks for voxels there.
+// - None. Nobody asks for voxels there, but for those within the contours' tolerance of the solid.
 //
 // An answer depends on the solid, the spec and the piece alone.
 
@@ -55,8 +55,9 @@ class FaceSurroundings {
   };
 
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
+  /// `steep_in_air`: where the solid ends there, at an edge, it is.
   /// REQUIRES: the side is on the cell's own (LimitSolid::boundary_sides()), and the piece isn't flat.
-  bool may_differ(const Piece& piece, std::size_t side);
+  bool may_differ(const Piece& piece, std::size_t side, bool steep_in_air);
 
  private:
   /// A cell that touches the one at hand.

@@ -207,6 +207,7 @@ void CellAdder::put_cell(const PendingCell& pending) {
   }
   reserve_operators();
   put_boundary_faces(pending);
+  put_rim_sides(pending);
 }
 
 void CellAdder::put_boundary_faces(const PendingCell& pending) {
@@ -238,6 +239,24 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
     faces_.push_back(
         {record, {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())}});
+  }
+}
+
+/// REQUIRES: the cell's sides on the boundary and interfaces are put.
+void CellAdder::put_rim_sides(const PendingCell& pending) {
+  const CellComplex& complex = level_->complex;
+  const auto edges = complex.cell_edges(pending.cell);
+  const auto& corners = cell_topology(CellKind::kHex).edges;
+  LimitCell& cell = data_.cells[pending.id];
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (!complex.edge_on_boundary(edges[e])) continue;
+    const auto [from, to] = corners[e];
+    unsigned sides = 0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const unsigned low = from >> axis & 1u;
+      if (low == (to >> axis & 1u)) sides |= 1u << (2 * axis + low);
+    }
+    if (((cell.boundary_sides | cell.interface_sides) & sides) == 0) cell.rim_sides |= static_cast<std::uint8_t>(sides);
   }
 }
 

@@ -28,6 +28,7 @@ struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
   std::uint8_t boundary_sides = 0;   // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
   std::uint8_t interface_sides = 0;  // Bit s: side s is between two cell regions.
+  std::uint8_t rim_sides = 0;        // Bit s: side s has an edge on the boundary that none of those has.
   PhantomMask phantoms = 0;
   Frame frame;
   std::uint32_t op = kNone;

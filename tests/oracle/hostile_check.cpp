@@ -57,7 +57,7 @@ void compare(HostileRun& run, const HostileOptions& options, HostileResult& resu
   std::vector<VoxelIndex> beyond;
   compare_tolerance(run, beyond, result[HostileCheck::kTolerance]);
   compare_with_truth(run, std::move(beyond), result[HostileCheck::kTruth]);
-  compare_pieces(run, result[HostileCheck::kPieces]);
+  compare_pieces(run, result[HostileCheck::kPieces], result[HostileCheck::kShells]);
   compare_occupancy(run, result[HostileCheck::kOccupancy]);
   compare_contours(run, result[HostileCheck::kContours]);
   compare_regions(run, result[HostileCheck::kRegions]);
@@ -148,6 +148,7 @@ std::string_view to_text(HostileCheck check) {
     case HostileCheck::kLinear: return "linear";
     case HostileCheck::kTruth: return "truth";
     case HostileCheck::kPieces: return "pieces";
+    case HostileCheck::kShells: return "shells";
     case HostileCheck::kPictures: return "pictures";
     case HostileCheck::kOccupancy: return "occupancy";
     case HostileCheck::kContours: return "contours";

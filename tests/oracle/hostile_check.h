@@ -19,6 +19,8 @@
 //               interface, either side is right within what inversion accepts of it;
 //   pieces      some hundred pieces of cells, and tiles, searched for where their polynomials are off most: by no more
 //               than the tolerance, and where a piece's error is bounded, by no more than that bound;
+//   shells      the same of the flat triangles up to which some of these pieces paint, against what inversion finds
+//               there;
 //   pictures    planes of all encodings and orders read back: sizes, checksums, alpha. All other checks are of what is
 //               read;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;
@@ -52,6 +54,7 @@ enum class HostileCheck : std::uint8_t {
   kLinear,
   kTruth,
   kPieces,
+  kShells,
   kPictures,
   kOccupancy,
   kContours,
@@ -61,7 +64,7 @@ enum class HostileCheck : std::uint8_t {
   kUnresolved,
   kBytes
 };
-inline constexpr std::size_t kHostileChecks = 12;
+inline constexpr std::size_t kHostileChecks = 13;
 std::string_view to_text(HostileCheck check);
 
 struct HostileResult {

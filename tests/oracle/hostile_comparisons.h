@@ -95,7 +95,7 @@ void compare_linear(const HostileRun& run, HostileFinding& finding);
 void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, HostileFinding& finding);
 
 /// Some of its pieces of cells, and some tiles, by polynomial and by evaluation.
-void compare_pieces(const HostileRun& run, HostileFinding& finding);
+void compare_pieces(const HostileRun& run, HostileFinding& finding, HostileFinding& finding_of_shells);
 
 void compare_occupancy(const HostileRun& run, HostileFinding& finding);
 

@@ -78,6 +78,22 @@ TEST(HostileJob, PiecesKeepTheToleranceWhereNoVoxelLies) {
   EXPECT_GT(result[HostileCheck::kPieces].compared, 500u);
 }
 
+// Triangles of a cell reached across an edge into one of another cell region, by so thin a sliver that the place beyond
+// it that was looked at lay in a third cell: 988 times the tolerance.
+TEST(HostileJob, TrianglesKeepTheToleranceInCellsAcrossAnEdge) {
+  const HostileResult result = run_hostile_seed(50699);
+  EXPECT_FALSE(result.failed()) << to_text(result);
+  EXPECT_GT(result[HostileCheck::kShells].compared, 300u);
+}
+
+// Triangles of cells that are on the boundary by a reentrant edge alone reached into the air there, by less than the
+// contours' tolerance: 2.8 times the tolerance of materials, which polynomials were followed by.
+TEST(HostileJob, TrianglesKeepTheToleranceInTheAirBesideReentrantEdges) {
+  const HostileResult result = run_hostile_seed(51762);
+  EXPECT_FALSE(result.failed()) << to_text(result);
+  EXPECT_GT(result[HostileCheck::kShells].compared, 200u);
+}
+
 // Checks of what no seed draws would pass for want of cases.
 TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
   std::string all;

@@ -2,117 +2,42 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pieces of cells (interpolation/cell_fitter.h) and tiles (interpolation/tile_fitter.h) searched for where they are off
-// most, which voxels hit by chance alone: the largest of 9 x 9 x 9 parameters and what is reached uphill from the
-// largest few. Samples come from LimitEvaluator, one at a time; what is searched is made of other ones, in blocks.
+// most, which voxels hit by chance alone.
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <random>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/interpolation/cell_fitter.h"
 #include "core/interpolation/tile_fitter.h"
 #include "core/interpolation/voxel_blocks.h"
-#include "core/limit/limit_evaluator.h"
-#include "core/slicer/channel_tolerances.h"
 #include "tests/oracle/hostile_comparisons.h"
+#include "tests/oracle/hostile_evaluated.h"
 #include "tests/oracle/hostile_random.h"
+#include "tests/oracle/hostile_shells.h"
 #include "tests/oracle/hostile_text.h"
 
 namespace ccslice::oracle {
 namespace {
 
-constexpr double kRoundingOfPieces = 1e-11;  // Of the channel's largest value.
 constexpr double kRoundingOfTheirBounds = 1e-6;
 constexpr std::size_t kMostNodes = 2000;  // Of a cell.
 
-/// The largest value of a function over the unit cube, or nearly, and where it is.
-template <typename Function>
-std::pair<double, Vec3> find_largest(Function function) {
-  constexpr int kSteps = 8;
-  constexpr std::size_t kStarts = 4;
-  constexpr double kFirstStep = 0.06, kLastStep = 0.003;
-  std::vector<std::pair<double, Vec3>> starts;
-  for (int n = 0; n < (kSteps + 1) * (kSteps + 1) * (kSteps + 1); ++n) {
-    const Vec3 at = Vec3(n % (kSteps + 1), n / (kSteps + 1) % (kSteps + 1), n / ((kSteps + 1) * (kSteps + 1))) / kSteps;
-    starts.emplace_back(function(at), at);
-  }
-  std::partial_sort(starts.begin(), starts.begin() + kStarts, starts.end(),
-                    [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::pair<double, Vec3> largest = starts.front();
-  for (std::size_t start = 0; start < kStarts; ++start) {
-    auto [value, at] = starts[start];
-    for (double step = kFirstStep; step > kLastStep;) {
-      bool higher = false;
-      for (int way = 0; way < 6; ++way) {
-        Vec3 next = at;
-        next[way / 2] = std::clamp(next[way / 2] + (way % 2 == 0 ? step : -step), 0.0, 1.0);
-        const double found = function(next);
-        if (!(found > value)) continue;
-        value = found, at = next, higher = true;
-      }
-      if (!higher) step /= 2;
-    }
-    if (value > largest.first) largest = {value, at};
-  }
-  return largest;
-}
-
-std::string vector_text(const Vec3& v) {
-  return "(" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + ")";
-}
-
-/// What polynomials are compared with.
-struct Evaluated {
-  explicit Evaluated(const HostileRun& run)
-      : solid(run.solid),
-        spec(interpolation_spec_of(run.job.job, run.solid->summary().channels)),
-        voxel_of_mesh(ccslice::voxel_of_mesh(spec.placement, spec.grid)),
-        evaluator(*solid),
-        values(solid->channel_count()) {}
-
-  /// The largest error of a polynomial of spec.channels[c] over a box of a cell's parameters, as a share of the
-  /// tolerance, and where in the box that is. It counts at voxels for which counts(voxel) is true.
-  template <typename Counts>
-  std::pair<double, Vec3> find_worst(LimitCellId cell, const ParamBox& box, std::size_t c, const VoxelFrame& frame,
-                                     const CubicPolynomial& polynomial, Counts counts) {
-    const auto& [channel, tolerance] = spec.channels[c];
-    return find_largest([&](const Vec3& share) {
-      const Vec3 uvw = box.low + share.cwiseProduct(box.high - box.low);
-      const Vec3 voxel = voxel_of_mesh * evaluator.geo_and_mat({cell, uvw}, values);
-      return counts(voxel) ? std::abs(value_at(polynomial, frame(voxel)) - values[channel]) / tolerance : 0.0;
-    });
-  }
-
-  const ChannelRange& range(std::size_t c) const { return solid->summary().channels[spec.channels[c].channel]; }
-  /// As a share of the channel's tolerance.
-  double rounding(std::size_t c) const {
-    return kRoundingOfPieces * std::max(std::abs(range(c).min), std::abs(range(c).max)) / spec.channels[c].tolerance;
-  }
-
-  std::shared_ptr<const LimitSolid> solid;
-  InterpolationSpec spec;
-  Placement voxel_of_mesh;
-  LimitEvaluator evaluator;
-  std::vector<double> values;
-};
-
 class PieceSearch {
  public:
-  PieceSearch(Evaluated& evaluated, HostileFinding& finding)
+  PieceSearch(Evaluated& evaluated, ShellSearch& shells, HostileFinding& finding)
       : evaluated_(evaluated),
+        shells_(shells),
         finding_(finding),
         blocks_(*evaluated.solid, evaluated.spec),
         fitter_(evaluated.solid, evaluated.spec) {}
 
-  /// Searches at most so many pieces of these cells.
-  void search(const std::vector<LimitCellId>& cells, std::size_t most) {
+  /// Searches at most so many pieces of these cells, and the shells of so many of them.
+  void search(const std::vector<LimitCellId>& cells, std::size_t most, std::size_t most_shells) {
     for (const LimitCellId cell : cells) {
       std::vector<CellNode> nodes(1);
       nodes[0].bounds = Box3(Vec3::Constant(-1e9), Vec3::Constant(1e9));
@@ -121,6 +46,9 @@ class PieceSearch {
         if (node.kind != CellNode::Kind::kPiece) continue;
         if (most-- == 0) return;
         for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(cell, node, c);
+        if (most_shells == 0) continue;
+        --most_shells;
+        shells_.search(cell, *node.piece);
       }
     }
   }
@@ -143,6 +71,7 @@ class PieceSearch {
   }
 
   Evaluated& evaluated_;
+  ShellSearch& shells_;
   HostileFinding& finding_;
   VoxelBlocks blocks_;
   CellFitter fitter_;
@@ -205,8 +134,8 @@ class TileSearch {
 
 }  // namespace
 
-void compare_pieces(const HostileRun& run, HostileFinding& finding) {
-  constexpr std::size_t kMostOfVertices = 300, kMostOfOthers = 60;
+void compare_pieces(const HostileRun& run, HostileFinding& finding, HostileFinding& finding_of_shells) {
+  constexpr std::size_t kMostOfVertices = 300, kMostOfOthers = 60, kMostShells = 40;
   constexpr int kTiles = 25;
   if (run.job.job.material_tolerance == 0) return;
   Evaluated evaluated(run);
@@ -215,11 +144,12 @@ void compare_pieces(const HostileRun& run, HostileFinding& finding) {
   for (const LimitCellId cell : run.solid->cells()) {
     (run.solid->cell_class(cell) == CellClass::kVertex ? at_vertices : others).push_back(cell);
   }
-  PieceSearch search(evaluated, finding);
+  ShellSearch shells(evaluated, finding_of_shells);
+  PieceSearch search(evaluated, shells, finding);
   std::mt19937_64 random(run.seed);
   for (std::vector<LimitCellId>* cells : {&at_vertices, &others}) {
     std::shuffle(cells->begin(), cells->end(), random);
-    search.search(*cells, cells == &at_vertices ? kMostOfVertices : kMostOfOthers);
+    search.search(*cells, cells == &at_vertices ? kMostOfVertices : kMostOfOthers, kMostShells);
   }
   TileSearch(evaluated, finding).search(kTiles, run.seed);
 }

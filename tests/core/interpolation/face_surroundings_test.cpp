@@ -37,7 +37,7 @@ using Material = std::function<double(const Vec3&)>;
 
 /// Control cells of which a piece has a side that its polynomials may be off beyond.
 std::set<std::uint32_t> cells_that_may_differ(ControlMesh mesh, const Material& material,
-                                              double tolerance = 1.0 / 65536) {
+                                              double tolerance = 1.0 / 65536, bool steep_in_air = false) {
   mesh.channel_names = {"m"};
   mesh.channel_values.clear();
   for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
@@ -59,8 +59,8 @@ std::set<std::uint32_t> cells_that_may_differ(ControlMesh mesh, const Material& 
         const auto axis = static_cast<Eigen::Index>(side / 2);
         if (side % 2 != 0 ? node.parameters.high[axis] != 1 : node.parameters.low[axis] != 0) continue;
         if (surroundings.may_differ(
-                {cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error},
-                side)) {
+                {cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error}, side,
+                steep_in_air)) {
           found.insert(solid->control_cell(cell));
         }
       }
@@ -75,6 +75,12 @@ double along_z(const Vec3& p) { return p.z() / 24; }
 TEST(FaceSurroundings, AreAirAroundASingleBody) {
   EXPECT_TRUE(cells_that_may_differ(arc_of({20, 24, 28}), none).empty());
   EXPECT_TRUE(cells_that_may_differ(arc_of({20, 24, 28}), along_z).empty());
+}
+
+// The outer faces of an arc are hollow from inside, so all of its cells have triangles in the air.
+TEST(FaceSurroundings, DifferInAirWhereMaterialsAreSteep) {
+  const std::set<std::uint32_t> steep = cells_that_may_differ(arc_of({20, 24, 28}), none, 1.0 / 65536, true);
+  EXPECT_EQ(steep.size(), 12u);
 }
 
 /// Between an inner lobe, of cells that are 1 mm thick, and an outer one; closed in the lowest layer.

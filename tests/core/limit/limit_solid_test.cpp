@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -352,6 +353,31 @@ TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
     EXPECT_TRUE(std::is_sorted(asked.begin(), asked.end())) << name;
     EXPECT_GT(asked.back(), solid->summary().memory_bytes) << name;
   }
+}
+
+// Of three boxes round a reentrant edge the middle one is on the boundary there by that edge alone, and so are two of
+// its eight parts, by two of their sides.
+TEST(LimitSolid, HasRimsRoundReentrantEdges) {
+  const auto solid =
+      LimitSolid::prepare(oracle::box_mesh(2, 2, 1, 10, [](int x, int y, int) { return x == 0 || y == 0; }));
+  LimitEvaluator evaluator(*solid);
+  std::size_t rims = 0;
+  for (const LimitCellId cell : solid->cells()) {
+    const unsigned sides = solid->rim_sides(cell);
+    EXPECT_EQ(sides & (solid->boundary_sides(cell) | solid->interface_sides(cell)), 0u) << "cell " << cell;
+    if (sides == 0) continue;
+    ++rims;
+    ASSERT_EQ(std::popcount(sides), 2) << "cell " << cell;
+    Vec3 edge = Vec3::Constant(0.5);
+    for (int side = 0; side < 6; ++side) {
+      if (sides >> side & 1) edge[side / 2] = side % 2;
+    }
+    const Vec3 place = evaluator.geo({cell, edge});
+    EXPECT_LT((place - Vec3(10, 10, place.z())).norm(), 3) << "cell " << cell;
+  }
+  EXPECT_EQ(rims, 2u);
+  const auto box = LimitSolid::prepare(oracle::box_mesh(2, 2, 1));
+  for (const LimitCellId cell : box->cells()) EXPECT_EQ(box->rim_sides(cell), 0) << "cell " << cell;
 }
 
 // Interfaces have a face for the region of the lower number alone, but both regions end there.

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Pieces paint up to the flat triangles that stand for their faces. Where these are outside of a face, what lies there
+// is another cell's, or another piece's (interpolation/block_shell.h). Nothing that is painted there is farther outside
+// than the triangles, so they are searched for where polynomials are off most: the solid is inverted at each place.
+
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/interpolation/cell_fitter.h"
+#include "core/inversion/point_inverter.h"
+#include "tests/oracle/hostile_evaluated.h"
+#include "tests/oracle/hostile_finding.h"
+#include "tests/oracle/hostile_truth.h"
+
+namespace ccslice::oracle {
+
+class ShellSearch {
+ public:
+  ShellSearch(const Evaluated& evaluated, HostileFinding& finding);
+
+  /// The triangles of all six sides.
+  void search(LimitCellId cell, const CellPiece& piece);
+
+ private:
+  void search(LimitCellId cell, const CellPiece& piece, std::size_t side);
+  double find_error(LimitCellId cell, const CellPiece& piece, const Vec3& voxel);
+  double true_error(const CellPiece& piece, const Vec3& voxel);
+  double error(const CellPiece& piece, const Vec3& voxel, std::span<const double> values,
+               std::span<const double> slack) const;
+
+  const Evaluated& evaluated_;
+  HostileFinding& finding_;
+  Placement mesh_of_voxel_;
+  PointInverter inverter_;
+  TruthFinder truths_;
+  std::vector<double> values_, no_slack_;
+};
+
+}  // namespace ccslice::oracle
