@@ -16,8 +16,9 @@ namespace {
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
 constexpr std::size_t kMostParticles = 2048;    // Some 8 MiB; whole cells of a box inside may come on top.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
-constexpr double kMostOver = 0.6;  // As a share of the box's size: particles that stick out farther are halved.
-constexpr double kLeastOver = 3;   // unless that is by so few voxels only.
+constexpr double kMostOver = 0.6;    // As a share of the box's size: particles that stick out farther are halved.
+constexpr double kLeastOver = 3;     // unless that is by so few voxels only,
+constexpr double kMarginOver = 2.5;  // or by so few along an axis. However small, those that meet a box may by two.
 
 }  // namespace
 
@@ -76,7 +77,8 @@ bool TileParticles::collect(const Box3& box, std::size_t most) {
 bool TileParticles::add_meeting(std::uint32_t particle, const Box3& box, std::size_t most) {
   const Box3 bounds = pool_[particle]->bounds;
   if (!bounds.intersects(box)) return true;
-  const Vec3 over_mm = (box.min() - bounds.min()).cwiseMax(bounds.max() - box.max()).cwiseProduct(pitch_mm_);
+  const Vec3 over = (box.min() - bounds.min()).cwiseMax(bounds.max() - box.max());
+  const Vec3 over_mm = (over.array() <= kMarginOver).select(Vec3::Zero(), over.cwiseProduct(pitch_mm_));
   const double longest_mm = box.diagonal().cwiseProduct(pitch_mm_).maxCoeff();
   const double allowed_mm = std::max(kMostOver * longest_mm, kLeastOver * pitch_mm_.minCoeff());
   if (over_mm.maxCoeff() <= allowed_mm) {
