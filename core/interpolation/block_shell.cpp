@@ -102,6 +102,18 @@ HighestOverArc over_nodes(const ArcBends<double>& bends) {
   return most;
 }
 
+/// Sides of the block, a bit each, that hold both nodes.
+unsigned sides_of(std::size_t from, std::size_t to) {
+  unsigned sides = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t at = from / kBlockStride[axis] % kBlockNodes;
+    if (at != to / kBlockStride[axis] % kBlockNodes) continue;
+    if (at == 0) sides |= 1u << (2 * axis);
+    if (at + 1 == kBlockNodes) sides |= 1u << (2 * axis + 1);
+  }
+  return sides;
+}
+
 }  // namespace
 
 /// A quadrilateral between every step-th node, and where its edges are farthest outside of the face.
@@ -183,7 +195,8 @@ void BlockShell::add(const BlockPoints& points, const BlockFace& face, const Edg
     const HighestOverArc& most = edges.highest[edge];
     if (!(most.height > kFlat)) return;
     if (is_its_own) {
-      places_.push_back({(1 - most.share) * points[from] + most.share * points[to], edges.outwards, most.height});
+      places_.push_back(
+          {(1 - most.share) * points[from] + most.share * points[to], edges.outwards, most.height, sides_of(from, to)});
     }
     quad.depth = std::max(quad.depth, most.height);
   };

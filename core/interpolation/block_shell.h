@@ -27,6 +27,7 @@ class BlockShell {
     Vec3 voxel;
     Eigen::RowVector3d outwards;  // across_quads(), away from the block.
     double depth;                 // How far it is outside, as such a share of the block's thickness. > 0.
+    unsigned sides;               // Of the block, that the edge lies on: bit 2 * axis + (at its end).
   };
   /// A quadrilateral of triangles of which some part is outside. They share the edge from the first corner to the last.
   struct Quad {

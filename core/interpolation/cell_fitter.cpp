@@ -38,6 +38,16 @@ double growth_beyond(double share) {
 /// The share of the thickness beyond which errors have grown so many times: growth_beyond() solved for the share.
 double share_of_growth(double growth) { return 0.5 * (std::sqrt(0.5 + 0.5 * std::sqrt(0.5 + 0.5 * growth)) - 1); }
 
+/// Sides of a box that are on its cell's, a bit each: 2 * axis + (at its end).
+unsigned own_sides_of(const ParamBox& box) {
+  unsigned sides = 0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (box.low[axis] == 0) sides |= 1u << (2 * axis);
+    if (box.high[axis] == 1) sides |= 1u << (2 * axis + 1);
+  }
+  return sides;
+}
+
 /// Bit a if the a-th of the numbers is above this share of the largest.
 unsigned largest_axes(const Vec3& numbers, double share) {
   unsigned axes = 0;
@@ -138,22 +148,18 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
   const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
-  const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell),
-                 rim_sides = solid_->rim_sides(cell);
+  const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell);
+  const unsigned own_sides = own_sides_of(box);
+  const FaceSurroundings::Piece in_cell{cell, points_, shape, frame, polynomials_, error, own_sides};
   for (std::size_t side = 0; side < 6; ++side) {
-    const std::size_t axis = side / 2;
-    const bool high = side % 2 != 0;
-    const auto a = static_cast<Eigen::Index>(axis);
-    const bool at_side = high ? box.high[a] == 1 : box.low[a] == 0;
-    if (!at_side) continue;
+    if (!(own_sides >> side & 1)) continue;
     const bool at_boundary = boundary_sides >> side & 1;
     piece.at_boundary = piece.at_boundary || at_boundary;
-    const bool at_rim = rim_sides >> side & 1;
-    const bool is_steep = (at_boundary || at_rim) && is_steep_at(frame, axis, high, error);
+    const auto is_steep = [&] { return is_steep_at(frame, side / 2, side % 2 != 0, error); };
     // Beyond an interface is another region, whose material need not go on from this one's.
-    if (interface_sides >> side & 1 || (at_boundary && is_steep) ||
-        surroundings_.may_differ({cell, points_, shape, frame, polynomials_, error}, side, at_rim && is_steep)) {
-      piece.beyond.push_back(fit_beyond(axis, high));
+    if (interface_sides >> side & 1 || (at_boundary && is_steep()) || surroundings_.may_differ(in_cell, side) ||
+        (!at_boundary && surroundings_.reaches_into_air(in_cell, side) && is_steep())) {
+      piece.beyond.push_back(fit_beyond(side / 2, side % 2 != 0));
     }
   }
   return std::make_shared<const CellPiece>(std::move(piece));

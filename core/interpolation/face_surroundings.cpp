@@ -14,6 +14,7 @@
 #include "core/interpolation/voxel_blocks.h"
 #include "core/limit/cell_gaps.h"
 #include "core/limit/cell_index.h"
+#include "core/mesh/cell_kind.h"
 
 namespace ccslice {
 namespace {
@@ -39,6 +40,22 @@ double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> cha
 double thickness_of(const CellMap& map) {
   const double thickness_mm = map.thickness_mm();
   return std::isfinite(thickness_mm) ? thickness_mm : 0;
+}
+
+/// The sides of a cell, a bit each, that share one of these edges with a side.
+unsigned neighbours_at_edges(std::size_t side, unsigned edges) {
+  const auto corners = cell_topology(CellKind::kHex).edges;
+  unsigned neighbours = 0;
+  for (std::size_t e = 0; e < corners.size(); ++e) {
+    if (!(edges >> e & 1)) continue;
+    unsigned sides = 0;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const unsigned at = corners[e][0] >> axis & 1u;
+      if (at == (corners[e][1] >> axis & 1u)) sides |= 1u << (2 * axis + at);
+    }
+    if (sides >> side & 1) neighbours |= sides & ~(1u << side);
+  }
+  return neighbours;
 }
 
 }  // namespace
@@ -104,13 +121,13 @@ bool FaceSurroundings::is_across_a_gap(Touching& touching) const {
   return *touching.is_across_a_gap;
 }
 
-bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side, bool steep_in_air) {
+bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   collect(piece.cell);
   const double sure = std::cbrt(1 - piece.error) * sure_share_, sure_mm = sure * least_thickness_mm_;
   if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
-  if (steep_in_air || meets_others(piece)) return true;
+  if (meets_others(piece)) return true;
   const bool across_gaps = find_across_gaps(piece, side);
   const bool may_jump = across_gaps || least_thickness_mm_ == 0;
   std::optional<CellDistance> distance;  // For each piece anew, as in meets_others().
@@ -125,6 +142,15 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side, bool ste
     const Vec3 edge = mesh_of_voxel_ * place.voxel;
     // Of a cell that is met across an edge alone the place beyond the triangle's edge may lie behind.
     return differs(edge + (kDeeper - 1) / kDeeper * outwards) || (may_jump && differs(edge));
+  });
+}
+
+bool FaceSurroundings::reaches_into_air(const Piece& piece, std::size_t side) {
+  const unsigned at_boundary = neighbours_at_edges(side, solid_->boundary_edges(piece.cell)) & piece.own_sides;
+  if (at_boundary == 0) return false;
+  shell_.find(piece.points, piece.shape, side);
+  return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {
+    return (place.sides & at_boundary) != 0 && place.depth * thickness_mm(place.outwards).norm() > kOffCell;
   });
 }
 

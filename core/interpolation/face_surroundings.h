@@ -12,10 +12,12 @@
 //   8 s^3 / 6 of the range. While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
 //   Deeper shells are looked at, and all where such a cell is of another cell region, or across a gap that ends in an
 //   edge or a vertex of both (limit/cell_gaps.h) and has a face of the boundary that looks back: the deepest places are
-//   inverted, and what lies there is compared with the polynomials.
+//   inverted, and in these two cases those on the triangles themselves, and what lies there is compared with the
+//   polynomials.
 // - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
 //   If one of them may reach into the shell, the polynomials don't hold there.
-// - None. Nobody asks for voxels there, but for those within the contours' tolerance of the solid.
+// - None. Nobody asks for voxels there, but for those within the contours' tolerance of the solid: where materials are
+//   so steep that it matters, triangles mustn't reach beyond an edge on the boundary.
 //
 // An answer depends on the solid, the spec and the piece alone.
 
@@ -51,13 +53,16 @@ class FaceSurroundings {
     const BlockShape& shape;
     const VoxelFrame& frame;
     std::span<const CubicPolynomial> polynomials;
-    double error;  // Its bound's, as a share of the tolerance. < 1.
+    double error;        // Its bound's, as a share of the tolerance. < 1.
+    unsigned own_sides;  // Those of its sides that are on the cell's, a bit each.
   };
 
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
-  /// `steep_in_air`: where the solid ends there, at an edge, it is.
   /// REQUIRES: the side is on the cell's own (LimitSolid::boundary_sides()), and the piece isn't flat.
-  bool may_differ(const Piece& piece, std::size_t side, bool steep_in_air);
+  bool may_differ(const Piece& piece, std::size_t side);
+  /// Its triangles reach beyond the side at an edge of the cell on the boundary. There may be nothing there, and voxels
+  /// off the solid are to have what the boundary has. REQUIRES: as may_differ().
+  bool reaches_into_air(const Piece& piece, std::size_t side);
 
  private:
   /// A cell that touches the one at hand.

@@ -207,7 +207,7 @@ void CellAdder::put_cell(const PendingCell& pending) {
   }
   reserve_operators();
   put_boundary_faces(pending);
-  put_rim_sides(pending);
+  put_boundary_edges(pending);
 }
 
 void CellAdder::put_boundary_faces(const PendingCell& pending) {
@@ -242,21 +242,18 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
   }
 }
 
-/// REQUIRES: the cell's sides on the boundary and interfaces are put.
-void CellAdder::put_rim_sides(const PendingCell& pending) {
+/// Edges of interfaces alone aren't on the boundary.
+void CellAdder::put_boundary_edges(const PendingCell& pending) {
   const CellComplex& complex = level_->complex;
   const auto edges = complex.cell_edges(pending.cell);
-  const auto& corners = cell_topology(CellKind::kHex).edges;
-  LimitCell& cell = data_.cells[pending.id];
+  const auto is_of_boundary = [&](FaceId face) {
+    return complex.face_on_boundary(face) && level_->beyond(face) == kNoCellRegion;
+  };
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (!complex.edge_on_boundary(edges[e])) continue;
-    const auto [from, to] = corners[e];
-    unsigned sides = 0;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const unsigned low = from >> axis & 1u;
-      if (low == (to >> axis & 1u)) sides |= 1u << (2 * axis + low);
+    if (!complex.edge_on_boundary(edges[e]) || std::ranges::none_of(complex.edge_faces(edges[e]), is_of_boundary)) {
+      continue;
     }
-    if (((cell.boundary_sides | cell.interface_sides) & sides) == 0) cell.rim_sides |= static_cast<std::uint8_t>(sides);
+    data_.cells[pending.id].boundary_edges |= static_cast<std::uint16_t>(1u << e);
   }
 }
 

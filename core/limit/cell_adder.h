@@ -105,7 +105,7 @@ class CellAdder {
   std::vector<VertexId> star_points(const Star& star) const;
   void put_cell(const PendingCell& pending);
   void put_boundary_faces(const PendingCell& pending);
-  void put_rim_sides(const PendingCell& pending);
+  void put_boundary_edges(const PendingCell& pending);
   void put_vertex_ring(const PendingCell& pending, LimitCell& record);
 
   const ControlMesh& mesh_;

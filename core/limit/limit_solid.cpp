@@ -71,7 +71,7 @@ ControlCellId LimitSolid::control_cell(LimitCellId cell) const noexcept { return
 
 std::uint8_t LimitSolid::boundary_sides(LimitCellId cell) const noexcept { return data_->cells[cell].boundary_sides; }
 std::uint8_t LimitSolid::interface_sides(LimitCellId cell) const noexcept { return data_->cells[cell].interface_sides; }
-std::uint8_t LimitSolid::rim_sides(LimitCellId cell) const noexcept { return data_->cells[cell].rim_sides; }
+std::uint16_t LimitSolid::boundary_edges(LimitCellId cell) const noexcept { return data_->cells[cell].boundary_edges; }
 bool LimitSolid::touch(LimitCellId a, LimitCellId b) const noexcept {
   const std::span<const std::uint32_t> of_a = data_->corners(control_cell(a)), of_b = data_->corners(control_cell(b));
   return std::ranges::find_first_of(of_a, of_b) != of_a.end();

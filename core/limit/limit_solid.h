@@ -149,9 +149,9 @@ class LimitSolid {
   std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
   /// A cell's sides that are between two cell regions: bits as those of boundary_sides().
   std::uint8_t interface_sides(LimitCellId cell) const noexcept;
-  /// A cell's sides that have an edge on the boundary or an interface where none of its sides is on either, as round a
-  /// reentrant edge: bits as those of boundary_sides().
-  std::uint8_t rim_sides(LimitCellId cell) const noexcept;
+  /// A cell's edges on the boundary, those of faces of other cells included, as round a reentrant edge: bit e is edge e
+  /// of a hexahedron (mesh/cell_kind.h).
+  std::uint16_t boundary_edges(LimitCellId cell) const noexcept;
   /// Their control cells are the same or share a vertex.
   bool touch(LimitCellId a, LimitCellId b) const noexcept;
   /// More than one region has cells.

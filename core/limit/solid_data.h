@@ -28,9 +28,9 @@ struct LimitCell {
   CellClass cell_class = CellClass::kRegular;
   std::uint8_t boundary_sides = 0;   // Bit s: side s (BoundaryFace::cell_side) is a face of the boundary.
   std::uint8_t interface_sides = 0;  // Bit s: side s is between two cell regions.
-  std::uint8_t rim_sides = 0;        // Bit s: side s has an edge on the boundary that none of those has.
   PhantomMask phantoms = 0;
   Frame frame;
+  std::uint16_t boundary_edges = 0;  // Bit e: edge e of a hexahedron (mesh/cell_kind.h) has a face of the boundary.
   std::uint32_t op = kNone;
   std::uint32_t ring_begin = 0;  // The family's points,
   std::uint32_t ring_order = 0;  // and where its own ones stand among them.

@@ -49,19 +49,23 @@ void ShellSearch::search(LimitCellId cell, const CellPiece& piece) {
 }
 
 void ShellSearch::search(LimitCellId cell, const CellPiece& piece, std::size_t side) {
+  outside_ = false;
   const auto [largest, at] = find_largest<2>(
       [&](const Vec3& place) { return find_error(cell, piece, on_triangles(piece, side, place.x(), place.y())); });
-  ++finding_.compared;
+  finding_.compared += outside_;
   finding_.worst = std::max(largest, finding_.worst);
   if (largest <= 1 || ++finding_.failed > 1) return;
+  const Vec3 voxel = on_triangles(piece, side, at.x(), at.y());
   finding_.where = "cell " + std::to_string(cell) + ", triangles of side " + std::to_string(side) +
                    " of the piece about " + vector_text(piece.parameters.uvw) + ": " + number(largest) +
-                   " of the tolerance at voxel " + vector_text(on_triangles(piece, side, at.x(), at.y()));
+                   " of the tolerance at voxel " + vector_text(voxel) + ", " +
+                   place_text(truths_.find(evaluated_.spec.placement * (mesh_of_voxel_ * voxel)));
 }
 
 /// Of the channel that is off most, as a share of its tolerance. 0 where the piece doesn't paint, or nobody does.
 double ShellSearch::find_error(LimitCellId cell, const CellPiece& piece, const Vec3& voxel) {
-  constexpr double kSurely = 0.9;  // Whatever inversion is off by. What it may be off by is known where this is more.
+  constexpr double kSurely = 0.9;   // Whatever inversion is off by. What it may be off by is known where this is more.
+  constexpr double kInside = 1e-6;  // mm.
   const bool is_left = std::any_of(piece.beyond.begin(), piece.beyond.end(), [&](const CubicPolynomial& beyond) {
     return value_at(beyond, piece.frame(voxel)) > 0;
   });
@@ -70,6 +74,7 @@ double ShellSearch::find_error(LimitCellId cell, const CellPiece& piece, const V
   if (evaluated_.solid->index().is_ambiguous(Box3(point, point))) return 0;
   const std::optional<InversionResult> found = inverter_.invert(point, CellParam{cell, piece.parameters(voxel)});
   if (!found) return 0;
+  outside_ = outside_ || found->at.cell != cell || found->residual_mm > kInside;
   inverter_.evaluator().mat(found->at, values_);
   const double seen = error(piece, voxel, values_, no_slack_);
   return seen <= kSurely ? seen : true_error(piece, voxel);

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pieces paint up to the flat triangles that stand for their faces. Where these are outside of a face, what lies there
-// is another cell's, or another piece's (interpolation/block_shell.h). Nothing that is painted there is farther outside
-// than the triangles, so they are searched for where polynomials are off most: the solid is inverted at each place.
+// is another cell's, or another piece's (interpolation/block_shell.h). A piece's own runs end at the triangles, so
+// these are searched for where its polynomials are off most: the solid is inverted at each place. What is painted
+// beyond them, in gaps that were closed, isn't looked at here.
 
 #pragma once
 
@@ -39,6 +40,7 @@ class ShellSearch {
   PointInverter inverter_;
   TruthFinder truths_;
   std::vector<double> values_, no_slack_;
+  bool outside_ = false;  // Some place of the side at hand is painted and not in the piece's cell.
 };
 
 }  // namespace ccslice::oracle

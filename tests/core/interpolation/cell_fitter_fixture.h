@@ -69,6 +69,15 @@ class CellFitterTest : public testing::Test {
   /// How many times errors grow at this share of the thickness beyond: the fourth Chebyshev polynomial at 1 + 2 share.
   static double grown_by(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
 
+  /// Those of its sides that are on the cell's, a bit each.
+  static unsigned own_sides(const ParamBox& box) {
+    unsigned sides = 0;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      sides |= (box.low[axis] == 0 ? 1u : 0u) << (2 * axis) | (box.high[axis] == 1 ? 2u : 0u) << (2 * axis);
+    }
+    return sides;
+  }
+
   static double volume(const ParamBox& box) { return (box.high - box.low).prod(); }
 
   struct Options {

@@ -54,24 +54,33 @@ TEST_F(CellFitterTest, WhatIsBeyondCountsWhereChannelsChangeByTheToleranceOutsid
   }
 }
 
+// Inside of the part, too, where triangles reach beyond a side at an edge on the boundary.
 TEST_F(CellFitterTest, BeyondIsPositiveOnAndOutsideOfBentBoundaries) {
   take(sharp_box(1), {[](const Vec3& p) { return p.x() / 2; }, noise(7)}, {.tolerance = 0.02, .outside_mm = 0.1});
   std::mt19937 random(kSeed);
   std::uniform_real_distribution<double> unit(0, 1);
-  std::size_t faces = 0, inner = 0;
+  FaceSurroundings surroundings(solid_, spec_);
+  std::size_t faces = 0, inside = 0, inner = 0;
   for (LimitCellId cell; cell < solid_->cell_count(); cell += 2) {
     const unsigned sides = solid_->data().cells[cell].boundary_sides;
     for (const CellNode& part : examined(cell)) {
       if (part.kind != Kind::kPiece) continue;
-      std::size_t k = 0;
+      const CellPiece& piece = *part.piece;
+      const BlockShape shape = shape_of(piece.points);
+      std::size_t k = 0, at_boundary = 0;
       for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
         const double place = side % 2;
         const double end = side % 2 == 1 ? part.parameters.high[axis] : part.parameters.low[axis];
-        if (!(sides >> side & 1) || end != place) continue;
-        ASSERT_LT(k, part.piece->beyond.size());
-        const CubicPolynomial& beyond = part.piece->beyond[k++];
-        ++faces;
+        if (end != place) continue;
+        const bool is_boundary = sides >> side & 1;
+        const FaceSurroundings::Piece in_cell{
+            cell, piece.points, shape, piece.frame, piece.polynomials, piece.error, own_sides(part.parameters)};
+        if (!is_boundary && !surroundings.reaches_into_air(in_cell, static_cast<std::size_t>(side))) continue;
+        ASSERT_LT(k, piece.beyond.size());
+        const CubicPolynomial& beyond = piece.beyond[k++];
+        ++(is_boundary ? faces : inside);
+        at_boundary += is_boundary;
         for (int n = 0; n < 20; ++n) {
           Vec3 uvw = random_in(part.parameters, random);
           const double depth = std::abs(uvw[axis] - place) / (part.parameters.high - part.parameters.low)[axis];
@@ -86,12 +95,13 @@ TEST_F(CellFitterTest, BeyondIsPositiveOnAndOutsideOfBentBoundaries) {
           EXPECT_GT(value_at(beyond, part.piece->frame(voxel)), 0) << "seed " << kSeed;
         }
       }
-      EXPECT_EQ(part.piece->at_boundary, k > 0);
-      EXPECT_EQ(part.piece->beyond.size(), k);
+      EXPECT_EQ(piece.at_boundary, at_boundary > 0);
+      EXPECT_EQ(piece.beyond.size(), k);
       inner += k == 0;
     }
   }
   EXPECT_GT(faces, 30u);
+  EXPECT_GT(inside, 3u);
   EXPECT_GT(inner, 0u);
 }
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -18,6 +17,7 @@
 #include "core/base/error.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/solid_data.h"
+#include "core/mesh/cell_kind.h"
 #include "core/mesh/models.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -355,29 +355,52 @@ TEST(LimitSolid, AsksForMemoryBeforeItTakesIt) {
   }
 }
 
-// Of three boxes round a reentrant edge the middle one is on the boundary there by that edge alone, and so are two of
-// its eight parts, by two of their sides.
-TEST(LimitSolid, HasRimsRoundReentrantEdges) {
-  const auto solid =
-      LimitSolid::prepare(oracle::box_mesh(2, 2, 1, 10, [](int x, int y, int) { return x == 0 || y == 0; }));
-  LimitEvaluator evaluator(*solid);
-  std::size_t rims = 0;
-  for (const LimitCellId cell : solid->cells()) {
-    const unsigned sides = solid->rim_sides(cell);
-    EXPECT_EQ(sides & (solid->boundary_sides(cell) | solid->interface_sides(cell)), 0u) << "cell " << cell;
-    if (sides == 0) continue;
-    ++rims;
-    ASSERT_EQ(std::popcount(sides), 2) << "cell " << cell;
-    Vec3 edge = Vec3::Constant(0.5);
-    for (int side = 0; side < 6; ++side) {
-      if (sides >> side & 1) edge[side / 2] = side % 2;
+// Three boxes round an edge along each axis: those of the middle box are on the boundary, the reentrant one too.
+TEST(LimitSolid, HasEdgesOnTheBoundary) {
+  for (int along = 0; along < 3; ++along) {
+    const auto solid =
+        LimitSolid::prepare(oracle::box_mesh(along == 0 ? 1 : 2, along == 1 ? 1 : 2, along == 2 ? 1 : 2, 10,
+                                             [](int x, int y, int z) { return (x == 0) + (y == 0) + (z == 0) >= 2; }));
+    LimitEvaluator evaluator(*solid);
+    std::size_t reentrant = 0;
+    for (const LimitCellId cell : solid->cells()) {
+      for (std::size_t e = 0; e < cell_tables::kHexEdges.size(); ++e) {
+        unsigned sides = 0;  // That hold the edge.
+        Vec3 middle = Vec3::Constant(0.5);
+        for (int axis = 0; axis < 3; ++axis) {
+          const unsigned from = cell_tables::kHexEdges[e][0] >> axis & 1u;
+          if (from != (cell_tables::kHexEdges[e][1] >> axis & 1u)) continue;
+          sides |= 1u << (2 * static_cast<unsigned>(axis) + from);
+          middle[axis] = from;
+        }
+        const bool has_face = (solid->boundary_sides(cell) & sides) != 0;
+        const bool on_boundary = (solid->boundary_edges(cell) >> e & 1) != 0;
+        if (has_face) {
+          EXPECT_TRUE(on_boundary) << "cell " << cell << ", edge " << e;
+          continue;
+        }
+        if (!on_boundary) continue;
+        ++reentrant;
+        Vec3 off = evaluator.geo({cell, middle}) - Vec3::Constant(10);
+        off[along] = 0;
+        EXPECT_LT(off.norm(), 3) << "cell " << cell << ", edge " << e;
+      }
     }
-    const Vec3 place = evaluator.geo({cell, edge});
-    EXPECT_LT((place - Vec3(10, 10, place.z())).norm(), 3) << "cell " << cell;
+    EXPECT_EQ(reentrant, 2u) << "along " << along;  // Of two of the middle box's eight cells.
   }
-  EXPECT_EQ(rims, 2u);
-  const auto box = LimitSolid::prepare(oracle::box_mesh(2, 2, 1));
-  for (const LimitCellId cell : box->cells()) EXPECT_EQ(box->rim_sides(cell), 0) << "cell " << cell;
+}
+
+// An interface is none, but where it ends.
+TEST(LimitSolid, HasNoEdgesOfInterfacesOnTheBoundary) {
+  const auto solid = LimitSolid::prepare(
+      oracle::with_regions(oracle::box_mesh(4, 4, 4), 2, [](const Vec3& p) { return p.x() < 20 ? 0 : 1; }));
+  std::size_t interfaces = 0;
+  for (const LimitCellId cell : solid->cells()) {
+    if (solid->interface_sides(cell) == 0 || solid->boundary_sides(cell) != 0) continue;
+    ++interfaces;
+    EXPECT_EQ(solid->boundary_edges(cell), 0) << "cell " << cell;
+  }
+  EXPECT_GT(interfaces, 0u);
 }
 
 // Interfaces have a face for the region of the lower number alone, but both regions end there.
