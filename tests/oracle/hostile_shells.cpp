@@ -45,6 +45,12 @@ ShellSearch::ShellSearch(const Evaluated& evaluated, HostileFinding& finding)
       no_slack_(values_.size()) {}
 
 void ShellSearch::search(LimitCellId cell, const CellPiece& piece) {
+  constexpr double kLeastSize = 10;  // As a share of how far voxels may lie off the solid.
+  const VoxelPitch& pitch = evaluated_.spec.grid.pitch;
+  Box3 box;
+  for (const Vec3& point : piece.points) box.extend(point);
+  const double size_mm = box.diagonal().cwiseProduct(Vec3(pitch.x_mm, pitch.y_mm, pitch.z_mm)).norm();
+  if (size_mm < kLeastSize * evaluated_.spec.outside_mm) return;
   for (std::size_t side = 0; side < 6; ++side) search(cell, piece, side);
 }
 

@@ -24,7 +24,8 @@ class ShellSearch {
  public:
   ShellSearch(const Evaluated& evaluated, HostileFinding& finding);
 
-  /// The triangles of all six sides.
+  /// The triangles of all six sides. Not of pieces that are hardly larger than voxels may lie off the solid: so many
+  /// cells come near to a place there that each takes milliseconds.
   void search(LimitCellId cell, const CellPiece& piece);
 
  private:
