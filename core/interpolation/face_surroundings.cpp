@@ -140,7 +140,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
       return there && differs_at(piece, point, *there);
     };
     const Vec3 edge = mesh_of_voxel_ * place.voxel;
-    // Of a cell that is met across an edge alone the place beyond the triangle's edge may lie behind.
+    // Where a cell is met across an edge alone, the place beyond the triangle's edge may lie behind that cell.
     return differs(edge + (kDeeper - 1) / kDeeper * outwards) || (may_jump && differs(edge));
   });
 }

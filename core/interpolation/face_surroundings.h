@@ -54,7 +54,7 @@ class FaceSurroundings {
     const VoxelFrame& frame;
     std::span<const CubicPolynomial> polynomials;
     double error;        // Its bound's, as a share of the tolerance. < 1.
-    unsigned own_sides;  // Those of its sides that are on the cell's, a bit each.
+    unsigned own_sides;  // Bit s: its side s is on the cell's.
   };
 
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.

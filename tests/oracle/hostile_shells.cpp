@@ -68,7 +68,8 @@ void ShellSearch::search(LimitCellId cell, const CellPiece& piece, std::size_t s
                    place_text(truths_.find(evaluated_.spec.placement * (mesh_of_voxel_ * voxel)));
 }
 
-/// Of the channel that is off most, as a share of its tolerance. 0 where the piece doesn't paint, or nobody does.
+/// The error of the channel that is off most is returned, as a share of its tolerance. It is 0 where the piece doesn't
+/// paint, or nobody does.
 double ShellSearch::find_error(LimitCellId cell, const CellPiece& piece, const Vec3& voxel) {
   constexpr double kSurely = 0.9;   // Whatever inversion is off by. What it may be off by is known where this is more.
   constexpr double kInside = 1e-6;  // mm.

@@ -69,7 +69,7 @@ class CellFitterTest : public testing::Test {
   /// How many times errors grow at this share of the thickness beyond: the fourth Chebyshev polynomial at 1 + 2 share.
   static double grown_by(double share) { return std::cosh(4 * std::acosh(1 + 2 * share)); }
 
-  /// Those of its sides that are on the cell's, a bit each.
+  /// Tells which sides of the box are on its cell's, a bit each.
   static unsigned own_sides(const ParamBox& box) {
     unsigned sides = 0;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {

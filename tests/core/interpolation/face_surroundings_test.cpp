@@ -73,7 +73,7 @@ std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const M
   return found;
 }
 
-/// Those with a side that polynomials may be off beyond.
+/// Control cells of which a piece has a side that its polynomials may be off beyond.
 std::set<std::uint32_t> cells_that_may_differ(ControlMesh mesh, const Material& material,
                                               double tolerance = 1.0 / 65536) {
   return cells_where(&FaceSurroundings::may_differ, std::move(mesh), material, tolerance);
