@@ -18,6 +18,7 @@ inline void copy_job_fields(const v1::PlanSlicesRequest& plan, v1::SliceRangeReq
   *slices.mutable_planes() = plan.planes();
   if (plan.has_contour_tolerance_mm()) slices.set_contour_tolerance_mm(plan.contour_tolerance_mm());
   if (plan.has_material_tolerance()) slices.set_material_tolerance(plan.material_tolerance());
+  slices.set_prove_materials(plan.prove_materials());
   if (plan.has_printer()) *slices.mutable_printer() = plan.printer();
   if (plan.has_printing()) *slices.mutable_printing() = plan.printing();
   if (plan.has_region()) *slices.mutable_region() = plan.region();

@@ -38,7 +38,8 @@ if [[ ${1:-} == --steps ]]; then
   done
 fi
 readonly first="${1:-1}" last="${2:-10000}"
-readonly part=500 # Seeds a process: a crash ends one of them.
+readonly last_proved=$((first + (last - first) / 5)) # A fifth of the seeds are tried with proof, too.
+readonly part=500                                    # Seeds a process: a crash ends one of them.
 readonly reports=build/nightly corpora=build/nightly-corpora
 readonly mesh_target=slice_mesh mesh_seconds=600 other_seconds=120 load_seconds=120 clients_seconds=300
 readonly most_seconds=14400 # Of a step.
@@ -87,11 +88,13 @@ long_tests() {
   build release nightly_tests && ctest --preset release --label-regex nightly --parallel "$(nproc)"
 }
 
+# random_jobs <last> <report> <option>...
 random_jobs() {
   local begin end status=0
-  for ((begin = first; begin <= last; begin += part)); do
-    end=$((begin + part - 1 < last ? begin + part - 1 : last))
-    build/release/tests/bench/hostile_jobs --seeds "$begin..$end" --json "$reports/jobs_${begin}_$end.json" || status=1
+  for ((begin = first; begin <= $1; begin += part)); do
+    end=$((begin + part - 1 < $1 ? begin + part - 1 : $1))
+    build/release/tests/bench/hostile_jobs --seeds "$begin..$end" "${@:3}" --json "$reports/$2_${begin}_$end.json" ||
+      status=1
   done
   return "$status"
 }
@@ -168,7 +171,8 @@ if wants tests || wants jobs || wants meshes || wants load || wants browser || w
     run "packages of the programs" tests/hygiene/check_packages.py \
       server=build/release/server/ccsliced client=build/release/client/ccslice || true
     ! wants tests || run "long tests" long_tests || true
-    ! wants jobs || run "random jobs $first to $last" random_jobs || true
+    ! wants jobs || run "random jobs $first to $last" random_jobs "$last" jobs || true
+    ! wants jobs || run "proved jobs $first to $last_proved" random_jobs "$last_proved" proved_jobs --prove || true
     ! wants meshes || run "voxels of real meshes" build/release/tests/bench/error_analysis || true
     if wants load; then
       run "load: clients" tests/bench/load_bench.py --parts clients --seconds "$clients_seconds" \

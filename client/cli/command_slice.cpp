@@ -97,6 +97,7 @@ v1::PlanSlicesRequest plan_request(JobOptions options, bool contours) {
   }
   if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
   if (options.planes.material_tolerance) request.set_material_tolerance(*options.planes.material_tolerance);
+  request.set_prove_materials(options.planes.prove_materials);
   if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
   return request;
 }

@@ -41,6 +41,7 @@ struct PlaneOptions {
   std::string outside = {};  // A sample, or "alpha".
   std::optional<double> tolerance_mm = std::nullopt;
   std::optional<double> material_tolerance = std::nullopt;
+  bool prove_materials = false;
 };
 
 void add_grid_options(CLI::App& command, GridOptions& options);

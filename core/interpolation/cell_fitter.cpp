@@ -65,6 +65,7 @@ CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const Interpolat
       mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
+      proved_(spec.proved),
       channels_(spec.channels),
       blocks_(*solid_, spec, std::move(stencils)),
       surroundings_(solid_, spec) {}
@@ -94,14 +95,19 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   }
   if (shape.flat) return 0;
   if (shape.box.diagonal().y() > kMostRowsOfPiece) return kAllAxes;
+  const Between between = what_is_known_between(cell, node.parameters);
+  const bool bounded = between != Between::kNothing;
+  if (proved_ && !bounded) {
+    // The vertex cell's next smaller ones begin where a cube at the vertex is halved along all axes.
+    if (shape.voxels < kSmallestPiece) return leave(shape, node);
+    return largest_axes(node.parameters.high - node.parameters.low, kLikeTheWorst);
+  }
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
   // What samples' errors grow to. Along the triangles' sides their share is to hold, and all of the tolerance where
   // triangles are farthest off.
   const double at_sides = growth_beyond(shape.bulge.maxCoeff());
   const double farthest = kSampledPieceShare * growth_beyond(shape.miss);
   const double growth = std::max(at_sides, farthest);
-  const Between between = what_is_known_between(cell, node.parameters);
-  const bool bounded = between != Between::kNothing;
   double error = fit(cell, node.parameters, frame, between, shape.miss);
   double of_tolerance = kPieceShare * error;
   if (!bounded) {  // A bound holds that far off already.
@@ -126,17 +132,20 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   }
   // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
   const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
-  if (shape.voxels < kSmallestPiece || predicted < kSmallestPredicted) {
-    if (shape.voxels < kMostAlone)
-      node.map = std::make_shared<const ParameterMap>(parameters_of(shape, node.parameters));
-    return 0;
-  }
+  if (shape.voxels < kSmallestPiece || predicted < kSmallestPredicted) return leave(shape, node);
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
+}
+
+/// Makes a hole of the node.
+unsigned CellFitter::leave(const BlockShape& shape, CellNode& node) const {
+  if (shape.voxels < kMostAlone) node.map = std::make_shared<const ParameterMap>(parameters_of(shape, node.parameters));
+  return 0;
 }
 
 CellFitter::Between CellFitter::what_is_known_between(LimitCellId cell, const ParamBox& box) const {
   if (blocks_.is_in_one_patch(cell, box)) return Between::kOnePatch;
-  return solid_->cell_class(cell) == CellClass::kLine ? Between::kResiduals : Between::kNothing;
+  const bool beside_line = proved_ ? blocks_.is_beside_line(cell, box) : solid_->cell_class(cell) == CellClass::kLine;
+  return beside_line ? Between::kResiduals : Between::kNothing;
 }
 
 /// Makes a piece of polynomials_, which fit. They may be followed as long as their errors stay within the tolerance.
@@ -146,16 +155,23 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
   // it has grown 1 / error times since then, so growth_beyond(miss) / error times since the faces.
   const double beyond =
       std::clamp(share_of_growth(growth_beyond(shape.miss) / error) - shape.miss, 0.0, kMostReachShare);
-  const double reach = std::min(beyond * shape.thickness_along_x(), kMostReach);
+  const double reach = proved_ ? 0 : std::min(beyond * shape.thickness_along_x(), kMostReach);
   CellPiece piece{frame, parameters_of(shape, box), polynomials_, error, reach, false, points_, shape.step, {}};
   const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell);
   const unsigned own_sides = own_sides_of(box);
   const FaceSurroundings::Piece in_cell{cell, points_, shape, frame, polynomials_, error, own_sides};
   for (std::size_t side = 0; side < 6; ++side) {
-    if (!(own_sides >> side & 1)) continue;
+    if (!(own_sides >> side & 1)) {
+      if (proved_ && surroundings_.reaches_into_patches(in_cell, side)) {
+        piece.beyond.push_back(fit_beyond(side / 2, side % 2 != 0));
+      }
+      continue;
+    }
     const bool at_boundary = boundary_sides >> side & 1;
     piece.at_boundary = piece.at_boundary || at_boundary;
-    const auto is_steep = [&] { return is_steep_at(frame, side / 2, side % 2 != 0, error); };
+    const auto is_steep = [&] {
+      return proved_ ? may_be_steep_near(frame, error) : is_steep_at(frame, side / 2, side % 2 != 0, error);
+    };
     // Beyond an interface is another region, whose material need not go on from this one's.
     if (interface_sides >> side & 1 || (at_boundary && is_steep()) || surroundings_.may_differ(in_cell, side) ||
         (!at_boundary && surroundings_.reaches_into_air(in_cell, side) && is_steep())) {
@@ -183,6 +199,16 @@ bool CellFitter::is_steep_at(const VoxelFrame& frame, std::size_t axis, bool hig
   return false;
 }
 
+/// The same, anywhere in or beside the piece.
+bool CellFitter::may_be_steep_near(const VoxelFrame& frame, double error) const {
+  const Vec3 scale = frame.scale.cwiseQuotient(pitch_mm_);
+  const double most = 1 + 2 * kMarginOfNode + scale.maxCoeff() * outside_mm_;
+  return !std::ranges::all_of(channels_, [&, c = std::size_t{0}](const ChannelTolerance& channel) mutable {
+    const double slope = bound_of_slopes(polynomials_[c++], most).cwiseProduct(scale).norm();
+    return slope * outside_mm_ <= (1 - error) * channel.tolerance;
+  });
+}
+
 /// How far polynomials_ are off between the nodes along each axis, as shares of the tolerance. Overwrites places_ and
 /// values_. REQUIRES: they fit.
 Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame) {
@@ -208,9 +234,9 @@ Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, con
 /// the node's axis, 0 to 1, and stands for its inverse map. If it is off by as much as that, no voxel of it is sure.
 /// REQUIRES: fit() was called.
 CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
-  constexpr double kOff = 3, kLeast = 1e-6;
+  constexpr double kLeast = 1e-6;
   CubicPolynomial share;
-  const double margin = kOff * fitter_.fit(block_shares()[axis], share) + kLeast;
+  const double error = fitter_.fit(block_shares()[axis], share), margin = margin_of_share(share, error) + kLeast;
   if (!(margin < 1)) return {1};
   if (high) {
     share[0] -= 1;
@@ -219,6 +245,20 @@ CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
   }
   share[0] += margin;
   return share;
+}
+
+/// How far the cubic that stands for a share may be off in the node. `error`: at the nodes. If all is to be proved, a
+/// bound; beside a line, of what interpolation leaves out too: the share itself has no residuals. REQUIRES: that cubic
+/// was fitted last.
+double CellFitter::margin_of_share(const CubicPolynomial& share, double error) {
+  constexpr double kOff = 3;
+  if (!proved_) return kOff * error;
+  double margin = bound_(share, fitter_.errors(), kOff * error);
+  if (residuals_known_) {
+    const std::vector<BlockResiduals::AlongLine> none(residuals_.planar->count());
+    margin += residual_growth_ * residual_bound_(share, none, margin);
+  }
+  return margin;
 }
 
 ParameterMap CellFitter::parameters_of(const BlockShape& shape, const ParamBox& box) const {

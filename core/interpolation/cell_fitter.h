@@ -13,6 +13,10 @@
 // parameters to points is smooth even where its inverse isn't, beside irregular lines, and nodes end where cells do; so
 // they are far larger than boxes of voxels would be.
 //
+// If all is to be proved (InterpolationSpec::proved), vertex cells are halved until their nodes lie in one patch or
+// beside a line, but for holes at the vertex. A piece then paints nothing outside of its triangles, nor in shells so
+// deep that what lies there would have to be sampled.
+//
 // Just outside of what it is fitted to a cubic's errors grow fast. A node's voxels are told by flat triangles, which
 // miss its faces by their bulge, so the fit has to be better where faces bulge more. And voxels that the contours'
 // tolerance puts inside take what the boundary has, so where materials are steep at the boundary a node knows what is
@@ -98,6 +102,7 @@ class CellFitter {
 
   void sample(LimitCellId cell, const ParamBox& box);
   unsigned fit_or_split(LimitCellId cell, const BlockShape& shape, CellNode& node);
+  unsigned leave(const BlockShape& shape, CellNode& node) const;
   [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(LimitCellId cell, const BlockShape& shape,
                                                             const ParamBox& box, const VoxelFrame& frame, double error);
   ParameterMap parameters_of(const BlockShape& shape, const ParamBox& box) const;
@@ -108,7 +113,9 @@ class CellFitter {
   double with_residuals(std::size_t channel, double error, double allowed);
   Vec3 errors_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame);
   bool is_steep_at(const VoxelFrame& frame, std::size_t axis, bool high, double error) const;
+  bool may_be_steep_near(const VoxelFrame& frame, double error) const;
   CubicPolynomial fit_beyond(std::size_t axis, bool high);
+  double margin_of_share(const CubicPolynomial& share, double error);
   void append_halves(std::vector<CellNode>& nodes, std::uint32_t node, unsigned axes) const;
   Box3 bounds_of_half(unsigned child, unsigned axes) const;
 
@@ -116,6 +123,7 @@ class CellFitter {
   const Placement mesh_of_voxel_;
   const Vec3 pitch_mm_;
   const double outside_mm_;
+  const bool proved_;
   const std::vector<ChannelTolerance> channels_;
   VoxelBlocks blocks_;
   FaceSurroundings surroundings_;

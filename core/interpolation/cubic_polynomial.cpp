@@ -45,6 +45,16 @@ Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept 
   return result;
 }
 
+/// The slopes of the polynomial that has all coefficients' sizes, at (most, most, most).
+Vec3 bound_of_slopes(const CubicPolynomial& polynomial, double most) noexcept {
+  CubicPolynomial c;
+  std::transform(polynomial.begin(), polynomial.end(), c.begin(),
+                 [](double coefficient) { return std::abs(coefficient); });
+  return {c[10] + most * (c[11] + c[12] + 2 * c[16] + most * (c[13] + c[14] + c[15] + 2 * (c[17] + c[18]) + 3 * c[19])),
+          c[1] + most * (2 * c[3] + c[4] + c[11] + most * (3 * c[6] + 2 * c[7] + c[8] + 2 * c[13] + c[14] + c[17])),
+          c[2] + most * (c[4] + 2 * c[5] + c[12] + most * (c[7] + 2 * c[8] + 3 * c[9] + c[14] + 2 * c[15] + c[18]))};
+}
+
 LaneTerms cubic_terms(Lanes one, Lanes x, Lanes y, Lanes z) noexcept {
   LaneTerms out = {one, y, z, y * y, y * z, z * z, y * y * y, y * y * z, y * z * z, z * z * z};
   for (std::size_t k = 0; k < 6; ++k) out[10 + k] = x * out[k];

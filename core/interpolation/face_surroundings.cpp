@@ -67,6 +67,7 @@ FaceSurroundings::FaceSurroundings(std::shared_ptr<const LimitSolid> solid, cons
       channels_(spec.channels),
       inversion_(
           inversion_options_of(Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues(), spec.outside_mm)),
+      proved_(spec.proved),
       sure_share_(sure_share(*solid_, channels_)),
       values_(solid_->channel_count()) {}
 
@@ -135,6 +136,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
     const Vec3 outwards = kDeeper * place.depth * thickness_mm(place.outwards);
     const double depth_mm = outwards.norm();
     if (depth_mm <= sure_mm && !across_gaps) return false;
+    if (proved_) return true;
     const auto differs = [&](const Vec3& point) {
       const std::optional<CellParam> there = guess_beyond(point, depth_mm / sure, across_gaps, distance);
       return there && differs_at(piece, point, *there);
@@ -143,6 +145,13 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
     // Where a cell is met across an edge alone, the place beyond the triangle's edge may lie behind that cell.
     return differs(edge + (kDeeper - 1) / kDeeper * outwards) || (may_jump && differs(edge));
   });
+}
+
+bool FaceSurroundings::reaches_into_patches(const Piece& piece, std::size_t side) {
+  constexpr double kSmaller = 2;  // The next patch may be half as thick as the piece, which is no thicker than its own.
+  if (solid_->cell_class(piece.cell) == CellClass::kRegular) return false;
+  shell_.find(piece.points, piece.shape, side);
+  return kDeeper * kSmaller * shell_.depth() > std::cbrt(1 - piece.error) * sure_share_;
 }
 
 bool FaceSurroundings::reaches_into_air(const Piece& piece, std::size_t side) {

@@ -60,6 +60,9 @@ class FaceSurroundings {
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
   /// REQUIRES: the side is on the cell's own (LimitSolid::boundary_sides()), and the piece isn't flat.
   bool may_differ(const Piece& piece, std::size_t side);
+  /// Somewhere beyond a side of the piece that isn't on the cell's, inside its triangles, the next patch's third
+  /// derivatives may have changed a value by more than the tolerance. REQUIRES: the piece isn't flat.
+  bool reaches_into_patches(const Piece& piece, std::size_t side);
   /// Its triangles reach beyond the side at an edge of the cell on the boundary. There may be nothing there, and voxels
   /// off the solid are to have what the boundary has. REQUIRES: as may_differ().
   bool reaches_into_air(const Piece& piece, std::size_t side);
@@ -90,6 +93,7 @@ class FaceSurroundings {
   const Placement voxel_of_mesh_, mesh_of_voxel_;
   const std::vector<ChannelTolerance> channels_;
   const InversionOptions inversion_;
+  const bool proved_;
   double sure_share_;  // Shells less deep, as a share of the thickness of what lies there, stay within the tolerance.
   std::optional<PointInverter> inverter_;  // Where it is needed.
   std::vector<double> values_;

@@ -26,6 +26,7 @@ struct InterpolationSpec {
   std::vector<ChannelTolerance> channels;
   double outside_mm =
       0;  // Voxels inside the contours may lie this far off the solid: they take what its boundary has there.
+  bool proved = false;  // Nothing is painted by polynomials whose errors are judged by samples.
 };
 
 }  // namespace ccslice

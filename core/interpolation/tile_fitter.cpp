@@ -38,6 +38,7 @@ TileFitter::TileFitter(std::shared_ptr<const LimitSolid> solid, const Interpolat
     : solid_(std::move(solid)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
+      proved_(spec.proved),
       channels_(spec.channels),
       particles_(solid_, spec, std::move(stencils)) {}
 
@@ -46,6 +47,8 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
   if (!range.known) return Outcome::kHalve;
   const std::span<const std::uint32_t> members = particles_.members(range);
   if (members.empty()) return Outcome::kHopeless;
+  const auto is_bounded = [this](std::uint32_t m) { return particles_[m].one_patch; };
+  if (proved_ && !std::ranges::all_of(members, is_bounded)) return Outcome::kHalve;
   const double error = fit_polynomials(members);
   if (!(error <= 1)) {
     // What a cubic leaves of a smooth function falls with the fourth power of all lengths. Slabs are flat, so a halving
@@ -59,9 +62,10 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
   for (const std::uint32_t m : members) {
     worst = std::max(bound_over(particles_[m], 1), worst);  // Not a number stays that.
     if (!(worst <= 1)) return Outcome::kHalve;
-    steepest = std::max(steepness(particles_[m]), steepest);
+    if (!proved_) steepest = std::max(steepness(particles_[m]), steepest);
     at_boundary = at_boundary || is_at_boundary(particles_[m], box);
   }
+  if (proved_ && at_boundary) steepest = bound_of_steepness();
   return at_boundary && !(worst * kTileShare + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
 }
 
@@ -129,6 +133,18 @@ double TileFitter::steepness(const TileParticle& particle) const {
       const Vec3 per_voxel = gradient_at(polynomials_[c], place).cwiseProduct(frame_.scale);
       most = std::max(most, per_voxel.cwiseQuotient(pitch_mm_).norm() * outside_mm_ / channels_[c].tolerance);
     }
+  }
+  return most;
+}
+
+/// The same, and more than anywhere in or beside the particles.
+double TileFitter::bound_of_steepness() const {
+  const Vec3 per_mm = frame_.scale.cwiseQuotient(pitch_mm_);
+  const double farthest = 1 + 2 * kParticleMargin + per_mm.maxCoeff() * outside_mm_;
+  double most = 0;
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double slope = bound_of_slopes(polynomials_[c], farthest).cwiseProduct(per_mm).norm();
+    most = std::max(most, slope * outside_mm_ / channels_[c].tolerance);
   }
   return most;
 }

@@ -50,11 +50,13 @@ class TileFitter {
   double fit_polynomials(std::span<const std::uint32_t> particles);
   double bound_over(const TileParticle& particle, double enough);
   double steepness(const TileParticle& particle) const;
+  double bound_of_steepness() const;
   bool is_at_boundary(const TileParticle& particle, const Box3& box) const;
 
   std::shared_ptr<const LimitSolid> solid_;
   const Vec3 pitch_mm_;
   const double outside_mm_;
+  const bool proved_;
   const std::vector<ChannelTolerance> channels_;
   TileParticles particles_;
 

@@ -48,6 +48,10 @@ VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
       sampler_(*evaluator_, channel_ids(spec.channels), std::move(stencils)),
       residuals_(solid.data(), channel_ids(spec.channels)) {}
 
+bool VoxelBlocks::is_beside_line(LimitCellId cell, const ParamBox& box) const {
+  return find_line_box(evaluator_->solid().data(), cell, box).has_value();
+}
+
 void VoxelBlocks::sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                          std::vector<BlockValues>& values) {
   block_.values.swap(values);

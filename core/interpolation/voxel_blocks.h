@@ -40,13 +40,15 @@ class VoxelBlocks {
 
   /// Position and channels are tricubic in the box's parameters.
   bool is_in_one_patch(LimitCellId cell, const ParamBox& box) const { return sampler_.is_in_one_patch(cell, box); }
+  /// A box of a line cell, or of a line sub-cell of a vertex cell.
+  bool is_beside_line(LimitCellId cell, const ParamBox& box) const;
   /// Samples at the nodes. `values`: of the spec's channels.
   void sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
   /// Samples between the nodes: the first kGroupsBetweenNodes groups.
   void sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                             std::vector<BlockValues>& values);
   /// What interpolation at the nodes leaves out of a box that isn't in one patch, in mm of the mesh. False if the box
-  /// is too thin. REQUIRES: a line cell.
+  /// is too thin. REQUIRES: is_beside_line().
   bool find_residuals(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:

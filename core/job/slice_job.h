@@ -42,6 +42,7 @@ struct SliceJob {
   std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
                                              // 1/1024 for 8-bit planes and materials, 1/65536 for
                                              // others.
+  bool prove_materials = false;              // Interpolate only where the error is proved to be within that tolerance.
 };
 
 /// The job's region, or all of its grid.

@@ -66,7 +66,7 @@ double outside_mm_of(const SliceJob& job) {
 }
 
 InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels) {
-  return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job)};
+  return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job), job.prove_materials};
 }
 
 }  // namespace ccslice

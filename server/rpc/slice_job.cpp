@@ -209,6 +209,7 @@ SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, c
   job.contours = request.contours() || job.contours_by_region;
   if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
   if (request.has_material_tolerance()) job.material_tolerance = request.material_tolerance();
+  job.prove_materials = request.prove_materials();
   validate_job(solid, job, limits);
   return job;
 }

@@ -38,6 +38,7 @@ struct Options {
   double longest_mm = 40;
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
   std::string histogram;
+  bool prove = false;
 };
 
 struct ToleranceResult {
@@ -103,7 +104,8 @@ void analyse(const Options& options, ModelResult& result) {
   std::optional<ControlMesh> mesh = oracle::read_real_mesh(result.name);
   if (!mesh) throw std::runtime_error("there is neither a sample nor a file of that name");
   if (!find_sample_model(result.name)) oracle::scale_to(options.longest_mm, *mesh);
-  const PrinterJob job = make_printer_job(result.name, std::move(*mesh));
+  PrinterJob job = make_printer_job(result.name, std::move(*mesh));
+  job.job.prove_materials = options.prove;
   const std::vector<ChannelRange>& channels = job.solid->summary().channels;
   const auto channel_count = static_cast<std::uint32_t>(channels.size());
   OurMethod exact(job);
@@ -235,6 +237,7 @@ int main(int argc, char** argv) {
   app.add_option("--tolerances", options.tolerances, "Shares of a channel's range")->delimiter(',');
   app.add_option("--slabs", options.slabs, "Slabs of each model");
   app.add_option("--layers", options.layers_a_slab, "Layers of each slab");
+  app.add_flag("--prove", options.prove, "Interpolate only where errors are proved, not where samples judge them");
   app.add_option("--longest-mm", options.longest_mm, "Meshes from files are scaled to this length");
   app.add_option("--threads", options.threads, "Models worked on at a time")->check(CLI::Range(1, 1024));
   app.add_option("--histogram", options.histogram, "Write a PNG of the errors' distribution");

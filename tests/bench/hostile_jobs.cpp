@@ -38,7 +38,7 @@ struct Options {
   double most_voxels = oracle::HostileOptions().most_voxels;
   std::vector<std::string> meshes;
   std::string json;
-  bool only_linear = false, only_channels = false, verbose = false;
+  bool only_linear = false, only_channels = false, prove = false, verbose = false;
 };
 
 std::uint64_t to_number(std::string_view text) {
@@ -84,7 +84,7 @@ class SeedRunner {
  public:
   SeedRunner(const Options& options, const std::vector<oracle::NamedMesh>& meshes)
       : options_(options),
-        hostile_{options.most_voxels, meshes, options.only_linear, options.only_channels},
+        hostile_{options.most_voxels, meshes, options.only_linear, options.only_channels, options.prove},
         next_(options.first) {}
 
   std::vector<HostileResult> run() {
@@ -162,6 +162,7 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--only-channels", options.only_channels,
       "No cell regions, and no planes but those of channels and the occupancy. Part of what a seed stands for");
+  app.add_flag("--prove", options.prove, "Jobs ask for proof: nothing is interpolated that is judged by samples alone");
   app.add_flag("--verbose", options.verbose, "A line for every seed");
   CLI11_PARSE(app, argc, argv);
   try {

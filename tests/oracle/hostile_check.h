@@ -18,7 +18,8 @@
 //               near folds and overlaps, and off the solid where two places are as near. Where channels jump at an
 //               interface, either side is right within what inversion accepts of it;
 //   pieces      some hundred pieces of cells, and tiles, searched for where their polynomials are off most: by no more
-//               than the tolerance, and where a piece's error is bounded, by no more than that bound;
+//               than the tolerance, and where a piece's error is bounded, by no more than that bound. If jobs ask for
+//               proof, all are;
 //   shells      the same of the flat triangles up to which some of these pieces paint, against what inversion finds
 //               there;
 //   pictures    planes of all encodings and orders read back: sizes, checksums, alpha. All other checks are of what is
@@ -87,6 +88,7 @@ struct HostileOptions {
   std::span<const NamedMesh> files;  // Their shapes instead of made ones.
   bool only_linear = false;          // That check alone, which takes a tenth of the time.
   bool only_channels = false;        // Without cell regions, and no planes but those of channels and the occupancy.
+  bool prove = false;                // Jobs ask for SliceJob::prove_materials.
 };
 
 /// Throws nothing but std::bad_alloc.

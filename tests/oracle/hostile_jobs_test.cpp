@@ -33,6 +33,14 @@ TEST_P(HostileJobs, KeepWhatIsPromised) {
 INSTANTIATE_TEST_SUITE_P(Seeds, HostileJobs, testing::Range<std::uint64_t>(1, kSeeds + 1, kSeedsACase),
                          [](const auto& info) { return "from_" + std::to_string(info.param); });
 
+// Whatever they paint, its errors are bounded.
+TEST_P(HostileJobs, KeepWhatIsPromisedIfTheyAskForProof) {
+  for (std::uint64_t seed = GetParam(); seed < GetParam() + kSeedsACase; seed += 4) {
+    const HostileResult result = run_hostile_seed(seed, {.files = {}, .prove = true});
+    EXPECT_FALSE(result.failed()) << to_text(result);
+  }
+}
+
 // A part of 0.017 mm that folds. Its 960 cells are all nearer to a voxel than voxels may lie off the solid, and the one
 // that holds it was among the last to be searched: two voxels took another one's material.
 TEST(HostileJob, FindsTheCellThatHoldsAVoxelAmongAllThatComeNear) {

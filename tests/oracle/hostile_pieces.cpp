@@ -57,8 +57,8 @@ class PieceSearch {
   void search(LimitCellId cell, const CellNode& node, std::size_t c) {
     const auto [largest, at] = evaluated_.find_worst(cell, node.parameters, c, node.piece->frame,
                                                      node.piece->polynomials[c], [](const Vec3&) { return true; });
-    const bool is_bounded =
-        blocks_.is_in_one_patch(cell, node.parameters) || evaluated_.solid->cell_class(cell) == CellClass::kLine;
+    const bool is_bounded = evaluated_.spec.proved || blocks_.is_in_one_patch(cell, node.parameters) ||
+                            evaluated_.solid->cell_class(cell) == CellClass::kLine;
     const double allowed = (is_bounded ? node.piece->error * (1 + kRoundingOfTheirBounds) : 1) + evaluated_.rounding(c);
     ++finding_.compared;
     finding_.worst = std::max(largest, finding_.worst);

@@ -5,6 +5,7 @@
 #include <zlib.h>
 #include <zstd.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -60,6 +61,36 @@ TEST(SliceRange, DeliversABoxAsItIs) {
   }
   EXPECT_EQ(sliced.summary.layers(), 20u);
   EXPECT_EQ(sliced.summary.voxel_count(), 8000u);
+}
+
+// Of a block whose corners are smooth: all cells at its vertices are cut otherwise.
+TEST(SliceRange, InterpolatesOtherwiseWithinTheSameToleranceIfProofIsAskedFor) {
+  TestServer server;
+  v1::SliceRangeRequest request = slice_request(server.upload_good(make_block(3, 10)), 0.125, 0, 40);
+  v1::PlaneSpec& channel = *request.add_planes();
+  channel.mutable_channel()->set_name("x");
+  channel.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  channel.set_encoding(v1::PLANE_ENCODING_RAW);
+  std::array<Sliced, 2> sliced;
+  std::array<std::uint64_t, 2> interpolated{};
+  for (const bool proved : {false, true}) {
+    request.set_prove_materials(proved);
+    sliced[proved] = server.slice(request);
+    ASSERT_TRUE(sliced[proved].status.ok()) << sliced[proved].status.error_message();
+    for (const auto& [index, end] : sliced[proved].ends) interpolated[proved] += end.statistics().voxels_interpolated();
+    EXPECT_GT(interpolated[proved], 0u);
+  }
+  EXPECT_NE(interpolated[0], interpolated[1]);
+  for (const auto& [index, planes] : sliced[0].planes) {
+    const std::string &sampled = planes[1], &proved = sliced[1].planes.at(index)[1];
+    ASSERT_EQ(sampled.size(), proved.size());
+    for (std::size_t at = 0; at < sampled.size(); at += sizeof(float)) {
+      float a = 0, b = 0;
+      std::memcpy(&a, &sampled[at], sizeof a);
+      std::memcpy(&b, &proved[at], sizeof b);
+      ASSERT_NEAR(a, b, 2 * 10 / 65536.0);
+    }
+  }
 }
 
 TEST(SliceRange, HoldsOutsideWhatIsAskedFor) {

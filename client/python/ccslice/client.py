@@ -226,7 +226,7 @@ class Client:
         contours: whether layers have their outlines. contours_by_region: those of each cell region instead.
         profile: a printer's name. placement: (3, 4) or (4, 4) matrix, row by row. origin_mm, extent: of the grid.
         region_mm: ((x, y, z), (x, y, z)), only this box of it.
-        tolerance_mm, material_tolerance: as the command line has them.
+        tolerance_mm, material_tolerance, prove_materials: as the command line has them.
         on_progress: called with the number of layers done and of all.
 
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
@@ -458,7 +458,7 @@ class Client:
                       printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
                       profile: Optional[str] = None, placement: Any = None, origin_mm: Any = None, extent: Any = None,
                       region_mm: Any = None, tolerance_mm: Optional[float] = None,
-                      material_tolerance: Optional[float] = None,
+                      material_tolerance: Optional[float] = None, prove_materials: bool = False,
                       outside: Optional[float] = None) -> slice_pb2.PlanSlicesRequest:
         request = slice_pb2.PlanSlicesRequest()
         if pitch is not None:
@@ -489,6 +489,7 @@ class Client:
             request.contour_tolerance_mm = tolerance_mm
         if material_tolerance is not None:
             request.material_tolerance = material_tolerance
+        request.prove_materials = prove_materials
         request.mesh_id = self._mesh_id(mesh)
         return request
 

@@ -92,6 +92,22 @@ TEST(BoundAlongRow, HoldsBetweenItsEndsAndIsSharpOnShortRows) {
   }
 }
 
+TEST(BoundOfSlopes, HoldsInACubeAndIsSharpInACornerOfIt) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> coefficient;
+  for (const double most : {0.5, 1.0, 1.3}) {
+    CubicPolynomial polynomial, sizes;
+    for (double& c : polynomial) c = coefficient(random);
+    std::transform(polynomial.begin(), polynomial.end(), sizes.begin(), [](double c) { return std::abs(c); });
+    const Vec3 bound = bound_of_slopes(polynomial, most);
+    for (const Vec3& place : random_places(200, 8)) {
+      const Vec3 slopes = gradient_at(polynomial, most * place).cwiseAbs();
+      EXPECT_LE((slopes - bound).maxCoeff(), 1e-4) << place.transpose();
+    }
+    EXPECT_LT((gradient_at(sizes, Vec3::Constant(most)) - bound).norm(), 1e-4) << most;
+  }
+}
+
 TEST(CubicFitter, ReproducesCubics) {
   for (const std::size_t count : {40u, 60u, 90u}) {
     const Places places = random_places(count, 1);

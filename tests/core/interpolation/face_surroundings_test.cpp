@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -38,13 +39,15 @@ using Material = std::function<double(const Vec3&)>;
 using Question = bool (FaceSurroundings::*)(const FaceSurroundings::Piece&, std::size_t);
 
 /// Control cells of which a piece has a side of which that is true.
-std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const Material& material, double tolerance) {
+std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const Material& material, double tolerance,
+                                    bool proved = false) {
   mesh.channel_names = {"m"};
   mesh.channel_values.clear();
   for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
   const Solid solid = LimitSolid::prepare(mesh);
   SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
   job.material_tolerance = tolerance;
+  job.prove_materials = proved;
   const InterpolationSpec spec = interpolation_spec_of(job, solid->summary().channels);
   CellFitter fitter(solid, spec);
   FaceSurroundings surroundings(solid, spec);
@@ -132,6 +135,61 @@ TEST(FaceSurroundings, AreThinCellsInWhichAMaterialBegins) {
   const auto begins = [](const Vec3& p) { return p.head<2>().norm() < 19.25 ? 1.0 : 0.0; };
   EXPECT_FALSE(cells_that_may_differ(arc_of(coated), begins, 1e-6).empty());
   EXPECT_TRUE(cells_that_may_differ(arc_of(coated), along_z, 1e-6).empty());  // This one goes on.
+}
+
+TEST(FaceSurroundings, AreNotSampledWhereAllIsToBeProved) {
+  const auto unproved = [](const Material& material, double tolerance) {
+    return cells_where(&FaceSurroundings::may_differ, arc_of({19, 19.5, 20, 24, 28}), material, tolerance, true);
+  };
+  EXPECT_FALSE(unproved(along_z, 1e-6).empty());  // It goes on, but samples alone would say so.
+  EXPECT_TRUE(unproved(along_z, 0.1).empty()) << "third derivatives can't jump by so much";
+  EXPECT_TRUE(unproved(none, 1e-6).empty()) << "constants have none";
+}
+
+/// Pieces' sides inside of irregular cells, and those whose triangles reach too far into the next patch.
+std::pair<std::size_t, std::size_t> sides_inside(const ControlMesh& mesh, double tolerance) {
+  const Solid solid = LimitSolid::prepare(mesh);
+  SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
+  job.material_tolerance = tolerance;
+  job.prove_materials = true;
+  const InterpolationSpec spec = interpolation_spec_of(job, solid->summary().channels);
+  CellFitter fitter(solid, spec);
+  FaceSurroundings surroundings(solid, spec);
+  std::pair<std::size_t, std::size_t> sides{0, 0};
+  for (const LimitCellId cell : solid->cells()) {
+    const bool regular = solid->cell_class(cell) == CellClass::kRegular;
+    std::vector<CellNode> nodes(1);
+    nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
+    for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
+    for (const CellNode& node : nodes) {
+      if (!node.piece) continue;
+      const BlockShape shape = shape_of(node.piece->points);
+      const FaceSurroundings::Piece piece{
+          cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error, 0};
+      for (std::size_t side = 0; side < 6; ++side) {
+        const auto axis = static_cast<Eigen::Index>(side / 2);
+        if (side % 2 != 0 ? node.parameters.high[axis] == 1 : node.parameters.low[axis] == 0) continue;
+        const bool reaches = surroundings.reaches_into_patches(piece, side);
+        EXPECT_FALSE(regular && reaches);
+        sides.first += !regular;
+        sides.second += reaches;
+      }
+    }
+  }
+  return sides;
+}
+
+TEST(FaceSurroundings, AreTheNextPatchWhereTrianglesReachFarIntoIt) {
+  ControlMesh mesh = oracle::tiny_mesh("vertex_link_icosahedron");
+  mesh.channel_names = {"height"};  // Exact in whatever piece, so that pieces are as large as their bulge allows.
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
+  const auto [all, reaching] = sides_inside(mesh, 1e-6);
+  EXPECT_GT(all, 200u);
+  EXPECT_GT(reaching, 10u);
+  EXPECT_LT(reaching, all);
+  std::fill(mesh.channel_values.begin(), mesh.channel_values.end(), 1.0F);
+  EXPECT_EQ(sides_inside(mesh, 1e-6).second, 0u) << "constants have no third derivatives";
 }
 
 }  // namespace

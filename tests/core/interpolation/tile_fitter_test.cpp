@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -156,6 +157,29 @@ TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
   }
 }
 
+TEST_F(TileFitterTest, HalvesWhatIsNotInOnePatchIfAllIsToBeProved) {
+  ControlMesh fan = oracle::fan_mesh(5, 3, 3);
+  for (Vec3& p : fan.positions) p *= 0.1;
+  spec_.proved = true;
+  take(fan, {smooth}, kTileOutside, 0.01);
+  std::size_t fitted = 0, halved = 0;
+  for (const Box3& box : boxes(Vec3(8, 8, 8))) {
+    TileParticles& particles = fitter_->particles();
+    const TileParticles::Range found = particles.enter(box, voxels_in(box), {});
+    if (!found.known || found.first == found.end) continue;
+    const Outcome outcome = fit(found, box);
+    const auto members = particles.members(found);
+    if (std::ranges::all_of(members, [&](std::uint32_t m) { return particles[m].one_patch; })) {
+      fitted += outcome == Outcome::kFits;
+    } else {
+      ++halved;
+      EXPECT_EQ(outcome, Outcome::kHalve);
+    }
+  }
+  EXPECT_GT(fitted, 5u);
+  EXPECT_GT(halved, 5u);
+}
+
 TEST_F(TileFitterTest, HalvesWhatBendsAndGivesUpNoise) {
   take(bent_box(0), {smooth, [](const Vec3& p) { return std::sin(2 * p.x()); }});
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 47, 31));
@@ -200,7 +224,6 @@ TEST_F(TileFitterTest, LooksAtPartsOfCellsThatAreLargeBesideABox) {
   EXPECT_LT(length.maxCoeff(), 30) << "voxels, of a cell's 33";
 }
 
-// Halves see what whole boxes hold, not only some of it, and in the same places as if nothing had come before.
 // What meets a row may stick out by two of its voxels, however small it is. Cells were halved to nothing where that is
 // more than the box is long: slicing a ball of 343 cells with rows of 8 mm took eleven times as long.
 TEST_F(TileFitterTest, HalvesNoCellsForTheSakeOfAVoxelThatIsLong) {
@@ -218,6 +241,7 @@ TEST_F(TileFitterTest, HalvesNoCellsForTheSakeOfAVoxelThatIsLong) {
   }
 }
 
+// Halves see what whole boxes hold, not only some of it, and in the same places as if nothing had come before.
 TEST_F(TileFitterTest, EntersHalvesOfABox) {
   take(bent_box(), {smooth});
   const Box3 box(Vec3(16, 8, 16), Vec3(63, 39, 31));
@@ -257,11 +281,34 @@ TEST_F(TileFitterTest, StartsAnewAfterBoxesThatWereNeverLeft) {
 TEST_F(TileFitterTest, RefusesSteepPolynomialsBesideTheBoundaryOnly) {
   const auto linear = [](const Vec3& p) { return p.x() / 16; };
   const Box3 beside(Vec3(0, 24, 16), Vec3(15, 39, 31)), inside(Vec3(40, 24, 16), Vec3(55, 39, 31));
-  for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
-    take(bent_box(0), {linear}, outside_mm);
-    EXPECT_EQ(fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside), expected);
-    EXPECT_EQ(fit(fitter_->particles().enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+  for (const bool proved : {false, true}) {
+    for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
+      spec_.proved = proved;
+      take(bent_box(0), {linear}, outside_mm);
+      EXPECT_EQ(fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside), expected);
+      EXPECT_EQ(fit(fitter_->particles().enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+    }
   }
+}
+
+// So curved that a corner of the tile is steeper than the places where slopes are looked at by samples.
+TEST_F(TileFitterTest, RefusesWhatMayBeSteepAnywhereIfAllIsToBeProved) {
+  const auto cubic = [](const Vec3& p) { return std::pow(p.x() / 9, 3) * p.y() / 8; };
+  const Box3 beside(Vec3(0, 24, 16), Vec3(15, 39, 31));
+  std::size_t fits_by_samples = 0, fits_by_proof = 0;
+  for (double outside_mm = 1e-3; outside_mm < 10; outside_mm *= 1.2) {
+    std::array<bool, 2> fits;
+    for (const bool proved : {false, true}) {
+      spec_.proved = proved;
+      take(bent_box(0), {cubic}, outside_mm, 0.01);
+      fits[proved] = fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside) == Outcome::kFits;
+    }
+    EXPECT_LE(fits[1], fits[0]) << outside_mm;
+    fits_by_samples += fits[0];
+    fits_by_proof += fits[1];
+  }
+  EXPECT_GT(fits_by_proof, 0u);
+  EXPECT_GT(fits_by_samples, fits_by_proof);
 }
 
 TEST_F(TileFitterTest, KnowsAParameterNearAVoxel) {

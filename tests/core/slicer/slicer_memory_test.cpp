@@ -40,6 +40,7 @@ std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
   add("channel").planes = {channel(0, SampleType::kUint8, Encoding::kRawZstd)};
   add("float").planes = {occupancy(), channel(0, SampleType::kFloat32)};
   add("exact").material_tolerance = 0;
+  add("proved").prove_materials = true;
   SliceJob& contours = add("contours");
   contours.planes = {};
   contours.contours = true;
