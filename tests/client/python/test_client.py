@@ -299,13 +299,19 @@ class Values(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([CCSLICE, "models", "ring", "-o", f"{folder}/ring.ccmesh", "--quiet"], check=True,
                            stdout=subprocess.DEVNULL)
-            subprocess.run([CCSLICE, "slice", f"{folder}/ring.ccmesh", "--server", self.client.address, "--pitch", "0.5",
-                            "--channel", "hardness:f32", "--encoding", "raw", "--layers", "10..12", "-o",
-                            f"{folder}/layers", "--quiet"], check=True, stdout=subprocess.DEVNULL)
             ring = ccslice.Mesh.from_file(f"{folder}/ring.ccmesh")
-            for layer in self.client.slice(ring, 0.5, channels=["hardness"], layers=range(10, 13)):
-                written = pathlib.Path(f"{folder}/layers/layer_{layer.index:04}_hardness.bin").read_bytes()
-                self.assertEqual(layer.channels["hardness"].tobytes(), written)
+            pictures = {}
+            for proved, options in ((False, []), (True, ["--prove-materials"])):
+                output = pathlib.Path(f"{folder}/layers_{proved}")
+                subprocess.run([CCSLICE, "slice", f"{folder}/ring.ccmesh", "--server", self.client.address, "--pitch",
+                                "0.2", "--channel", "hardness:f32", "--encoding", "raw", "--layers", "10..12", "-o",
+                                str(output), "--quiet", *options], check=True, stdout=subprocess.DEVNULL)
+                layers = list(self.client.slice(ring, 0.2, channels=["hardness"], layers=range(10, 13),
+                                                prove_materials=proved))
+                pictures[proved] = [layer.channels["hardness"].tobytes() for layer in layers]
+                self.assertEqual(pictures[proved], [(output / f"layer_{layer.index:04}_hardness.bin").read_bytes()
+                                                    for layer in layers])
+            self.assertNotEqual(pictures[False], pictures[True])
 
     def test_errors_name_reason_and_field(self):
         with self.assertRaises(ccslice.CallError) as caught:
