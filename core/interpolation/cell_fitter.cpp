@@ -97,11 +97,7 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   if (shape.box.diagonal().y() > kMostRowsOfPiece) return kAllAxes;
   const Between between = what_is_known_between(cell, node.parameters);
   const bool bounded = between != Between::kNothing;
-  if (proved_ && !bounded) {
-    // The vertex cell's next smaller ones begin where a cube at the vertex is halved along all axes.
-    if (shape.voxels < kSmallestPiece) return leave(shape, node);
-    return largest_axes(node.parameters.high - node.parameters.low, kLikeTheWorst);
-  }
+  if (proved_ && !bounded) return shape.voxels < kSmallestPiece ? leave(shape, node) : kAllAxes;
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
   // What samples' errors grow to. Along the triangles' sides their share is to hold, and all of the tolerance where
   // triangles are farthest off.
@@ -203,10 +199,11 @@ bool CellFitter::is_steep_at(const VoxelFrame& frame, std::size_t axis, bool hig
 bool CellFitter::may_be_steep_near(const VoxelFrame& frame, double error) const {
   const Vec3 scale = frame.scale.cwiseQuotient(pitch_mm_);
   const double most = 1 + 2 * kMarginOfNode + scale.maxCoeff() * outside_mm_;
-  return !std::ranges::all_of(channels_, [&, c = std::size_t{0}](const ChannelTolerance& channel) mutable {
-    const double slope = bound_of_slopes(polynomials_[c++], most).cwiseProduct(scale).norm();
-    return slope * outside_mm_ <= (1 - error) * channel.tolerance;
-  });
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double slope = bound_of_slopes(polynomials_[c], most).cwiseProduct(scale).norm();
+    if (!(slope * outside_mm_ <= (1 - error) * channels_[c].tolerance)) return true;
+  }
+  return false;
 }
 
 /// How far polynomials_ are off between the nodes along each axis, as shares of the tolerance. Overwrites places_ and
@@ -248,15 +245,20 @@ CubicPolynomial CellFitter::fit_beyond(std::size_t axis, bool high) {
 }
 
 /// How far the cubic that stands for a share may be off in the node. `error`: at the nodes. If all is to be proved, a
-/// bound; beside a line, of what interpolation leaves out too: the share itself has no residuals. REQUIRES: that cubic
-/// was fitted last.
+/// bound, if that is below 1; beside a line, of what interpolation leaves out too: the share itself has no residuals.
+/// REQUIRES: that cubic was fitted last.
 double CellFitter::margin_of_share(const CubicPolynomial& share, double error) {
-  constexpr double kOff = 3;
+  constexpr double kOff = 3, kLeast = 1e-6, kAll = 1;
   if (!proved_) return kOff * error;
-  double margin = bound_(share, fitter_.errors(), kOff * error);
+  // What comes near `enough` is close; what exceeds it needn't be a bound.
+  double enough = std::clamp(kOff * error, kLeast, kAll), margin = bound_(share, fitter_.errors(), enough);
+  while (!(margin <= enough) && enough < kAll) {
+    enough = std::min(2 * enough, kAll);
+    margin = bound_(share, fitter_.errors(), enough);
+  }
   if (residuals_known_) {
     const std::vector<BlockResiduals::AlongLine> none(residuals_.planar->count());
-    margin += residual_growth_ * residual_bound_(share, none, margin);
+    margin += residual_growth_ * residual_bound_(share, none, kAll);
   }
   return margin;
 }
@@ -303,7 +305,7 @@ double CellFitter::fit(LimitCellId cell, const ParamBox& box, const VoxelFrame& 
   return worst;
 }
 
-/// REQUIRES: a node of a line cell, its places in the frame. False if it is too thin.
+/// REQUIRES: a node beside a line, its places in the frame. False if it is too thin.
 bool CellFitter::place_residuals(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, double beyond) {
   if (!blocks_.find_residuals(cell, box, residuals_)) return false;
   residual_bound_.set_block(places_, residuals_, frame.scale.asDiagonal() * mesh_of_voxel_.linear().inverse());

@@ -136,7 +136,7 @@ class CellFitter {
   BlockBound bound_;
   BlockResiduals residuals_;
   ResidualBound residual_bound_;
-  bool residuals_known_ = false;   // As far as they were needed.
+  bool residuals_known_ = false;   // As far as they were needed: of all pieces beside lines.
   double residual_growth_ = 1;     // How residuals may grow around the node.
   bool off_by_residuals_ = false;  // They take most of the error.
   std::vector<CubicPolynomial> polynomials_;

@@ -60,7 +60,7 @@ double value_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 /// The gradient by central differences: exact to about a millionth of the third derivatives.
 Vec3 gradient_at(const CubicPolynomial& polynomial, const Vec3& place) noexcept;
 
-/// Along each axis no slope is larger where no coordinate is larger than `most`.
+/// Along each axis no slope is larger, up or down, where all coordinates are within [-most, most].
 Vec3 bound_of_slopes(const CubicPolynomial& polynomial, double most) noexcept;
 
 /// The terms at four places, each times `one`.

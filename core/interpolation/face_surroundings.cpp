@@ -19,8 +19,11 @@
 namespace ccslice {
 namespace {
 
-constexpr double kMostJump = 8.0 / 6;      // Of third derivatives, as a share of the range, by the cube of the depth.
-constexpr double kDeeper = 1.4;            // Shells may be so much deeper than at the places that BlockShell finds.
+constexpr double kMostJump = 8.0 / 6;  // Of third derivatives, as a share of the range, by the cube of the depth.
+constexpr double kDeeper = 1.4;        // Shells may be so much deeper than at the places that BlockShell finds.
+// As a share of a patch's thickness that of the next one, which is half as thick in parameters. In millimetres no less
+// than 0.35 of it was seen, at vertices of three edges.
+constexpr double kThinnestPatch = 1.0 / 3;
 constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
 constexpr double kOffCell = 1e-6;          // mm. Points that far off a cell aren't in it.
 constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
@@ -77,6 +80,8 @@ void FaceSurroundings::collect(LimitCellId cell) {
   cell_ = cell;
   touching_.clear();
   others_.clear();
+  const auto is_irregular = [this](LimitCellId any) { return solid_->cell_class(any) != CellClass::kRegular; };
+  irregular_ = is_irregular(cell);
   least_thickness_mm_ = std::numeric_limits<double>::infinity();
   const CellIndex& index = solid_->index();
   index.cell_boxes.any_meeting(index.cell_boxes.box(cell), [&](std::uint32_t met) {
@@ -84,6 +89,7 @@ void FaceSurroundings::collect(LimitCellId cell) {
     if (other == cell) return false;
     if (solid_->touch(cell, other)) {
       touching_.push_back({other, least_thickness_mm(other)});
+      irregular_ = irregular_ || is_irregular(other);
       least_thickness_mm_ = std::min(least_thickness_mm_, touching_.back().thickness_mm);
     } else {
       others_.push_back(other);
@@ -128,6 +134,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   if (others_.empty() && touching_.empty()) return false;
   shell_.find(piece.points, piece.shape, side);
   if (shell_.depth() == 0) return false;
+  if (proved_ && irregular_ && may_jump_in_patches(piece)) return true;
   if (meets_others(piece)) return true;
   const bool across_gaps = find_across_gaps(piece, side);
   const bool may_jump = across_gaps || least_thickness_mm_ == 0;
@@ -148,10 +155,15 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
 }
 
 bool FaceSurroundings::reaches_into_patches(const Piece& piece, std::size_t side) {
-  constexpr double kSmaller = 2;  // The next patch may be half as thick as the piece, which is no thicker than its own.
   if (solid_->cell_class(piece.cell) == CellClass::kRegular) return false;
   shell_.find(piece.points, piece.shape, side);
-  return kDeeper * kSmaller * shell_.depth() > std::cbrt(1 - piece.error) * sure_share_;
+  return may_jump_in_patches(piece);
+}
+
+/// Third derivatives of the next patch may come to too much in the shell that was found last. A piece is no thicker
+/// than its own patch.
+bool FaceSurroundings::may_jump_in_patches(const Piece& piece) const {
+  return kDeeper * shell_.depth() > kThinnestPatch * std::cbrt(1 - piece.error) * sure_share_;
 }
 
 bool FaceSurroundings::reaches_into_air(const Piece& piece, std::size_t side) {

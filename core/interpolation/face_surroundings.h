@@ -13,7 +13,9 @@
 //   Deeper shells are looked at, and all where such a cell is of another cell region, or across a gap that ends in an
 //   edge or a vertex of both (limit/cell_gaps.h) and has a face of the boundary that looks back: the deepest places are
 //   inverted, and in these two cases those on the triangles themselves, and what lies there is compared with the
-//   polynomials.
+//   polynomials. If all is to be proved (InterpolationSpec::proved), nothing is inverted: wherever it would be, values
+//   may differ. So they may beside irregular cells where the shell is so deep that a jump in one of their patches,
+//   which are smaller, comes to more than is left.
 // - Other cells behind those, and cells across a slit or a gap: what they hold has nothing to do with this piece.
 //   If one of them may reach into the shell, the polynomials don't hold there.
 // - None. Nobody asks for voxels there, but for those within the contours' tolerance of the solid: where materials are
@@ -60,8 +62,8 @@ class FaceSurroundings {
   /// Somewhere beyond a side of the piece, inside its triangles, a voxel's value may be off by more than the tolerance.
   /// REQUIRES: the side is on the cell's own (LimitSolid::boundary_sides()), and the piece isn't flat.
   bool may_differ(const Piece& piece, std::size_t side);
-  /// Somewhere beyond a side of the piece that isn't on the cell's, inside its triangles, the next patch's third
-  /// derivatives may have changed a value by more than the tolerance. REQUIRES: the piece isn't flat.
+  /// Somewhere beyond a side of the piece that isn't on the cell's, inside its triangles, what the next patch's third
+  /// derivatives change of a value may come to more than the tolerance. REQUIRES: the piece isn't flat.
   bool reaches_into_patches(const Piece& piece, std::size_t side);
   /// Its triangles reach beyond the side at an edge of the cell on the boundary. There may be nothing there, and voxels
   /// off the solid are to have what the boundary has. REQUIRES: as may_differ().
@@ -78,6 +80,7 @@ class FaceSurroundings {
 
   void collect(LimitCellId cell);
   double least_thickness_mm(LimitCellId touching) const;
+  bool may_jump_in_patches(const Piece& piece) const;
   bool find_across_gaps(const Piece& piece, std::size_t side);
   bool is_across_a_gap(Touching& touching) const;
   Vec3 thickness_mm(const Eigen::RowVector3d& outwards) const;
@@ -103,6 +106,7 @@ class FaceSurroundings {
   std::vector<Touching> touching_;
   std::vector<LimitCellId> others_;
   double least_thickness_mm_ = 0;  // Of those that touch it.
+  bool irregular_ = false;         // The cell is, or one that touches it.
   BlockShell shell_;
 };
 

@@ -4,9 +4,9 @@
 // What interpolation at a block's nodes leaves out beside an irregular line: RESIDUALS.
 //
 // In a line cell, and in a line sub-cell of a vertex cell, the limit is a planar scheme in (u, v) times a cubic
-// B-spline in w. (CellFitter asks for line cells only.) Let I interpolate at a block's 5 x 5 x 5 nodes. Along w it
-// leaves nothing of a cubic out; so of any function f that the scheme makes of control points (a coordinate or a
-// channel, or a sum of such)
+// B-spline in w. (Of sub-cells this is asked only if all is to be proved.) Let I interpolate at a block's 5 x 5 x 5
+// nodes. Along w it leaves nothing of a cubic out; so of any function f that the scheme makes of control points (a
+// coordinate or a channel, or a sum of such)
 //
 //   f - I f = sum_j a_j(u, v) r_j(w),    r_j(w) = (f - I f)(u_j, v_j, w).
 //

@@ -187,8 +187,12 @@ void PieceCover::close_gap(std::uint32_t begin, std::uint32_t end, const PieceRu
 
 bool PieceCover::is_sure(std::uint32_t begin, std::uint32_t end, const PieceRun* before,
                          const ScannedRun* after) const {
-  if (before != nullptr && beyond_painted(end - 1) > pieces_->piece(before->piece).reach) return false;
-  if (after != nullptr && before_begin(*after, begin) > pieces_->piece(after->piece).reach) return false;
+  const auto is_reached = [this](std::uint32_t piece, double columns) {
+    const double reach = pieces_->piece(piece).reach;
+    return reach > 0 && columns <= reach;
+  };
+  if (before != nullptr && !is_reached(before->piece, beyond_painted(end - 1))) return false;
+  if (after != nullptr && !is_reached(after->piece, before_begin(*after, begin))) return false;
   // What lies beside a hole says nothing of the hole's own material.
   for (std::uint32_t x = begin; x < end; ++x) {
     if (pieces_->is_in_hole(voxel(x))) return false;

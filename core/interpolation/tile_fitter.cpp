@@ -65,7 +65,7 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
     if (!proved_) steepest = std::max(steepness(particles_[m]), steepest);
     at_boundary = at_boundary || is_at_boundary(particles_[m], box);
   }
-  if (proved_ && at_boundary) steepest = bound_of_steepness();
+  if (proved_ && at_boundary) steepest = bound_of_steepness(members);
   return at_boundary && !(worst * kTileShare + steepest <= 1) ? Outcome::kHalve : Outcome::kFits;
 }
 
@@ -137,10 +137,16 @@ double TileFitter::steepness(const TileParticle& particle) const {
   return most;
 }
 
-/// The same, and more than anywhere in or beside the particles.
-double TileFitter::bound_of_steepness() const {
+/// The same, and no less than anywhere in or beside the particles.
+double TileFitter::bound_of_steepness(std::span<const std::uint32_t> particles) const {
   const Vec3 per_mm = frame_.scale.cwiseQuotient(pitch_mm_);
-  const double farthest = 1 + 2 * kParticleMargin + per_mm.maxCoeff() * outside_mm_;
+  double farthest = 0;
+  for (const std::uint32_t p : particles) {
+    const Box3& bounds = particles_[p].bounds;
+    farthest =
+        std::max({farthest, frame_(bounds.min()).cwiseAbs().maxCoeff(), frame_(bounds.max()).cwiseAbs().maxCoeff()});
+  }
+  farthest += per_mm.maxCoeff() * outside_mm_;
   double most = 0;
   for (std::size_t c = 0; c < channels_.size(); ++c) {
     const double slope = bound_of_slopes(polynomials_[c], farthest).cwiseProduct(per_mm).norm();

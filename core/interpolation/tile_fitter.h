@@ -7,7 +7,8 @@
 // fitted to some of the samples. Over a particle that lies in one patch the error is bounded, whole
 // (interpolation/block_bound.h). Over others, beside irregular lines, an error isn't a polynomial: the same formula is
 // no bound there, and what it yields may take 0.5 of the tolerance instead of 0.9, a share that was measured
-// (interpolation/shares.h). Every voxel inside the solid lies in some particle.
+// (interpolation/shares.h). If all is to be proved (InterpolationSpec::proved), such boxes are halved. Every voxel inside
+// the solid lies in some particle.
 //
 // Voxels that the contours' tolerance puts inside, although they lie off the solid, take what the boundary has. Where a
 // polynomial is so steep that this may matter, it is refused beside the boundary.
@@ -50,7 +51,7 @@ class TileFitter {
   double fit_polynomials(std::span<const std::uint32_t> particles);
   double bound_over(const TileParticle& particle, double enough);
   double steepness(const TileParticle& particle) const;
-  double bound_of_steepness() const;
+  double bound_of_steepness(std::span<const std::uint32_t> particles) const;
   bool is_at_boundary(const TileParticle& particle, const Box3& box) const;
 
   std::shared_ptr<const LimitSolid> solid_;

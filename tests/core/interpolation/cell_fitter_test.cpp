@@ -196,63 +196,6 @@ TEST_F(CellFitterTest, TheErrorOfAPieceBesideAVertexIsNoLessThanAtItsSamples) {
   EXPECT_GT(pieces, 100u);
 }
 
-// Beside vertices, too. What isn't painted is a small hole at the vertex, or is too bent for a cubic.
-TEST_F(CellFitterTest, PiecesThatAreProvedAreInOnePatchOrBesideALineAndKeepTheirBounds) {
-  std::mt19937 random(kSeed);
-  std::size_t in_patches = 0, beside_lines = 0;
-  for (const char* name : {"vertex_link_icosahedron", "vertex_link_gyroelongated_6", "boundary_edge_3_hexes"}) {
-    for (const double tolerance : {0.2, 0.05}) {
-      SCOPED_TRACE(name + std::string(", tolerance ") + std::to_string(tolerance));
-      take(oracle::tiny_mesh(name), {noise(1)}, {.pitch_mm = Vec3::Constant(0.1), .tolerance = tolerance});
-      spec_.proved = true;
-      const VoxelBlocks blocks(*solid_, spec_);
-      double in_pieces = 0, in_cells = 0;
-      for (const LimitCellId cell : solid_->cells()) {
-        if (solid_->cell_class(cell) != CellClass::kVertex) continue;
-        const Parts parts = examined(cell);
-        expect_halves_tile(parts);
-        ++in_cells;
-        for (const CellNode& part : parts) {
-          if (part.kind != Kind::kPiece) continue;
-          in_pieces += volume(part.parameters);
-          const bool in_patch = blocks.is_in_one_patch(cell, part.parameters);
-          ASSERT_TRUE(in_patch || blocks.is_beside_line(cell, part.parameters));
-          ++(in_patch ? in_patches : beside_lines);
-          EXPECT_EQ(part.piece->reach, 0);
-          for (int k = 0; k < 20; ++k) {
-            const Vec3 uvw = random_in(part.parameters, random);
-            ASSERT_LE(error_at(cell, *part.piece, uvw), part.piece->error + 1e-9) << cell << " " << uvw.transpose();
-          }
-        }
-      }
-      EXPECT_GT(in_pieces, 0.9 * in_cells);
-    }
-  }
-  EXPECT_GT(in_patches, 100u);
-  EXPECT_GT(beside_lines, 100u);
-}
-
-// A material so curved that a corner of a piece is steeper than the places where slopes are looked at by samples.
-TEST_F(CellFitterTest, ProvedPiecesKnowTheAirWhereTheyMayBeSteepAnywhere) {
-  const auto pieces_beside_air = [&](bool proved) {
-    spec_.proved = proved;
-    std::size_t count = 0;
-    for (const CellNode& part : examined(LimitCellId{26})) count += part.piece && !part.piece->beyond.empty();
-    return count;
-  };
-  const auto cubic = [](const Vec3& p) { return std::pow(p.x() / 30, 3) * p.y() / 30; };
-  std::size_t as_samples_say = 0, as_is_proved = 0;
-  for (double outside_mm = 1e-3; outside_mm < 10; outside_mm *= 1.2) {
-    take(sharp_box(), {cubic}, {.tolerance = 0.01, .outside_mm = outside_mm});
-    const std::size_t sampled = pieces_beside_air(false), proved = pieces_beside_air(true);
-    EXPECT_LE(sampled, proved) << outside_mm;
-    as_samples_say += sampled;
-    as_is_proved += proved;
-  }
-  EXPECT_GT(as_samples_say, 0u);
-  EXPECT_GT(as_is_proved, as_samples_say);
-}
-
 // A channel that rises and falls from vertex to vertex along x and y alone.
 TEST_F(CellFitterTest, HalvesAlongAxesThatHelpAlone) {
   const auto chessboard = [](const Vec3& p) { return std::lround((p.x() + p.y()) / 10) % 2; };
