@@ -253,8 +253,8 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
   add_material_tolerance_option(command, options.material_tolerance);
   command
       .add_flag("--prove-materials", options.prove_materials,
-                "Interpolate only where the error is proved to be within --material-tolerance, not where samples say "
-                "so, and invert all other voxels; materials take 1 to 6 times as long")
+                "Interpolate only where polynomials' errors are proved to be within --material-tolerance, not where "
+                "samples say so, and invert all other voxels; materials take 1 to 6 times as long")
       ->group("Pictures");
 }
 

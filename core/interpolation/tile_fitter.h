@@ -7,8 +7,8 @@
 // fitted to some of the samples. Over a particle that lies in one patch the error is bounded, whole
 // (interpolation/block_bound.h). Over others, beside irregular lines, an error isn't a polynomial: the same formula is
 // no bound there, and what it yields may take 0.5 of the tolerance instead of 0.9, a share that was measured
-// (interpolation/shares.h). If all is to be proved (InterpolationSpec::proved), such boxes are halved. Every voxel inside
-// the solid lies in some particle.
+// (interpolation/shares.h). If all is to be proved (InterpolationSpec::proved), such boxes are halved. Every voxel
+// inside the solid lies in some particle.
 //
 // Voxels that the contours' tolerance puts inside, although they lie off the solid, take what the boundary has. Where a
 // polynomial is so steep that this may matter, it is refused beside the boundary.
