@@ -128,6 +128,7 @@ TEST(FoundPieces, TellVoxelsThatMayLieBeyondASteepBoundary) {
         }
       }
       EXPECT_TRUE(none_is_beyond(run.begin));
+      EXPECT_TRUE(row.surely_none_is_beyond(Vec3(run.begin, run.row, 8), Vec3(end, run.row, 8)));
       if (run.begin == 0) {
         EXPECT_EQ(none_is_beyond(-0.6), !steep);
       }

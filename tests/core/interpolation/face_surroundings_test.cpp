@@ -5,14 +5,15 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "core/interpolation/block_shell.h"
 #include "core/interpolation/cell_fitter.h"
 #include "core/slicer/channel_tolerances.h"
 #include "tests/core/slicer/test_jobs.h"
@@ -146,50 +147,85 @@ TEST(FaceSurroundings, AreNotSampledWhereAllIsToBeProved) {
   EXPECT_TRUE(unproved(none, 1e-6).empty()) << "constants have none";
 }
 
-/// Pieces' sides inside of irregular cells, and those whose triangles reach too far into the next patch.
-std::pair<std::size_t, std::size_t> sides_inside(const ControlMesh& mesh, double tolerance) {
-  const Solid solid = LimitSolid::prepare(mesh);
-  SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
-  job.material_tolerance = tolerance;
-  job.prove_materials = true;
-  const InterpolationSpec spec = interpolation_spec_of(job, solid->summary().channels);
-  CellFitter fitter(solid, spec);
-  FaceSurroundings surroundings(solid, spec);
-  std::pair<std::size_t, std::size_t> sides{0, 0};
-  for (const LimitCellId cell : solid->cells()) {
-    const bool regular = solid->cell_class(cell) == CellClass::kRegular;
-    std::vector<CellNode> nodes(1);
-    nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
-    for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
-    for (const CellNode& node : nodes) {
-      if (!node.piece) continue;
-      const BlockShape shape = shape_of(node.piece->points);
-      const FaceSurroundings::Piece piece{
-          cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error, 0};
-      for (std::size_t side = 0; side < 6; ++side) {
-        const auto axis = static_cast<Eigen::Index>(side / 2);
-        if (side % 2 != 0 ? node.parameters.high[axis] == 1 : node.parameters.low[axis] == 0) continue;
-        const bool reaches = surroundings.reaches_into_patches(piece, side);
-        EXPECT_FALSE(regular && reaches);
-        sides.first += !regular;
-        sides.second += reaches;
+/// Pieces, proved ones, of a vertex and its surroundings, whose channel is exact in whatever piece, so that they are as
+/// large as their bulge allows.
+class FaceSurroundingsOfPatches : public testing::Test {
+ protected:
+  /// Calls visit(piece, side, whether it is on the cell's) for each.
+  template <typename Visit>
+  void for_each_side(double tolerance, bool constant, Visit visit) {
+    ControlMesh mesh = oracle::tiny_mesh("vertex_link_icosahedron");
+    mesh.channel_names = {"height"};
+    mesh.channel_values.clear();
+    for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(constant ? 1.0F : static_cast<float>(p.z()));
+    solid_ = LimitSolid::prepare(mesh);
+    SliceJob job = job_of(solid_, {0.2, 0.2, 0.2});
+    job.material_tolerance = tolerance;
+    job.prove_materials = true;
+    const InterpolationSpec spec = interpolation_spec_of(job, solid_->summary().channels);
+    CellFitter fitter(solid_, spec);
+    surroundings_.emplace(solid_, spec);
+    for (const LimitCellId cell : solid_->cells()) {
+      std::vector<CellNode> nodes(1);
+      nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
+      for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
+      for (const CellNode& node : nodes) {
+        if (!node.piece) continue;
+        const BlockShape shape = shape_of(node.piece->points);
+        const FaceSurroundings::Piece piece{
+            cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error, 0};
+        for (std::size_t side = 0; side < 6; ++side) {
+          const auto axis = static_cast<Eigen::Index>(side / 2);
+          const auto& [low, high] = node.parameters;
+          visit(piece, side, side % 2 != 0 ? high[axis] == 1 : low[axis] == 0);
+        }
       }
     }
   }
-  return sides;
-}
 
-TEST(FaceSurroundings, AreTheNextPatchWhereTrianglesReachFarIntoIt) {
-  ControlMesh mesh = oracle::tiny_mesh("vertex_link_icosahedron");
-  mesh.channel_names = {"height"};  // Exact in whatever piece, so that pieces are as large as their bulge allows.
-  mesh.channel_values.clear();
-  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
-  const auto [all, reaching] = sides_inside(mesh, 1e-6);
+  Solid solid_;
+  std::optional<FaceSurroundings> surroundings_;
+};
+
+TEST_F(FaceSurroundingsOfPatches, AreTheNextPatchWhereTrianglesReachFarIntoIt) {
+  std::size_t all = 0, reaching = 0;
+  const auto count = [&](const FaceSurroundings::Piece& piece, std::size_t side, bool own) {
+    if (own) return;
+    const bool regular = solid_->cell_class(piece.cell) == CellClass::kRegular;
+    const bool reaches = surroundings_->reaches_into_patches(piece, side);
+    EXPECT_FALSE(regular && reaches);
+    all += !regular;
+    reaching += reaches;
+  };
+  for_each_side(1e-6, false, count);
   EXPECT_GT(all, 200u);
   EXPECT_GT(reaching, 10u);
   EXPECT_LT(reaching, all);
-  std::fill(mesh.channel_values.begin(), mesh.channel_values.end(), 1.0F);
-  EXPECT_EQ(sides_inside(mesh, 1e-6).second, 0u) << "constants have no third derivatives";
+  reaching = 0;
+  for_each_side(1e-6, true, count);
+  EXPECT_EQ(reaching, 0u) << "constants have no third derivatives";
+}
+
+// Small pieces at vertices end at small patches of the next cells, too, although those cells are thick.
+TEST_F(FaceSurroundingsOfPatches, OfSmallPiecesAreNoThickerThanTheseAre) {
+  constexpr double kTolerance = 1e-6;
+  std::size_t deep = 0, flat = 0;
+  BlockShell shell;
+  for_each_side(kTolerance, false, [&](const FaceSurroundings::Piece& piece, std::size_t side, bool own) {
+    if (!own || solid_->cell_class(piece.cell) == CellClass::kRegular) return;
+    if (solid_->boundary_sides(piece.cell) >> side & 1) return;
+    shell.find(piece.points, piece.shape, side);
+    // Third derivatives of a patch a third as thick jump by 8 times the range.
+    const double jump = 8.0 / 6 * std::pow(3 * 1.4 * shell.depth(), 3);
+    if (jump > (1 - piece.error) * kTolerance) {
+      ++deep;
+      EXPECT_TRUE(surroundings_->may_differ(piece, side)) << piece.cell << " " << side;
+    } else {
+      flat += !surroundings_->may_differ(piece, side);
+    }
+  });
+  EXPECT_GT(deep, 10u);
+  EXPECT_GT(flat, 10u);
 }
 
 }  // namespace
