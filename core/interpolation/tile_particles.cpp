@@ -14,7 +14,6 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
-constexpr std::size_t kMostParticles = 2048;    // Some 8 MiB; whole cells of a box inside may come on top.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
 constexpr double kMostOver = 0.6;    // As a share of the box's size: particles that stick out farther are halved.
 constexpr double kLeastOver = 3;     // unless that is by so few voxels only,
@@ -40,7 +39,7 @@ void TileParticles::clear() {
 }
 
 TileParticles::Range TileParticles::enter(const Box3& box, std::uint64_t voxels, const Range& around) {
-  const std::size_t most = std::min<std::size_t>(kMostParticles, voxels / kVoxelsAParticle + kFewest);
+  const std::size_t most = std::min<std::size_t>(kMost, voxels / kVoxelsAParticle + kFewest);
   const Box3 reached = this->reached(box);
   // members_ is a stack: those of a half come after those of the whole, and leave() takes them off again.
   if (!around.known) clear();
@@ -86,7 +85,7 @@ bool TileParticles::add_meeting(std::uint32_t particle, const Box3& box, std::si
     return members_.size() <= most;
   }
   if (pool_[particle]->first_child == 0) {
-    if (used_ + 2 > kMostParticles) return false;
+    if (used_ + 2 > kMost) return false;
     Eigen::Index farthest = 0;
     over_mm.maxCoeff(&farthest);
     halve(particle, farthest);

@@ -39,6 +39,8 @@ struct TileParticle {
 /// One thread. Memory is kept.
 class TileParticles {
  public:
+  static constexpr std::size_t kMost = 2048;  // Whole cells of a box may come on top.
+
   /// `stencils`: of the solid, or its own.
   TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
                 std::shared_ptr<BlockStencils> stencils = nullptr);

@@ -18,6 +18,7 @@
 #include "core/interpolation/cell_fitter.h"
 #include "core/interpolation/slab_pieces.h"
 #include "core/interpolation/small_cells.h"
+#include "core/interpolation/tile_particles.h"
 #include "core/interpolation/voxel_blocks.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/cell_index.h"
@@ -50,7 +51,6 @@ constexpr double kNodeBytes = sizeof(SurfaceNode) + sizeof(BezierNet) + 160;  //
 constexpr std::size_t kDescents = 24;
 constexpr double kFiner = 1.25, kVoxelsOfTile = 128;
 constexpr double kRunBytes = sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);  // Scanned, painted, unpainted.
-constexpr double kParticles = 4 * kMiB;
 
 /// What there is in a layer, or in a slab: the largest sum over intervals that overlap.
 class Overlaps {
@@ -238,6 +238,11 @@ double slab_piece_bytes(double channels) {
   return kGrowthOfPieces * (sizeof(SlabPiece) + 24 + channels * (sizeof(CubicPolynomial) + sizeof(CubicInLayer)));
 }
 
+/// What tiles are made of. Voxels of large cells may be left to tiles, too: those that no piece paints.
+double particle_bytes(double channels) {
+  return TileParticles::kMost * (sizeof(TileParticle) + channels * sizeof(BlockValues));
+}
+
 }  // namespace
 
 SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
@@ -260,7 +265,7 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     slicer += cells.pieces * slab_piece_bytes(channels);
     if (all_piece_bytes > kPiecesOfJob) slicer += cells.pieces * piece_bytes(channels);  // Forgotten by others.
     slicer += kGrowthOfPieces * cells.runs * (kSlabLayers * kRunBytes + sizeof(ScannedRun));
-    if (cells.tile_voxels > 0) slicer += kParticles;
+    slicer += particle_bytes(channels);
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }
   return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer),

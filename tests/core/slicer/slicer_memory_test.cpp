@@ -17,6 +17,7 @@
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
 namespace {
@@ -81,6 +82,19 @@ TEST(SlicerMemory, IsToldBeforeItIsTaken) {
 }
 
 TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) { expect_enough_for_sample("ring", {1200}); }
+
+// Voxels that no piece paints are left to tiles, even where all cells are large.
+TEST(SlicerMemory, IsToldOfPartsOfFewCellsToo) {
+  for (const char* name : {"sharp_tet", "sharp_plate", "single_tet", "cube_of_tets"}) {
+    const Solid solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    for (const bool proved : {false, true}) {
+      SliceJob job = job_of(solid, pitch_for(solid, 300));
+      job.planes = {channel(0, SampleType::kFloat32)};
+      job.prove_materials = proved;
+      expect_enough(name + std::string(proved ? ", proved" : ""), solid, job);
+    }
+  }
+}
 
 TEST(NightlySlicerMemory, IsToldBeforeItIsTaken) {
   for (const SampleModel& model : sample_models()) expect_enough_for_sample(std::string(model.name), {60, 400});
