@@ -21,7 +21,7 @@
 //               than the tolerance, and where a piece's error is bounded, by no more than that bound. If jobs ask for
 //               proof, all are;
 //   shells      the same of the flat triangles up to which some of these pieces paint, against what inversion finds
-//               there;
+//               there; up to 1.1 of the tolerance unless jobs ask for proof;
 //   pictures    planes of all encodings and orders read back: sizes, checksums, alpha. All other checks are of what is
 //               read;
 //   occupancy   one layer against the winding numbers of its contours; all planes against one another; samples outside;
