@@ -8,7 +8,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -39,21 +38,28 @@ using Material = std::function<double(const Vec3&)>;
 
 using Question = bool (FaceSurroundings::*)(const FaceSurroundings::Piece&, std::size_t);
 
-/// Control cells of which a piece has a side of which that is true.
-std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const Material& material, double tolerance,
-                                    bool proved = false) {
-  mesh.channel_names = {"m"};
-  mesh.channel_values.clear();
-  for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
-  const Solid solid = LimitSolid::prepare(mesh);
-  SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
-  job.material_tolerance = tolerance;
-  job.prove_materials = proved;
-  const InterpolationSpec spec = interpolation_spec_of(job, solid->summary().channels);
-  CellFitter fitter(solid, spec);
-  FaceSurroundings surroundings(solid, spec);
-  std::set<std::uint32_t> found;
-  for (const LimitCellId cell : solid->cells()) {
+/// What pieces of a mesh depend on that has one channel.
+struct Graded {
+  Graded(ControlMesh mesh, const Material& material, double tolerance, bool proved) {
+    mesh.channel_names = {"m"};
+    mesh.channel_values.clear();
+    for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
+    solid = LimitSolid::prepare(mesh);
+    SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
+    job.material_tolerance = tolerance;
+    job.prove_materials = proved;
+    spec = interpolation_spec_of(job, solid->summary().channels);
+  }
+
+  Solid solid;
+  InterpolationSpec spec;
+};
+
+/// Calls visit(piece) for each piece of each cell.
+template <typename Visit>
+void for_each_piece(const Graded& graded, Visit visit) {
+  CellFitter fitter(graded.solid, graded.spec);
+  for (const LimitCellId cell : graded.solid->cells()) {
     std::vector<CellNode> nodes(1);
     nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
     for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
@@ -67,13 +73,24 @@ std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const M
         const bool own = side % 2 != 0 ? node.parameters.high[axis] == 1 : node.parameters.low[axis] == 0;
         if (own) piece.own_sides |= 1u << side;
       }
-      for (std::size_t side = 0; side < 6; ++side) {
-        if (piece.own_sides >> side & 1 && (surroundings.*question)(piece, side)) {
-          found.insert(solid->control_cell(cell));
-        }
-      }
+      visit(piece);
     }
   }
+}
+
+/// Control cells of which a piece has a side of which that is true.
+std::set<std::uint32_t> cells_where(Question question, ControlMesh mesh, const Material& material, double tolerance,
+                                    bool proved = false) {
+  const Graded graded(std::move(mesh), material, tolerance, proved);
+  FaceSurroundings surroundings(graded.solid, graded.spec);
+  std::set<std::uint32_t> found;
+  for_each_piece(graded, [&](const FaceSurroundings::Piece& piece) {
+    for (std::size_t side = 0; side < 6; ++side) {
+      if (piece.own_sides >> side & 1 && (surroundings.*question)(piece, side)) {
+        found.insert(graded.solid->control_cell(piece.cell));
+      }
+    }
+  });
   return found;
 }
 
@@ -147,81 +164,61 @@ TEST(FaceSurroundings, AreNotSampledWhereAllIsToBeProved) {
   EXPECT_TRUE(unproved(none, 1e-6).empty()) << "constants have none";
 }
 
-/// Pieces, proved ones, of a vertex and its surroundings, whose channel is exact in whatever piece, so that they are as
+/// Pieces, proved ones, of a vertex and its surroundings. Their channel is exact in whatever piece, so they are as
 /// large as their bulge allows.
 class FaceSurroundingsOfPatches : public testing::Test {
  protected:
-  /// Calls visit(piece, side, whether it is on the cell's) for each.
-  template <typename Visit>
-  void for_each_side(double tolerance, bool constant, Visit visit) {
-    ControlMesh mesh = oracle::tiny_mesh("vertex_link_icosahedron");
-    mesh.channel_names = {"height"};
-    mesh.channel_values.clear();
-    for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(constant ? 1.0F : static_cast<float>(p.z()));
-    solid_ = LimitSolid::prepare(mesh);
-    SliceJob job = job_of(solid_, {0.2, 0.2, 0.2});
-    job.material_tolerance = tolerance;
-    job.prove_materials = true;
-    const InterpolationSpec spec = interpolation_spec_of(job, solid_->summary().channels);
-    CellFitter fitter(solid_, spec);
-    surroundings_.emplace(solid_, spec);
-    for (const LimitCellId cell : solid_->cells()) {
-      std::vector<CellNode> nodes(1);
-      nodes[0].bounds = Box3(Vec3::Constant(-1e6), Vec3::Constant(1e6));
-      for (std::uint32_t n = 0; n < nodes.size(); ++n) fitter.examine(cell, nodes, n);
-      for (const CellNode& node : nodes) {
-        if (!node.piece) continue;
-        const BlockShape shape = shape_of(node.piece->points);
-        const FaceSurroundings::Piece piece{
-            cell, node.piece->points, shape, node.piece->frame, node.piece->polynomials, node.piece->error, 0};
-        for (std::size_t side = 0; side < 6; ++side) {
-          const auto axis = static_cast<Eigen::Index>(side / 2);
-          const auto& [low, high] = node.parameters;
-          visit(piece, side, side % 2 != 0 ? high[axis] == 1 : low[axis] == 0);
-        }
-      }
-    }
-  }
+  static constexpr double kTolerance = 1e-6;
 
-  Solid solid_;
-  std::optional<FaceSurroundings> surroundings_;
+  static Graded graded(const Material& material) {
+    return Graded(oracle::tiny_mesh("vertex_link_icosahedron"), material, kTolerance, true);
+  }
 };
 
 TEST_F(FaceSurroundingsOfPatches, AreTheNextPatchWhereTrianglesReachFarIntoIt) {
-  std::size_t all = 0, reaching = 0;
-  const auto count = [&](const FaceSurroundings::Piece& piece, std::size_t side, bool own) {
-    if (own) return;
-    const bool regular = solid_->cell_class(piece.cell) == CellClass::kRegular;
-    const bool reaches = surroundings_->reaches_into_patches(piece, side);
-    EXPECT_FALSE(regular && reaches);
-    all += !regular;
-    reaching += reaches;
+  const auto sides_inside = [](const Material& material) {
+    const Graded solid = graded(material);
+    FaceSurroundings surroundings(solid.solid, solid.spec);
+    std::pair<std::size_t, std::size_t> all_and_reaching{0, 0};
+    for_each_piece(solid, [&](const FaceSurroundings::Piece& piece) {
+      const bool regular = solid.solid->cell_class(piece.cell) == CellClass::kRegular;
+      for (std::size_t side = 0; side < 6; ++side) {
+        if (piece.own_sides >> side & 1) continue;
+        const bool reaches = surroundings.reaches_into_patches(piece, side);
+        EXPECT_FALSE(regular && reaches);
+        all_and_reaching.first += !regular;
+        all_and_reaching.second += reaches;
+      }
+    });
+    return all_and_reaching;
   };
-  for_each_side(1e-6, false, count);
+  const auto [all, reaching] = sides_inside(along_z);
   EXPECT_GT(all, 200u);
   EXPECT_GT(reaching, 10u);
   EXPECT_LT(reaching, all);
-  reaching = 0;
-  for_each_side(1e-6, true, count);
-  EXPECT_EQ(reaching, 0u) << "constants have no third derivatives";
+  EXPECT_EQ(sides_inside(none).second, 0u) << "constants have no third derivatives";
 }
 
 // Small pieces at vertices end at small patches of the next cells, too, although those cells are thick.
 TEST_F(FaceSurroundingsOfPatches, OfSmallPiecesAreNoThickerThanTheseAre) {
-  constexpr double kTolerance = 1e-6;
+  const Graded solid = graded(along_z);
+  FaceSurroundings surroundings(solid.solid, solid.spec);
   std::size_t deep = 0, flat = 0;
   BlockShell shell;
-  for_each_side(kTolerance, false, [&](const FaceSurroundings::Piece& piece, std::size_t side, bool own) {
-    if (!own || solid_->cell_class(piece.cell) == CellClass::kRegular) return;
-    if (solid_->boundary_sides(piece.cell) >> side & 1) return;
-    shell.find(piece.points, piece.shape, side);
-    // Third derivatives of a patch a third as thick jump by 8 times the range.
-    const double jump = 8.0 / 6 * std::pow(3 * 1.4 * shell.depth(), 3);
-    if (jump > (1 - piece.error) * kTolerance) {
-      ++deep;
-      EXPECT_TRUE(surroundings_->may_differ(piece, side)) << piece.cell << " " << side;
-    } else {
-      flat += !surroundings_->may_differ(piece, side);
+  for_each_piece(solid, [&](const FaceSurroundings::Piece& piece) {
+    if (solid.solid->cell_class(piece.cell) == CellClass::kRegular) return;
+    const unsigned inside = piece.own_sides & ~unsigned{solid.solid->boundary_sides(piece.cell)};
+    for (std::size_t side = 0; side < 6; ++side) {
+      if (!(inside >> side & 1)) continue;
+      shell.find(piece.points, piece.shape, side);
+      // Third derivatives of a patch a third as thick jump by 8 times the range.
+      const double jump = 8.0 / 6 * std::pow(3 * 1.4 * shell.depth(), 3);
+      if (jump > (1 - piece.error) * kTolerance) {
+        ++deep;
+        EXPECT_TRUE(surroundings.may_differ(piece, side)) << piece.cell << " " << side;
+      } else {
+        flat += !surroundings.may_differ(piece, side);
+      }
     }
   });
   EXPECT_GT(deep, 10u);
