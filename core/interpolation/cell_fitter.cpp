@@ -132,7 +132,7 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
-/// Makes a hole of the node.
+/// Makes a hole of the node, which is halved along no axis.
 unsigned CellFitter::leave(const BlockShape& shape, CellNode& node) const {
   if (shape.voxels < kMostAlone) node.map = std::make_shared<const ParameterMap>(parameters_of(shape, node.parameters));
   return 0;
