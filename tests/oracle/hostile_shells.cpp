@@ -15,9 +15,10 @@
 namespace ccslice::oracle {
 namespace {
 
-// Of the tolerance. Where a cell's map degenerates, at a vertex or along a smooth edge of the boundary, the slopes of
-// its materials have no bound, and errors peak between all places that are looked at. Of 10,000 random jobs two had
-// such a peak beyond 1, up to 1.06; both were narrower than a tenth of a voxel.
+// Triangles may be off by this share of the tolerance, unless proof is asked for. Where a cell's map degenerates, at a
+// vertex or along a smooth edge of the boundary, the slopes of its materials have no bound, and errors peak between all
+// places that are looked at. Of 10,000 random jobs two had such a peak beyond 1, up to 1.06; both were narrower than a
+// tenth of a voxel.
 constexpr double kMostOfSampled = 1.1;
 
 /// A place of the triangles of a side, each quadrilateral cut along its shorter diagonal. 0 <= s, t <= 1.

@@ -29,13 +29,17 @@ std::uint64_t bits_of(const std::string& bytes) {
   return bits;
 }
 
-TEST(SliceRange, DeliversABoxAsItIs) {
-  TestServer server;
-  v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 20);
+void add_float_channel(v1::SliceRangeRequest& request) {
   v1::PlaneSpec& channel = *request.add_planes();
   channel.mutable_channel()->set_name("x");
   channel.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   channel.set_encoding(v1::PLANE_ENCODING_RAW);
+}
+
+TEST(SliceRange, DeliversABoxAsItIs) {
+  TestServer server;
+  v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 20);
+  add_float_channel(request);
   request.set_contours(true);
   const Sliced sliced = server.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
@@ -63,14 +67,11 @@ TEST(SliceRange, DeliversABoxAsItIs) {
   EXPECT_EQ(sliced.summary.voxel_count(), 8000u);
 }
 
-// Of a block whose corners are smooth: all cells at its vertices are cut otherwise.
+// The block's corners are smooth, so the cells at its vertices are cut otherwise.
 TEST(SliceRange, InterpolatesOtherwiseWithinTheSameToleranceIfProofIsAskedFor) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_block(3, 10)), 0.125, 0, 40);
-  v1::PlaneSpec& channel = *request.add_planes();
-  channel.mutable_channel()->set_name("x");
-  channel.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
-  channel.set_encoding(v1::PLANE_ENCODING_RAW);
+  add_float_channel(request);
   std::array<Sliced, 2> sliced;
   std::array<std::uint64_t, 2> interpolated{};
   for (const bool proved : {false, true}) {

@@ -27,14 +27,13 @@ class ProvedPieces : public CellFitterTest {
 };
 
 // Beside vertices, too. What isn't painted is a small hole at the vertex, or is too bent for a cubic.
-TEST_F(ProvedPieces, PiecesThatAreProvedAreInOnePatchOrBesideALineAndKeepTheirBounds) {
+TEST_F(ProvedPieces, AreInOnePatchOrBesideALineAndKeepTheirBounds) {
   std::mt19937 random(kSeed);
   std::size_t in_patches = 0, beside_lines = 0;
   for (const char* name : {"vertex_link_icosahedron", "vertex_link_gyroelongated_6", "boundary_edge_3_hexes"}) {
     for (const double tolerance : {0.2, 0.05}) {
       SCOPED_TRACE(name + std::string(", tolerance ") + std::to_string(tolerance));
       take(oracle::tiny_mesh(name), {noise(1)}, {.pitch_mm = Vec3::Constant(0.1), .tolerance = tolerance});
-      spec_.proved = true;
       const VoxelBlocks blocks(*solid_, spec_);
       double in_pieces = 0, in_cells = 0;
       for (const LimitCellId cell : solid_->cells()) {
@@ -63,7 +62,7 @@ TEST_F(ProvedPieces, PiecesThatAreProvedAreInOnePatchOrBesideALineAndKeepTheirBo
 }
 
 // A material so curved that a corner of a piece is steeper than the places where slopes are looked at by samples.
-TEST_F(ProvedPieces, ProvedPiecesKnowTheAirWhereTheyMayBeSteepAnywhere) {
+TEST_F(ProvedPieces, KnowTheAirWhereTheyMayBeSteepAnywhere) {
   const auto pieces_beside_air = [&](bool proved) {
     spec_.proved = proved;
     std::size_t count = 0;
