@@ -24,6 +24,17 @@ struct MissedVertex {
   Vec3 position = Vec3::Zero();
 };
 
+/// Nodes of second-order cells between their corners: of edges, of quadrilaterals, of hexahedra.
+struct MidNodes {
+  std::vector<std::array<std::uint32_t, 2>> edges;  // By their two vertices, the lesser first. Ascending, each once.
+  std::vector<std::array<std::uint32_t, 4>> faces;  // Quadrilaterals by their vertices, ascending. Likewise.
+  std::vector<std::uint32_t> cells;                 // Hexahedra. Ascending, each once.
+  std::vector<Vec3> positions;                      // Of the edges, then of the faces, then of the cells, mm.
+  std::vector<float> values;                        // c for each, node-major.
+
+  bool empty() const { return positions.empty(); }
+};
+
 struct ControlMesh {
   std::vector<Vec3> positions;                            // n vertices, mm.
   std::vector<std::string> channel_names;                 // c >= 0, distinct, not empty.
@@ -45,6 +56,11 @@ struct ControlMesh {
   bool interpolating = false;
   /// ... but for these, which are meant to be elsewhere. Ascending, each vertex once; none unless interpolating.
   std::vector<MissedVertex> missed_vertices;
+
+  /// The solid is the mesh itself, as finite elements have it: cells with straight edges, or second-order ones where
+  /// there are mid-nodes, and channels that are continuous, and of the cells' order within them. Nothing is sharp then.
+  bool as_meshed = false;
+  MidNodes mid_nodes;
 
   std::size_t vertex_count() const { return positions.size(); }
   std::size_t cell_count() const { return cell_kinds.size(); }

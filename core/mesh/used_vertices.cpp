@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "core/base/error.h"
+#include "core/mesh/cell_complex.h"
+#include "core/mesh/mid_nodes.h"
 
 namespace ccslice {
 
@@ -60,22 +63,35 @@ void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& sca
   ControlMesh& mesh = file.mesh;
   const std::vector<bool> used = used_vertices(mesh);
   unfit.throw_if_used(used, scanner);
-  const auto left_out = std::count(used.begin(), used.end(), false);
-  if (left_out == 0) return;
+  std::vector<bool> known = used;  // Nodes in the middle of edges aren't left out.
+  for (const std::uint32_t node : file.second_order.nodes) {
+    if (node != kNone) known[node] = true;
+  }
+  take_mid_nodes(file);
+  if (std::ranges::all_of(used, std::identity())) return;
   const std::size_t channels = mesh.channel_count();
-  std::vector<std::uint32_t> new_id(used.size(), 0);
+  std::vector<std::uint32_t> new_id(used.size(), kNone);
   std::size_t kept = 0;
   for (std::size_t vertex = 0; vertex < used.size(); ++vertex) {
     if (!used[vertex]) continue;
-    new_id[vertex] = static_cast<std::uint32_t>(kept);
     mesh.positions[kept] = mesh.positions[vertex];
     std::copy_n(mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(vertex * channels), channels,
                 mesh.channel_values.begin() + static_cast<std::ptrdiff_t>(kept * channels));
-    ++kept;
+    if (!file.numbers.vertices.empty()) file.numbers.vertices[kept] = file.numbers.vertices[vertex];
+    new_id[vertex] = static_cast<std::uint32_t>(kept++);
   }
   mesh.positions.resize(kept);
   mesh.channel_values.resize(kept * channels);
+  if (!file.numbers.vertices.empty()) file.numbers.vertices.resize(kept);
   for (std::uint32_t& vertex : mesh.cell_vertices) vertex = new_id[vertex];
+  for (auto& edge : mesh.mid_nodes.edges) {
+    for (std::uint32_t& vertex : edge) vertex = new_id[vertex];
+  }
+  for (auto& face : mesh.mid_nodes.faces) {
+    for (std::uint32_t& vertex : face) vertex = new_id[vertex];
+  }
+  const auto left_out = std::ranges::count(known, false);
+  if (left_out == 0) return;
   file.warnings.push_back(std::to_string(left_out) +
                           (left_out == 1 ? " vertex that no cell uses" : " vertices that no cell uses") +
                           " left out; vertex ids in lists and later messages count the others");

@@ -60,7 +60,8 @@ class UnfitNumbers {
 /// Which vertices the cells use. REQUIRES: the cells' vertices exist.
 std::vector<bool> used_vertices(const ControlMesh& mesh);
 
-/// Leaves out the vertices that no cell uses, with a note of how many. Throws Error{kMeshNonFinite} if one of the
+/// Makes mid_nodes of second_order, then leaves out the vertices that no cell uses as a corner, with a note of how many
+/// aren't such nodes either. numbers.vertices goes along. Throws Error{kMeshNonFinite} if one of the
 /// others has an unfit number. REQUIRES: the cells' vertices exist, and nothing is sharp.
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file);
 

@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh/mid_nodes.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "core/mesh/cell_complex.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetEdges = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+constexpr std::array<std::array<std::uint8_t, 2>, 9> kWedgeEdges = {
+    {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
+constexpr std::array<std::array<std::uint8_t, 2>, 12> kHexEdges = {
+    {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+constexpr std::array<std::array<std::uint8_t, 4>, 3> kWedgeFaces = {{{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}};
+constexpr std::array<std::array<std::uint8_t, 4>, 6> kHexFaces = {
+    {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 2, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
+
+/// Adds the nodes of one cell.
+void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::uint32_t> corners,
+               std::span<const std::uint32_t> nodes, MidNodeList& list) {
+  const std::size_t channels = mesh.channel_count();
+  const auto values = [&](std::uint32_t node) {
+    return std::span(mesh.channel_values).subspan(node * channels, channels);
+  };
+  std::size_t next = 0;
+  const auto next_node = [&]() { return next < nodes.size() ? nodes[next++] : kNone; };
+  for (const auto& [a, b] : mid_edges(mesh.cell_kinds[cell])) {
+    const std::uint32_t node = next_node();
+    if (node != kNone) list.add_edge({corners[a], corners[b]}, mesh.positions[node], values(node));
+  }
+  for (const auto& [a, b, c, d] : mid_faces(mesh.cell_kinds[cell])) {
+    const std::uint32_t node = next_node();
+    if (node == kNone) continue;
+    list.add_face({corners[a], corners[b], corners[c], corners[d]}, mesh.positions[node], values(node));
+  }
+  const std::uint32_t node = next_node();
+  if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), mesh.positions[node], values(node));
+}
+
+}  // namespace
+
+std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind) {
+  if (kind == CellKind::kHex) return kHexEdges;
+  return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 2>>(kTetEdges) : kWedgeEdges;
+}
+
+std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind) {
+  if (kind == CellKind::kHex) return kHexFaces;
+  return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 4>>{} : kWedgeFaces;
+}
+
+void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values) {
+  nodes_.push_back({key, static_cast<std::uint32_t>(positions_.size())});
+  positions_.push_back(position);
+  values_.insert(values_.end(), values.begin(), values.end());
+}
+
+void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values) {
+  std::ranges::sort(vertices);
+  add({2, vertices[0], vertices[1], 0, 0}, position, values);
+}
+
+void MidNodeList::add_face(std::array<std::uint32_t, 4> vertices, const Vec3& position, std::span<const float> values) {
+  std::ranges::sort(vertices);
+  add({4, vertices[0], vertices[1], vertices[2], vertices[3]}, position, values);
+}
+
+void MidNodeList::add_cell(std::uint32_t cell, const Vec3& position, std::span<const float> values) {
+  add({8, cell, 0, 0, 0}, position, values);
+}
+
+void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_vertices,
+                      std::span<const std::uint32_t> new_cells) {
+  std::size_t next = 0;
+  const auto add_as = [&](auto key, std::span<const std::uint32_t> numbers, auto add_key) {
+    const std::span<const float> values = std::span(nodes.values).subspan(next * channels_, channels_);
+    const Vec3& position = nodes.positions[next++];
+    for (std::uint32_t& number : key) number = numbers[number];
+    if (std::ranges::find(key, kNone) == key.end()) add_key(key, position, values);
+  };
+  for (const auto& edge : nodes.edges) {
+    add_as(edge, new_vertices, [&](const auto&... arguments) { add_edge(arguments...); });
+  }
+  for (const auto& face : nodes.faces) {
+    add_as(face, new_vertices, [&](const auto&... arguments) { add_face(arguments...); });
+  }
+  for (const std::uint32_t cell : nodes.cells) {
+    add_as(std::array{cell}, new_cells, [&](const auto& key, const Vec3& position, std::span<const float> values) {
+      add_cell(key[0], position, values);
+    });
+  }
+}
+
+MidNodeList::Result MidNodeList::finish() const {
+  std::vector<Node> sorted = nodes_;
+  std::ranges::sort(sorted, {}, [](const Node& node) { return std::pair(node.key, node.index); });
+  Result result;
+  MidNodes& nodes = result.nodes;
+  for (auto first = sorted.begin(); first != sorted.end();) {
+    const auto end = std::find_if(first, sorted.end(), [&](const Node& node) { return node.key != first->key; });
+    double apart_mm = 0;
+    for (auto node = first; node != end; ++node) {
+      apart_mm = std::max(apart_mm, (positions_[node->index] - positions_[first->index]).norm());
+    }
+    result.conflicts += apart_mm > 0;
+    result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
+    const auto& key = first->key;
+    if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
+    if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
+    if (key[0] == 8) nodes.cells.push_back(key[1]);
+    nodes.positions.push_back(positions_[first->index]);
+    const auto values = values_.begin() + static_cast<std::ptrdiff_t>(first->index * channels_);
+    nodes.values.insert(nodes.values.end(), values, values + static_cast<std::ptrdiff_t>(channels_));
+    first = end;
+  }
+  return result;
+}
+
+void take_mid_nodes(MeshFile& file) {
+  const SecondOrderCells curved = std::exchange(file.second_order, {});
+  if (curved.cells.empty()) return;
+  const ControlMesh& mesh = file.mesh;
+  MidNodeList list(mesh.channel_count());
+  std::size_t corner = 0, next = 0;
+  for (std::size_t cell = 0; cell < mesh.cell_count() && next < curved.cells.size(); ++cell) {
+    const auto corners = static_cast<std::size_t>(corner_count(mesh.cell_kinds[cell]));
+    if (curved.cells[next] == cell) {
+      const std::uint64_t begin = curved.first_nodes[next];
+      const std::uint64_t end = ++next < curved.cells.size() ? curved.first_nodes[next] : curved.nodes.size();
+      add_nodes(mesh, cell, std::span(mesh.cell_vertices).subspan(corner, corners),
+                std::span(curved.nodes).subspan(begin, end - begin), list);
+    }
+    corner += corners;
+  }
+  MidNodeList::Result result = list.finish();
+  file.mesh.mid_nodes = std::move(result.nodes);
+  if (result.conflicts == 0) return;
+  char apart[32];
+  std::snprintf(apart, sizeof apart, "%.3g", result.farthest_apart_mm);
+  file.warnings.push_back(std::to_string(result.conflicts) +
+                          " edges, faces or cells have several nodes in their middle, up to " + apart +
+                          " apart; the first of each is taken");
+}
+
+}  // namespace ccslice

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The nodes that second-order cells have between their corners, by the edges, quadrilaterals and hexahedra that they
+// belong to: cells that share an edge share its node, so a mesh with them has no cracks.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/mesh/mesh_file.h"
+
+namespace ccslice {
+
+/// Where the nodes of a cell's edges, or of its quadrilaterals, lie: corners in VTK's order, in the order of
+/// SecondOrderCells.
+std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind);
+std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind);
+
+/// Nodes by their keys, as they come.
+class MidNodeList {
+ public:
+  explicit MidNodeList(std::size_t channels) : channels_(channels) {}
+
+  /// `vertices` in any order. `values`: as many as there are channels.
+  void add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values);
+  void add_face(std::array<std::uint32_t, 4> vertices, const Vec3& position, std::span<const float> values);
+  void add_cell(std::uint32_t cell, const Vec3& position, std::span<const float> values);
+  /// All nodes of `nodes`, their vertices and cells renumbered; nodes of left-out ones (kNone) are left out.
+  void add(const MidNodes& nodes, std::span<const std::uint32_t> new_vertices,
+           std::span<const std::uint32_t> new_cells);
+
+  struct Result {
+    MidNodes nodes;
+    std::size_t conflicts = 0;     // Edges, faces and cells with nodes in several places: the first one is taken.
+    double farthest_apart_mm = 0;  // Of these.
+  };
+  Result finish() const;
+
+ private:
+  struct Node {
+    std::array<std::uint32_t, 5> key;  // How many vertices, or 0 for a cell; then the sorted vertices, or the cell.
+    std::uint32_t index;
+  };
+
+  void add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values);
+
+  std::size_t channels_;
+  std::vector<Node> nodes_;
+  std::vector<Vec3> positions_;
+  std::vector<float> values_;
+};
+
+/// Makes mid_nodes of second_order, which is emptied. What is said of several nodes on one edge goes to the warnings.
+/// REQUIRES: the cells' vertices and nodes exist.
+void take_mid_nodes(MeshFile& file);
+
+}  // namespace ccslice
