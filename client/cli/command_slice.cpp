@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -102,9 +103,18 @@ v1::PlanSlicesRequest plan_request(JobOptions options, bool contours) {
   return request;
 }
 
+/// The options' mesh, on the server. How near a fit has to come to its vertices follows from the voxels.
+std::string mesh_on_server(Session& session, const JobOptions& options, const v1::GridSpec& grid) {
+  MeshOptions mesh = options.mesh;
+  if (grid.has_pitch()) {
+    mesh.meaning.voxel_mm = std::min({grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()});
+  }
+  return ensure_on_server(session, mesh, options.placement);
+}
+
 void run_plan(Session& session, const JobOptions& options) {
   v1::PlanSlicesRequest request = plan_request(options, false);
-  request.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
+  request.set_mesh_id(mesh_on_server(session, options, request.grid()));
   const v1::PlanSlicesResponse plan = session.client().plan(request, session.call());
   if (!session.options().json) return print_line(describe(plan));
   JsonWriter json;
@@ -279,7 +289,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
-  request.set_mesh_id(ensure_on_server(session, options.job.mesh, options.job.placement));
+  request.set_mesh_id(mesh_on_server(session, options.job, request.grid()));
   const PlannedJob job = plan_job(session, options, request, contours);
   const v1::Grid& grid = job.plan.grid();
   contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),

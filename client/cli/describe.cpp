@@ -62,6 +62,7 @@ std::string describe(const v1::LimitDeviation& deviation) {
   const bool moved = deviation.farthest_distance_mm() > rounding;
   const std::string change = change_text(limit, control);
   std::string text = "\n  mesh size  " + describe(deviation.control_box());
+  if (deviation.as_meshed()) return text + "\n  volume     " + show_number(limit) + " mm^3, as meshed";
   text += "\n  volume     " + show_number(limit) + " mm^3 (" + change + "), ";
   if (!deviation.interpolating()) {
     text += "control mesh " + show_number(control) + " mm^3";

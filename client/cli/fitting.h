@@ -16,6 +16,7 @@
 
 namespace ccslice::cli {
 
+/// Adds --interpolate.
 void add_fit_option(CLI::App& command, std::string& interpolate);
 
 /// "", "all" or "boundary". Throws UsageError.
@@ -31,6 +32,8 @@ class FittedMesh {
   FittedMesh(const ControlMesh& fitted, bool quiet);
 
   const ControlMesh& fitted() const { return fitted_; }
+  /// On the positions. Empty if the mesh was fitted before.
+  const FitReport& report() const { return report_; }
   ControlMesh& meant() { return meant_; }
   /// Scales and moves both.
   void place(const Similarity& similarity);

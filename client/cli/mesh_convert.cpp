@@ -78,6 +78,39 @@ std::vector<MissedVertex> missed_from_proto(const v1::ControlMesh& message) {
   return missed;
 }
 
+void nodes_to_proto(const MidNodes& nodes, v1::ControlMesh& message) {
+  for (const auto& edge : nodes.edges) {
+    for (const std::uint32_t vertex : edge) message.add_edge_node_vertices(vertex);
+  }
+  for (const auto& face : nodes.faces) {
+    for (const std::uint32_t vertex : face) message.add_face_node_vertices(vertex);
+  }
+  message.mutable_cell_node_cells()->Assign(nodes.cells.begin(), nodes.cells.end());
+  for (const Vec3& position : nodes.positions) {
+    for (const double coordinate : position) message.add_node_positions_mm(coordinate);
+  }
+  message.mutable_node_values()->Assign(nodes.values.begin(), nodes.values.end());
+}
+
+MidNodes nodes_from_proto(const v1::ControlMesh& message) {
+  require_multiple(message.edge_node_vertices_size(), 2, "edge_node_vertices");
+  require_multiple(message.face_node_vertices_size(), 4, "face_node_vertices");
+  require_multiple(message.node_positions_mm_size(), 3, "node_positions_mm");
+  MidNodes nodes;
+  for (int i = 0; i < message.edge_node_vertices_size(); i += 2) {
+    std::copy_n(&message.edge_node_vertices().Get(i), 2, nodes.edges.emplace_back().begin());
+  }
+  for (int i = 0; i < message.face_node_vertices_size(); i += 4) {
+    std::copy_n(&message.face_node_vertices().Get(i), 4, nodes.faces.emplace_back().begin());
+  }
+  nodes.cells.assign(message.cell_node_cells().begin(), message.cell_node_cells().end());
+  for (int i = 0; i < message.node_positions_mm_size(); i += 3) {
+    nodes.positions.emplace_back(Vec3::Map(&message.node_positions_mm().Get(i)));
+  }
+  nodes.values.assign(message.node_values().begin(), message.node_values().end());
+  return nodes;
+}
+
 }  // namespace
 
 v1::ControlMesh to_proto(const ControlMesh& mesh) {
@@ -105,6 +138,8 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
     message.add_missed_vertices(vertex);
     for (const double coordinate : position) message.add_missed_positions_mm(coordinate);
   }
+  message.set_as_meshed(mesh.as_meshed);
+  nodes_to_proto(mesh.mid_nodes, message);
   return message;
 }
 
@@ -126,6 +161,7 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   message.set_farthest_distance_mm(deviation.farthest.distance_mm());
   message.set_farthest_on_interface(deviation.farthest.on_interface);
   message.set_interpolating(deviation.interpolating);
+  message.set_as_meshed(deviation.as_meshed);
   message.set_vertex_limits_volume_mm3(deviation.vertex_limits_volume_mm3);
   if (deviation.rounded.count > 0) {
     message.set_rounded_edges(deviation.rounded.count);
@@ -169,6 +205,8 @@ ControlMesh from_proto(const v1::ControlMesh& message) {
   mesh.allow_folds = message.allow_folds();
   mesh.interpolating = message.interpolating();
   mesh.missed_vertices = missed_from_proto(message);
+  mesh.as_meshed = message.as_meshed();
+  mesh.mid_nodes = nodes_from_proto(message);
   return mesh;
 }
 

@@ -105,7 +105,7 @@ Changes parse_changes(const MeshOptions& options) {
     throw UsageError(error.what());
   }
   changes.sizing = parse_sizing(options.size);
-  changes.fit = parse_fit(options.interpolate);
+  changes.fit = parse_meaning(options.meaning);
   changes.averaged = parse_cell_data(options);
   return changes;
 }
@@ -127,19 +127,30 @@ std::string depth_note(const Grade& grade, double deepest_mm) {
          show_number(std::lerp(grade.first, grade.last, deepest_mm / depth)) + " instead of " + show_number(grade.last);
 }
 
-void refuse_second_fit(const MeshOptions& options, const Changes& changes) {
-  if (!changes.fit && !options.sharp.any()) return;
+void refuse_second_fit(const MeshOptions& options) {
+  if (!options.meaning.any()) return;
   throw UsageError("the control points of " + options.mesh +
-                   " are fitted already: give --interpolate and --sharp-... with the mesh that they were fitted to");
+                   " are fitted already: say what it means with the mesh that they were fitted to");
 }
 
 /// The fitted mesh beside the one that is meant, if control points are fitted, or were before and are to be graded.
-std::optional<FittedMesh> fit(const Changes& changes, const ControlMesh& mesh, bool quiet) {
+std::optional<FittedMesh> fit(const MeshOptions& options, const Changes& changes, LoadedMesh& loaded, bool quiet) {
+  ControlMesh& mesh = loaded.mesh;
   constexpr std::size_t kManyVertices = 20'000;
-  if (changes.fit && mesh.vertex_count() >= kManyVertices && !quiet) {
+  const bool fits = changes.fit || options.meaning.part;
+  if (fits && mesh.vertex_count() >= kManyVertices && !quiet) {
     print_note("fitting control points to " + show_count(mesh.vertex_count()) + " vertices");
   }
-  if (changes.fit) return FittedMesh(mesh, *changes.fit, quiet);
+  if (options.meaning.part) {
+    auto fitted = fit_part(options.meaning, options.scale, mesh, quiet, loaded.warnings);
+    take_as(!fitted, mesh, loaded.warnings);
+    return fitted;
+  }
+  if (changes.fit) {
+    FittedMesh fitted(mesh, *changes.fit, quiet);
+    refuse_rounded_edges(options.meaning, fitted);
+    return fitted;
+  }
   if (mesh.interpolating && !changes.grades.empty()) return FittedMesh(mesh, quiet);
   return std::nullopt;
 }
@@ -164,11 +175,11 @@ void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3&
 /// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
 /// last, as their lengths are those of the result.
 void change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
-  if (loaded.mesh.interpolating) refuse_second_fit(options, changes);
+  if (loaded.mesh.interpolating) refuse_second_fit(options);
   ControlMesh checked = loaded.mesh;
   validate(checked);
-  sharpen(options.sharp, checked, loaded.mesh, loaded.warnings);
-  std::optional<FittedMesh> pair = fit(changes, loaded.mesh, quiet);
+  sharpen(options.meaning.sharp, checked, loaded.mesh, loaded.warnings);
+  std::optional<FittedMesh> pair = fit(options, changes, loaded, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   PlaceOfMesh place;
   if (changes.sizing.places()) {
@@ -207,8 +218,10 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
   apply_units(changes.sizing, loaded.mesh);
-  const bool changed = !changes.grades.empty() || options.sharp.any() || changes.sizing.changes() ||
-                       changes.fit.has_value() || !options.regions_from.empty() || !changes.averaged.empty();
+  const bool is_meshed = loaded.mesh.as_meshed;  // A .ccmesh says so itself.
+  if (!is_meshed && !options.meaning.part) take_as(options.meaning.as_meshed, loaded.mesh, loaded.warnings);
+  const bool changed = !changes.grades.empty() || changes.sizing.changes() || options.meaning.any() ||
+                       !options.regions_from.empty() || !changes.averaged.empty();
   const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
   loaded.mesh.allow_folds = allow_folds;
   check_channel_names(loaded.mesh);
@@ -258,8 +271,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->allow_extra_args(false)
       ->group("Mesh");
   add_size_options(command, options.size);
-  add_sharp_options(command, options.sharp);
-  add_fit_option(command, options.interpolate);
+  add_meaning_options(command, options.meaning);
   command
       .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
       ->group("Mesh");
@@ -288,11 +300,11 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
 
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
-  if (!options.grades.empty() || options.sharp.any() || options.size.any() || options.allow_folds ||
-      !options.interpolate.empty() || !options.regions_from.empty() || !options.cell_data.empty()) {
+  if (!options.grades.empty() || options.meaning.any() || options.size.any() || options.allow_folds ||
+      !options.regions_from.empty() || !options.cell_data.empty()) {
     throw UsageError(
-        "--units, --size, --center, --on-bed, --grade, --sharp-..., --interpolate, --regions-from, --cell-data and "
-        "--allow-folds change a mesh file; " +
+        "--units, --size, --center, --on-bed, --grade, --as-meshed, --part, --sharp-..., --interpolate, --smooth, "
+        "--regions-from, --cell-data and --allow-folds change a mesh file; " +
         options.mesh + " is on the server already");
   }
   return true;

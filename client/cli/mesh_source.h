@@ -11,11 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/fitting.h"
 #include "client/cli/json.h"
+#include "client/cli/mesh_meaning.h"
 #include "client/cli/placement.h"
 #include "client/cli/session.h"
-#include "client/cli/sharpening.h"
 #include "client/cli/sizing.h"
 #include "client/mesh_bytes.h"
 #include "core/mesh/control_mesh.h"
@@ -27,9 +26,8 @@ struct MeshOptions {
   std::string mesh;
   std::vector<std::string> grades = {};
   SizeOptions size = {};
-  SharpOptions sharp = {};
+  MeaningOptions meaning = {};
   bool allow_folds = false;
-  std::string interpolate = {};             // "", "all" or "boundary".
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
   Vec3 scale = Vec3::Ones();                // What --scale does later: lengths are those of the printed size.

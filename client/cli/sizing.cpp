@@ -86,13 +86,11 @@ Sizing parse_sizing(const SizeOptions& options) {
 
 void apply_units(const Sizing& sizing, ControlMesh& mesh) {
   if (sizing.mm_per_unit == 1) return;
-  for (Vec3& position : mesh.positions) position *= sizing.mm_per_unit;
-  for (MissedVertex& missed : mesh.missed_vertices) missed.position *= sizing.mm_per_unit;
+  for_each_place(mesh, [&](Vec3& place) { place *= sizing.mm_per_unit; });
 }
 
 void Similarity::apply(ControlMesh& mesh) const {
-  for (Vec3& position : mesh.positions) position = (*this)(position);
-  for (MissedVertex& missed : mesh.missed_vertices) missed.position = (*this)(missed.position);
+  for_each_place(mesh, [this](Vec3& place) { place = (*this)(place); });
 }
 
 PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,

@@ -32,6 +32,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMeshNotInterpolable: return "MESH_NOT_INTERPOLABLE";
     case ErrorCode::kMeshBadCellRegion: return "MESH_BAD_CELL_REGION";
     case ErrorCode::kMeshNonManifoldRegion: return "MESH_NON_MANIFOLD_REGION";
+    case ErrorCode::kMeshBadMidNode: return "MESH_BAD_MID_NODE";
     case ErrorCode::kPitchInvalid: return "PITCH_INVALID";
     case ErrorCode::kGridTooLarge: return "GRID_TOO_LARGE";
     case ErrorCode::kPlacementSingular: return "PLACEMENT_SINGULAR";

@@ -43,6 +43,7 @@ enum class ErrorCode : int {
   kMeshNotInterpolable = 121,       // No control points take the limit through all vertices, or only with folds.
   kMeshBadCellRegion = 122,         // Names of cell regions empty, repeated or too long; a number that is none of them.
   kMeshNonManifoldRegion = 123,     // A vertex where the cells of one region form neither balls nor half-balls.
+  kMeshBadMidNode = 124,            // A mid-node of no edge, quadrilateral or hexahedron, or one too many.
   // 2xx: the slicing request.
   kPitchInvalid = 200,            // Zero, negative or non-finite voxel pitch.
   kGridTooLarge = 201,            // More columns or rows than the limits allow.

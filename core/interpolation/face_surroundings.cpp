@@ -20,7 +20,10 @@ namespace ccslice {
 namespace {
 
 constexpr double kMostJump = 8.0 / 6;  // Of third derivatives, as a share of the range, by the cube of the depth.
-constexpr double kDeeper = 1.4;        // Shells may be so much deeper than at the places that BlockShell finds.
+// A channel's slope across a cell comes to no more than this, times what it changes between the cell's corners and its
+// middle by its thickness: the axes may be oblique, and a second-order cell steeper at an end.
+constexpr double kSteepest = 3;
+constexpr double kDeeper = 1.4;  // Shells may be so much deeper than at the places that BlockShell finds.
 // As a share of a patch's thickness that of the next one, which is half as thick in parameters. In millimetres no less
 // than 0.35 of it was seen, at vertices of three edges.
 constexpr double kThinnestPatch = 1.0 / 3;
@@ -104,6 +107,46 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
   return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
 }
 
+/// As meshed a channel has other slopes in the next cell. What that may come to in the shell that was found last, between
+/// the steepest that the piece and the cells beyond it have anywhere, is more than the piece's error leaves.
+bool FaceSurroundings::may_kink(const Piece& piece) {
+  double depth_mm = 0;
+  for (const BlockShell::Quad& quad : shell_.quads()) {
+    depth_mm = std::max(depth_mm, kDeeper * quad.depth * thickness_mm(quad.outwards).norm());
+  }
+  const Box3 box = box_of_shell(piece);
+  const double voxels_per_mm = voxel_of_mesh_.linear().norm();
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double most = (1 - piece.error) * channels_[c].tolerance / depth_mm;
+    const double own = bound_of_slopes(piece.polynomials[c], 1).cwiseProduct(piece.frame.scale).norm() * voxels_per_mm;
+    for (Touching& touching : touching_) {
+      if (!solid_->index().cell_boxes.box(touching.cell).intersects(box)) continue;
+      if (touching.thickness_mm == 0 || !(own + slopes_per_mm(touching)[c] <= most)) return true;
+    }
+  }
+  return false;
+}
+
+/// By channel of the spec.
+const std::vector<double>& FaceSurroundings::slopes_per_mm(Touching& touching) {
+  if (!touching.slopes_per_mm.empty()) return touching.slopes_per_mm;
+  if (!inverter_) inverter_.emplace(*solid_, inversion_);
+  std::vector<double> low, high;
+  for (int corner = 0; corner <= 8; ++corner) {
+    const Vec3 uvw = corner == 8 ? Vec3(Vec3::Constant(0.5)) : Vec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+    inverter_->evaluator().mat({touching.cell, uvw}, values_);
+    if (corner == 0) low = high = values_;
+    for (std::size_t c = 0; c < values_.size(); ++c) {
+      low[c] = std::min(low[c], values_[c]), high[c] = std::max(high[c], values_[c]);
+    }
+  }
+  const double thickness_mm = thickness_of(solid_->index().cell_maps[touching.cell]);
+  for (const ChannelTolerance& channel : channels_) {
+    touching.slopes_per_mm.push_back(kSteepest * (high[channel.channel] - low[channel.channel]) / thickness_mm);
+  }
+  return touching.slopes_per_mm;
+}
+
 /// Finds out which cells of those that touch may be met across a gap. False if there are none.
 bool FaceSurroundings::find_across_gaps(const Piece& piece, std::size_t side) {
   if (touching_.empty() || !(solid_->boundary_sides(piece.cell) >> side & 1)) return false;
@@ -137,6 +180,7 @@ bool FaceSurroundings::may_differ(const Piece& piece, std::size_t side) {
   if (proved_ && irregular_ && may_jump_in_patches(piece)) return true;
   if (meets_others(piece)) return true;
   const bool across_gaps = find_across_gaps(piece, side);
+  if (solid_->as_meshed()) return across_gaps || may_kink(piece);
   const bool may_jump = across_gaps || least_thickness_mm_ == 0;
   std::optional<CellDistance> distance;  // For each piece anew, as in meets_others().
   return std::ranges::any_of(shell_.places(), [&](const BlockShell::Place& place) {

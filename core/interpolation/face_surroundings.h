@@ -9,7 +9,8 @@
 // - Cells that TOUCH the piece's own, by control cells that share a vertex, and whose material goes on from it with two
 //   continuous derivatives. Only the third ones jump: by 8 times a channel's range at most a parameter of the cell
 //   beyond, as third differences of control values are within 4 times. At the depth s of that cell's thickness that is
-//   8 s^3 / 6 of the range. While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
+//   8 s^3 / 6 of the range. (In a solid that is as meshed slopes jump at every face, which counts instead, by the
+//   steepest on either side; nothing is inverted.) While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
 //   Deeper shells are looked at, and all where such a cell is of another cell region, or across a gap that ends in an
 //   edge or a vertex of both (limit/cell_gaps.h) and has a face of the boundary that looks back: the deepest places are
 //   inverted, and in these two cases those on the triangles themselves, and what lies there is compared with the
@@ -76,11 +77,14 @@ class FaceSurroundings {
     double thickness_mm;                       // 0 of another cell region.
     std::optional<bool> is_across_a_gap = {};  // Once it is known.
     bool may_be_met = false;                   // By the last side's shell, across a gap.
+    std::vector<double> slopes_per_mm = {};    // As meshed: the steepest of each channel there, once they are known.
   };
 
   void collect(LimitCellId cell);
   double least_thickness_mm(LimitCellId touching) const;
   bool may_jump_in_patches(const Piece& piece) const;
+  bool may_kink(const Piece& piece);
+  const std::vector<double>& slopes_per_mm(Touching& touching);
   bool find_across_gaps(const Piece& piece, std::size_t side);
   bool is_across_a_gap(Touching& touching) const;
   Vec3 thickness_mm(const Eigen::RowVector3d& outwards) const;

@@ -12,6 +12,7 @@
 #include "core/limit/beside_task.h"
 #include "core/limit/build_levels.h"
 #include "core/limit/cell_adder.h"
+#include "core/limit/curved_cells.h"
 #include "core/limit/prepare.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_regions.h"
@@ -25,8 +26,8 @@ namespace {
 
 class Builder {
  public:
-  Builder(const ControlMesh& mesh, const PrepareOptions& options, LimitSolid::Data& data)
-      : mesh_(mesh), options_(options), memory_(mesh, options), data_(data) {}
+  Builder(const ControlMesh& mesh, const CurvedCells& curved, const PrepareOptions& options, LimitSolid::Data& data)
+      : mesh_(mesh), curved_(curved), options_(options), memory_(mesh, options), data_(data) {}
 
   /// Returns what options.reserve was told.
   std::uint64_t run(const SplitMesh& split, CellComplex complex) {
@@ -36,10 +37,9 @@ class Builder {
     const std::size_t faces = count_faces();
     memory_.reserve_faces(faces);
     number_cells();
-    std::size_t families = 0;
-    for (const Levels::Group& group : levels_->groups()) families += group.size();
-    adder_.emplace(mesh_, options_, memory_, levels_->whole().size() + 1,
-                   RingStore(data_.cells.size() - 8 * families, families, faces, data_), faces, data_);
+    if (curved_.any()) reserve_own_points();
+    adder_.emplace(mesh_, curved_, options_, memory_, levels_->whole().size() + 1,
+                   RingStore(count_ring_points(faces), data_), faces, data_);
     if (options_.threads > 1) {
       tbb::task_arena(options_.threads).execute([&] { add_cells_while_refining(); });
     } else {
@@ -53,6 +53,8 @@ class Builder {
 
  private:
   std::size_t count_faces() const;
+  std::size_t count_ring_points(std::size_t faces) const;
+  void reserve_own_points();
   void number_cells();
   void number(std::size_t level, CellId cell, ControlCellId control_cell);
   void add_cells();
@@ -62,6 +64,7 @@ class Builder {
   void summarize();
 
   const ControlMesh& mesh_;
+  const CurvedCells& curved_;
   const PrepareOptions& options_;
   BuildingMemory memory_;
   LimitSolid::Data& data_;
@@ -74,19 +77,49 @@ class Builder {
 /// A face of the boundary counts once, one of an interface twice: each side has its own.
 std::size_t Builder::count_faces() const {
   std::size_t faces = 0;
-  const auto count = [&](const CellComplex& complex, CellId cell, std::size_t each) {
-    for (const HalfFaceId h : complex.cell_half_faces(cell)) faces += complex.face_on_boundary(face_of(h)) ? each : 0;
+  const auto count = [&](const CellComplex& complex, CellId cell, bool is_refined) {
+    for (const HalfFaceId h : complex.cell_half_faces(cell)) {
+      const FaceId face = face_of(h);
+      if (complex.face_on_boundary(face)) faces += is_refined ? complex.face_vertices(face).size() : 1;
+    }
   };
   for (const WholeLevel& whole : levels_->whole()) {
     for (const CellId c : whole.level.complex.cells()) {
-      if (whole.classes[c]) count(whole.level.complex, c, 1);
+      if (whole.classes[c]) count(whole.level.complex, c, false);
     }
   }
   for (const Levels::Group& group : levels_->groups()) {
-    constexpr std::size_t kChildFaces = 4;  // Of a quad.
-    for (const CellId c : group) count(levels_->whole().back().level.complex, c, kChildFaces);
+    for (const CellId c : group) count(levels_->whole().back().level.complex, c, true);
   }
   return faces;
+}
+
+/// Nearly all of them have so many, or fewer. The children of a regular cell have 5 x 5 x 5, those of a tetrahedron as
+/// meshed 15, and a phantom.
+std::size_t Builder::count_ring_points(std::size_t faces) const {
+  constexpr std::size_t kFacePoints = 16;
+  const std::size_t cell_points = mesh_.as_meshed ? 9 : 64, family_points = mesh_.as_meshed ? 22 : 160;
+  std::size_t families = 0, children = 0;
+  for (const Levels::Group& group : levels_->groups()) {
+    families += group.size();
+    for (const CellId c : group) children += levels_->child_count(c);
+  }
+  return cell_points * (data_.cells.size() - children) + family_points * families + kFacePoints * faces;
+}
+
+void Builder::reserve_own_points() {
+  const CellComplex& control = levels_->whole().front().level.complex;
+  std::size_t cells = 0, faces = 0;
+  for (const LimitCell& cell : data_.cells) cells += curved_.is_curved(cell.control_cell);
+  for (const CellId c : control.cells()) {
+    if (!curved_.is_curved(ControlCellId{c})) continue;
+    for (const HalfFaceId h : control.cell_half_faces(c)) {
+      if (!control.face_on_boundary(face_of(h))) continue;
+      faces += control.kind(c) == CellKind::kHex ? 1 : control.face_vertices(face_of(h)).size();
+    }
+  }
+  memory_.reserve_own_points(cells, faces);
+  data_.points.reserve(data_.points.size() + (64 * cells + 16 * faces) * data_.dimension);
 }
 
 void Builder::number_cells() {
@@ -96,11 +129,10 @@ void Builder::number_cells() {
 }
 
 void Builder::number(std::size_t level, CellId cell, ControlCellId control_cell) {
-  constexpr std::uint32_t kChildren = 8;  // Of a hexahedron.
   const WholeLevel& at = levels_->whole()[level];
   if (at.classes[cell] || level + 1 == levels_->whole().size()) {
     limit_cells_[level][cell] = LimitCellId{numbered_};
-    for (std::uint32_t left = at.classes[cell] ? 1 : kChildren; left > 0; --left) {
+    for (std::uint32_t left = at.classes[cell] ? 1 : levels_->child_count(cell); left > 0; --left) {
       data_.cells[numbered_++].control_cell = control_cell;
     }
     return;
@@ -149,7 +181,7 @@ void Builder::add_children(const Levels::Group& group, const Levels::RefinedGrou
   Classifier classifier(refined.level.complex);
   for (std::size_t i = 0; i < group.size(); ++i) {
     const LimitCellId first = limit_cells_.back()[group[i]];
-    for (std::uint32_t k = 0; k < 8; ++k) {
+    for (std::uint32_t k = 0; k < levels_->child_count(group[i]); ++k) {
       const CellId child{refined.first_child[i] + k};
       const auto found = classifier.classify(child);
       if (!found) throw Error(ErrorCode::kInternal, "refinement doesn't end");
@@ -169,6 +201,16 @@ void Builder::summarize() {
     summary.line_cells += cell.cell_class == CellClass::kLine;
     summary.vertex_cells += cell.cell_class == CellClass::kVertex;
   }
+  summary.boundary_faces = data_.boundary_face_count;
+  for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
+    auto [low, high] = channel_range(mesh_, c);
+    if (curved_.any()) {
+      const auto [curved_low, curved_high] = curved_.channel_range(c);
+      low = std::min(low, static_cast<float>(curved_low)), high = std::max(high, static_cast<float>(curved_high));
+    }
+    summary.channels.push_back({mesh_.channel_names[c], low, high});
+  }
+  if (mesh_.as_meshed) return;  // No edge or vertex of it is extraordinary.
   const Classifier classifier(control);
   for (const EdgeId e : control.edges()) {
     if (!classifier.irregular(e)) continue;
@@ -179,11 +221,6 @@ void Builder::summarize() {
     const auto edges = control.vertex_edges(v);
     summary.extraordinary_vertices +=
         std::any_of(edges.begin(), edges.end(), [&](EdgeId e) { return classifier.irregular(e); });
-  }
-  summary.boundary_faces = data_.boundary_face_count;
-  for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
-    const auto [low, high] = channel_range(mesh_, c);
-    summary.channels.push_back({mesh_.channel_names[c], low, high});
   }
 }
 
@@ -203,10 +240,11 @@ std::uint64_t build_cells(const ControlMesh& mesh, CellComplex complex, const Pr
   data.summary.sharp_edges = mesh.sharp_edges.size();
   if (!data.has_several_regions) {
     const SplitMesh whole{{}, {}, {}};
-    return Builder(mesh, options, data).run(whole, std::move(complex));
+    return Builder(mesh, CurvedCells(mesh, {}, mesh.channel_values), options, data).run(whole, std::move(complex));
   }
   const SplitMesh split = split_cell_regions(mesh, complex, options.cancel);
-  return Builder(split.mesh, options, data).run(split, make_cell_complex(split.mesh, options.cancel));
+  const CurvedCells curved(split.mesh, split.origins, mesh.channel_values);
+  return Builder(split.mesh, curved, options, data).run(split, make_cell_complex(split.mesh, options.cancel));
 }
 
 }  // namespace ccslice

@@ -29,8 +29,9 @@ constexpr std::uint64_t kWalkedCellBytes = 2560;
 // hexahedron among them 170, beyond what their cells are told to, and 4.5 MB while the first operator of one is made.
 // Fans of 16 take nothing more.
 constexpr std::uint64_t kWideFan = 16, kFanPairBytes = 80, kSplitFanPairBytes = 200, kFanOperatorBytes = 96 << 10;
-constexpr std::uint64_t kOperatorGrowth = 4;     // Asked for a quarter more each time.
-constexpr std::uint64_t kLeastBytes = 80 << 10;  // What the smallest mesh takes.
+constexpr std::uint64_t kCellPoints = 64, kFacePoints = 16;  // Of those that have points of their own.
+constexpr std::uint64_t kOperatorGrowth = 4;                 // Asked for a quarter more each time.
+constexpr std::uint64_t kLeastBytes = 80 << 10;              // What the smallest mesh takes.
 
 constexpr std::size_t kRefinedTogether = 2048;  // Cells: some 12 MB, a quarter of which are others' children.
 constexpr std::uint32_t kLeastPointsTogether = 1 << 8, kMostPointsTogether = 1 << 11;  // 0.6 MB of rules at most.
@@ -72,7 +73,7 @@ Levels::Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex comp
   for (std::vector<CellId> left = classify(cells); !left.empty(); left = classify(cells)) {
     limit_cells += cells.size() - left.size();
     const std::size_t children = child_count(left);
-    const bool is_last = are_hexahedra(left);
+    const bool is_last = mesh_.as_meshed || are_hexahedra(left);
     memory.reserve_cells(limit_cells + (is_last ? 0 : children), is_last ? children : 0);
     if (is_last) {
       number_last_level(left);
@@ -85,10 +86,12 @@ Levels::Levels(const ControlMesh& mesh, const SplitMesh& split, CellComplex comp
 /// How many children these cells of the last level have.
 std::size_t Levels::child_count(const std::vector<CellId>& cells) const {
   std::size_t count = 0;
-  for (const CellId c : cells) {
-    count += static_cast<std::size_t>(corner_count(whole_.back().level.complex.kind(c)));
-  }
+  for (const CellId c : cells) count += child_count(c);
   return count;
+}
+
+std::uint32_t Levels::child_count(CellId cell) const {
+  return static_cast<std::uint32_t>(corner_count(whole_.back().level.complex.kind(cell)));
 }
 
 bool Levels::are_hexahedra(const std::vector<CellId>& cells) const {
@@ -208,8 +211,9 @@ void Levels::group_neighbours(std::vector<CellId> cells) {
   const Level& parent = whole_.back().level;
   const auto middle = [&](CellId cell) {
     Vec3 sum = Vec3::Zero();
-    for (const VertexId v : parent.complex.cell_vertices(cell)) sum += data_.position(parent.point(v));
-    return Vec3(sum / 8);
+    const auto vertices = parent.complex.cell_vertices(cell);
+    for (const VertexId v : vertices) sum += data_.position(parent.point(v));
+    return Vec3(sum / static_cast<double>(vertices.size()));
   };
   Box3 box;
   for (const CellId c : cells) box.extend(middle(c));
@@ -234,7 +238,7 @@ Levels::RefinedGroup Levels::refine(const Group& group) {
 void BuildingMemory::reserve_control_cells() {
   std::size_t once = 0, twice = 0;
   for (const CellKind kind : mesh_.cell_kinds) {
-    constexpr std::size_t kChildren = 8;  // Of a hexahedron.
+    const std::size_t kChildren = mesh_.as_meshed ? 1 : 8;  // Of a hexahedron.
     if (kind == CellKind::kHex) {
       ++once;
     } else {
@@ -244,7 +248,14 @@ void BuildingMemory::reserve_control_cells() {
   reserve_cells(once, twice);
 }
 
+void BuildingMemory::reserve_own_points(std::size_t cells, std::size_t faces) {
+  own_points_bytes_ = (kCellPoints * cells + kFacePoints * faces) *
+                      (sizeof(double) * (3 + mesh_.channel_count()) + sizeof(std::uint32_t));
+  reserve();
+}
+
 void BuildingMemory::reserve_fans(const CellComplex& control_cells) {
+  if (mesh_.as_meshed) return;  // Their rings are their own corners.
   std::uint64_t widest = kWideFan;
   for (const EdgeId e : control_cells.edges()) {
     const std::span<const CellId> fan = control_cells.edge_cells(e);
@@ -284,8 +295,8 @@ void BuildingMemory::reserve() {
   const std::uint64_t values = mesh_.channel_count() * 2 * points;  // While copied.
   const std::uint64_t cut_outs = std::min(children_, 2 * 8 * kRefinedTogether);
   const std::uint64_t strewn = std::min(children_ - cut_outs, cut_outs);
-  const std::uint64_t always =
-      kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + fan_bytes_ + sizeof(double) * values;
+  const std::uint64_t always = kLeastBytes + kLimitCellBytes * cells_ + kBoundaryFaceBytes * faces_ + fan_bytes_ +
+                               own_points_bytes_ + sizeof(double) * values;
   const std::uint64_t built = kBuiltChildBytes * children_ + kCutOutCellBytes * cut_outs + kStrewnCellBytes * strewn +
                               operator_bytes_ + kWalkedCellBytes * std::min(limit_cells(), kWalkedTogether);
   const std::uint64_t bound = kBoundChildBytes * children_ + kept_operator_bytes_;

@@ -51,6 +51,8 @@ class BuildingMemory {
   void reserve_control_cells();
   /// What wide fans take besides, cells round one edge: the ring of each has the points of all.
   void reserve_fans(const CellComplex& control_cells);
+  /// What second-order cells that are as meshed, and faces of the boundary of these, keep as points of their own.
+  void reserve_own_points(std::size_t cells, std::size_t faces);
   /// `cells` of whole levels, and `children` that are made in cut-outs.
   void reserve_cells(std::size_t cells, std::size_t children);
   void reserve_faces(std::size_t faces);
@@ -71,7 +73,7 @@ class BuildingMemory {
   std::size_t cells_;
   std::size_t children_ = 0;
   std::size_t faces_ = 0;  // Of the boundary.
-  std::uint64_t fan_bytes_ = 0;
+  std::uint64_t fan_bytes_ = 0, own_points_bytes_ = 0;
   std::size_t operator_bytes_ = 0, kept_operator_bytes_ = 0;
   std::uint64_t told_bytes_ = 0;
 };
@@ -89,6 +91,8 @@ class Levels {
   /// Cells of the last whole level, ascending, whose children are limit-ready and make one cut-out.
   using Group = std::vector<CellId>;
   const std::vector<Group>& groups() const { return groups_; }
+  /// How many children a cell of the last whole level has, if it has any.
+  std::uint32_t child_count(CellId cell) const;
 
   struct RefinedGroup {
     Level level;

@@ -20,9 +20,11 @@ constexpr std::size_t kWalkedInTurn = 16;
 
 }  // namespace
 
-CellAdder::CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
-                     RingStore rings, std::size_t faces, LimitSolid::Data& data)
+CellAdder::CellAdder(const ControlMesh& mesh, const CurvedCells& curved, const PrepareOptions& options,
+                     BuildingMemory& memory, std::size_t levels, RingStore rings, std::size_t faces,
+                     LimitSolid::Data& data)
     : mesh_(mesh),
+      curved_(curved),
       options_(options),
       cancel_(options.cancel),
       memory_(memory),
@@ -194,7 +196,9 @@ void CellAdder::put_cell(const PendingCell& pending) {
   LimitCell& record = data_.cells[pending.id];
   record.cell_class = pending.found.cell_class;
   if (pending.begins_family) rings_.end_family();
-  if (const auto* regular = std::get_if<RegularRing>(&pending.ring)) {
+  if (curved_.is_curved(record.control_cell)) {
+    put_curved_cell(pending);
+  } else if (const auto* regular = std::get_if<RegularRing>(&pending.ring)) {
     record.phantoms = regular->phantoms;
     rings_.put(pending.id, regular->points);
   } else if (const auto* line = std::get_if<FramedLineRing>(&pending.ring)) {
@@ -210,6 +214,36 @@ void CellAdder::put_cell(const PendingCell& pending) {
   put_boundary_edges(pending);
 }
 
+/// Which child of its control cell a cell is.
+std::size_t CellAdder::child_number(LimitCellId cell) const {
+  std::size_t number = 0;
+  while (number < cell && data_.cells[cell - number - 1].control_cell == data_.cells[cell].control_cell) ++number;
+  return number;
+}
+
+void CellAdder::put_curved_cell(const PendingCell& pending) {
+  patch_ = curved_.patch(control_cell(pending), child_number(pending.id));
+  rings_.put_own(pending.id, add_points(patch_));
+}
+
+/// Returns the number of the first one.
+std::uint32_t CellAdder::add_points(std::span<const double> points) {
+  const auto first = static_cast<std::uint32_t>(data_.points.size() / data_.dimension);
+  data_.points.insert(data_.points.end(), points.begin(), points.end());
+  return first;
+}
+
+SurfaceFaceRing CellAdder::put_face_ring(const WalkedSurface& surface, const BoundaryFace& face) {
+  if (curved_.is_curved(data_.cells[face.cell].control_cell)) {
+    const std::vector<double> points =
+        curved_.side(patch_, {face.cell_corner[0], face.cell_corner[1], face.cell_corner[2]});
+    return {0, kNone, rings_.append_own(add_points(points), 16), 16};
+  }
+  const auto& [ring, known_op] = surface;
+  const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
+  return {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())};
+}
+
 void CellAdder::put_boundary_faces(const PendingCell& pending) {
   const CellComplex& complex = level_->complex;
   const auto half_faces = complex.cell_half_faces(pending.cell);
@@ -222,7 +256,8 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     (level_->beyond(face) != kNoCellRegion ? cell.interface_sides : cell.boundary_sides) |=
         static_cast<std::uint8_t>(1u << side);
     if (!becomes_face(pending, face)) continue;
-    const auto& [ring, known_op] = *walked++;
+    const WalkedSurface& surface = *walked++;
+    const SurfaceRing& ring = surface.ring;
     const auto cycle = complex.face_vertices(face);
     BoundaryFace record;
     record.cell = pending.id;
@@ -236,9 +271,7 @@ void CellAdder::put_boundary_faces(const PendingCell& pending) {
     }
     record.region = region_of(mesh_, CellId{control_cell(pending)});
     record.beyond = level_->beyond(face);
-    const std::uint32_t op = ring.regular || known_op != kNone ? known_op : data_.operators.surface(ring);
-    faces_.push_back(
-        {record, {ring.phantoms, op, rings_.append(ring.points), static_cast<std::uint32_t>(ring.points.size())}});
+    faces_.push_back({record, put_face_ring(surface, record)});
   }
 }
 

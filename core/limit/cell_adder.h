@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/limit/build_levels.h"
+#include "core/limit/curved_cells.h"
 #include "core/limit/level.h"
 #include "core/limit/ring_store.h"
 #include "core/limit/solid_data.h"
@@ -34,9 +35,10 @@ namespace ccslice {
 /// REQUIRES: where there are several threads, its caller is in an arena of as many.
 class CellAdder {
  public:
-  /// `levels`: how many there are, cut-outs of one counting as one. REQUIRES: data.cells know their control cells.
-  CellAdder(const ControlMesh& mesh, const PrepareOptions& options, BuildingMemory& memory, std::size_t levels,
-            RingStore rings, std::size_t faces, LimitSolid::Data& data);
+  /// `levels`: how many there are, cut-outs of one counting as one. REQUIRES: data.cells know their control cells; the
+  /// arguments outlive it.
+  CellAdder(const ControlMesh& mesh, const CurvedCells& curved, const PrepareOptions& options, BuildingMemory& memory,
+            std::size_t levels, RingStore rings, std::size_t faces, LimitSolid::Data& data);
 
   /// What follows is of this level, or of this cut-out of it. REQUIRES: it outlives what is added of it.
   void enter(const Level& level, std::size_t number);
@@ -104,16 +106,22 @@ class CellAdder {
   const Star& star_of(VertexId vertex);
   std::vector<VertexId> star_points(const Star& star) const;
   void put_cell(const PendingCell& pending);
+  std::size_t child_number(LimitCellId cell) const;
+  void put_curved_cell(const PendingCell& pending);
+  std::uint32_t add_points(std::span<const double> points);
+  SurfaceFaceRing put_face_ring(const WalkedSurface& surface, const BoundaryFace& face);
   void put_boundary_faces(const PendingCell& pending);
   void put_boundary_edges(const PendingCell& pending);
   void put_vertex_ring(const PendingCell& pending, LimitCell& record);
 
   const ControlMesh& mesh_;
+  const CurvedCells& curved_;
   const PrepareOptions& options_;
   const CancellationToken& cancel_;
   BuildingMemory& memory_;
   LimitSolid::Data& data_;
   RingStore rings_;
+  std::vector<double> patch_;             // Of the curved cell that was put last.
   std::vector<std::vector<Star>> stars_;  // By level and number of the vertex there.
   std::vector<WalkedFace> faces_;
   KnownStarts own_starts_;

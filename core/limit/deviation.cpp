@@ -97,6 +97,8 @@ void measure_cell_regions(const ControlMesh& mesh, const BoundarySurface& surfac
     regions[faces[i].region].volume_mm3 += fluxes[i];
     if (faces[i].beyond != kNoCellRegion) regions[faces[i].beyond].volume_mm3 -= fluxes[i];
   }
+  if (!mesh.as_meshed) return;
+  for (CellRegionSummary& region : regions) region.control_volume_mm3 = region.volume_mm3;
 }
 
 /// The vertices of these faces that `found` doesn't have yet, which it has afterwards.
@@ -155,9 +157,11 @@ void measure_surface(const ControlMesh& mesh, const SurfaceRings& rings, const P
   data.summary.bounding_box = bounding_box(surface, Placement::Identity(), options.cancel);
   Deviation& deviation = data.summary.deviation;
   deviation.interpolating = mesh.interpolating;
+  deviation.as_meshed = mesh.as_meshed;
   const PlaceOfVertex place = [&](std::uint32_t vertex) { return meant_place(data, vertex); };
-  deviation.control_volume_mm3 = faceted_volume_mm3(rings.boundary, place, data.position(0));
   deviation.limit_volume_mm3 = limit_volume_mm3(surface, kVolumeLevels, options.threads, options.cancel);
+  deviation.control_volume_mm3 =
+      mesh.as_meshed ? deviation.limit_volume_mm3 : faceted_volume_mm3(rings.boundary, place, data.position(0));
   deviation.control_box = control_box(data, Placement::Identity());
   deviation.farthest = farthest_vertex(data, Mat3::Identity());
   if (mesh.interpolating) {
@@ -181,6 +185,7 @@ Deviation placed_deviation(const LimitSolid& solid, const Placement& placement) 
           control_box(solid.data(), placement),
           {farthest.vertex, placement * farthest.position, placement * farthest.limit, farthest.on_interface},
           own.interpolating,
+          own.as_meshed,
           scale * own.vertex_limits_volume_mm3,
           {own.rounded.count, placement * own.rounded.place, own.rounded.turn_deg}};
 }

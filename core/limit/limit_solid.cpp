@@ -76,6 +76,7 @@ bool LimitSolid::touch(LimitCellId a, LimitCellId b) const noexcept {
   const std::span<const std::uint32_t> of_a = data_->corners(control_cell(a)), of_b = data_->corners(control_cell(b));
   return std::ranges::find_first_of(of_a, of_b) != of_a.end();
 }
+bool LimitSolid::as_meshed() const noexcept { return data_->summary.deviation.as_meshed; }
 bool LimitSolid::has_several_regions() const noexcept { return data_->has_several_regions; }
 std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
   return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];

@@ -65,6 +65,7 @@ struct Deviation {
   Box3 control_box;            // Of the boundary's control points.
   VertexLimit farthest;        // The one that is farthest from its limit point.
   bool interpolating = false;  // ControlMesh::interpolating: for control points read what they are meant to meet.
+  bool as_meshed = false;      // ControlMesh::as_meshed: the limit is the mesh, and nothing deviates.
   /// Within the control mesh's boundary faces over the limit points of their vertices, where an interpolating mesh is
   /// flat and its limit isn't. Without missed vertices control_volume_mm3 is the same; 0 unless interpolating.
   double vertex_limits_volume_mm3 = 0;
@@ -154,6 +155,9 @@ class LimitSolid {
   std::uint16_t boundary_edges(LimitCellId cell) const noexcept;
   /// Their control cells are the same or share a vertex.
   bool touch(LimitCellId a, LimitCellId b) const noexcept;
+  /// Cells are taken as meshed (ControlMesh::as_meshed): positions and channels are continuous from one to the next, and
+  /// their slopes aren't.
+  bool as_meshed() const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;
   /// The region of a control cell; 0 in a mesh without named regions.

@@ -10,15 +10,13 @@
 namespace ccslice {
 namespace {
 
-// Of nearly all, or fewer. The children of a regular cell have 5 x 5 x 5.
-constexpr std::size_t kCellPoints = 64, kFamilyPoints = 160, kFacePoints = 16;
+constexpr std::uint32_t kOwnPoints = 64;
 constexpr std::size_t kKeyBytes = 80;  // What an order takes in a map besides its numbers.
 
 }  // namespace
 
 /// Rings are much of what is kept: growing, they would be there twice.
-RingStore::RingStore(std::size_t cells, std::size_t families, std::size_t faces, LimitSolid::Data& data) : data_(data) {
-  const std::size_t points = kCellPoints * cells + kFamilyPoints * families + kFacePoints * faces;
+RingStore::RingStore(std::size_t points, LimitSolid::Data& data) : data_(data) {
   data_.rings.reserve(std::min<std::size_t>(points, kNone));
 }
 
@@ -39,13 +37,24 @@ std::uint32_t RingStore::place_of(VertexId point) {
 void RingStore::put(LimitCellId cell, std::span<const VertexId> ring) {
   order_.clear();
   for (const VertexId p : ring) order_.push_back(place_of(p));
+  data_.cells[cell].ring_order = keep_order();
+  cells_.push_back(cell);
+}
+
+std::uint32_t RingStore::keep_order() {
   const auto [known, fresh] = known_orders_.try_emplace(order_, static_cast<std::uint32_t>(data_.ring_orders.size()));
   if (fresh) {
     data_.ring_orders.insert(data_.ring_orders.end(), order_.begin(), order_.end());
     bytes_ += known->first.capacity() * sizeof(std::uint32_t) + kKeyBytes;
   }
-  data_.cells[cell].ring_order = known->second;
-  cells_.push_back(cell);
+  return known->second;
+}
+
+void RingStore::put_own(LimitCellId cell, std::uint32_t first) {
+  order_.clear();
+  for (std::uint32_t n = 0; n < kOwnPoints; ++n) order_.push_back(n);
+  data_.cells[cell].ring_order = keep_order();
+  data_.cells[cell].ring_begin = append_own(first, kOwnPoints);
 }
 
 void RingStore::end_family() {
@@ -60,15 +69,25 @@ void RingStore::end_family() {
   cells_.clear();
 }
 
-std::uint32_t RingStore::append(std::span<const VertexId> points) {
-  if (data_.rings.size() + points.size() >= kNone) {
+std::uint32_t RingStore::begin_list(std::size_t count) const {
+  if (data_.rings.size() + count >= kNone) {
     throw Error(
         ErrorCode::kMeshTooComplex,
         "cell_vertices: the one-rings of the limit-ready cells need more than 2^32 entries; split the part or use a "
         "coarser control mesh",
         "cell_vertices");
   }
-  const auto begin = static_cast<std::uint32_t>(data_.rings.size());
+  return static_cast<std::uint32_t>(data_.rings.size());
+}
+
+std::uint32_t RingStore::append_own(std::uint32_t first, std::uint32_t count) {
+  const std::uint32_t begin = begin_list(count);
+  for (std::uint32_t n = 0; n < count; ++n) data_.rings.push_back(first + n);
+  return begin;
+}
+
+std::uint32_t RingStore::append(std::span<const VertexId> points) {
+  const std::uint32_t begin = begin_list(points.size());
   for (const VertexId p : points) data_.rings.push_back(p == kNone ? kNone : level_->point(p));
   return begin;
 }

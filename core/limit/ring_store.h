@@ -22,8 +22,8 @@ namespace ccslice {
 
 class RingStore {
  public:
-  /// `cells`, `families`: how many there will be; `faces`: of the boundary.
-  RingStore(std::size_t cells, std::size_t families, std::size_t faces, LimitSolid::Data& data);
+  /// `points`: how many the lists will have, about.
+  RingStore(std::size_t points, LimitSolid::Data& data);
 
   /// What follows has points of this level. REQUIRES: no family is open; the level outlives those that follow.
   void enter(const Level& level);
@@ -31,14 +31,21 @@ class RingStore {
   void put(LimitCellId cell, std::span<const VertexId> ring);
   /// What is put next belongs to another one.
   void end_family();
+  /// Gives a cell 64 points of its own, which no level has: a family by itself. `first`: of LimitSolid::Data::points.
+  void put_own(LimitCellId cell, std::uint32_t first);
   /// Where a list of its own begins. Throws Error{kMeshTooComplex}, as end_family() does.
   std::uint32_t append(std::span<const VertexId> points);
+  /// A list of `count` points that no level has, from `first` on.
+  std::uint32_t append_own(std::uint32_t first, std::uint32_t count);
 
   /// Of orders: how many there are shows as they are made.
   std::size_t memory_bytes() const { return bytes_ + data_.ring_orders.capacity() * sizeof(std::uint32_t); }
 
  private:
   std::uint32_t place_of(VertexId point);
+  /// Where the order at hand begins.
+  std::uint32_t keep_order();
+  std::uint32_t begin_list(std::size_t count) const;
 
   LimitSolid::Data& data_;
   const Level* level_ = nullptr;

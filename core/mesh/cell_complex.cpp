@@ -249,8 +249,10 @@ CellComplex make_cell_complex(const ControlMesh& mesh, const CancellationToken& 
     }
     begin += static_cast<std::size_t>(n);
   }
-  return CellComplex(static_cast<std::uint32_t>(mesh.vertex_count()), mesh.cell_kinds, std::move(corners),
-                     mesh.sharp_edges, mesh.sharp_vertices, cancel);
+  CellComplex complex(static_cast<std::uint32_t>(mesh.vertex_count()), mesh.cell_kinds, std::move(corners),
+                      mesh.sharp_edges, mesh.sharp_vertices, cancel);
+  complex.take_as_meshed(mesh.as_meshed);
+  return complex;
 }
 
 }  // namespace ccslice

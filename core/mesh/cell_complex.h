@@ -5,6 +5,9 @@
 // incidences, as in OpenVolumeMesh [Luu19, 4]. A face has two half-faces (half-face = 2 * face + side); the opposite is
 // `^ 1`, and a half-face without a cell lies on the boundary.
 //
+// A complex may be AS MESHED: then nothing in it is smoothed, each of its hexahedra is a patch of its own, and refining
+// only parts cells (ControlMesh::as_meshed).
+//
 // A complex may be a CUT-OUT: then only some vertices are COMPLETE, i.e. all their cells are present. Everything
 // about edges, faces and the boundary is true at complete vertices and meaningless elsewhere.
 
@@ -49,6 +52,10 @@ class CellComplex {
   CellComplex(std::uint32_t vertex_count, std::vector<CellKind> kinds, std::vector<VertexId> corners,
               std::span<const std::array<std::uint32_t, 2>> sharp_edges, std::span<const std::uint32_t> sharp_vertices,
               const CancellationToken& cancel = {});
+
+  /// Its cells are taken as meshed. DEFAULT: false.
+  bool as_meshed() const { return as_meshed_; }
+  void take_as_meshed(bool as_meshed) { as_meshed_ = as_meshed; }
 
   std::uint32_t vertex_count() const { return vertex_count_; }
   std::uint32_t cell_count() const { return static_cast<std::uint32_t>(kinds_.size()); }
@@ -107,6 +114,7 @@ class CellComplex {
   void mark_boundary();
 
   std::uint32_t vertex_count_;
+  bool as_meshed_ = false;
   std::vector<CellKind> kinds_;
   std::vector<VertexId> corners_;
   std::vector<std::uint32_t> corner_begin_, face_begin_, edge_begin_;

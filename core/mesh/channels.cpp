@@ -4,29 +4,36 @@
 #include "core/mesh/channels.h"
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <span>
 #include <utility>
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/mesh/mid_nodes.h"
 
 namespace ccslice {
 
 namespace {
 
-/// Appends the channels' values to the rows, which are those of these vertices.
-void widen(std::size_t columns, std::span<const std::uint32_t> vertices, std::span<const NamedChannel> channels,
+/// Appends a value of each channel to each of `count` rows. value(channel, i): that of row i.
+template <typename Value>
+void widen(std::size_t columns, std::size_t count, std::span<const NamedChannel> channels, Value value,
            std::vector<float>& rows) {
   std::vector<float> wide;
-  wide.reserve(vertices.size() * (columns + channels.size()));
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
+  wide.reserve(count * (columns + channels.size()));
+  for (std::size_t i = 0; i < count; ++i) {
     const auto row = rows.begin() + static_cast<std::ptrdiff_t>(i * columns);
     wide.insert(wide.end(), row, row + static_cast<std::ptrdiff_t>(columns));
-    for (const NamedChannel& channel : channels) wide.push_back(channel.values[vertices[i]]);
+    for (const NamedChannel& channel : channels) wide.push_back(value(channel, i));
   }
   rows = std::move(wide);
+}
+
+float mean_of(std::span<const float> values, std::span<const std::uint32_t> vertices) {
+  double sum = 0;
+  for (const std::uint32_t vertex : vertices) sum += values[vertex];
+  return static_cast<float>(sum / static_cast<double>(vertices.size()));
 }
 
 }  // namespace
@@ -48,8 +55,10 @@ std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel)
   for (std::size_t at = channel; at < mesh.channel_values.size(); at += mesh.channel_count()) {
     range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
   }
-  for (std::size_t at = channel; at < mesh.region_values.size(); at += mesh.channel_count()) {
-    range = {std::min(range[0], mesh.region_values[at]), std::max(range[1], mesh.region_values[at])};
+  for (const std::vector<float>* others : {&mesh.region_values, &mesh.mid_nodes.values}) {
+    for (std::size_t at = channel; at < others->size(); at += mesh.channel_count()) {
+      range = {std::min(range[0], (*others)[at]), std::max(range[1], (*others)[at])};
+    }
   }
   return range;
 }
@@ -78,10 +87,19 @@ void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh) 
                                             " values for " + std::to_string(mesh.vertex_count()) + " points");
   }
   if (channels.empty()) return;
-  std::vector<std::uint32_t> all(mesh.vertex_count());
-  std::iota(all.begin(), all.end(), 0u);
-  widen(mesh.channel_count(), all, channels, mesh.channel_values);
-  widen(mesh.channel_count(), mesh.region_value_vertices, channels, mesh.region_values);
+  const std::size_t columns = mesh.channel_count();
+  widen(
+      columns, mesh.vertex_count(), channels,
+      [](const NamedChannel& channel, std::size_t v) { return channel.values[v]; }, mesh.channel_values);
+  const auto region_value = [&](const NamedChannel& channel, std::size_t i) {
+    return channel.values[mesh.region_value_vertices[i]];
+  };
+  widen(columns, mesh.region_value_vertices.size(), channels, region_value, mesh.region_values);
+  const MidNodeCorners corners(mesh);
+  const auto mid_value = [&](const NamedChannel& channel, std::size_t node) {
+    return channel.mid_values.empty() ? mean_of(channel.values, corners[node]) : channel.mid_values[node];
+  };
+  widen(columns, mesh.mid_nodes.positions.size(), channels, mid_value, mesh.mid_nodes.values);
   for (const NamedChannel& channel : channels) mesh.channel_names.push_back(channel.name);
 }
 

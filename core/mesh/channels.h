@@ -20,6 +20,8 @@ namespace ccslice {
 struct NamedChannel {
   std::string name;
   std::vector<float> values;  // One for each vertex.
+  std::vector<float>
+      mid_values{};  // One for each of the mesh's mid-nodes, or none: then these have their corners' means.
 };
 
 /// What component `i` of an array is called: "name", or "name.0", "name.1", ... where there are several.
@@ -32,7 +34,7 @@ std::vector<NamedChannel> open_channels(const std::string& name, std::size_t com
 /// with a note. Throws Error{kFileSyntax} as append_channels().
 void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file);
 
-/// The smallest and the largest value of a channel, in all regions. REQUIRES: there are vertices.
+/// The smallest and the largest value of a channel at vertices, in all regions, and mid-nodes. REQUIRES: there are vertices.
 std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel);
 
 /// Adds them behind the channels that the mesh has; they don't jump across interfaces. Throws Error{kFileSyntax} if one

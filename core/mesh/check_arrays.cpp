@@ -55,6 +55,13 @@ void check_sizes(const ControlMesh& mesh, const MeshLimits& limits) {
   check_limit(regions, limits.max_cell_regions, "cell regions", "cell_region_names");
   check_length(mesh.cell_regions.size(), regions == 0 ? 0 : cells, "cell_regions",
                regions == 0 ? "cells without named regions" : "the " + std::to_string(cells) + " cells");
+  const MidNodes& nodes = mesh.mid_nodes;
+  const std::size_t mid_nodes = nodes.edges.size() + nodes.faces.size() + nodes.cells.size();
+  check_limit(mid_nodes, 4 * limits.max_vertices, "mid-nodes", "edge_node_vertices");
+  check_length(3 * nodes.positions.size(), 3 * mid_nodes, "node_positions_mm",
+               std::to_string(mid_nodes) + " mid-nodes");
+  check_length(nodes.values.size(), mid_nodes * channels, "node_values",
+               std::to_string(mid_nodes) + " mid-nodes with " + std::to_string(channels) + " channels");
   if (!mesh.interpolating) {
     check_length(mesh.missed_vertices.size(), 0, "missed_vertices", "meshes without 'interpolating'");
   }
@@ -97,7 +104,7 @@ void check_cell_regions(const ControlMesh& mesh) {
 
 /// at(i): the i-th position and its vertex.
 template <typename At>
-void check_positions(std::size_t count, At at, const char* field, const MeshLimits& limits,
+void check_positions(std::size_t count, At at, const char* field, const Noun& noun, const MeshLimits& limits,
                      const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Offenders non_finite, far;
@@ -111,37 +118,41 @@ void check_positions(std::size_t count, At at, const char* field, const MeshLimi
       break;
     }
   }
-  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at", kVertices,
-                          "give finite millimetres", field);
-  far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at", kVertices,
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite position at", noun, "give finite millimetres",
+                          field);
+  far.throw_if_any(ErrorCode::kMeshCoordinateOutOfRange, "coordinates beyond the limit at", noun,
                    "positions are in mm, at most " + number_text(limits.max_abs_coordinate_mm) + " from the origin",
                    field);
 }
 
-/// With those of missed vertices.
+/// With those of mid-nodes and missed vertices.
 void check_all_positions(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
   using Place = std::pair<std::size_t, const Vec3&>;
   check_positions(
-      mesh.vertex_count(), [&](std::size_t v) { return Place(v, mesh.positions[v]); }, "positions_mm", limits, cancel);
+      mesh.vertex_count(), [&](std::size_t v) { return Place(v, mesh.positions[v]); }, "positions_mm", kVertices,
+      limits, cancel);
+  check_positions(
+      mesh.mid_nodes.positions.size(), [&](std::size_t n) { return Place(n, mesh.mid_nodes.positions[n]); },
+      "node_positions_mm", kMidNodes, limits, cancel);
   const std::vector<MissedVertex>& missed = mesh.missed_vertices;
   check_positions(
       missed.size(), [&](std::size_t i) { return Place(missed[i].vertex, missed[i].position); }, "missed_positions_mm",
-      limits, cancel);
+      kVertices, limits, cancel);
 }
 
-void check_channel_values(const ControlMesh& mesh, const CancellationToken& cancel) {
+void check_channel_values(std::span<const float> all, std::size_t channels, const char* field, const Noun& noun,
+                          const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Offenders non_finite;
-  const std::size_t channels = mesh.channel_count();
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+  for (std::size_t v = 0; v * channels < all.size(); ++v) {
     poll();
-    const auto values = std::span(mesh.channel_values).subspan(v * channels, channels);
+    const auto values = all.subspan(v * channels, channels);
     const auto bad = std::find_if_not(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
     if (bad == values.end()) continue;
     non_finite.add(static_cast<std::int64_t>(v), v * channels + static_cast<std::size_t>(bad - values.begin()));
   }
-  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite channel value at", kVertices,
-                          "give finite values", "channel_values");
+  non_finite.throw_if_any(ErrorCode::kMeshNonFinite, "NaN or infinite channel value at", noun, "give finite values",
+                          field);
 }
 
 /// The first corner that repeats an earlier one.
@@ -221,6 +232,22 @@ void check_missed_vertices(const ControlMesh& mesh, const std::string& bound) {
                     "list them in ascending order, each once", "missed_vertices");
 }
 
+/// What is sharp, fitted or curved goes with one way to take a mesh alone. mid_nodes.h has the rest.
+void check_as_meshed(const ControlMesh& mesh) {
+  if (!mesh.as_meshed) {
+    if (mesh.mid_nodes.empty()) return;
+    throw Error(ErrorCode::kMeshBadMidNode, "mid-nodes go with as_meshed alone: set it, or leave them out",
+                "edge_node_vertices");
+  }
+  const auto refuse = [](const char* field) {
+    throw Error(ErrorCode::kMeshBadSharpFeature,
+                std::string(field) + " can't go with as_meshed, which smooths nothing: leave one of them out", field);
+  };
+  if (!mesh.sharp_edges.empty()) refuse("sharp_edges");
+  if (!mesh.sharp_vertices.empty()) refuse("sharp_vertices");
+  if (mesh.interpolating) refuse("interpolating");
+}
+
 }  // namespace
 
 void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
@@ -231,12 +258,14 @@ void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const Cance
               {ErrorCode::kMeshBadCellRegion, "cell region", "cell_region_names", limits.max_cell_region_name_bytes});
   check_cell_regions(mesh);
   check_all_positions(mesh, limits, cancel);
-  check_channel_values(mesh, cancel);
+  check_channel_values(mesh.channel_values, mesh.channel_count(), "channel_values", kVertices, cancel);
+  check_channel_values(mesh.mid_nodes.values, mesh.channel_count(), "node_values", kMidNodes, cancel);
   const std::string bound = "vertex ids run from 0 to " + std::to_string(mesh.vertex_count() - 1);
   check_usage(check_corners(mesh, bound, cancel), limits);
   check_region_values(mesh);
   check_sharp_indices(mesh, bound);
   check_missed_vertices(mesh, bound);
+  check_as_meshed(mesh);
 }
 
 }  // namespace ccslice

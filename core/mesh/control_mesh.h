@@ -67,4 +67,12 @@ struct ControlMesh {
   std::size_t channel_count() const { return channel_names.size(); }
 };
 
+/// Calls change(place) for the places of all vertices and mid-nodes, and for those of missed vertices, mm.
+template <typename Change>
+void for_each_place(ControlMesh& mesh, Change change) {
+  for (Vec3& place : mesh.positions) change(place);
+  for (Vec3& place : mesh.mid_nodes.positions) change(place);
+  for (MissedVertex& missed : mesh.missed_vertices) change(missed.position);
+}
+
 }  // namespace ccslice

@@ -108,14 +108,19 @@ double measure(GradeField field, const Vec3& position, const Vec3& centre) {
   return offset.norm();
 }
 
+/// Of vertices, and then, unless they are distances, of mid-nodes.
 std::vector<double> measure_all(const Grade& grade, const ControlMesh& mesh) {
   if (grade.field == GradeField::kDistance) return distances_to_boundary(mesh);
   Box3 box;
-  for (const Vec3& position : mesh.positions) box.extend(position);
+  for (const auto* positions : {&mesh.positions, &mesh.mid_nodes.positions}) {
+    for (const Vec3& position : *positions) box.extend(position);
+  }
   const Vec3 centre = grade.centre_mm.value_or(box.center());
   std::vector<double> measures;
-  measures.reserve(mesh.vertex_count());
-  for (const Vec3& position : mesh.positions) measures.push_back(measure(grade.field, position, centre));
+  measures.reserve(mesh.vertex_count() + mesh.mid_nodes.positions.size());
+  for (const auto* positions : {&mesh.positions, &mesh.mid_nodes.positions}) {
+    for (const Vec3& position : *positions) measures.push_back(measure(grade.field, position, centre));
+  }
   return measures;
 }
 
@@ -183,8 +188,13 @@ double apply_grade(const Grade& grade, ControlMesh& mesh) {
   }
   const bool from_file = grade.field == GradeField::kFile;
   const std::vector<double> measures = from_file ? std::vector<double>() : measure_all(grade, mesh);
-  const NamedChannel channel{grade.channel, from_file ? values_from_file(grade.path, mesh.vertex_count())
-                                                      : values_by_measure(grade, measures)};
+  NamedChannel channel{grade.channel, from_file ? values_from_file(grade.path, mesh.vertex_count())
+                                                : values_by_measure(grade, measures)};
+  if (channel.values.size() > mesh.vertex_count()) {
+    const auto mid_values = channel.values.begin() + static_cast<std::ptrdiff_t>(mesh.vertex_count());
+    channel.mid_values.assign(mid_values, channel.values.end());
+    channel.values.erase(mid_values, channel.values.end());
+  }
   append_channels({&channel, 1}, mesh);
   return grade.field == GradeField::kDistance ? *std::max_element(measures.begin(), measures.end()) : 0;
 }

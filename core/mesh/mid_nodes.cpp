@@ -122,6 +122,24 @@ MidNodeList::Result MidNodeList::finish() const {
   return result;
 }
 
+MidNodeCorners::MidNodeCorners(const ControlMesh& mesh) : mesh_(mesh) {
+  const std::vector<std::uint32_t>& cells = mesh.mid_nodes.cells;
+  std::uint32_t begin = 0;
+  for (std::uint32_t cell = 0; first_corners_.size() < cells.size(); ++cell) {
+    if (cells[first_corners_.size()] == cell) first_corners_.push_back(begin);
+    begin += static_cast<std::uint32_t>(corner_count(mesh.cell_kinds[cell]));
+  }
+}
+
+std::span<const std::uint32_t> MidNodeCorners::operator[](std::size_t node) const {
+  const MidNodes& nodes = mesh_.mid_nodes;
+  if (node < nodes.edges.size()) return nodes.edges[node];
+  node -= nodes.edges.size();
+  if (node < nodes.faces.size()) return nodes.faces[node];
+  const std::uint32_t begin = first_corners_[node - nodes.faces.size()];
+  return std::span(mesh_.cell_vertices).subspan(begin, 8);
+}
+
 void take_mid_nodes(MeshFile& file) {
   const SecondOrderCells curved = std::exchange(file.second_order, {});
   if (curved.cells.empty()) return;

@@ -57,6 +57,19 @@ class MidNodeList {
   std::vector<float> values_;
 };
 
+/// The corners of what mid-nodes lie on. REQUIRES: the mesh outlives it, and each of its mid-nodes is of a cell that it
+/// has.
+class MidNodeCorners {
+ public:
+  explicit MidNodeCorners(const ControlMesh& mesh);
+  /// `node`: in the order of MidNodes::positions.
+  std::span<const std::uint32_t> operator[](std::size_t node) const;
+
+ private:
+  const ControlMesh& mesh_;
+  std::vector<std::uint32_t> first_corners_;  // Of the cells with a node.
+};
+
 /// Makes mid_nodes of second_order, which is emptied. What is said of several nodes on one edge goes to the warnings.
 /// REQUIRES: the cells' vertices and nodes exist.
 void take_mid_nodes(MeshFile& file);

@@ -23,6 +23,7 @@ struct Noun {
 };
 inline constexpr Noun kVertices{"vertex", "vertices"};
 inline constexpr Noun kCells{"cell", "cells"};
+inline constexpr Noun kMidNodes{"mid-node", "mid-nodes"};
 inline constexpr Noun kSharpEdges{"sharp edge", "sharp edges"};
 inline constexpr Noun kSharpVertices{"sharp vertex", "sharp vertices"};
 

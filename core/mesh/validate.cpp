@@ -243,6 +243,37 @@ void check_sharp_vertices(const ControlMesh& mesh, const CellComplex& complex) {
   }
 }
 
+/// Each is of something that there is, and they ascend.
+void check_mid_nodes(const ControlMesh& mesh, const CellComplex& complex) {
+  const MidNodes& nodes = mesh.mid_nodes;
+  const std::uint32_t vertices = complex.vertex_count();
+  const auto check = [](const auto& keys, const char* field, auto exists) {
+    Offenders unknown, late;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      if (!exists(keys[i])) unknown.add(static_cast<std::int64_t>(i));
+      if (i > 0 && !(keys[i - 1] < keys[i])) late.add(static_cast<std::int64_t>(i));
+    }
+    unknown.throw_if_any(ErrorCode::kMeshBadMidNode, "there is no such edge, quadrilateral or hexahedron for",
+                         kMidNodes, "each lies on one of a cell's, by its vertices in ascending order", field);
+    late.throw_if_any(ErrorCode::kMeshBadMidNode, "again or too late:", kMidNodes,
+                      "list them in ascending order, each once", field);
+  };
+  check(nodes.edges, "edge_node_vertices", [&](const std::array<std::uint32_t, 2>& edge) {
+    return edge[0] < edge[1] && edge[1] < vertices && complex.find_edge(VertexId{edge[0]}, VertexId{edge[1]}) != kNone;
+  });
+  check(nodes.faces, "face_node_vertices", [&](const std::array<std::uint32_t, 4>& face) {
+    if (!std::ranges::is_sorted(face) || face[3] >= vertices) return false;
+    return std::ranges::any_of(complex.vertex_faces(VertexId{face[0]}), [&](FaceId f) {
+      const auto ring = complex.face_vertices(f);
+      return ring.size() == 4 &&
+             std::ranges::all_of(face, [&](std::uint32_t v) { return contains(ring, VertexId{v}); });
+    });
+  });
+  check(nodes.cells, "cell_node_cells", [&](std::uint32_t cell) {
+    return cell < complex.cell_count() && complex.kind(CellId{cell}) == CellKind::kHex;
+  });
+}
+
 }  // namespace
 
 MeshReport validate(ControlMesh& mesh, const MeshLimits& limits, const CancellationToken& cancel) {
@@ -257,6 +288,7 @@ ConnectedMesh validate_and_connect(ControlMesh& mesh, const MeshLimits& limits, 
   check_vertices(complex, cancel);
   check_sharp_edges(mesh, complex);
   check_sharp_vertices(mesh, complex);
+  check_mid_nodes(mesh, complex);
   Orientation found = orient(mesh, complex, cancel);
   if (!mesh.allow_folds) {
     Offenders inverted;

@@ -96,6 +96,7 @@ Classifier::State Classifier::state(VertexId vertex) {
 
 std::optional<Classification> Classifier::classify(CellId cell) {
   if (complex_.kind(cell) != CellKind::kHex) return std::nullopt;
+  if (complex_.as_meshed()) return Classification{};
   const auto vertices = complex_.cell_vertices(cell);
   std::size_t irregular_vertices = 0, irregular_edges = 0;
   std::uint8_t corner = 0, line = 0;

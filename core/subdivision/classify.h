@@ -15,7 +15,9 @@
 //   mixed      if it touches a cell that isn't a hexahedron;
 //   irregular  otherwise.
 //
-// A cell without mixed vertices is regular (all vertices regular), a line cell (one irregular edge, both ends on a
+// In a complex that is as meshed every hexahedron is regular, and every other cell must be refined.
+//
+// Else a cell without mixed vertices is regular (all vertices regular), a line cell (one irregular edge, both ends on a
 // line) or a vertex cell (one irregular vertex, and every irregular edge of the cell starts there). Anything else must
 // be refined.
 

@@ -168,9 +168,10 @@ CutOut CutOutMaker::make(std::span<const CellId> cells, const CancellationToken&
   for (const VertexId v : kept) keep_[v] = 0;
   for (const VertexId v : numbers) local_[v] = kNone;
   std::vector<CellKind> kinds(corners.size() / 8, CellKind::kHex);
-  return {CellComplex(static_cast<std::uint32_t>(numbers.size()), std::move(kinds), std::move(corners), sharp.edges,
-                      sharp.vertices, cancel),
-          std::move(numbers), std::move(first_child)};
+  CellComplex complex(static_cast<std::uint32_t>(numbers.size()), std::move(kinds), std::move(corners), sharp.edges,
+                      sharp.vertices, cancel);
+  complex.take_as_meshed(parent_.as_meshed());
+  return {std::move(complex), std::move(numbers), std::move(first_child)};
 }
 
 Stencils refine_star(const CellComplex& star, VertexId vertex) {

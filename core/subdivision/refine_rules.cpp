@@ -74,7 +74,7 @@ void RuleRow::flush(Stencils& stencils) {
 void RuleRow::add_cell_point(CellId cell, double weight) { add_cell(cell, weight); }
 
 void RuleRow::add_face_point(FaceId face, double weight) {
-  if (parent_.face_on_boundary(face)) {
+  if (parent_.as_meshed() || parent_.face_on_boundary(face)) {
     add_face(face, weight);
     return;
   }
@@ -100,7 +100,9 @@ void RuleRow::add_face_point(FaceId face, double weight) {
 // 2 Av + 3n/(n+2) Mh. For (1, 6, 1) both would need the same weight, which they have for n = 4 only: elsewhere it is no
 // product.
 void RuleRow::add_edge_point(EdgeId edge, double weight) {
-  if (!parent_.edge_on_boundary(edge)) {
+  if (parent_.as_meshed()) {
+    add_edge(edge, weight);
+  } else if (!parent_.edge_on_boundary(edge)) {
     const auto n = static_cast<double>(parent_.edge_cells(edge).size());
     add_cells(parent_.edge_cells(edge), 1 / n * weight);
     add_faces(parent_.edge_faces(edge), 2 / n * weight);
@@ -151,7 +153,9 @@ void RuleRow::add_straight_vertex_point(VertexId vertex, double weight) {
 }
 
 void RuleRow::add_vertex_point(VertexId vertex, double weight) {
-  if (parent_.vertex_on_boundary(vertex)) {
+  if (parent_.as_meshed()) {
+    add_vertex(vertex, weight);
+  } else if (parent_.vertex_on_boundary(vertex)) {
     add_boundary_vertex_point(vertex, weight);
   } else if (on_straight_extraordinary_edge(parent_, vertex)) {
     add_straight_vertex_point(vertex, weight);

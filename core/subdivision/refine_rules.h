@@ -18,6 +18,8 @@
 //   boundary vertex              (Q + 2R + (k-3) P) / k; exactly two sharp edges to a and b: (a + 6P + b) / 8;
 //                                three or more, or tagged: P
 //
+// In a complex that is as meshed cells are parted and nothing moves: C, A, M and P, inside and on the boundary.
+//
 // An interior edge with n != 4 is EXTRAORDINARY (EE). An interior vertex is on a STRAIGHT EE if it has exactly two EEs,
 // both of valence n, 2n cells and n + 2 edges. The rule there is ours: Joy and MacCracken's isn't separable, data
 // constant along the EE wouldn't stay so, and the constant-time evaluation of [Luu19, 3] would not exist. With it a

@@ -89,7 +89,8 @@ RegularRing RingWalker::regular(CellId cell, const Frame& frame) const {
   };
   const Framed start{cell, frame};
   for (unsigned side = 0; side < 6; ++side) {
-    if (cross(start, side / 2, side & 1).cell == kNone) ring.phantoms |= static_cast<PhantomMask>(1u << side);
+    if (complex_.as_meshed() || cross(start, side / 2, side & 1).cell == kNone)
+      ring.phantoms |= static_cast<PhantomMask>(1u << side);
   }
   const auto open = [&](unsigned axis, int d) { return d == 0 || !(ring.phantoms >> (2 * axis + (d > 0)) & 1); };
   for (int dw = -1; dw <= 1; ++dw) {

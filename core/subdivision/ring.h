@@ -23,7 +23,8 @@ namespace ccslice {
 /// place.
 using PhantomMask = std::uint8_t;
 
-/// 4 x 4 x 4 control points around a regular cell: points[i + 4 j + 16 k]; kNone in phantom layers.
+/// 4 x 4 x 4 control points around a regular cell: points[i + 4 j + 16 k]; kNone in phantom layers. A cell that is as
+/// meshed has its corners alone, and phantom layers all round: these make a B-spline the trilinear map of the corners.
 struct RegularRing {
   std::array<VertexId, 64> points;
   PhantomMask phantoms = 0;

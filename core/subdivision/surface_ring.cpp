@@ -81,6 +81,7 @@ bool SurfaceWalker::corner_regular(FaceId face, unsigned corner) const {
 }
 
 SurfaceRing SurfaceWalker::walk(FaceId face) {
+  if (complex_.as_meshed()) return regular_ring(face);
   unsigned count = 0;
   std::uint8_t start = 0;
   for (std::uint8_t i = 0; i < 4; ++i) {
@@ -97,7 +98,7 @@ SurfaceRing SurfaceWalker::regular_ring(FaceId face) const {
   ring.points.assign(16, VertexId{kNone});
   const Framed start = framed(face, 0);
   for (unsigned side = 0; side < 4; ++side) {
-    const bool sharp = complex_.edge_sharp(side_edge(start, side / 2, side & 1));
+    const bool sharp = complex_.as_meshed() || complex_.edge_sharp(side_edge(start, side / 2, side & 1));
     ring.phantoms |= static_cast<PhantomMask>(sharp << side);
   }
   const auto open = [&](unsigned axis, int d) { return d == 0 || !(ring.phantoms >> (2 * axis + (d > 0)) & 1); };

@@ -7,7 +7,8 @@
 //   - no sharp edge meets there, the vertex isn't tagged, and the surface valence is 4;
 //   - exactly two sharp edges meet (a crease), it isn't tagged, and the face's side of the crease has two faces;
 //   - it is fixed (three or more sharp edges, or tagged) and both sides of the face at it are sharp.
-// A face with four regular corners is one bicubic B-spline patch, with a phantom layer across each sharp side.
+// A face with four regular corners is one bicubic B-spline patch, with a phantom layer across each sharp side. In a
+// complex that is as meshed all faces are, with phantom layers across all sides: so they are bilinear.
 
 #pragma once
 

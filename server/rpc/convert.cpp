@@ -318,6 +318,7 @@ v1::LimitDeviation to_message(const Deviation& value) {
   message.set_farthest_distance_mm(value.farthest.distance_mm());
   message.set_farthest_on_interface(value.farthest.on_interface);
   message.set_interpolating(value.interpolating);
+  message.set_as_meshed(value.as_meshed);
   message.set_vertex_limits_volume_mm3(value.vertex_limits_volume_mm3);
   if (value.rounded.count > 0) {
     message.set_rounded_edges(value.rounded.count);

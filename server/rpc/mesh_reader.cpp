@@ -94,6 +94,9 @@ class MeshReader {
     if (!in_.ConsumedEntireMessage()) not_a_mesh();
     require_whole(numbers_, 3, "positions_mm", "3 per vertex");
     require_whole(sharp_ends_, 2, "sharp_edges", "2 vertices per edge");
+    require_whole(edge_vertices_, 2, "edge_node_vertices", "2 vertices per edge");
+    require_whole(face_vertices_, 4, "face_node_vertices", "4 vertices per face");
+    require_whole(node_numbers_, 3, "node_positions_mm", "3 per mid-node");
     std::size_t corners = 0;
     for (const CellKind kind : mesh_.cell_kinds) corners += static_cast<std::size_t>(corner_count(kind));
     if (mesh_.cell_vertices.size() != corners) {
@@ -154,6 +157,36 @@ class MeshReader {
       case MeshMessage::kMissedPositionsMmFieldNumber:
         return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] { add_missed_number(read_fixed64()); });
       case MeshMessage::kInterpolatingFieldNumber: return read_flag(tag, mesh_.interpolating);
+      case MeshMessage::kAsMeshedFieldNumber: return read_flag(tag, mesh_.as_meshed);
+      default: read_node_field(tag);
+    }
+  }
+
+  /// Mid-nodes: an edge of a hexahedron has at most one, and so has a face.
+  void read_node_field(std::uint32_t tag) {
+    switch (WireFormatLite::GetTagFieldNumber(tag)) {
+      case MeshMessage::kEdgeNodeVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT,
+                             [this] { add_key(2, 12, "edge_node_vertices", edge_vertices_, mesh_.mid_nodes.edges); });
+      case MeshMessage::kFaceNodeVerticesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT,
+                             [this] { add_key(4, 6, "face_node_vertices", face_vertices_, mesh_.mid_nodes.faces); });
+      case MeshMessage::kCellNodeCellsFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_VARINT, [this] {
+          require_room(mesh_.mid_nodes.cells.size(), limits_.max_cells, "cell_node_cells", "cells");
+          mesh_.mid_nodes.cells.push_back(read_varint());
+        });
+      case MeshMessage::kNodePositionsMmFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED64, [this] {
+          if (node_numbers_ % 3 == 0) {
+            require_room(mesh_.mid_nodes.positions.size(), 19 * limits_.max_cells, "node_positions_mm", "mid-nodes");
+            mesh_.mid_nodes.positions.emplace_back(Vec3::Zero());
+          }
+          mesh_.mid_nodes.positions.back()[static_cast<int>(node_numbers_++ % 3)] = read_fixed64();
+        });
+      case MeshMessage::kNodeValuesFieldNumber:
+        return read_repeated(tag, WireFormatLite::WIRETYPE_FIXED32,
+                             [this] { mesh_.mid_nodes.values.push_back(read_fixed32()); });
       default: unknown_field(tag);
     }
   }
@@ -232,6 +265,17 @@ class MeshReader {
   void add_sharp_vertex(std::uint32_t vertex) {
     require_room(mesh_.sharp_vertices.size(), limits_.max_vertices, "sharp_vertices", "sharp vertices");
     mesh_.sharp_vertices.push_back(vertex);
+  }
+
+  /// `each`: vertices of one; `read`: of all so far.
+  template <typename Key>
+  void add_key(std::size_t each, std::size_t most_of_cell, const char* field, std::size_t& read,
+               std::vector<Key>& keys) {
+    if (read % each == 0) {
+      require_room(keys.size(), most_of_cell * limits_.max_cells, field, "mid-nodes");
+      keys.emplace_back();
+    }
+    keys.back()[read++ % each] = read_varint();
   }
 
   void add_missed_vertex(std::uint32_t vertex) {
@@ -317,8 +361,10 @@ class MeshReader {
   const MeshLimits& limits_;
   PeriodicPoll poll_;
   ControlMesh mesh_;
-  std::size_t numbers_ = 0;     // In positions_mm.
-  std::size_t sharp_ends_ = 0;  // In sharp_edges.
+  std::size_t numbers_ = 0;                            // In positions_mm.
+  std::size_t sharp_ends_ = 0;                         // In sharp_edges.
+  std::size_t edge_vertices_ = 0, face_vertices_ = 0;  // In edge_node_vertices and face_node_vertices.
+  std::size_t node_numbers_ = 0;                       // In node_positions_mm.
   std::vector<std::uint32_t> missed_vertices_;
   std::vector<double> missed_numbers_;
 };

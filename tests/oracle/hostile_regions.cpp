@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/mesh/mid_nodes.h"
 #include "core/mesh/region_values.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
@@ -157,8 +158,19 @@ void add_hostile_regions(std::uint64_t seed, HostileMesh& mesh) {
 ControlMesh with_region_channel(const ControlMesh& mesh) {
   std::vector<std::string> names = mesh.channel_names;
   names.emplace_back("cell region");
-  return with_changed_values(
+  ControlMesh marked = with_changed_values(
       mesh, names, [](std::uint32_t, std::uint8_t region, std::vector<float>& values) { values.push_back(region); });
+  // Where regions meet, nodes have the means of their corners' numbers; elsewhere these are alike.
+  const MidNodeCorners corners(marked);
+  std::vector<float> values;
+  const std::size_t channels = mesh.channel_count();
+  for (std::size_t node = 0; node < mesh.mid_nodes.positions.size(); ++node) {
+    const auto begin = mesh.mid_nodes.values.begin() + static_cast<std::ptrdiff_t>(node * channels);
+    values.insert(values.end(), begin, begin + static_cast<std::ptrdiff_t>(channels));
+    values.push_back(marked.channel_values[corners[node].front() * (channels + 1) + channels]);
+  }
+  marked.mid_nodes.values = std::move(values);
+  return marked;
 }
 
 }  // namespace ccslice::oracle

@@ -72,16 +72,17 @@ class Mesh:
     regions: (all cells,), a name or number for each cell, in the order of cells: parts with sharp interfaces. Regions
         are numbered from 1 in the order of region_names: sorted, numbers by their size.
     allow_folds: whether inverted cells are accepted. interpolating: says that the control points were fitted.
+    as_meshed: the solid is the mesh itself, as finite elements have it; nothing is smoothed, and nothing can be sharp.
 
     Raises ValueError for arrays that don't fit. What the server finds wrong with a mesh comes with its upload.
     """
 
     def __init__(self, points: Any, cells: Any, channels: Optional[Mapping[str, Any]] = None, *,
                  sharp_edges: Any = (), sharp_vertices: Any = (), regions: Optional[Sequence[Union[str, int]]] = None,
-                 allow_folds: bool = False, interpolating: bool = False):
+                 allow_folds: bool = False, interpolating: bool = False, as_meshed: bool = False):
         points = _floats("points", points, "(n, 3)", lambda shape: len(shape) == 2 and shape[1] == 3)
         count = len(points)
-        message = mesh_pb2.ControlMesh(allow_folds=allow_folds, interpolating=interpolating)
+        message = mesh_pb2.ControlMesh(allow_folds=allow_folds, interpolating=interpolating, as_meshed=as_meshed)
         message.positions_mm.extend(points.ravel().tolist())
         kinds = []
         for block in _blocks(cells):
