@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/mesh/mid_nodes.h"
 
 namespace ccslice {
 namespace {
@@ -106,7 +107,7 @@ std::vector<std::uint32_t> append_cells(const VtkCells& cells, const TextScanner
                                         std::vector<std::string>& warnings) {
   std::vector<std::uint32_t> appended;
   Tally flat;
-  std::uint64_t second_order = 0;
+  std::size_t second_order = 0;
   std::map<std::uint16_t, Tally> unsupported;
   for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
     if (const std::optional<CellKind> kind = kind_of(cells.types[cell])) {
@@ -123,10 +124,7 @@ std::vector<std::uint32_t> append_cells(const VtkCells& cells, const TextScanner
   if (const auto pyramids = unsupported.find(kPyramid); pyramids != unsupported.end())
     refuse(cells, kPyramid, pyramids->second, scanner);
   if (!unsupported.empty()) refuse(cells, unsupported.begin()->first, unsupported.begin()->second, scanner);
-  if (second_order > 0) {
-    warnings.push_back(std::to_string(second_order) +
-                       " cells of second order taken by their corners: curved edges become straight");
-  }
+  if (second_order > 0) warnings.push_back(corners_only_note(second_order));
   if (flat.count > 0) {
     warnings.push_back(std::to_string(flat.count) + " points, lines or faces among the cells left out (cells " +
                        flat.ids() + "); cell ids in later messages count volume cells only");
