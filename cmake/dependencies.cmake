@@ -12,6 +12,8 @@ find_package(TBB REQUIRED CONFIG)
 find_package(ZLIB REQUIRED)
 find_package(pugixml REQUIRED CONFIG)
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
+pkg_check_modules(liblz4 REQUIRED IMPORTED_TARGET liblz4)
+pkg_check_modules(liblzma REQUIRED IMPORTED_TARGET liblzma)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 
 # OpenImageIO's own CMake package asks for packages that Debian doesn't install with it.

@@ -31,6 +31,8 @@ readonly build=(
   libgrpc++-dev
   libhiredis-dev
   libimath-dev
+  liblz4-dev
+  liblzma-dev
   libminizip-dev
   libopenimageio-dev
   libprotobuf-dev
@@ -168,6 +170,8 @@ readonly client=(
   libgcc-s1
   libgrpc++1.51
   libgrpc29
+  liblz4-1
+  liblzma5
   libminizip1
   libprotobuf32
   libpugixml1v5

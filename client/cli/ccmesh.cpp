@@ -129,6 +129,7 @@ void write_list(JsonWriter& json, const char* name, const Items& items, Write&& 
 }  // namespace
 
 bool is_json(std::string_view bytes) {
+  bytes = without_utf8_mark(bytes);
   const std::size_t first = bytes.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && bytes[first] == '{';
 }
@@ -136,7 +137,7 @@ bool is_json(std::string_view bytes) {
 v1::ControlMesh parse_ccmesh(const std::string& bytes) {
   v1::ControlMesh mesh;
   if (bytes.empty()) throw Error(ErrorCode::kFileUnsupported, "the file is empty");
-  if (is_json(bytes)) return parse_json(bytes);
+  if (is_json(bytes)) return parse_json(without_utf8_mark(bytes));
   if (const UnreadFile unread = describe_unread(bytes); unread.known) {
     throw Error(ErrorCode::kFileUnsupported, unread.text);
   }

@@ -4,19 +4,19 @@
 #include "core/mesh/mesh_file.h"
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
-#include "core/mesh/byte_order.h"
+#include "core/mesh/collapsed_cells.h"
+#include "core/mesh/partition_note.h"
 #include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_exodus.h"
 #include "core/mesh/read_gmsh.h"
@@ -25,6 +25,7 @@
 #include "core/mesh/read_vtk.h"
 #include "core/mesh/read_vtu.h"
 #include "core/mesh/text_scanner.h"
+#include "core/mesh/unread_formats.h"
 
 namespace ccslice {
 
@@ -82,49 +83,26 @@ void leave_out_numbers_with_known_names(MeshFile& file) {
   });
 }
 
-/// A header of 80 bytes, the number of triangles, and 50 bytes for each, its unit normal or zeros first.
-bool is_binary_stl(std::string_view bytes) {
-  constexpr std::size_t kHead = 80, kTriangle = 50, kMostLookedAt = 100;
-  constexpr double kTolerance = 1e-2;
-  if (bytes.size() < kHead + 4 + kTriangle) return false;
-  const std::uint64_t triangles = little_endian(bytes.substr(kHead, 4));
-  if (bytes.size() != kHead + 4 + kTriangle * triangles) return false;
-  for (std::size_t t = 0; t < std::min<std::size_t>(triangles, kMostLookedAt); ++t) {
-    double squared = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::string_view number = bytes.substr(kHead + 4 + kTriangle * t + 4 * axis, 4);
-      const double along = std::bit_cast<float>(static_cast<std::uint32_t>(little_endian(number)));
-      squared += along * along;
-    }
-    if (squared != 0 && !(std::abs(squared - 1) < kTolerance)) return false;
-  }
-  return true;
-}
-
-/// The format's name if the file is known to hold triangles of a surface.
-std::string_view surface_format(std::string_view bytes) {
-  constexpr std::size_t kBegin = 1000;
-  const bool has_facet = bytes.substr(0, kBegin).find("facet normal") != std::string_view::npos;
-  if (is_binary_stl(bytes) || (bytes.starts_with("solid") && has_facet)) return "an STL file";
-  return bytes.starts_with("ply\n") || bytes.starts_with("ply\r\n") ? "a PLY file" : "";
-}
-
 }  // namespace
 
+std::string_view without_utf8_mark(std::string_view bytes) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return bytes.starts_with(kMark) ? bytes.substr(kMark.size()) : bytes;
+}
+
 MeshFileKind mesh_file_kind(std::string_view bytes) {
+  bytes = without_utf8_mark(bytes);
   constexpr std::string_view kVtkMagic = "# vtk DataFile";
   if (equals_ignoring_case(bytes.substr(0, kVtkMagic.size()), kVtkMagic)) return MeshFileKind::kVtk;
   for (const char* netcdf : {"CDF\x01", "CDF\x02", "CDF\x05"}) {
     if (bytes.starts_with(netcdf)) return MeshFileKind::kExodus;
   }
-  constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
-  if (bytes.starts_with(kUtf8Mark)) bytes.remove_prefix(kUtf8Mark.size());
   TextScanner scanner(bytes);
   const std::string_view word = scanner.peek();
   if (word.size() > 1 && word[0] == '<' && word[1] != '\0') return MeshFileKind::kVtu;
   if (word == "$MeshFormat") return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
-  if (is_abaqus_keyword_or_comment(word)) return MeshFileKind::kAbaqus;
+  if (is_abaqus_keyword_or_comment(word)) return is_ls_dyna(bytes) ? MeshFileKind::kUnknown : MeshFileKind::kAbaqus;
   const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");
   return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
 }
@@ -149,47 +127,20 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
 }
 
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
-  MeshFile file = read_kind(mesh_file_kind(bytes), bytes, limits, path);
+  const MeshFileKind kind = mesh_file_kind(bytes);
+  // pugixml passes over the mark itself, and messages about .vtu files name bytes.
+  if (kind != MeshFileKind::kVtu) bytes = without_utf8_mark(bytes);
+  MeshFile file = read_kind(kind, bytes, limits, path);
+  if (kind == MeshFileKind::kVtu && !path.empty()) add_partition_note(path, file);
+  resolve_collapsed_cells(file);
   recode_names(file);
   leave_out_numbers_with_known_names(file);
   return file;
 }
 
 UnreadFile describe_unread(std::string_view bytes) {
-  struct Magic {
-    std::string_view bytes, text;
-  };
-  constexpr std::string_view kHdf5 =
-      "this is an Exodus file in HDF5's container, or another HDF5 file, which is not read; convert it with netCDF's "
-      "nccopy (apt install netcdf-bin): 'nccopy -k cdf5 part.e part-classic.e', or with meshio (apt install "
-      "meshio-tools python3-netcdf4), which keeps no names of blocks: 'meshio convert part.e part.vtk'";
-  constexpr std::string_view kUtf16 = "the text is in UTF-16, which is not read; save it as UTF-8";
-  constexpr std::string_view kMeditBinary =
-      "this is MEDIT's binary format (.meshb), which is not read; save it as .mesh";
-  constexpr std::string_view kStep =
-      "this is a STEP file, a part of CAD; `gmsh -3 part.step -o part.msh` makes a mesh of it (docs/from-cad.md)";
-  constexpr std::string_view kGzip = "the file is compressed with gzip; unpack it first";
-  constexpr Magic kMagics[] = {{"\x89HDF\r\n", kHdf5},
-                               {"\xff\xfe", kUtf16},
-                               {"\xfe\xff", kUtf16},
-                               {{"<\0", 2}, kUtf16},
-                               {{"\0<", 2}, kUtf16},
-                               {"\x1f\x8b", kGzip},
-                               {{"\1\0\0\0", 4}, kMeditBinary},
-                               {{"\0\0\0\1", 4}, kMeditBinary},
-                               {"ISO-10303-21", kStep},
-                               {"$NOD", "Gmsh files of version 1 are not read; save it with `gmsh -format msh41`"}};
-  for (const Magic& magic : kMagics) {
-    if (bytes.starts_with(magic.bytes)) return {std::string(magic.text), true};
-  }
-  const std::string surface =
-      "which holds a surface only; " + kNeedsVolumeCells + " (docs/from-cad.md); 'meshio convert' makes none";
-  if (const std::string_view format = surface_format(bytes); !format.empty()) {
-    return {"this is " + std::string(format) + ", " + surface, true};
-  }
-  if (bytes.starts_with("PK\x03\x04")) {
-    return {"this is a ZIP archive; unpack it first, unless it is a .3mf, " + surface, true};
-  }
+  bytes = without_utf8_mark(bytes);
+  if (std::string text = name_unread_format(bytes); !text.empty()) return {std::move(text), true};
   return {
       "neither a Gmsh file (first line '$MeshFormat'), nor a MEDIT mesh (first word 'MeshVersionFormatted'), nor a "
       "legacy VTK file (first line '# vtk DataFile Version ...'), nor one of VTK's XML files (.vtu), nor an "

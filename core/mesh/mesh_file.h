@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Control meshes from files. The kind of a file is told from its first line, never from its name. Readers check the
+// Control meshes from files. The kind of a file is told from its first lines, never from its name. Readers check the
 // syntax and that ids exist; whether the cells make up a solid is validate()'s business.
 
 #pragma once
@@ -64,6 +64,9 @@ struct MeshFile {
 inline const std::string kNeedsVolumeCells = "a solid needs volume cells: mesh the inside too, as `gmsh -3` does";
 
 enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kExodus, kUnknown };
+
+/// The text behind a byte order mark, which some programs put before UTF-8.
+std::string_view without_utf8_mark(std::string_view bytes);
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 

@@ -21,7 +21,7 @@ constexpr std::array<std::array<std::uint8_t, 4>, 3> kWedgeFaces = {{{0, 1, 4, 3
 constexpr std::array<std::array<std::uint8_t, 4>, 6> kHexFaces = {
     {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 2, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
 
-/// Adds the nodes of one cell.
+/// Adds the nodes of one cell. Edges and faces that repeated corners have made less of have none.
 void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::uint32_t> corners,
                std::span<const std::uint32_t> nodes, MidNodeList& list) {
   const std::size_t channels = mesh.channel_count();
@@ -32,12 +32,15 @@ void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::u
   const auto next_node = [&]() { return next < nodes.size() ? nodes[next++] : kNone; };
   for (const auto& [a, b] : mid_edges(mesh.cell_kinds[cell])) {
     const std::uint32_t node = next_node();
-    if (node != kNone) list.add_edge({corners[a], corners[b]}, mesh.positions[node], values(node));
+    if (node == kNone || corners[a] == corners[b]) continue;
+    list.add_edge({corners[a], corners[b]}, mesh.positions[node], values(node));
   }
   for (const auto& [a, b, c, d] : mid_faces(mesh.cell_kinds[cell])) {
     const std::uint32_t node = next_node();
-    if (node == kNone) continue;
-    list.add_face({corners[a], corners[b], corners[c], corners[d]}, mesh.positions[node], values(node));
+    std::array<std::uint32_t, 4> ring = {corners[a], corners[b], corners[c], corners[d]};
+    std::ranges::sort(ring);
+    if (node == kNone || std::ranges::adjacent_find(ring) != ring.end()) continue;
+    list.add_face(ring, mesh.positions[node], values(node));
   }
   const std::uint32_t node = next_node();
   if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), mesh.positions[node], values(node));

@@ -27,7 +27,9 @@ std::optional<std::uint32_t> neighbour_above(std::span<const FaceRing> rings, co
     const auto at = std::find(ring.begin(), ring.end(), corner);
     if (at == ring.end()) continue;
     const std::uint32_t next = at + 1 == ring.end() ? ring.front() : *(at + 1);
+    const std::uint32_t before = at == ring.begin() ? ring.back() : *(at - 1);
     if (!contains(base, next)) return next;
+    if (!contains(base, before)) return before;
   }
   return std::nullopt;
 }
@@ -54,11 +56,33 @@ bool has_faces(const CornersOfPolyhedron& cell, std::span<const FaceRing> rings)
   return std::is_permutation(given.begin(), given.end(), built.begin(), built.end());
 }
 
+bool all_different(FaceRing vertices) {
+  std::ranges::sort(vertices);
+  return std::ranges::adjacent_find(vertices) == vertices.end();
+}
+
+/// A quadrilateral, and a triangle from each of its edges to one vertex.
+std::optional<CornersOfPolyhedron> corners_of_pyramid(std::span<const FaceRing> rings) {
+  const auto base = std::ranges::find(rings, std::size_t{4}, &FaceRing::size);
+  if (rings.size() != 5 || base == rings.end()) return std::nullopt;
+  const auto apex = neighbour_above(rings, *base, base->front());
+  if (!apex) return std::nullopt;
+  std::vector<FaceRing> built = {canonical(*base)}, given;
+  for (std::size_t i = 0; i < 4; ++i) built.push_back(canonical({(*base)[i], (*base)[(i + 1) % 4], *apex}));
+  for (const FaceRing& ring : rings) given.push_back(canonical(ring));
+  if (!std::is_permutation(given.begin(), given.end(), built.begin(), built.end())) return std::nullopt;
+  if (!all_different(*base)) return std::nullopt;
+  CornersOfPolyhedron result{CellKind::kHex, FaceRing(base->rbegin(), base->rend())};
+  result.corners.insert(result.corners.end(), 4, *apex);
+  return result;
+}
+
 }  // namespace
 
 std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings) {
+  if (std::ranges::any_of(rings, [](const FaceRing& ring) { return ring.size() < 3; })) return std::nullopt;
   const std::optional<CellKind> kind = kind_of(rings);
-  if (!kind) return std::nullopt;
+  if (!kind) return corners_of_pyramid(rings);
   const auto base = std::ranges::min_element(rings, {}, std::ranges::size);
   CornersOfPolyhedron result{*kind, FaceRing(base->rbegin(), base->rend())};
   const std::size_t above = static_cast<std::size_t>(corner_count(*kind)) - base->size();
@@ -67,7 +91,7 @@ std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRin
     if (!corner) return std::nullopt;
     result.corners.push_back(*corner);
   }
-  if (!has_faces(result, rings)) return std::nullopt;
+  if (!has_faces(result, rings) || !all_different(result.corners)) return std::nullopt;
   return result;
 }
 
@@ -75,10 +99,9 @@ std::string describe_polyhedron(std::span<const FaceRing> rings) {
   const auto sides = [&](std::size_t size) {
     return std::count_if(rings.begin(), rings.end(), [&](const FaceRing& ring) { return ring.size() == size; });
   };
-  const bool pyramid = rings.size() == 5 && sides(3) == 4 && sides(4) == 1;
-  if (pyramid) return "a pyramid, which never refines to hexahedra: split it into tetrahedra";
   return "a polyhedron of " + std::to_string(rings.size()) + " faces (" + std::to_string(sides(3)) + " triangles, " +
-         std::to_string(sides(4)) + " quadrilaterals) that don't close to a hexahedron, a tetrahedron or a wedge";
+         std::to_string(sides(4)) +
+         " quadrilaterals) that don't close to a hexahedron, a tetrahedron, a wedge or a pyramid";
 }
 
 }  // namespace ccslice

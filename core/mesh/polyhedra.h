@@ -1,11 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Cells given by their faces, as OpenVolumeMesh has them, turned into cells given by their corners.
+// Cells given by their faces, as OpenVolumeMesh has them, and VTK's polyhedra, turned into cells given by their
+// corners.
 //
 // The corners of the cell's base (a triangle of a tetrahedron or wedge, any face of a hexahedron) come first, and above
-// each its neighbour outside the base: the only one that a face joins it to. Half-faces whose corners run
-// counter-clockwise seen from outside give positively oriented cells; validate() turns the others round.
+// each its neighbour outside the base: the only one that a face joins it to. A base whose corners run counter-clockwise
+// seen from outside gives a positively oriented cell; validate() turns the others round.
+//
+// Pyramids are hexahedra whose corners 4 to 7 are one (core/mesh/collapsed_cells.h).
 
 #pragma once
 
@@ -27,11 +30,11 @@ struct CornersOfPolyhedron {
   std::vector<std::uint32_t> corners;  // VTK order.
 };
 
-/// `rings` are the cell's faces, all seen from the same side of its boundary. Nothing if they are not those of a
-/// hexahedron, a tetrahedron or a wedge.
+/// `rings` are the cell's faces, seen from either side. Nothing if they are not those of a hexahedron, a tetrahedron, a
+/// wedge or a pyramid, or if corners of these are the same vertex.
 [[nodiscard]] std::optional<CornersOfPolyhedron> corners_of_polyhedron(std::span<const FaceRing> rings);
 
-/// What a cell is that has no corners by that, and what to do: "a pyramid, ...".
+/// What a cell is that has no corners by that: "a polyhedron of 12 faces ...".
 std::string describe_polyhedron(std::span<const FaceRing> rings);
 
 }  // namespace ccslice

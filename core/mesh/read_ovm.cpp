@@ -76,8 +76,9 @@ class OvmReader {
   std::uint32_t id_below(std::uint64_t end, std::string_view what) {
     const std::uint64_t id = scanner_.count(what);
     if (id >= end) {
-      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, std::string(what) + " is " + std::to_string(id) +
-                                                              ", but there are only " + std::to_string(end));
+      std::string message(what);
+      message.append(" is ").append(std::to_string(id)).append(", but there are only ").append(std::to_string(end));
+      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, message);
     }
     return static_cast<std::uint32_t>(id);
   }
@@ -86,6 +87,7 @@ class OvmReader {
     const std::uint64_t count = open_section("Vertices", limits_.max_vertices);
     for (std::uint64_t i = 0; i < count; ++i) {
       file_.mesh.positions.push_back(unfit_.position(scanner_, i, scanner_));
+      file_.numbers.vertices.push_back(i);
     }
     if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no vertices");
   }
@@ -142,10 +144,12 @@ class OvmReader {
       const std::optional<CornersOfPolyhedron> found = corners_of_polyhedron(rings);
       if (!found) {
         scanner_.fail_with(ErrorCode::kMeshUnsupportedCell,
-                           "cell " + std::to_string(cell) + " (from 0) is " + describe_polyhedron(rings), "cells",
-                           {static_cast<std::int64_t>(cell)});
+                           "cell " + std::to_string(cell) + " (from 0) is " + describe_polyhedron(rings) +
+                               "; remesh the part with hexahedra, tetrahedra, wedges or pyramids",
+                           "cells", {static_cast<std::int64_t>(cell)});
       }
       file_.mesh.cell_kinds.push_back(found->kind);
+      file_.numbers.cells.push_back(cell);
       file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), found->corners.begin(), found->corners.end());
     }
     if (count == 0) scanner_.fail_with(ErrorCode::kMeshEmpty, "the file has no polyhedra; " + kNeedsVolumeCells);

@@ -11,8 +11,8 @@
 // vec4d), one channel for each component ("name.0", "name.1", ...). Those of cells (CProp) of the same types become
 // MeshFile::cell_numbers, the first kMostCellNumbers of them; OpenVolumeMesh writes and reads them like those of
 // vertices, a line for each cell in the order of Polyhedra [src/OpenVolumeMesh/FileManager/FileManagerT_impl.hh]. All
-// others are left out and reported. Refused: polyhedra that are neither hexahedra nor tetrahedra nor wedges, and the
-// binary kind .ovmb.
+// others are left out and reported. Refused: polyhedra that are neither hexahedra nor tetrahedra nor wedges nor
+// pyramids (which core/mesh/collapsed_cells.h halves), and the binary kind .ovmb.
 
 #pragma once
 

@@ -28,18 +28,29 @@ class VtkReader {
     if (cells_.types.empty()) types_place_ = scanner_.mark();
     finish_cells();
     append_file_channels(std::move(channels_), limits_, file_);
+    appender_.finish_bezier_cells(has_rational_weights_);
+    appender_.warn();
     leave_out_unused_vertices(unfit_, scanner_, file_);
     return std::move(file_);
   }
 
  private:
+  /// A number among the cells' points that is no point: where it stands there, and in the file.
+  struct Count {
+    std::size_t place;
+    std::uint64_t mark;
+  };
+  static constexpr std::uint64_t kMostCounts = 64;  // The faces of a polyhedron, and their sides, are fewer.
+
   void read_header() {
     constexpr std::string_view kMagic = "# vtk DataFile Version ";
     const std::string_view first = scanner_.rest_of_line();
     if (!equals_ignoring_case(first.substr(0, kMagic.size()), kMagic)) {
       scanner_.fail("'# vtk DataFile Version ...'", first);
     }
-    offsets_style_ = first.size() > kMagic.size() && first[kMagic.size()] >= '5';
+    const std::string_view version = first.substr(kMagic.size());
+    offsets_style_ = version >= "5";
+    cells_.old_hexahedra = version < "5.1";
     scanner_.rest_of_line();  // The title.
     const std::string_view coding = scanner_.next("'ASCII' or 'BINARY'");
     if (equals_ignoring_case(coding, "BINARY")) {
@@ -85,6 +96,7 @@ class VtkReader {
     values_.open_array(scanner_.next("a data type"));
     for (std::uint64_t i = 0; i < count; ++i) {
       file_.mesh.positions.push_back(unfit_.position(values_, i, scanner_));
+      file_.numbers.vertices.push_back(i);
     }
   }
 
@@ -144,10 +156,25 @@ class VtkReader {
     }
     const std::size_t points = file_.mesh.vertex_count();  // 0 as long as they haven't come.
     if (points > 0 && id >= points) {
-      scanner_.fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + "; the file has " +
-                                                              std::to_string(points) + " points, counted from 0");
+      if (id >= kMostCounts) refuse_point(id, scanner_.mark());
+      counts_.push_back({cells_.connectivity.size(), scanner_.mark()});
     }
     return static_cast<std::uint32_t>(id);
+  }
+
+  [[noreturn]] void refuse_point(std::uint64_t id, std::uint64_t mark) const {
+    scanner_.fail_at(mark, ErrorCode::kMeshIndexOutOfRange,
+                     "point id " + std::to_string(id) + "; the file has " + std::to_string(file_.mesh.vertex_count()) +
+                         " points, counted from 0");
+  }
+
+  /// Only polyhedra have numbers there that are no points.
+  void check_counts() const {
+    for (const Count& count : counts_) {
+      const auto end = std::ranges::upper_bound(cells_.offsets, count.place);
+      const auto cell = static_cast<std::size_t>(end - cells_.offsets.begin()) - 1;
+      if (cells_.types[cell] != kVtkPolyhedron) refuse_point(cells_.connectivity[count.place], count.mark);
+    }
   }
 
   void read_types() {
@@ -174,6 +201,8 @@ class VtkReader {
     if (!of_points) return read_cell_data(count);
     VtkAttributes found = read_vtk_attributes(values_, count, limits_.max_channels, unfit_);
     for (const std::string& name : found.left_out) file_.warnings.push_back("point data '" + name + "' left out");
+    has_rational_weights_ |=
+        std::ranges::find(found.channels, kRationalWeights, &NamedChannel::name) != found.channels.end();
     if (found.channels.empty()) return;
     if (!channels_.empty()) scanner_.fail("only one POINT_DATA section", "POINT_DATA");
     channels_ = std::move(found.channels);
@@ -193,8 +222,10 @@ class VtkReader {
                        "the file has " + std::to_string(cell_count) + " cells but " +
                            std::to_string(cells_.types.size()) + " cell types (CELL_TYPES)");
     }
-    const std::vector<std::uint32_t> appended = append_cells(cells_, scanner_, file_.mesh, file_.warnings);
+    check_counts();
+    const std::vector<std::uint32_t> appended = appender_.append(cells_, scanner_);
     keep_numbers_of(appended, cell_count);
+    cells_ = {};
     if (file_.mesh.cell_kinds.empty()) {
       throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
     }
@@ -224,12 +255,14 @@ class VtkReader {
   VtkScanner values_;
   TextScanner& scanner_ = values_.text();
   const MeshLimits& limits_;
-  bool offsets_style_ = false;
+  bool offsets_style_ = false, has_rational_weights_ = false;
   VtkCells cells_;
+  std::vector<Count> counts_;
   std::uint64_t types_place_ = 0;  // Where their number stands; the end, if there are none.
   std::vector<NamedChannel> channels_;
   UnfitNumbers unfit_;
   MeshFile file_;
+  VtkCellAppender appender_{file_};
 };
 
 }  // namespace

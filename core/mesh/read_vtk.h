@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Legacy VTK files, ASCII and binary, DATASET UNSTRUCTURED_GRID, versions 1.0 to 5.1 (from 5.0 on cells come as OFFSETS
-// and CONNECTIVITY). Cell types read: hexahedron 12, voxel 11 (its corners reordered), tetrahedron 10, wedge 13.
-// Those of second order (24 to 26, 29, 31 to 33) are taken by their corners. Points, lines and faces are left out and
-// reported; pyramids and all other cells are refused by name and cell id.
+// and CONNECTIVITY). Which cells are read, and how: core/mesh/vtk_cells.h. Points, lines and faces are left out and
+// reported; all other cells are refused by type and cell id.
 //
 // POINT_DATA: SCALARS, VECTORS and FIELD arrays become material channels, one for each component ("name", or "name.0",
 // "name.1", ... where there are several). Normals, tensors, colours, texture coordinates, ids and strings are left out

@@ -18,13 +18,11 @@
 #include "core/mesh/channels.h"
 #include "core/mesh/used_vertices.h"
 #include "core/mesh/vtk_cells.h"
+#include "core/mesh/vtu_cells.h"
 #include "core/mesh/vtu_document.h"
 
 namespace ccslice {
 namespace {
-
-constexpr std::string_view kGhosts = "vtkGhostType";
-constexpr std::uint64_t kMostCellPoints = 27;  // No cell that is read has more.
 
 /// A position's bits, the same for both zeros.
 using PositionKey = std::array<std::uint64_t, 3>;
@@ -52,9 +50,6 @@ class VtuReader {
   void read_piece(pugi::xml_node piece);
   void read_points(pugi::xml_node piece, std::uint64_t count);
   void read_cells(pugi::xml_node piece, std::uint64_t count);
-  VtkCells read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const;
-  std::uint32_t read_point_id(VtuNumbers& points) const;
-  std::vector<std::uint32_t> leave_out_ghosts(pugi::xml_node piece, VtkCells& cells);
   void read_point_data(pugi::xml_node piece);
   void read_channels(pugi::xml_node array, const std::string& name);
   void read_cell_data(pugi::xml_node piece, std::uint64_t count);
@@ -64,8 +59,6 @@ class VtuReader {
   void drop_partial_numbers();
   void read_number_names();
   std::optional<std::int64_t> read_named_number(pugi::xml_node array);
-  pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
-  void require_end(VtuNumbers& numbers) const;
   void warn();
 
   VtuDocument document_;
@@ -73,11 +66,13 @@ class VtuReader {
   MeshFile file_;
   UnfitNumbers unfit_;
   std::uint64_t pieces_ = 0, pieces_in_file_ = 0, points_ = 0, cells_ = 0, merged_ = 0, ghosts_ = 0;
+  bool has_rational_weights_ = false;
   std::vector<Point> piece_points_;
   std::vector<std::uint32_t> piece_cells_;         // Which of the piece's cells are the mesh's last ones.
   std::map<PositionKey, std::uint32_t> vertices_;  // Of earlier pieces, if there are several.
   std::vector<NamedChannel> channels_;
   std::vector<std::string> left_out_;  // A sentence each, once.
+  VtkCellAppender appender_{file_};
 };
 
 MeshFile VtuReader::read() {
@@ -94,6 +89,8 @@ MeshFile VtuReader::read() {
   }
   read_number_names();
   append_file_channels(std::move(channels_), limits_, file_);
+  appender_.finish_bezier_cells(has_rational_weights_);
+  appender_.warn();
   leave_out_unused_vertices(unfit_, document_.place(), file_);
   warn();
   return std::move(file_);
@@ -117,28 +114,8 @@ void VtuReader::read_piece(pugi::xml_node piece) {
   }
 }
 
-/// The child of that name, or the DataArray that is called so.
-pugi::xml_node VtuReader::require(pugi::xml_node parent, const char* element, const char* name) const {
-  const pugi::xml_node found =
-      name == nullptr ? parent.child(element) : parent.find_child_by_attribute(element, "Name", name);
-  if (!found) {
-    document_.fail(parent, ErrorCode::kFileSyntax,
-                   std::string("expected ") + element +
-                       (name == nullptr ? std::string() : std::string(1, ' ').append(in_quotes(name))) + " in " +
-                       parent.name() + ", found none; write the file anew");
-  }
-  return found;
-}
-
-/// Binary arrays have been compared with what they claim.
-void VtuReader::require_end(VtuNumbers& numbers) const {
-  if (!numbers.values().binary() && !numbers.text().at_end()) {
-    numbers.text().fail("the end of the array", numbers.text().peek());
-  }
-}
-
 void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
-  const pugi::xml_node array = require(require(piece, "Points"), "DataArray");
+  const pugi::xml_node array = document_.require(document_.require(piece, "Points"), "DataArray");
   if (document_.count(array, "NumberOfComponents", 3, 1) != 3) {
     document_.fail(array, ErrorCode::kFileSyntax, "points need 3 components (NumberOfComponents)");
   }
@@ -150,99 +127,34 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
     const auto known = position.allFinite() ? vertices_.find(key_of(position)) : vertices_.end();
     const bool is_new = known == vertices_.end();
     piece_points_.push_back({is_new ? static_cast<std::uint32_t>(positions.size()) : known->second, is_new});
-    if (is_new) positions.push_back(position);
+    if (is_new) {
+      positions.push_back(position);
+      file_.numbers.vertices.push_back(points_ - count + i);
+    }
     merged_ += !is_new;
   }
-  require_end(numbers);
+  numbers.require_end();
 }
 
 void VtuReader::read_cells(pugi::xml_node piece, std::uint64_t count) {
   piece_cells_.clear();
   if (count == 0) return;
-  VtkCells cells = read_cell_arrays(require(piece, "Cells"), count);
-  const std::vector<std::uint32_t> own = leave_out_ghosts(piece, cells);
+  VtkCells cells = read_vtu_cells(document_, piece, count, piece_points_.size(), limits_);
   for (std::uint32_t& point : cells.connectivity) point = piece_points_[point].vertex;
-  for (const std::uint32_t cell : append_cells(cells, document_.place(), file_.mesh, file_.warnings)) {
-    piece_cells_.push_back(own[cell]);
+  if (cells.faces) {
+    for (std::uint32_t& point : cells.faces->points) point = piece_points_[point].vertex;
   }
-}
-
-VtkCells VtuReader::read_cell_arrays(pugi::xml_node cells, std::uint64_t count) const {
-  VtkCells read;
-  read.offsets.push_back(0);
-  VtuNumbers offsets = document_.open(require(cells, "DataArray", "offsets"), count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::uint64_t end = offsets.values().count("an offset");
-    if (end < read.offsets.back() || end > kMostCellPoints * limits_.max_cells) {
-      offsets.text().fail("offsets that never fall", std::to_string(end));
-    }
-    read.offsets.push_back(end);
-  }
-  require_end(offsets);
-  VtuNumbers types = document_.open(require(cells, "DataArray", "types"), count);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    const std::uint64_t type = types.values().count("a cell type");
-    constexpr std::uint64_t kLargestType = 255;
-    if (type > kLargestType) types.text().fail("a VTK cell type", std::to_string(type));
-    read.types.push_back(static_cast<std::uint16_t>(type));
-    read.type_places.push_back(types.text().mark());
-  }
-  require_end(types);
-  VtuNumbers points = document_.open(require(cells, "DataArray", "connectivity"), read.offsets.back());
-  for (std::uint64_t cell = 0; cell < count; ++cell) {
-    while (read.connectivity.size() < read.offsets[cell + 1]) read.connectivity.push_back(read_point_id(points));
-    read.places.push_back(points.text().mark());
-  }
-  require_end(points);
-  return read;
-}
-
-std::uint32_t VtuReader::read_point_id(VtuNumbers& points) const {
-  const std::uint64_t id = points.values().count("a point id");
-  if (id >= piece_points_.size()) {
-    points.text().fail_with(ErrorCode::kMeshIndexOutOfRange, "point id " + std::to_string(id) + "; the piece has " +
-                                                                 std::to_string(piece_points_.size()) +
-                                                                 " points, counted from 0");
-  }
-  return static_cast<std::uint32_t>(id);
-}
-
-/// Bit 0 marks a cell that another piece has too. Returns the numbers of the others.
-std::vector<std::uint32_t> VtuReader::leave_out_ghosts(pugi::xml_node piece, VtkCells& cells) {
-  std::vector<std::uint32_t> own;
-  const pugi::xml_node array =
-      piece.child("CellData").find_child_by_attribute("DataArray", "Name", std::string(kGhosts).c_str());
-  if (!array) {
-    for (std::uint32_t cell = 0; cell < cells.types.size(); ++cell) own.push_back(cell);
-    return own;
-  }
-  VtuNumbers numbers = document_.open(array, cells.types.size());
-  VtkCells kept;
-  kept.offsets.push_back(0);
-  for (std::uint32_t cell = 0; cell < cells.types.size(); ++cell) {
-    if (numbers.values().count("a ghost type") % 2 != 0) {
-      ++ghosts_;
-      continue;
-    }
-    own.push_back(cell);
-    const auto begin = cells.connectivity.begin();
-    kept.connectivity.insert(kept.connectivity.end(), begin + static_cast<std::ptrdiff_t>(cells.offsets[cell]),
-                             begin + static_cast<std::ptrdiff_t>(cells.offsets[cell + 1]));
-    kept.offsets.push_back(kept.connectivity.size());
-    kept.types.push_back(cells.types[cell]);
-    kept.places.push_back(cells.places[cell]);
-    kept.type_places.push_back(cells.type_places[cell]);
-  }
-  require_end(numbers);
-  cells = std::move(kept);
-  return own;
+  cells.first_number = cells_ - count;
+  ghosts_ += static_cast<std::uint64_t>(std::ranges::count(cells.ghosts, true));
+  piece_cells_ = appender_.append(cells, document_.place());
 }
 
 void VtuReader::read_point_data(pugi::xml_node piece) {
   const pugi::xml_node data = piece.child("PointData");
-  constexpr const char* kNoChannels[] = {"Normals", "Tensors", "TCoords", "GlobalIds", "PedigreeIds"};
-  std::set<std::string> no_channels = {std::string(kGhosts)};
+  constexpr const char* kNoChannels[] = {"Normals", "Tensors", "TCoords", "GlobalIds", "PedigreeIds", kRationalWeights};
+  std::set<std::string> no_channels = {kVtkGhosts};
   for (const char* attribute : kNoChannels) no_channels.insert(data.attribute(attribute).value());
+  has_rational_weights_ |= data.attribute(kRationalWeights) || data.find_child_by_attribute("Name", kRationalWeights);
   std::set<std::string> read;
   for (const pugi::xml_node array : data.children()) {
     if (array.type() != pugi::node_element) continue;
@@ -286,7 +198,7 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
       if (point.is_new) channel->values.push_back(unfit_.value(value, point.vertex, "a value", numbers.text()));
     }
   }
-  require_end(numbers);
+  numbers.require_end();
 }
 
 /// A name that comes again isn't read again: a small file that repeats a large array would take hours.
@@ -294,7 +206,7 @@ void VtuReader::read_cell_data(pugi::xml_node piece, std::uint64_t count) {
   std::set<std::string> read;
   for (const pugi::xml_node array : piece.child("CellData").children()) {
     const std::string name = array.attribute("Name").value();
-    if (array.type() != pugi::node_element || name == kGhosts) continue;
+    if (array.type() != pugi::node_element || name == kVtkGhosts) continue;
     if (!read.insert(name).second) {
       left_out_.push_back("cell data '" + printable(name) + "' comes twice in a piece: the first is read");
     } else if (!read_cell_numbers(array, count)) {
@@ -313,7 +225,7 @@ bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
   std::vector<double> values;
   VtuNumbers numbers = document_.open(array, count * components);
   for (std::uint64_t i = 0; i < count * components; ++i) values.push_back(numbers.values().any_real("a value"));
-  require_end(numbers);
+  numbers.require_end();
   for (std::size_t i = 0; i < components; ++i) {
     std::vector<double>& of_cells = file_.cell_numbers[*first + i].of_cells;
     for (const std::uint32_t cell : piece_cells_) of_cells.push_back(values[cell * components + i]);
@@ -354,7 +266,7 @@ std::optional<std::int64_t> VtuReader::read_named_number(pugi::xml_node array) {
   try {
     VtuNumbers values = document_.open(array, 1);
     const double number = values.values().any_real("a number with a name");
-    require_end(values);
+    values.require_end();
     return exact_integer(number);
   } catch (const Error& error) {
     left_out_.push_back("field data '" + printable(array.attribute("Name").value()) + "' left out: " + error.what());
@@ -403,7 +315,9 @@ void VtuReader::warn() {
                              " points at places of an earlier piece's points are the same vertices");
   }
   if (ghosts_ > 0) {
-    file_.warnings.push_back(std::to_string(ghosts_) + " ghost cells left out: other pieces have them");
+    const std::string lone =
+        pieces_ > 1 ? "" : ", and this is one piece only: merge all into one .vtu, as ParaView does";
+    file_.warnings.push_back(std::to_string(ghosts_) + " ghost cells left out: other pieces have them" + lone);
   }
   std::set<std::string> said;
   for (const std::string& sentence : left_out_) {

@@ -3,6 +3,8 @@
 
 #include "core/mesh/vtu_array.h"
 
+#include <lz4.h>
+#include <lzma.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -85,13 +87,19 @@ std::uint64_t take_word(EncodedBytes& bytes, const VtuCoding& coding) {
   return number_in_bytes(bytes.take(coding.header_word_bytes), coding.big_endian);
 }
 
+[[noreturn]] void fail_to_inflate(std::uint64_t size, const TextScanner& place) {
+  fail(place, "a block of the array doesn't inflate to the " + std::to_string(size) + " bytes that its header claims");
+}
+
+constexpr std::size_t kBufferBytes = 1 << 15;
+
 /// Appends what the block inflates to, which has to be `size` bytes.
-void inflate_block(std::string_view block, std::uint64_t size, const TextScanner& place, std::string& bytes) {
+void inflate_zlib(std::string_view block, std::uint64_t size, const TextScanner& place, std::string& bytes) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) throw Error(ErrorCode::kInternal, "zlib doesn't start");
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(block.data()));
-  std::array<char, 1 << 15> buffer;
+  std::array<char, kBufferBytes> buffer;
   std::uint64_t produced = 0;
   int status = Z_OK;
   while (status == Z_OK) {
@@ -106,10 +114,55 @@ void inflate_block(std::string_view block, std::uint64_t size, const TextScanner
     if (produced > size) break;
     bytes.append(buffer.data(), count);
   }
-  if (status != Z_STREAM_END || produced != size) {
-    fail(place,
-         "a block of the array doesn't inflate to the " + std::to_string(size) + " bytes that its header claims");
+  if (status != Z_STREAM_END || produced != size) fail_to_inflate(size, place);
+}
+
+void inflate_lz4(std::string_view block, std::uint64_t size, const TextScanner& place, std::string& bytes) {
+  constexpr std::uint64_t kMostBytesPerByte = 256;  // A byte of a length stands for 255 bytes at most.
+  const bool may_be = size <= LZ4_MAX_INPUT_SIZE && block.size() <= LZ4_MAX_INPUT_SIZE &&
+                      size <= kMostBytesPerByte * (block.size() + 1);
+  if (!may_be) fail_to_inflate(size, place);
+  const std::size_t before = bytes.size();
+  bytes.resize(before + size);
+  const int produced =
+      LZ4_decompress_safe(block.data(), bytes.data() + before, static_cast<int>(block.size()), static_cast<int>(size));
+  if (produced < 0 || static_cast<std::uint64_t>(produced) != size) fail_to_inflate(size, place);
+}
+
+void inflate_lzma(std::string_view block, std::uint64_t size, const TextScanner& place, std::string& bytes) {
+  constexpr std::uint64_t kMostMemoryBytes = 128 << 20;  // The highest level of compression takes half of it.
+  lzma_stream stream = LZMA_STREAM_INIT;
+  if (lzma_stream_decoder(&stream, kMostMemoryBytes, 0) != LZMA_OK) {
+    throw Error(ErrorCode::kInternal, "liblzma doesn't start");
   }
+  const std::unique_ptr<lzma_stream, void (*)(lzma_stream*)> end(&stream, lzma_end);
+  stream.next_in = reinterpret_cast<const std::uint8_t*>(block.data());
+  stream.avail_in = block.size();
+  std::array<char, kBufferBytes> buffer;
+  std::uint64_t produced = 0;
+  lzma_ret status = LZMA_OK;
+  while (status == LZMA_OK) {
+    stream.next_out = reinterpret_cast<std::uint8_t*>(buffer.data());
+    stream.avail_out = buffer.size();
+    status = lzma_code(&stream, LZMA_FINISH);
+    const std::size_t count = buffer.size() - stream.avail_out;
+    produced += count;
+    if (produced > size) break;
+    bytes.append(buffer.data(), count);
+  }
+  if (status != LZMA_STREAM_END || produced != size) fail_to_inflate(size, place);
+}
+
+void inflate_block(VtuCompressor compressor, std::string_view block, std::uint64_t size, const TextScanner& place,
+                   std::string& bytes) {
+  switch (compressor) {
+    case VtuCompressor::kZlib: return inflate_zlib(block, size, place, bytes);
+    case VtuCompressor::kLz4: return inflate_lz4(block, size, place, bytes);
+    case VtuCompressor::kLzma: return inflate_lzma(block, size, place, bytes);
+    case VtuCompressor::kNone:
+    case VtuCompressor::kUnknown: break;
+  }
+  throw Error(ErrorCode::kInternal, "an array is inflated by no compressor");
 }
 
 void fail_unless_equal(std::uint64_t claimed, std::uint64_t expected, const TextScanner& place) {
@@ -135,7 +188,7 @@ std::string inflate_all(EncodedBytes& encoded, const VtuCoding& coding, std::uin
   for (std::uint64_t i = 0; i < blocks; ++i) compressed.push_back(take_word(encoded, coding));
   std::string bytes;
   for (std::uint64_t i = 0; i < blocks; ++i) {
-    inflate_block(encoded.take(compressed[i]), i < whole ? block_bytes : last_bytes, place, bytes);
+    inflate_block(coding.compressor, encoded.take(compressed[i]), i < whole ? block_bytes : last_bytes, place, bytes);
   }
   return bytes;
 }
@@ -145,7 +198,7 @@ std::string inflate_all(EncodedBytes& encoded, const VtuCoding& coding, std::uin
 std::string decode_vtu_array(std::string_view text, bool base64, const VtuCoding& coding, std::uint64_t expected_bytes,
                              const TextScanner& place) {
   EncodedBytes encoded(text, base64, place);
-  if (coding.zlib) return inflate_all(encoded, coding, expected_bytes, place);
+  if (coding.compressor != VtuCompressor::kNone) return inflate_all(encoded, coding, expected_bytes, place);
   fail_unless_equal(take_word(encoded, coding), expected_bytes, place);
   return std::string(encoded.take(expected_bytes));
 }

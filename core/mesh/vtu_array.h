@@ -5,8 +5,8 @@
 // numbers:
 //
 //   uncompressed   the number of bytes
-//   zlib           the numbers of blocks, of bytes in a block, of bytes in the last one if it is shorter (or 0), then
-//                  of compressed bytes in each block
+//   compressed     the numbers of blocks, of bytes in a block, of bytes in the last one if it is shorter (or 0), then
+//                  of compressed bytes in each block, which is one of zlib's streams, of LZ4's blocks or of xz's files
 //
 // In base64 header and data are one text, or two with padding in the middle. The header may claim anything: it has to
 // agree with the number of bytes that are expected, and memory is taken as data arrive.
@@ -21,14 +21,16 @@
 
 namespace ccslice {
 
+enum class VtuCompressor : std::uint8_t { kNone, kZlib, kLz4, kLzma, kUnknown };
+
 struct VtuCoding {
   bool big_endian = false;
   std::uint8_t header_word_bytes = 4;
-  bool zlib = false;
+  VtuCompressor compressor = VtuCompressor::kNone;
 };
 
-/// `text` begins with the array, which is `expected_bytes` long when decoded; more may follow. Failures are those of
-/// `place` at its mark.
+/// REQUIRES: the compressor is known. `text` begins with the array, which is `expected_bytes` long when decoded; more
+/// may follow. Failures are those of `place` at its mark.
 std::string decode_vtu_array(std::string_view text, bool base64, const VtuCoding& coding, std::uint64_t expected_bytes,
                              const TextScanner& place);
 

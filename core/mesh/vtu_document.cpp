@@ -4,10 +4,12 @@
 #include "core/mesh/vtu_document.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/mesh/unread_formats.h"
 
 namespace ccslice {
 namespace {
@@ -19,6 +21,24 @@ TextScanner naming_bytes(std::string_view bytes) {
   TextScanner scanner(bytes);
   scanner.name_byte_offsets();
   return scanner;
+}
+
+/// What to do about a data set of that type.
+std::string remedy_for(std::string_view type) {
+  if (type == "Collection" || type == "vtkMultiBlockDataSet" || type.starts_with("vtkPartitionedDataSet")) {
+    return "it names other files: give the .vtu that is meant, or merge them into one .vtu in ParaView (Merge Blocks)";
+  }
+  if (type.starts_with('P') && type != "PolyData") {
+    return "merge its pieces into one .vtu, as ParaView does when it saves a data set";
+  }
+  return "save the mesh as UnstructuredGrid (.vtu)";
+}
+
+VtuCompressor compressor_called(std::string_view name) {
+  if (name.empty()) return VtuCompressor::kNone;
+  if (name == "vtkZLibDataCompressor") return VtuCompressor::kZlib;
+  if (name == "vtkLZ4DataCompressor") return VtuCompressor::kLz4;
+  return name == "vtkLZMADataCompressor" ? VtuCompressor::kLzma : VtuCompressor::kUnknown;
 }
 
 /// The array's text: there may be other elements beside it.
@@ -40,6 +60,10 @@ VtuNumbers::VtuNumbers(std::string bytes, std::uint64_t at, std::string_view typ
     : bytes_(std::move(bytes)), scanner_(bytes_) {
   scanner_.text().name_one_byte(at);
   scanner_.open_block(type, big_endian);
+}
+
+void VtuNumbers::require_end() {
+  if (!values().binary() && !text().at_end()) text().fail("the end of the array", text().peek());
 }
 
 VtuDocument::VtuDocument(std::string_view bytes) : bytes_(bytes), place_(naming_bytes(bytes)) {
@@ -86,14 +110,14 @@ void VtuDocument::cut_appended_data() {
 }
 
 void VtuDocument::read_coding(pugi::xml_node root) {
-  if (!root) place_.fail_at(0, ErrorCode::kFileUnsupported, "this is XML, but no file of VTK's (no VTKFile element)");
+  if (!root) place_.fail_at(0, ErrorCode::kFileUnsupported, name_unread_xml(document_.document_element().name()));
   const std::string_view type = root.attribute("type").value();
   if (type != "UnstructuredGrid") {
-    const std::string remedy = type.starts_with('P') && type != "PolyData"
-                                   ? "merge its pieces into one .vtu, as ParaView does when it saves a data set"
-                                   : "save the mesh as UnstructuredGrid (.vtu)";
-    fail(root, ErrorCode::kFileUnsupported, "data set " + in_quotes(printable(type)) + " is not read; " + remedy);
+    fail(root, ErrorCode::kFileUnsupported,
+         "data set " + in_quotes(printable(type)) + " is not read; " + remedy_for(type));
   }
+  const std::string version = root.attribute("version").value();
+  std::sscanf(version.c_str(), "%d.%d", &version_.first, &version_.second);
   const std::string_view order = root.attribute("byte_order").value();
   if (order != "LittleEndian" && order != "BigEndian" && !order.empty()) {
     fail(root, ErrorCode::kFileSyntax,
@@ -107,13 +131,21 @@ void VtuDocument::read_coding(pugi::xml_node root) {
   }
   coding_.header_word_bytes = header == "UInt64" ? 8 : 4;
   const std::string_view compressor = root.attribute("compressor").value();
-  if (compressor != "vtkZLibDataCompressor" && !compressor.empty()) {
-    fail(root, ErrorCode::kFileUnsupported,
-         "compressor " + in_quotes(printable(compressor)) + " is not read; save it with zlib or without compression");
-  }
-  coding_.zlib = !compressor.empty();
+  coding_.compressor = compressor_called(compressor);
   grid_ = root.child("UnstructuredGrid");
   if (!grid_) fail(root, ErrorCode::kFileSyntax, "the file has no UnstructuredGrid element; write it anew");
+}
+
+pugi::xml_node VtuDocument::require(pugi::xml_node parent, const char* element, const char* name) const {
+  const pugi::xml_node found =
+      name == nullptr ? parent.child(element) : parent.find_child_by_attribute(element, "Name", name);
+  if (!found) {
+    fail(parent, ErrorCode::kFileSyntax,
+         std::string("expected ") + element +
+             (name == nullptr ? std::string() : std::string(1, ' ').append(in_quotes(name))) + " in " + parent.name() +
+             ", found none; write the file anew");
+  }
+  return found;
 }
 
 std::uint64_t VtuDocument::byte_of(pugi::xml_node node) const {
@@ -168,6 +200,12 @@ VtuNumbers VtuDocument::open(pugi::xml_node array, std::uint64_t values) const {
   } else if (format != "binary") {
     fail(array, ErrorCode::kFileUnsupported,
          "array " + name + " has format " + in_quotes(printable(format)) + "; ascii, binary and appended are read");
+  }
+  if (coding_.compressor == VtuCompressor::kUnknown) {
+    const pugi::xml_node root = document_.child("VTKFile");
+    fail(root, ErrorCode::kFileUnsupported,
+         "compressor " + in_quotes(printable(root.attribute("compressor").value())) +
+             " is not known; save it with zlib, LZ4, LZMA or without compression");
   }
   const bool base64 = format == "binary" || appended_base64_;
   return VtuNumbers(decode_vtu_array(encoded, base64, coding_, values * value_bytes, place), place.mark(), type,

@@ -11,6 +11,7 @@
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/vtk_scanner.h"
@@ -30,6 +31,8 @@ class VtuNumbers {
 
   VtkScanner& values() { return scanner_; }
   TextScanner& text() { return scanner_.text(); }
+  /// Fails if there are more. Binary arrays have been compared with what they claim.
+  void require_end();
 
  private:
   const std::string bytes_;
@@ -49,6 +52,10 @@ class VtuDocument {
   /// The attribute as a whole number of at most `most`; `absent` if it isn't there and that is allowed.
   std::uint64_t count(pugi::xml_node node, const char* attribute, std::uint64_t most,
                       std::optional<std::uint64_t> absent = {}) const;
+  /// The child of that name, or the DataArray that is called so. Fails if there is none.
+  pugi::xml_node require(pugi::xml_node parent, const char* element, const char* name = nullptr) const;
+  /// Whether the file's version is older than that: its writer's, or none.
+  bool is_older_than(int major, int minor) const { return version_ < std::pair(major, minor); }
   /// Opens a DataArray that has to hold so many values.
   VtuNumbers open(pugi::xml_node array, std::uint64_t values) const;
 
@@ -63,6 +70,7 @@ class VtuDocument {
   pugi::xml_document document_;
   pugi::xml_node grid_;
   VtuCoding coding_;
+  std::pair<int, int> version_;
   std::string_view appended_;  // From the byte behind the underscore on.
   bool has_appended_ = false, appended_base64_ = false;
 };

@@ -137,6 +137,32 @@ TEST(MeshFile, NamesInLatin1BecomeUtf8) {
   EXPECT_THAT(utf8.warnings, testing::IsEmpty());
 }
 
+// Whatever the format: the mark is no part of the text.
+TEST(MeshFile, AUtf8MarkBeforeTheTextIsPassedOver) {
+  const std::string ovm =
+      "OVM ASCII\nVertices\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nEdges\n6\n0 1\n1 2\n2 0\n0 3\n1 3\n2 3\n"
+      "Faces\n4\n3 0 2 4\n3 0 8 7\n3 2 10 9\n3 4 6 11\nPolyhedra\n1\n4 1 2 4 6\n";
+  const std::string medit =
+      "MeshVersionFormatted 2\nDimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n"
+      "1 2 3 4 0\nEnd\n";
+  const std::string gmsh =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1\n"
+      "1 4 2 1 1 1 2 3 4\n$EndElements\n";
+  const std::string abaqus =
+      "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+  for (const std::string& text : {ovm, medit, gmsh, abaqus, std::string(kTetAmongOthers)}) {
+    EXPECT_EQ(read_mesh("\xef\xbb\xbf" + text).mesh.cell_vertices, read_mesh(text).mesh.cell_vertices) << text;
+  }
+}
+
+TEST(MeshFile, PyramidsAndCollapsedCellsAreReadAsWhatTheyAre) {
+  const MeshFile file = read_mesh(read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/pyramids.vtk", kMaxBytes));
+  EXPECT_EQ(file.mesh.cell_kinds, std::vector(12, CellKind::kTet));
+  EXPECT_THAT(file.warnings, testing::ElementsAre("6 pyramids are read as two tetrahedra each"));
+  ASSERT_EQ(file.cell_numbers.size(), 1u);
+  EXPECT_THAT(file.cell_numbers[0].of_cells, testing::ElementsAre(1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6));
+}
+
 TEST(MeshFile, FormatsThatAreNotReadHaveARemedy) {
   const auto expect = [](const std::string& bytes, const std::string& part) {
     expect_error([&] { read_mesh(bytes); }, ErrorCode::kFileUnsupported, part);
@@ -222,7 +248,7 @@ INSTANTIATE_TEST_SUITE_P(MeshFile, RealMeshes,
 
 TEST(MeshFile, PyramidsAmongRealCellsAreNamed) {
   if (!fs::exists(fs::path(CCSLICE_SHARED_MESHES_DIR) / "mixed_elements.vtk")) GTEST_SKIP() << "no mixed_elements.vtk";
-  expect_error([] { read_shared("mixed_elements.vtk"); }, ErrorCode::kMeshUnsupportedCell, "pyramids (cells ");
+  expect_error([] { read_shared("mixed_elements.vtk"); }, ErrorCode::kMeshUnsupportedCell, "pyramid 730 at cell 739");
 }
 
 TEST(MeshFile, ChannelsOfARealFileComeAlong) {

@@ -83,7 +83,7 @@ TEST_P(MeshFixtures, AreReadWhole) {
   EXPECT_EQ(file.mesh.positions, expected.positions);
   EXPECT_EQ(file.mesh.cell_kinds, expected.cell_kinds);
   expect_channels(file.mesh, GetParam().channels);
-  // meshio has wedges in an order of its own, the mirrored one; OpenVolumeMesh doesn't say which corner comes first.
+  // meshio has wedges in an order of its own, the mirrored one; polyhedra don't say which corner comes first.
   const std::vector<std::uint32_t> as_read = file.mesh.cell_vertices;
   const bool mirrored =
       std::string(GetParam().name).starts_with("meshio") && GetParam().name != std::string("meshio.mesh");
@@ -106,7 +106,9 @@ INSTANTIATE_TEST_SUITE_P(
         Fixture{"vtk_binary.vtu", Channels::kNoBits}, Fixture{"vtk_binary_zlib.vtu", Channels::kNoBits},
         Fixture{"vtk_binary_big_endian.vtu", Channels::kNoBits}, Fixture{"vtk_appended_raw.vtu", Channels::kNoBits},
         Fixture{"vtk_appended_raw_zlib.vtu", Channels::kNoBits}, Fixture{"vtk_appended_base64.vtu", Channels::kNoBits},
-        Fixture{"vtk_appended_base64_zlib.vtu", Channels::kNoBits},
+        Fixture{"vtk_appended_base64_zlib.vtu", Channels::kNoBits}, Fixture{"vtk_binary_lz4.vtu", Channels::kNoBits},
+        Fixture{"vtk_appended_raw_lzma.vtu", Channels::kNoBits}, Fixture{"polyhedra_vtk.vtu", Channels::kNone},
+        Fixture{"polyhedra_vtk_2_3.vtu", Channels::kNone}, Fixture{"polyhedra_vtk_5_1.vtk", Channels::kNone},
         Fixture{"meshio_binary_zlib.vtu", Channels::kHardnessAndMix},
         Fixture{"meshio_binary.vtu", Channels::kHardnessAndMix}, Fixture{"meshio_ascii.vtu", Channels::kHardnessAndMix},
         Fixture{"house.inp", Channels::kNone}, Fixture{"house.ovm", Channels::kAll},

@@ -229,13 +229,15 @@ TEST(ReadOvm, RefusesCellsByTheirNumber) {
   const std::string pyramid =
       "OVM ASCII\nVertices\n5\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\nEdges\n8\n0 1\n1 2\n2 3\n3 0\n0 4\n1 4\n2 4\n3 4\n"
       "Faces\n5\n4 0 2 4 6\n3 0 10 9\n3 2 12 11\n3 4 14 13\n3 6 8 15\nPolyhedra\n1\n5 1 2 4 6 8\n";
-  expect_error([&] { read_ovm(pyramid); }, ErrorCode::kMeshUnsupportedCell, "a pyramid");
+  EXPECT_THAT(read_ovm(pyramid).mesh.cell_vertices, ElementsAre(0, 1, 2, 3, 4, 4, 4, 4));
 }
 
 TEST(ReadOvm, LeavesOutVerticesThatNoCellUses) {
   const MeshFile file = read_ovm(changed("4\n0 0 0\n", "5\n0 0 0\n").replace(kOvmTet.find("Edges"), 0, "nan 7 7\n") +
                                  "VProp float \"heat\"\n1\n2\n3\n4\nnan\n");
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.numbers.vertices, ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(file.numbers.cells, ElementsAre(0));
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4));
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
 }

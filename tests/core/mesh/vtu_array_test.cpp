@@ -4,6 +4,8 @@
 #include "core/mesh/vtu_array.h"
 
 #include <gtest/gtest.h>
+#include <lz4.h>
+#include <lzma.h>
 #include <zlib.h>
 
 #include <random>
@@ -37,7 +39,28 @@ std::string word(std::uint64_t value, const VtuCoding& coding) {
   return bytes;
 }
 
-std::string deflated(const std::string& bytes) {
+std::string packed_by_lz4(const std::string& bytes) {
+  std::string result(static_cast<std::size_t>(LZ4_compressBound(static_cast<int>(bytes.size()))), '\0');
+  const int size = LZ4_compress_default(bytes.data(), result.data(), static_cast<int>(bytes.size()),
+                                        static_cast<int>(result.size()));
+  EXPECT_GT(size, 0);
+  result.resize(static_cast<std::size_t>(size));
+  return result;
+}
+
+std::string packed_by_lzma(const std::string& bytes) {
+  std::string result(lzma_stream_buffer_bound(bytes.size()), '\0');
+  std::size_t size = 0;
+  EXPECT_EQ(lzma_easy_buffer_encode(5, LZMA_CHECK_CRC32, nullptr, reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                                    bytes.size(), reinterpret_cast<std::uint8_t*>(result.data()), &size, result.size()),
+            LZMA_OK);
+  result.resize(size);
+  return result;
+}
+
+std::string packed(const std::string& bytes, VtuCompressor compressor) {
+  if (compressor == VtuCompressor::kLz4) return packed_by_lz4(bytes);
+  if (compressor == VtuCompressor::kLzma) return packed_by_lzma(bytes);
   uLongf size = compressBound(bytes.size());
   std::string result(size, '\0');
   EXPECT_EQ(compress(reinterpret_cast<Bytef*>(result.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
@@ -53,9 +76,11 @@ struct Encoded {
 };
 
 Encoded encode(const std::string& bytes, const VtuCoding& coding, std::size_t block) {
-  if (!coding.zlib) return {word(bytes.size(), coding), bytes};
+  if (coding.compressor == VtuCompressor::kNone) return {word(bytes.size(), coding), bytes};
   std::vector<std::string> blocks;
-  for (std::size_t at = 0; at < bytes.size(); at += block) blocks.push_back(deflated(bytes.substr(at, block)));
+  for (std::size_t at = 0; at < bytes.size(); at += block) {
+    blocks.push_back(packed(bytes.substr(at, block), coding.compressor));
+  }
   Encoded result{word(blocks.size(), coding) + word(block, coding) + word(bytes.size() % block, coding), {}};
   for (const std::string& compressed : blocks) {
     result.header += word(compressed.size(), coding);
@@ -76,8 +101,10 @@ TEST(VtuArray, OfAnyLengthIsDecodedInEveryCoding) {
   for (std::size_t length = 0; length < 70; ++length) {
     std::string bytes(length, '\0');
     for (char& byte : bytes) byte = static_cast<char>(random());
-    for (unsigned choice = 0; choice < 8; ++choice) {
-      const VtuCoding coding{(choice & 1) != 0, static_cast<std::uint8_t>(choice & 2 ? 8 : 4), (choice & 4) != 0};
+    for (unsigned choice = 0; choice < 16; ++choice) {
+      constexpr VtuCompressor kAll[] = {VtuCompressor::kNone, VtuCompressor::kZlib, VtuCompressor::kLz4,
+                                        VtuCompressor::kLzma};
+      const VtuCoding coding{(choice & 1) != 0, static_cast<std::uint8_t>(choice & 2 ? 8 : 4), kAll[choice / 4]};
       const Encoded encoded = encode(bytes, coding, 16);
       SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", length " << length << ", coding " << choice);
       EXPECT_EQ(decode(encoded.raw() + "more", false, coding, length), bytes);
@@ -106,11 +133,16 @@ TEST(VtuArray, HasTheBytesThatItsValuesTake) {
   expect_refused(word(~0u, coding), false, coding, 12, "the array's header claims 4294967295 bytes");
 }
 
-TEST(VtuArray, NeverInflatesMoreThanItsValuesTake) {
+class CompressedVtuArray : public testing::TestWithParam<VtuCompressor> {};
+
+INSTANTIATE_TEST_SUITE_P(VtuArray, CompressedVtuArray,
+                         testing::Values(VtuCompressor::kZlib, VtuCompressor::kLz4, VtuCompressor::kLzma));
+
+TEST_P(CompressedVtuArray, NeverInflatesMoreThanItsValuesTake) {
   VtuCoding coding;
-  coding.zlib = true;
+  coding.compressor = GetParam();
   coding.header_word_bytes = 8;
-  const std::string zeros = deflated(std::string(1 << 20, '\0'));
+  const std::string zeros = packed(std::string(1 << 20, '\0'), GetParam());
   const auto block = [&](std::uint64_t blocks, std::uint64_t size, std::uint64_t last, std::uint64_t compressed) {
     return word(blocks, coding) + word(size, coding) + word(last, coding) + word(compressed, coding) + zeros;
   };

@@ -7,6 +7,10 @@ A house: a hexahedron (a voxel in VTK's files), a wedge for its roof and a tetra
 (scalars), mix (vectors) and, in VTK's files, count (a field of two integers) and arrays that are left out. The tests
 read the files and need neither package.
 
+polyhedra_vtk*.vtu, .vtk: the house with all cells as polyhedra, with the same VTK; polyhedra_vtk_2_3.vtu has their faces
+by hand in the arrays that VTK writes from 9.4 on. curved_vtk.vtu: cells of second order of every kind, their nodes where
+VTK's parametric coordinates put them, moved by BEND, and Bezier cells with the control points of that.
+
 gmsh_*.msh: by Debian's gmsh (4.8.4) from a file of version 2.2 written by hand, with a point that no cell uses, a face,
 two physical groups, and in version 4.1 nodes whose tags have gaps; its fields, which Gmsh saves to files of their own,
 were put behind the mesh.
@@ -17,11 +21,12 @@ bore, for tests/oracle.
 exodus_*.e: by Debian's libexodusii (6.02), in three variants of netCDF's format (the last one through nccopy). The
 tetrahedron is of second order, a shell and sets of nodes, sides and elements are there too, and two time steps.
 
-By hand: house.inp, assembly.inp; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
+By hand: house.inp, assembly.inp; pyramids.vtk, a cube of six pyramids of which two come as hexahedra; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """
 
 import ctypes
+import itertools
 import os
 import subprocess
 
@@ -92,7 +97,7 @@ def write_vtk(name, binary, version):
     writer.Write()
 
 
-def write_vtu(name, mode, appended_base64=False, compressed=False, header64=False, big_endian=False):
+def write_vtu(name, mode, appended_base64=False, compressed=None, header64=False, big_endian=False):
     writer = vtk.vtkXMLUnstructuredGridWriter()
     grid = vtk_grid()
     grid.GetPointData().RemoveArray("bits")
@@ -101,7 +106,8 @@ def write_vtu(name, mode, appended_base64=False, compressed=False, header64=Fals
     {"ascii": writer.SetDataModeToAscii, "binary": writer.SetDataModeToBinary,
      "appended": writer.SetDataModeToAppended}[mode]()
     writer.SetEncodeAppendedData(appended_base64)
-    writer.SetCompressorTypeToZLib() if compressed else writer.SetCompressorTypeToNone()
+    {None: writer.SetCompressorTypeToNone, "zlib": writer.SetCompressorTypeToZLib, "lz4": writer.SetCompressorTypeToLZ4,
+     "lzma": writer.SetCompressorTypeToLZMA}[compressed]()
     writer.SetHeaderTypeToUInt64() if header64 else writer.SetHeaderTypeToUInt32()
     writer.SetByteOrderToBigEndian() if big_endian else writer.SetByteOrderToLittleEndian()
     writer.SetBlockSize(64)  # Several blocks for an array.
@@ -111,15 +117,129 @@ def write_vtu(name, mode, appended_base64=False, compressed=False, header64=Fals
 def write_vtus():
     write_vtu("vtk_ascii.vtu", "ascii")
     write_vtu("vtk_binary.vtu", "binary")
-    write_vtu("vtk_binary_zlib.vtu", "binary", compressed=True)
+    write_vtu("vtk_binary_zlib.vtu", "binary", compressed="zlib")
     write_vtu("vtk_binary_big_endian.vtu", "binary", header64=True, big_endian=True)
     write_vtu("vtk_appended_raw.vtu", "appended")
-    write_vtu("vtk_appended_raw_zlib.vtu", "appended", compressed=True, header64=True)
+    write_vtu("vtk_appended_raw_zlib.vtu", "appended", compressed="zlib", header64=True)
     write_vtu("vtk_appended_base64.vtu", "appended", appended_base64=True)
-    write_vtu("vtk_appended_base64_zlib.vtu", "appended", appended_base64=True, compressed=True, big_endian=True)
+    write_vtu("vtk_appended_base64_zlib.vtu", "appended", appended_base64=True, compressed="zlib", big_endian=True)
+    write_vtu("vtk_binary_lz4.vtu", "binary", compressed="lz4")
+    write_vtu("vtk_appended_raw_lzma.vtu", "appended", compressed="lzma", header64=True)
     meshio.write("meshio_binary_zlib.vtu", meshio_mesh(True), compression="zlib")
     meshio.write("meshio_binary.vtu", meshio_mesh(True), compression=None)
     meshio.write("meshio_ascii.vtu", meshio_mesh(True), binary=False)
+
+
+HOUSE_FACES = [
+    [(0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7)],
+    [(4, 8, 7), (5, 6, 9), (4, 7, 6, 5), (7, 8, 9, 6), (8, 4, 5, 9)],
+    [(5, 9, 6), (5, 6, 10), (6, 9, 10), (9, 5, 10)],
+]
+
+
+def polyhedra():
+    grid = vtk.vtkUnstructuredGrid()
+    grid.SetPoints(vtk_grid().GetPoints())
+    for faces in HOUSE_FACES:
+        stream = vtk.vtkIdList()
+        for number in [len(faces)] + [number for face in faces for number in (len(face), *face)]:
+            stream.InsertNextId(number)
+        grid.InsertNextCell(vtk.VTK_POLYHEDRON, stream)
+    return grid
+
+
+def write_polyhedra():
+    vtu = vtk.vtkXMLUnstructuredGridWriter()
+    vtu.SetFileName("polyhedra_vtk.vtu")
+    vtu.SetDataModeToAscii()
+    vtk_writer = vtk.vtkUnstructuredGridWriter()
+    vtk_writer.SetFileName("polyhedra_vtk_5_1.vtk")
+    for writer in (vtu, vtk_writer):
+        writer.SetInputData(polyhedra())
+        writer.Write()
+    write_new_polyhedra()
+
+
+def write_new_polyhedra():
+    def array(name, values):
+        return '<DataArray type="Int64" Name="%s" format="ascii">%s</DataArray>\n' % (name, " ".join(map(str, values)))
+
+    def ends(lists):
+        return itertools.accumulate(len(entries) for entries in lists)
+
+    faces = [face for cell in HOUSE_FACES for face in cell]
+    points = [sorted({point for face in cell for point in face}) for cell in HOUSE_FACES]
+    arrays = {"connectivity": sum(points, []), "offsets": ends(points), "types": [42] * len(points),
+              "face_connectivity": [point for face in faces for point in face], "face_offsets": ends(faces),
+              "polyhedron_to_faces": range(len(faces)), "polyhedron_offsets": ends(HOUSE_FACES)}
+    with open("polyhedra_vtk_2_3.vtu", "w", encoding="ascii") as file:
+        file.write('<VTKFile type="UnstructuredGrid" version="2.3" byte_order="LittleEndian">\n<UnstructuredGrid>\n'
+                   '<Piece NumberOfPoints="%d" NumberOfCells="%d">\n<Points>\n' % (len(POINTS), len(points)))
+        file.write(array("Points", sum(POINTS, ())).replace("Name", 'NumberOfComponents="3" Name'))
+        file.write("</Points>\n<Cells>\n" + "".join(array(*entry) for entry in arrays.items()))
+        file.write("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+
+
+BEND = (2, 3, 5)  # (x, y, z) + (2 y (1 - y), 3 z (1 - z), 5 x (1 - x)): nothing at corners.
+
+
+def bent(place, control):
+    """A node, or the control point of a Bezier cell, at these coordinates from 0 to 1."""
+    middle = 0.5 if control else 0.25
+    bends = [bend * {0: 0, 0.5: middle, 1: 0}[place[(axis + 1) % 3]] for axis, bend in enumerate(BEND)]
+    return [12 * place[axis] + bends[axis] for axis in range(3)]
+
+
+def write_curved():
+    grid, points = vtk.vtkUnstructuredGrid(), vtk.vtkPoints()
+    points.SetDataTypeToDouble()
+    heights = []
+    kinds = [("QuadraticTetra", 0), ("QuadraticHexahedron", 0), ("QuadraticWedge", 0), ("TriQuadraticHexahedron", 0),
+             ("BiQuadraticQuadraticWedge", 0), ("BiQuadraticQuadraticHexahedron", 0), ("LagrangeTetra", 10),
+             ("LagrangeHexahedron", 27), ("LagrangeWedge", 18), ("BezierTetra", 10), ("BezierHexahedron", 27),
+             ("BezierWedge", 18)]
+    for number, (kind, size) in enumerate(kinds):
+        cell = getattr(vtk, "vtk" + kind)()
+        if size:
+            cell.GetPointIds().SetNumberOfIds(size)
+            cell.GetPoints().SetNumberOfPoints(size)
+            cell.Initialize()
+            if hasattr(cell, "SetUniformOrderFromNumPoints"):
+                cell.SetUniformOrderFromNumPoints(size)
+            elif hasattr(cell, "GetOrder"):
+                cell.GetOrder()
+        size = size or cell.GetNumberOfPoints()
+        ids = []
+        for place in vtk_places(cell, size):
+            x, y, z = bent(place, kind.startswith("Bezier"))
+            ids.append(points.InsertNextPoint(x + 100 * number, y, z))
+            heights.append((z,))
+        grid.InsertNextCell(cell.GetCellType(), size, ids)
+    grid.SetPoints(points)
+    grid.GetPointData().AddArray(vtk_array(vtk.vtkDoubleArray, "height", heights))
+    writer = vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid)
+    writer.SetFileName("curved_vtk.vtu")
+    writer.SetDataModeToAscii()
+    writer.Write()
+
+
+def vtk_places(cell, size):
+    """The parametric coordinates of the cell's points, in VTK's order."""
+    if hasattr(cell, "PointIndexFromIJK"):
+        wedge = cell.GetNumberOfFaces() == 5
+        steps = [(i, j, k) for i in range(3) for j in range(3) for k in range(3) if not wedge or i + j < 3]
+        found = {cell.PointIndexFromIJK(*step): tuple(entry / 2 for entry in step) for step in steps}
+        return [found[i] for i in range(size)]
+    if hasattr(cell, "ToBarycentricIndex"):
+        places = []
+        for i in range(size):
+            index = [0, 0, 0, 0]
+            cell.ToBarycentricIndex(i, index)
+            places.append(tuple(entry / 2 for entry in index[:3]))
+        return places
+    values = cell.GetParametricCoords()
+    return [tuple(values[3 * i:3 * i + 3]) for i in range(size)]
 
 
 def meshio_mesh(graded):
@@ -238,6 +358,8 @@ def main():
     meshio.write("meshio_ascii_5_1.vtk", meshio_mesh(True), binary=False)
     meshio.write("meshio.mesh", meshio_mesh(False))
     write_vtus()
+    write_polyhedra()
+    write_curved()
     meshio.read("house.inp").write("meshio_from_abaqus.vtk")
     write_exodus_files()
 
