@@ -30,6 +30,9 @@ constexpr std::string_view kMfem =
     "this is MFEM's own mesh format, which is not read; MFEM's tool saves it as VTK: `mesh-explorer -m part.mesh`, "
     "then "
     "V";
+constexpr std::string_view kUcd =
+    "this is an AVS UCD file, which is not read; save it as .vtu in ParaView, or, if it is text, 'meshio convert "
+    "--input-format avsucd part.inp part.vtk' (apt install meshio-tools)";
 constexpr std::string_view kTecplot =
     "this is a Tecplot file, which is not read; 'meshio convert --input-format tecplot part.dat part.vtk' (apt install "
     "meshio-tools)";
@@ -59,15 +62,23 @@ constexpr Magic kMagics[] = {
     {"/annex/objects/",
      "this is a git-annex pointer, which stands for the file; `git annex get` in its repository fetches the file "
      "itself"},
-    {"MFEM mesh ", kMfem},
-    {"MFEM NURBS ", kMfem},
-    {"MFEM INLINE ", kMfem},
+    {"MFEM ", kMfem},
+    {"libMesh-",
+     "this is a file of libMesh's (.xda), which is not read; its tool saves it as Exodus: `meshtool -i part.xda -o "
+     "part.e`"},
+    {"# Created by COMSOL",
+     "this is a COMSOL mesh, which is not read; export it from COMSOL as a NASTRAN file, which 'meshio convert "
+     "part.nas "
+     "part.vtk' reads (apt install meshio-tools)"},
     {"mesh3d",
      "this is a Netgen mesh (.vol), which is not read; 'meshio convert part.vol part.vtk' (apt install meshio-tools)"},
     {"#RADIOSS",
      "this is a Radioss input file, which is not read; save the mesh as Abaqus input (.inp) in the preprocessor that "
      "wrote it"},
-    {"@(#)ADF Database", "this is a CGNS file, which is not read; save it as .vtu in ParaView"},
+    {"\xc0\xa8\xa3\xa9"
+     "ADF Database",
+     "this is a CGNS file, which is not read; save it as .vtu in ParaView"},
+    {"\7", kUcd},  // Its binary kind.
     {"NDIME", "this is an SU2 mesh, which is not read; 'meshio convert part.su2 part.vtk' (apt install meshio-tools)"},
     {"* FLAC3D",
      "this is a FLAC3D grid, which is not read; 'meshio convert part.f3grid part.vtk' (apt install meshio-tools)"},
@@ -195,8 +206,7 @@ std::string name_numbers(std::string_view bytes) {
   }
   const std::size_t next = whole_numbers(lines[1]).size();
   if (numbers.size() == 5 && numbers[0] > 0 && numbers[1] > 0) {
-    return "this is an AVS UCD file, which is not read; 'meshio convert --input-format avsucd part.inp part.vtk' (apt "
-           "install meshio-tools)";
+    return std::string(kUcd);
   }
   const bool nodes = numbers.size() == 4 && numbers[1] == 3 && numbers[3] <= 1;
   const bool elements = numbers.size() == 3 && (numbers[1] == 4 || numbers[1] == 10) && next > numbers[1];

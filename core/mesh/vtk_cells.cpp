@@ -47,6 +47,12 @@ std::vector<std::uint8_t> node_places(const VtkCellType& type, std::uint64_t poi
   return places;
 }
 
+std::string_view name_of(std::uint16_t type) {
+  constexpr std::uint16_t kPentagonalPrism = 15, kHexagonalPrism = 16;
+  if (type == kPentagonalPrism) return ", pentagonal prisms";
+  return type == kHexagonalPrism ? ", hexagonal prisms" : "";
+}
+
 std::string_view remedy_for(std::uint16_t type) {
   constexpr std::uint16_t kConvexPointSet = 41;
   return type == kConvexPointSet
@@ -100,8 +106,9 @@ std::vector<std::uint32_t> VtkCellAppender::append(const VtkCells& cells, const 
   const std::string s = tally.count == 1 ? "" : "s";
   const auto first = static_cast<std::size_t>(tally.first_ids.front()) - cells.first_number;
   scanner.fail_at(cells.type_places[first], ErrorCode::kMeshUnsupportedCell,
-                  std::to_string(tally.count) + " cell" + s + " of VTK type " + std::to_string(type) + " (cell" + s +
-                      " " + tally.ids() + ", counted from 0); " + std::string(remedy_for(type)),
+                  std::to_string(tally.count) + " cell" + s + " of VTK type " + std::to_string(type) +
+                      std::string(name_of(type)) + " (cell" + s + " " + tally.ids() + ", counted from 0); " +
+                      std::string(remedy_for(type)),
                   "cells", tally.first_ids);
 }
 

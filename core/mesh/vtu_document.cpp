@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/mesh/mesh_file.h"
 #include "core/mesh/unread_formats.h"
 
 namespace ccslice {
@@ -28,7 +29,8 @@ std::string remedy_for(std::string_view type) {
   if (type == "Collection" || type == "vtkMultiBlockDataSet" || type.starts_with("vtkPartitionedDataSet")) {
     return "it names other files: give the .vtu that is meant, or merge them into one .vtu in ParaView (Merge Blocks)";
   }
-  if (type.starts_with('P') && type != "PolyData") {
+  if (type == "PolyData") return "it holds a surface only; " + kNeedsVolumeCells;
+  if (type.starts_with('P')) {
     return "merge its pieces into one .vtu, as ParaView does when it saves a data set";
   }
   return "save the mesh as UnstructuredGrid (.vtu)";

@@ -268,7 +268,8 @@ TEST(ReadVtu, NamesByteAndToken) {
   expect(with_replaced(text, "\n4\n", "\n5\n"), ErrorCode::kFileSyntax, "expected a point id, found the end");
   expect(with_replaced(text, "\n4\n", "\n3\n"), ErrorCode::kFileSyntax, "expected the end of the array, found '3'");
   expect(with_replaced(text, "0 1 2 3\n", "0 1 2 4\n"), ErrorCode::kMeshIndexOutOfRange, "point id 4; the piece has 4");
-  expect(with_replaced(text, "\n10\n", "\n16\n"), ErrorCode::kMeshUnsupportedCell, "1 cell of VTK type 16 (cell 0");
+  expect(with_replaced(text, "\n10\n", "\n16\n"), ErrorCode::kMeshUnsupportedCell,
+         "1 cell of VTK type 16, hexagonal prisms (cell 0");
   expect(with_replaced(text, "\n10\n", "\n42\n"), ErrorCode::kFileSyntax, "expected DataArray 'polyhedron_offsets'");
   expect(with_replaced(text, "\n10\n", "\n12\n"), ErrorCode::kFileSyntax, "which has 8 corners, but lists 4");
   expect(with_replaced(text, "\n10\n", "\n24\n"), ErrorCode::kFileSyntax, "which has 10 points, but lists 4");
@@ -351,7 +352,8 @@ TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
     expect(with_replaced(text, from, to), ErrorCode::kFileUnsupported, part);
   };
   refuse("type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"", "merge its pieces into one .vtu");
-  refuse("type=\"UnstructuredGrid\"", "type=\"PolyData\"", "save the mesh as UnstructuredGrid");
+  refuse("type=\"UnstructuredGrid\"", "type=\"PolyData\"", "it holds a surface only; a solid needs volume cells");
+  refuse("type=\"UnstructuredGrid\"", "type=\"ImageData\"", "save the mesh as UnstructuredGrid");
   refuse("<?xml version=\"1.0\"?>", "<?xml version=\"1.0\" encoding=\"UTF-16\"?>", "save it as UTF-8");
   refuse("Float64", "Float80", "is of type 'Float80'");
   refuse("\"ascii\"", "\"hex\"", "has format 'hex'");

@@ -49,7 +49,15 @@ TEST(UnreadFormats, OfMeshersAndViewersAreNamed) {
   expect_named("(0 \"Fluent mesh\")\n(2 3)\n", "this is a Fluent mesh", "ParaView");
   expect_named("NDIME= 3\n", "this is an SU2 mesh", "part.su2");
   expect_named("* FLAC3D grid\n", "this is a FLAC3D grid", "part.f3grid");
-  expect_named("@(#)ADF Database Version A01011>", "this is a CGNS file", "ParaView");
+  expect_named("MFEM NC mesh v1.0\n", "MFEM", "then V");
+  expect_named("libMesh-1.8.0\n8 # number of elements\n", "this is a file of libMesh's (.xda)",
+               "`meshtool -i part.xda");
+  expect_named("# Created by COMSOL Multiphysics.\n", "this is a COMSOL mesh", "as a NASTRAN file");
+  expect_named(
+      "\xc0\xa8\xa3\xa9"
+      "ADF Database Version A02011>",
+      "this is a CGNS file", "ParaView");
+  expect_named(std::string("\7\r\0\0\0\f", 6), "this is an AVS UCD file", "ParaView");
   expect_named("v 0 0 0\nv 1 0 0\nf 1 2 3\n", "this is an OBJ file", "mesh the inside too");
   expect_named("OFF\n3 1 0\n", "this is an OFF file", "mesh the inside too");
   expect_named("DBRep_DrawableShape\n", "this is a BREP file", "gmsh -3 part.brep");

@@ -178,7 +178,7 @@ TEST(VtkCells, OfOtherSizesAreRefused) {
   refused(14, 4, "which has 5 corners, but lists 4");
   expect_error([] { read_cell(41, 8); }, ErrorCode::kMeshUnsupportedCell, "save them as tetrahedra");
   expect_error([] { read_cell(15, 10); }, ErrorCode::kMeshUnsupportedCell,
-               "1 cell of VTK type 15 (cell 0, counted from 0); only hexahedra");
+               "1 cell of VTK type 15, pentagonal prisms (cell 0, counted from 0); only hexahedra");
 }
 
 // Two cells that have a control point in common, for one of them in the middle of another edge: each gets its own node.
