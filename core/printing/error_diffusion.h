@@ -16,6 +16,11 @@
 // dropped, and for each share that a voxel would get from there it gets one of an error that is made up: as large on
 // average as errors inside (measured), evenly spread beyond that along any line and from layer to layer, so that sums
 // over many voxels are hardly off. Materials that are absent are never chosen, whatever the errors.
+//
+// Errors of a rare material need as many voxels as its fraction has in 1 before they make a grain of it, in every layer
+// anew: at 0.1 % that is millimetres. So materials of less than kRareFraction are placed first, where a sequence that
+// fills space evenly along rows, from row to row and from layer to layer is below their fraction. The others share what
+// is left, with errors among them. A voxel that one material is left for carries none: it is outside to them.
 
 #pragma once
 
@@ -27,6 +32,9 @@
 
 namespace ccslice {
 
+/// Materials of smaller fractions are placed by an even sequence, not by errors.
+inline constexpr float kRareFraction = 0.05f;
+
 class ErrorDiffusion {
  public:
   explicit ErrorDiffusion(std::size_t materials) : materials_(materials) {}
@@ -37,7 +45,10 @@ class ErrorDiffusion {
   struct RowNumbers {
     std::uint32_t key;    // Key of white noise.
     std::uint32_t phase;  // Phase of the sequence that errors from outside are made of.
+    std::uint32_t rare;   // Phase of the sequence that places rare materials: rare_phase().
   };
+  /// Follows from the absolute row and layer.
+  static std::uint32_t rare_phase(std::uint64_t seed, std::uint32_t y, std::uint32_t z) noexcept;
   /// Goes on to a row, `rows` after the one before. REQUIRES: rows that follow on one another (rows = 1) have opposite
   /// directions.
   void start_row(std::uint32_t rows, bool reverse, const RowNumbers& numbers);
@@ -57,6 +68,10 @@ class ErrorDiffusion {
 
   static constexpr std::int64_t kNowhere = -(std::int64_t{1} << 40);
 
+  void carry(std::uint32_t first, std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
+             std::uint8_t* out) noexcept;
+  void choose_with_rare(std::uint32_t first, std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
+                        std::uint8_t* out) noexcept;
   template <typename FromRow, typename FromAbove>
   void start_run(const Run& run, const FromRow& from_row, const FromAbove& from_above) noexcept;
   float share_from_outside(const Run& run, std::uint32_t k) const noexcept;

@@ -70,7 +70,9 @@ void Halftoner::start_row(std::uint32_t y) {
   }
   if (!halftone.traits().carries_errors) return;
   reverse_ = ((y ^ layer_) & 1) != 0;
-  diffusion_.start_row(y - row_, reverse_, {key_, even_phase(halftone.seed, y, layer_)});
+  diffusion_.start_row(
+      y - row_, reverse_,
+      {key_, even_phase(halftone.seed, y, layer_), ErrorDiffusion::rare_phase(halftone.seed, y, layer_)});
   row_ = y;
 }
 

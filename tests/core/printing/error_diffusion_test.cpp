@@ -73,7 +73,8 @@ void diffuse(ErrorDiffusion& diffusion, Layer& layer, std::uint32_t seed) {
       }
     }
     if (parts.empty()) continue;
-    diffusion.start_row(y - last, reverse(y), {row_key(seed, y, 0), 0x12345678u * (y + seed)});
+    diffusion.start_row(y - last, reverse(y),
+                        {row_key(seed, y, 0), 0x12345678u * (y + seed), ErrorDiffusion::rare_phase(seed, y, 0)});
     last = y;
     if (reverse(y)) std::reverse(parts.begin(), parts.end());
     for (const auto& [begin, end] : parts) {
@@ -120,7 +121,13 @@ bool is_at_rim(const Layer& layer, std::uint32_t x, std::uint32_t y, bool starts
          !layer.inside(std::int64_t{x} + 1, above);
 }
 
-/// Random mixes, but a single material at the rim: there no errors are made up for it.
+void normalize(Mix& fractions) {
+  float sum = 0;
+  for (const float fraction : fractions) sum += fraction;
+  for (float& fraction : fractions) fraction /= sum;
+}
+
+/// Random mixes without rare materials, but a single one at the rim: there no errors are made up for it.
 void fill(Layer& layer, std::size_t materials, std::mt19937& random) {
   std::uniform_real_distribution<float> share(0, 1);
   for (std::uint32_t y = 0; y < layer.rows.size(); ++y) {
@@ -131,9 +138,9 @@ void fill(Layer& layer, std::size_t materials, std::mt19937& random) {
         fractions[random() % materials] = 1;
         if (is_at_rim(layer, x, y, x == (reverse(y) ? end - 1 : begin))) continue;
         for (std::size_t m = 0; m < materials; ++m) fractions[m] += random() % 4 == 0 ? 0 : 2 * share(random);
-        float sum = 0;
-        for (const float fraction : fractions) sum += fraction;
-        for (float& fraction : fractions) fraction /= sum;
+        normalize(fractions);
+        for (float& fraction : fractions) fraction = fraction < kRareFraction ? 0 : fraction;
+        normalize(fractions);
       }
     }
   }
@@ -311,6 +318,49 @@ TEST(ErrorDiffusion, AConstantMixHasItsFractionsInALayer) {
       EXPECT_NEAR(static_cast<double>(count) / 60000, mix[m], 1e-3) << "seed " << kSeed << ", layer " << seed;
     }
   }
+}
+
+void fill_all(Layer& layer, const Mix& mix) {
+  for (std::vector<Voxel>& row : layer.rows) {
+    for (Voxel& voxel : row) voxel.fractions = mix;
+  }
+}
+
+std::size_t voxels_of(const Layer& layer, std::uint8_t material) {
+  const std::vector<std::uint8_t> chosen = materials_of(layer);
+  return static_cast<std::size_t>(std::count(chosen.begin(), chosen.end(), material));
+}
+
+// Nothing of a rare material is carried, so no row waits for its first voxel of it.
+TEST(ErrorDiffusion, PlacesRareMaterialsFromTheFirstVoxelOn) {
+  Layer layer(4000, 10);
+  fill_all(layer, {0.01f, 0.99f});
+  ErrorDiffusion diffusion(2);
+  diffuse(diffusion, layer, 3);
+  for (const std::vector<Voxel>& row : layer.rows) {
+    const auto count = std::count_if(row.begin(), row.begin() + 1000, [](const Voxel& v) { return v.material == 1; });
+    EXPECT_NEAR(static_cast<double>(count), 10, 4);
+  }
+  EXPECT_NEAR(static_cast<double>(voxels_of(layer, 1)), 400, 12);
+}
+
+TEST(ErrorDiffusion, SharesWhatRareMaterialsLeaveAmongTheOthers) {
+  const Mix mix = {0.004f, 0.3f, 0.02f, 0.676f};
+  Layer layer(600, 400);
+  fill_all(layer, mix);
+  ErrorDiffusion diffusion(4);
+  diffuse(diffusion, layer, 0);
+  for (std::uint8_t m = 1; m <= 4; ++m) {
+    EXPECT_NEAR(static_cast<double>(voxels_of(layer, m)) / 240'000, mix[m - 1u], 6e-4) << "material " << int{m};
+  }
+}
+
+TEST(ErrorDiffusion, AMaterialBelowATenthOfAThousandthIsNowhere) {
+  Layer layer(2000, 200);
+  fill_all(layer, {9e-5f, 0.4f, 0.59991f});
+  ErrorDiffusion diffusion(3);
+  diffuse(diffusion, layer, 0);
+  EXPECT_EQ(voxels_of(layer, 1), 0u);
 }
 
 TEST(ErrorDiffusion, LayersDependOnNothingBefore) {

@@ -175,6 +175,120 @@ INSTANTIATE_TEST_SUITE_P(Fractions, Mix,
                                          std::vector<float>{0.02f, 0.98f}, std::vector<float>{0.05f, 0.05f, 0.9f},
                                          std::vector<float>{0.02f, 0.08f, 0.3f, 0.6f}));
 
+/// Counts of a material in all boxes from the first voxel on.
+class Counts {
+ public:
+  Counts(const HalftonedBlock& block, std::uint8_t material)
+      : size_({block.size[0] + 1, block.size[1] + 1, block.size[2] + 1}), sums_(size_[0] * size_[1] * size_[2]) {
+    for (std::size_t z = 1; z < size_[2]; ++z) {
+      for (std::size_t y = 1; y < size_[1]; ++y) {
+        for (std::size_t x = 1; x < size_[0]; ++x) {
+          const int here = block.at(x - 1, y - 1, z - 1) == material;
+          sums_[index(x, y, z)] = here + at(x - 1, y, z) + at(x, y - 1, z) + at(x, y, z - 1) - at(x - 1, y - 1, z) -
+                                  at(x - 1, y, z - 1) - at(x, y - 1, z - 1) + at(x - 1, y - 1, z - 1);
+        }
+      }
+    }
+  }
+  int in_box(const std::array<std::size_t, 3>& low, const std::array<std::size_t, 3>& edges) const {
+    const auto [x, y, z] = low;
+    const std::size_t i = x + edges[0], j = y + edges[1], k = z + edges[2];
+    return at(i, j, k) - at(x, j, k) - at(i, y, k) - at(i, j, z) + at(x, y, k) + at(x, j, z) + at(i, y, z) -
+           at(x, y, z);
+  }
+
+ private:
+  std::size_t index(std::size_t x, std::size_t y, std::size_t z) const { return (z * size_[1] + y) * size_[0] + x; }
+  int at(std::size_t x, std::size_t y, std::size_t z) const { return sums_[index(x, y, z)]; }
+
+  std::array<std::size_t, 3> size_;
+  std::vector<int> sums_;
+};
+
+/// The largest difference, in voxels, between a material's count in a cube of 1 mm and its fraction of the cube, over
+/// all cubes of the block.
+double worst_count(const HalftonedBlock& block, std::uint8_t material, double fraction) {
+  const Counts counts(block, material);
+  std::array<std::size_t, 3> edges;
+  for (std::size_t a = 0; a < 3; ++a) edges[a] = static_cast<std::size_t>(std::lround(1 / block.pitch_mm[a]));
+  const double expected = fraction * static_cast<double>(edges[0] * edges[1] * edges[2]);
+  double worst = 0;
+  for (std::size_t z = 0; z + edges[2] <= block.size[2]; ++z) {
+    for (std::size_t y = 0; y + edges[1] <= block.size[1]; ++y) {
+      for (std::size_t x = 0; x + edges[0] <= block.size[0]; ++x) {
+        worst = std::max(worst, std::abs(counts.in_box({x, y, z}, edges) - expected));
+      }
+    }
+  }
+  return worst;
+}
+
+struct RareCase {
+  std::array<double, 3> pitch_mm;
+  float fraction;
+  double voxels;  // Off by these at most.
+};
+
+class Rare : public testing::TestWithParam<RareCase> {
+ protected:
+  /// 3 mm each way, from the part's first voxel on.
+  HalftonedBlock block(std::uint64_t seed) const {
+    const RareCase& rare = GetParam();
+    std::array<std::size_t, 3> size;
+    for (std::size_t a = 0; a < 3; ++a) size[a] = static_cast<std::size_t>(std::lround(3 / rare.pitch_mm[a]));
+    const HalftonePlan plan(shares_of(2, HalftoneMethod::kErrorDiffusion, seed), rare.pitch_mm[0], rare.pitch_mm[1],
+                            rare.pitch_mm[2]);
+    return halftone_block(plan, rare.pitch_mm, size, [&](auto...) {
+      return std::vector<float>{rare.fraction, 1 - rare.fraction};
+    });
+  }
+};
+
+TEST_P(Rare, FractionIsKeptInEveryMillimetreFromTheFirstRowOn) {
+  for (const std::uint64_t seed : {0u, 7u}) {
+    EXPECT_LE(worst_count(block(seed), 1, static_cast<double>(GetParam().fraction)), GetParam().voxels)
+        << "seed " << seed;
+  }
+}
+
+TEST_P(Rare, VoxelsAreNotAboveOneAnother) {
+  const HalftonedBlock halftoned = block(0);
+  for (std::size_t z = 0; z + 1 < halftoned.size[2]; ++z) {
+    for (std::size_t i = 0, layer = halftoned.size[0] * halftoned.size[1]; i < layer; ++i) {
+      ASSERT_FALSE(halftoned.materials[z * layer + i] == 1 && halftoned.materials[(z + 1) * layer + i] == 1);
+    }
+  }
+}
+
+constexpr std::array<double, 3> kFine = {0.0423, 0.0846, 0.03}, kEven = {0.1, 0.1, 0.1};
+INSTANTIATE_TEST_SUITE_P(Fractions, Rare,
+                         testing::Values(RareCase{kFine, 0.0005f, 3}, RareCase{kFine, 0.001f, 3},
+                                         RareCase{kFine, 0.003f, 3.5}, RareCase{kFine, 0.01f, 4},
+                                         RareCase{kFine, 0.04f, 6}, RareCase{kEven, 0.0005f, 3},
+                                         RareCase{kEven, 0.001f, 3}, RareCase{kEven, 0.003f, 3},
+                                         RareCase{kEven, 0.01f, 4}, RareCase{kEven, 0.04f, 4}));
+
+// Where a material ceases to be rare, errors take over.
+TEST(Gradient, KeepsItsFractionWhereErrorsTakeOver) {
+  const std::array<std::size_t, 3> size = {192, 144, 111};
+  for (const int axis : {0, 1}) {
+    const HalftonedBlock block = halftone_block(
+        plan_of(shares_of(2, HalftoneMethod::kErrorDiffusion)), kPitch, size, [&](std::size_t x, std::size_t y, auto) {
+          const float first = 0.1f * static_cast<float>(axis == 0 ? x : y) / static_cast<float>(size[axis]);
+          return std::vector<float>{first, 1 - first};
+        });
+    const Counts counts(block, 1);
+    std::array<std::size_t, 3> edges = size, low{};
+    edges[axis] = kCube[axis];
+    for (; low[axis] + edges[axis] <= size[axis]; ++low[axis]) {
+      const double voxels = static_cast<double>(edges[0] * edges[1] * edges[2]);
+      const double middle = static_cast<double>(low[axis]) + static_cast<double>(edges[axis] - 1) / 2;
+      EXPECT_NEAR(counts.in_box(low, edges) / voxels, 0.1 * middle / static_cast<double>(size[axis]), 5e-4)
+          << "from " << low[axis];
+    }
+  }
+}
+
 TEST(Gradient, KeepsTheMeanOfEveryLayer) {
   const std::array<std::size_t, 3> size = {192, 96, 80};
   for (const auto method : {HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion}) {
