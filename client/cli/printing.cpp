@@ -34,66 +34,136 @@ std::pair<std::string, std::string> parse_pair(const std::string& taken, const s
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+bool is_quoted(std::string_view text) { return text.size() > 2 && text.starts_with('"') && text.ends_with('"'); }
+
+bool is_number(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Splits at commas, but for those in a name in quotation marks that a piece begins with.
+std::vector<std::string> split_behind_quotes(std::string_view text) {
+  std::vector<std::string> pieces;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t closing = text.substr(begin, 1) == "\"" ? text.find("\"=", begin + 1) : std::string_view::npos;
+    const std::size_t end = std::min(text.find(',', closing == std::string_view::npos ? begin : closing), text.size());
+    pieces.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return pieces;
+}
+
+/// A channel's name, between quotation marks or not, and what follows behind the colon. Names may hold colons
+/// themselves, so without quotation marks the last `parts` parts between colons follow.
+std::pair<std::string, std::string> split_off_channel(const std::string& text, int parts) {
+  if (text.starts_with('"')) {
+    const std::size_t closing = text.find("\":", 1);
+    if (closing == std::string::npos) return {};
+    return {text.substr(1, closing - 1), text.substr(closing + 2)};
+  }
+  std::size_t colon = text.size();
+  for (int part = 0; part < parts; ++part) {
+    colon = colon == 0 ? std::string::npos : text.rfind(':', colon - 1);
+    if (colon == std::string::npos) return {};
+  }
+  return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
 void parse_direct(const std::string& pairs, v1::DirectMap& map) {
-  for (const std::string& text : split(pairs, ',')) {
+  for (const std::string& text : split_behind_quotes(pairs)) {
     const auto [channel, material] = parse_pair("--map direct takes CHANNEL=MATERIAL", text);
     if (channel == "rest") {
       map.set_rest_material(material);
       continue;
     }
     v1::DirectShare& share = *map.add_shares();
-    share.set_channel(channel);
+    share.set_channel(is_quoted(channel) ? channel.substr(1, channel.size() - 2) : channel);
     share.set_material(material);
   }
 }
 
-void parse_blend(const std::string& channel, const std::string& stops, v1::BlendMap& map) {
+void parse_blend(const std::string& text, v1::BlendMap& map) {
+  const auto [channel, stops] = split_off_channel(text, 1);
+  if (channel.empty()) throw UsageError("--map blend takes CHANNEL:VALUE=MATERIAL,..., not '" + text + "'");
   map.set_channel(channel);
-  for (const std::string& text : split(stops, ',')) {
-    const auto [value, material] = parse_pair("--map blend takes VALUE=MATERIAL", text);
+  for (const std::string& pair : split(stops, ',')) {
+    const auto [value, material] = parse_pair("--map blend takes VALUE=MATERIAL", pair);
     v1::BlendStop& stop = *map.add_stops();
     stop.set_value(parse_number("--map", value));
     stop.set_material(material);
   }
 }
 
-void parse_curve(const std::string& channel, const std::string& materials, const std::string& points,
-                 v1::CurveMap& map) {
+void parse_curve(const std::string& text, v1::CurveMap& map) {
+  const auto [channel, rest] = split_off_channel(text, 2);
+  const std::vector<std::string> parts = split(rest, ':');
+  if (channel.empty() || parts.size() != 2) {
+    throw UsageError("--map curve takes CHANNEL:MATERIAL/BASE:PROPERTY=FRACTION,..., not '" + text + "'");
+  }
   map.set_channel(channel);
-  const std::vector<std::string> names = split(materials, '/');
-  if (names.size() != 2) throw UsageError("--map curve takes MATERIAL/BASE, not '" + materials + "'");
+  const std::vector<std::string> names = split(parts[0], '/');
+  if (names.size() != 2) throw UsageError("--map curve takes MATERIAL/BASE, not '" + parts[0] + "'");
   map.set_material(names[0]);
   map.set_base(names[1]);
-  for (const std::string& text : split(points, ',')) {
-    const auto [property, fraction] = parse_pair("--map curve takes PROPERTY=FRACTION", text);
+  for (const std::string& pair : split(parts[1], ',')) {
+    const auto [property, fraction] = parse_pair("--map curve takes PROPERTY=FRACTION", pair);
     v1::CurvePoint& point = *map.add_points();
     point.set_property(parse_number("--map", property));
     point.set_fraction(parse_number("--map", fraction));
   }
 }
 
-void parse_colour_map(const std::string& channels, const std::string& full_value, v1::ColourMap& map) {
-  const std::vector<std::string> names = split(channels, ',');
-  if (names.size() != 3) throw UsageError("--map colour takes three channels, not '" + channels + "'");
+/// R,G,B with or without a full value behind the last colon. A number there may belong to a name with colons; such
+/// names need quotation marks.
+void parse_colour_map(const std::string& text, v1::ColourMap& map) {
+  std::vector<std::string> names;
+  bool has_bare_colon = false;
+  std::string_view rest = text;
+  while (names.size() < 3) {
+    const bool quoted = rest.starts_with('"');
+    const std::size_t closing = quoted ? rest.find('"', 1) : std::string_view::npos;
+    std::size_t end = std::min(rest.find(',', closing == std::string_view::npos ? 0 : closing), rest.size());
+    if (names.size() == 2 && end == rest.size()) {
+      const std::size_t colon = rest.rfind(':');
+      const bool ends = colon != std::string_view::npos && (closing == std::string_view::npos || colon > closing);
+      if (ends && is_number(rest.substr(colon + 1))) end = colon;
+    }
+    const std::string_view name = rest.substr(0, end);
+    has_bare_colon |= !quoted && name.find(':') != std::string_view::npos;
+    names.emplace_back(is_quoted(name) ? name.substr(1, name.size() - 2) : name);
+    rest = rest.substr(end);
+    if (names.size() < 3 && !rest.starts_with(',')) break;
+    if (names.size() < 3) rest.remove_prefix(1);
+  }
+  if (names.size() != 3 || rest.starts_with(',')) {
+    throw UsageError("--map colour takes three channels, not '" + text + "'");
+  }
+  if (has_bare_colon && !rest.empty()) {
+    throw UsageError("--map colour:" + text +
+                     " can be read in two ways: put channels' names with colons between quotation marks, as in "
+                     "'colour:\"S:1\",\"S:2\",\"S:3\"'");
+  }
   map.set_red_channel(names[0]);
   map.set_green_channel(names[1]);
   map.set_blue_channel(names[2]);
-  if (!full_value.empty()) map.set_full_value(parse_number("--map", full_value));
+  if (!rest.empty()) map.set_full_value(parse_number("--map", rest.substr(1)));
 }
 
 v1::MaterialMap parse_map(const std::string& text) {
-  const std::vector<std::string> parts = split(text, ':');
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string kind = text.substr(0, colon), rest = text.substr(std::min(colon + 1, text.size()));
   v1::MaterialMap map;
-  if (parts[0] == "direct" && parts.size() == 2) {
-    parse_direct(parts[1], *map.mutable_direct());
-  } else if (parts[0] == "blend" && parts.size() == 3) {
-    parse_blend(parts[1], parts[2], *map.mutable_blend());
-  } else if (parts[0] == "curve" && parts.size() == 4) {
-    parse_curve(parts[1], parts[2], parts[3], *map.mutable_curve());
-  } else if (parts[0] == "colour" && (parts.size() == 2 || parts.size() == 3)) {
-    parse_colour_map(parts[1], parts.size() == 3 ? parts[2] : "", *map.mutable_colour());
-  } else if (parts[0] == "material" && parts.size() == 2) {
-    map.set_material(parts[1]);
+  if (kind == "direct" && !rest.empty()) {
+    parse_direct(rest, *map.mutable_direct());
+  } else if (kind == "blend" && !rest.empty()) {
+    parse_blend(rest, *map.mutable_blend());
+  } else if (kind == "curve" && !rest.empty()) {
+    parse_curve(rest, *map.mutable_curve());
+  } else if (kind == "colour" && !rest.empty()) {
+    parse_colour_map(rest, *map.mutable_colour());
+  } else if (kind == "material" && !rest.empty()) {
+    map.set_material(rest);
   } else {
     throw UsageError(
         "--map takes direct:..., blend:..., curve:..., colour:..., material:... or region:..., as in its help, not '" +
@@ -108,12 +178,6 @@ void add_region_map(const std::string& region, v1::MaterialMap map, v1::Printing
   *own.mutable_map() = std::move(map);
 }
 
-bool is_number(std::string_view text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 /// Whether what follows the next comma belongs to a region's map, and doesn't begin another region. Maps by names of
 /// their own before '=' take all that follows.
 bool goes_on(std::string_view map, std::string_view piece) {
@@ -121,18 +185,6 @@ bool goes_on(std::string_view map, std::string_view piece) {
   const std::size_t equals = piece.find('=');
   return equals == std::string_view::npos || map.starts_with("direct:") || map.starts_with("curve:") ||
          (map.starts_with("blend:") && is_number(piece.substr(0, equals)));
-}
-
-/// Splits at commas, but for those in a name in quotation marks that a piece begins with.
-std::vector<std::string> split_behind_quotes(std::string_view text) {
-  std::vector<std::string> pieces;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t closing = text.substr(begin, 1) == "\"" ? text.find("\"=", begin + 1) : std::string_view::npos;
-    const std::size_t end = std::min(text.find(',', closing == std::string_view::npos ? begin : closing), text.size());
-    pieces.emplace_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return pieces;
 }
 
 /// NAME=MAP or "NAME"=MAP.
@@ -212,7 +264,8 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
   command
       .add_option("--map", options.maps,
                   "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
-                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. May be "
+                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. Names of "
+                  "channels may hold colons; between quotation marks, as in blend:\"S:1\":..., anything. May be "
                   "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or curve needs a "
                   "--map of its own")
       ->allow_extra_args(false)

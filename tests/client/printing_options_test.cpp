@@ -64,6 +64,42 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
   }
 }
 
+TEST(PrintingOptions, TakeNamesOfChannelsWithColons) {
+  EXPECT_EQ(map_of("blend:S:Mises:0=a,10=b").blend().channel(), "S:Mises");
+  EXPECT_EQ(map_of("blend:\"S:Mises\":0=a,10=b").blend().channel(), "S:Mises");
+  EXPECT_EQ(map_of("blend:\"0=a:1\":0=a,10=b").blend().channel(), "0=a:1");
+  const v1::CurveMap curve = map_of("curve:a:b:c:hard/soft:20=0,95=1").curve();
+  EXPECT_EQ(curve.channel(), "a:b:c");
+  EXPECT_EQ(curve.material(), "hard");
+  EXPECT_EQ(map_of("curve:\"a/b:2\":hard/soft:20=0,95=1").curve().channel(), "a/b:2");
+  const v1::DirectMap direct = map_of("direct:u:1=soft,\"v,2=\"=hard,\"rest\"=clear,rest=mid").direct();
+  ASSERT_EQ(direct.shares_size(), 3);
+  EXPECT_EQ(direct.shares(0).channel(), "u:1");
+  EXPECT_EQ(direct.shares(1).channel(), "v,2=");
+  EXPECT_EQ(direct.shares(2).channel(), "rest");
+  EXPECT_EQ(direct.rest_material(), "mid");
+  const v1::ColourMap colour = map_of("colour:\"S:1\",g,\"S,3\":255").colour();
+  EXPECT_EQ(colour.red_channel(), "S:1");
+  EXPECT_EQ(colour.blue_channel(), "S,3");
+  EXPECT_EQ(colour.full_value(), 255);
+  EXPECT_EQ(map_of("colour:\"S:1\",g,\"S:3\"").colour().full_value(), 0);
+  EXPECT_EQ(map_of("colour:S:r,S:g,S:b").colour().blue_channel(), "S:b");
+}
+
+// A number behind the last colon may be the full value or the end of a name.
+TEST(PrintingOptions, RefuseColoursThatCanBeReadInTwoWays) {
+  for (const char* bad : {"colour:S:1,S:2,S:3", "colour:r,g,S:b:255"}) {
+    try {
+      FAIL() << map_of(bad).colour().blue_channel();
+    } catch (const UsageError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("between quotation marks"));
+    }
+  }
+  for (const char* bad : {"colour:r,g", "colour:r,g,b,a", "colour:\"r,g,b\"", "blend:\"x\"", "blend:\"x:0=a"}) {
+    EXPECT_THROW(map_of(bad), UsageError) << bad;
+  }
+}
+
 TEST(PrintingOptions, SayWhatTheyTake) {
   const auto error_of = [](const std::string& material, const std::string& map) -> std::string {
     try {
