@@ -176,6 +176,7 @@ void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3&
 /// last, as their lengths are those of the result.
 void change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
   if (loaded.mesh.interpolating) refuse_second_fit(options);
+  const NearOrigin near = bring_near(changes.sizing, loaded.mesh);
   ControlMesh checked = loaded.mesh;
   validate(checked);
   sharpen(options.meaning.sharp, checked, loaded.mesh, loaded.warnings);
@@ -183,8 +184,8 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   PlaceOfMesh place;
   if (changes.sizing.places()) {
-    place =
-        find_place(options.size, changes.sizing, options.scale, pair ? pair->fitted() : loaded.mesh, loaded.warnings);
+    place = find_place(options.size, changes.sizing, options.scale, near, pair ? pair->fitted() : loaded.mesh,
+                       loaded.warnings);
     pair ? pair->place(place.similarity) : place.similarity.apply(loaded.mesh);
   }
   add_grades(changes.grades, options.scale, place.unmirrored, meant, loaded.warnings);
@@ -196,7 +197,9 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
 const char* remedy_of(ErrorCode code) {
   if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
   if (code == ErrorCode::kMeshNotInterpolable) return " (--interpolate=boundary)";
-  return code == ErrorCode::kMeshCoordinateOutOfRange ? " (--units says what unit the file is in)" : "";
+  if (code != ErrorCode::kMeshCoordinateOutOfRange) return "";
+  return " (--units says what unit the file is in, --size what size the part becomes; --center and --on-bed move it to "
+         "the origin)";
 }
 
 void refuse_broken_id(const std::string& mesh) {

@@ -10,6 +10,7 @@
 #include "client/cli/console.h"
 #include "client/cli/text_values.h"
 #include "core/limit/deviation.h"
+#include "core/mesh/validate.h"
 
 namespace ccslice::cli {
 namespace {
@@ -93,8 +94,27 @@ void Similarity::apply(ControlMesh& mesh) const {
   for_each_place(mesh, [this](Vec3& place) { place = (*this)(place); });
 }
 
-PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
-                       std::vector<std::string>& notes) {
+NearOrigin bring_near(const Sizing& sizing, ControlMesh& mesh) {
+  constexpr double kSideMm = 100;
+  NearOrigin near;
+  if (!sizing.places() || mesh.positions.empty()) return near;
+  Box3 box;
+  for (const Vec3& position : mesh.positions) {
+    if (!position.allFinite()) return near;
+    box.extend(position);
+  }
+  const double farthest = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff();
+  const Vec3 half = 0.5 * box.max() - 0.5 * box.min();
+  if (farthest <= MeshLimits().max_abs_coordinate_mm || !(half.maxCoeff() > 0)) return near;
+  near.home = box.min() + half;
+  if (sizing.side_mm) near.scale = kSideMm / half.maxCoeff() / 2;
+  for (Vec3& position : mesh.positions) position = near.scale * (position - near.home);
+  for (MissedVertex& missed : mesh.missed_vertices) missed.position = near.scale * (missed.position - near.home);
+  return near;
+}
+
+PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const NearOrigin& near,
+                       const ControlMesh& mesh, std::vector<std::string>& notes) {
   const Box3 own = measure_limit(mesh).bounding_box;
   const Vec3 corner = scale.cwiseProduct(own.min()), opposite = scale.cwiseProduct(own.max());
   const Box3 box(corner.cwiseMin(opposite), corner.cwiseMax(opposite));  // As it is printed.
@@ -104,14 +124,15 @@ PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const V
     if (!(side > 0)) throw UsageError("--size " + options.size + ": the part has no extent there; name another axis");
     factor = *sizing.side_mm / side;
   }
-  Vec3 offset = Vec3::Zero();
+  Vec3 offset = factor * near.scale * scale.cwiseProduct(near.home);
   if (sizing.center) offset.head<2>() = -factor * box.center().head<2>();
   if (sizing.on_bed) offset.z() = -factor * box.min().z();
   const Vec3 low = factor * box.min() + offset, high = factor * box.max() + offset;
   const std::string further = scale.cwiseAbs() == Vec3::Ones() ? "" : ", and --scale further";
-  notes.push_back(
-      (sizing.side_mm ? "--size " + options.size + " scales by " + show_number(factor) + further + ": " : "") +
-      "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
+  notes.push_back((sizing.side_mm
+                       ? "--size " + options.size + " scales by " + show_number(factor * near.scale) + further + ": "
+                       : "") +
+                  "the part takes " + show_box({low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}));
   PlaceOfMesh place{{factor, offset.cwiseQuotient(scale)}, Vec3::Zero()};
   if (sizing.on_bed) place.unmirrored.z() = -factor * own.min().z() - place.similarity.offset.z();
   return place;

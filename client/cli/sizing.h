@@ -57,6 +57,17 @@ struct Similarity {
   void apply(ControlMesh& mesh) const;
 };
 
+/// Where a mesh was before it was brought near the origin: its positions are scale * (those of the file - home).
+struct NearOrigin {
+  double scale = 1;
+  Vec3 home = Vec3::Zero();
+};
+
+/// Moves a mesh with coordinates beyond the limits to the origin, if the options say where the part goes, and gives it
+/// some size if they say which. So the limits hold for what find_place() makes of it, and rounding is that of a part at
+/// the origin.
+NearOrigin bring_near(const Sizing& sizing, ControlMesh& mesh);
+
 /// Where a mesh goes, and what moves a mirrored part back to where it would lie if it weren't mirrored: only --on-bed
 /// puts it elsewhere.
 struct PlaceOfMesh {
@@ -64,11 +75,11 @@ struct PlaceOfMesh {
   Vec3 unmirrored = Vec3::Zero();
 };
 
-/// What takes the mesh's limit to the size and the place that are meant once `scale` has scaled it further. Adds a
-/// sentence on where the part is then to `notes`. REQUIRES: a mesh that validate() takes. Throws what preparing the
-/// mesh does.
-PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh,
-                       std::vector<std::string>& notes);
+/// What takes the limit of a mesh, as bring_near() left it, to the size and the place that are meant once `scale` has
+/// scaled it further. Adds a sentence on where the part is then to `notes`. REQUIRES: a mesh that validate() takes.
+/// Throws what preparing the mesh does.
+PlaceOfMesh find_place(const SizeOptions& options, const Sizing& sizing, const Vec3& scale, const NearOrigin& near,
+                       const ControlMesh& mesh, std::vector<std::string>& notes);
 
 /// Adds a warning to `notes` if the mesh, scaled by `scale`, is so small or so large that its unit may be another one,
 /// unless the options say that it is meant.

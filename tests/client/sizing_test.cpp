@@ -224,6 +224,53 @@ TEST_F(SizedFile, SmallAndLargePartsMayBeInAnotherUnit) {
   EXPECT_THAT(load_mesh({.mesh = file, .scale = Vec3(10, 10, 10)}).warnings, Contains(HasSubstr("is 0.8 mm. Is the")));
 }
 
+ControlMesh moved(ControlMesh mesh, double factor, const Vec3& offset) {
+  for (Vec3& position : mesh.positions) position = factor * position + offset;
+  return mesh;
+}
+
+TEST_F(SizedFile, SizesHoldForCoordinatesBeyondTheLimits) {
+  const ControlMesh ring = make_ring();
+  const LoadedMesh near = load_mesh({.mesh = file_of(ring), .size = {.size = "50"}});
+  const LoadedMesh far = load_mesh({.mesh = file_of(moved(ring, 1e9, Vec3::Zero())), .size = {.size = "50"}});
+  for (std::size_t v = 0; v < ring.vertex_count(); ++v) {
+    EXPECT_LT((far.mesh.positions[v] - near.mesh.positions[v]).norm(), 1e-11) << v;
+  }
+}
+
+TEST_F(SizedFile, PartsFarFromTheOriginKeepTheirShape) {
+  const ControlMesh ring = make_ring();
+  const Vec3 offset(4e9, -5e9, 3e8);  // Doubles have 1e-6 left there.
+  const SizeOptions size = {.size = "50", .center = true, .on_bed = true};
+  const LoadedMesh near = load_mesh({.mesh = file_of(ring), .size = size});
+  const LoadedMesh far = load_mesh({.mesh = file_of(moved(ring, 1, offset)), .size = size});
+  for (std::size_t v = 0; v < ring.vertex_count(); ++v) {
+    EXPECT_LT((far.mesh.positions[v] - near.mesh.positions[v]).norm(), 5e-6) << v;
+  }
+  const LoadedMesh placed = load_mesh(
+      {.mesh = file_of(moved(ring, 1, offset)), .size = {.center = true, .on_bed = true}, .scale = {2, -1, 1}});
+  const LoadedMesh there =
+      load_mesh({.mesh = file_of(ring), .size = {.center = true, .on_bed = true}, .scale = {2, -1, 1}});
+  for (std::size_t v = 0; v < ring.vertex_count(); ++v) {
+    EXPECT_LT((placed.mesh.positions[v] - there.mesh.positions[v]).norm(), 5e-6) << v;
+  }
+}
+
+// --size scales about the file's origin.
+TEST_F(SizedFile, PlacesBeyondTheLimitsAreThoseOfTheResult) {
+  const ControlMesh far = moved(make_ring(), 1, Vec3(2e6, 0, 0));
+  const double side = limit_box(make_ring()).sizes().maxCoeff();
+  const LoadedMesh half = load_mesh({.mesh = file_of(far), .size = {.size = std::to_string(side / 10)}});
+  EXPECT_NEAR(limit_box(half.mesh).center().x(), 2e5, 1);
+  try {
+    load_mesh({.mesh = file_of(far), .size = {.size = std::to_string(side)}});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kMeshCoordinateOutOfRange);
+    EXPECT_THAT(error.what(), HasSubstr("--center and --on-bed move it to the origin"));
+  }
+}
+
 TEST_F(SizedFile, FilesBeyondTheLimitsAreToldOfUnits) {
   const std::string file = file_of(make_box({.size_mm = Vec3(5e6, 5e6, 5e6)}));
   try {
