@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdlib>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -84,6 +85,50 @@ std::string number_of(const addrinfo& address) {
   return number;
 }
 
+bool is_loopback_number(const std::string& host) {
+  in_addr old = {};
+  if (inet_pton(AF_INET, host.c_str(), &old) == 1) return (ntohl(old.s_addr) >> 24) == 127;
+  in6_addr number = {};
+  if (inet_pton(AF_INET6, host.c_str(), &number) != 1) return false;
+  return IN6_IS_ADDR_LOOPBACK(&number) || (IN6_IS_ADDR_V4MAPPED(&number) && number.s6_addr[12] == 127);
+}
+
+/// In lower case, without brackets, port, and a full stop at its end.
+std::string host_of(std::string_view place) {
+  const std::size_t colon = place.rfind(':');
+  if (place.starts_with('[')) {
+    place = place.substr(1, place.find(']') - 1);
+  } else if (colon != std::string_view::npos && place.find(':') == colon) {
+    place = place.substr(0, colon);
+  }
+  if (place.ends_with('.')) place.remove_suffix(1);
+  std::string host(place);
+  for (char& c : host) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return host;
+}
+
+/// Those that a target names: of dns://AUTHORITY/HOST:PORT, and of lists of numbers.
+std::vector<std::string> hosts_of(std::string_view target) {
+  if (has_grpc_scheme(target)) target.remove_prefix(target.find(':') + 1);
+  target.remove_prefix(target.rfind('/') + 1);
+  std::vector<std::string> hosts;
+  std::istringstream places{std::string(target)};
+  for (std::string place; std::getline(places, place, ',');) hosts.push_back(host_of(place));
+  return hosts;
+}
+
+/// The first of them that is set; what it holds is in `value`.
+template <std::size_t n>
+std::string first_variable(const std::array<const char*, n>& names, std::string& value) {
+  for (const char* name : names) {
+    const char* const found = std::getenv(name);
+    if (found == nullptr) continue;
+    value = found;
+    return name;
+  }
+  return "";
+}
+
 }  // namespace
 
 Address parse_address(const std::string& text) {
@@ -124,6 +169,29 @@ bool is_name(const Address& address) {
   if (address.host.empty() || address.host == "localhost" || address.host.starts_with('[')) return false;
   in_addr number = {};
   return inet_pton(AF_INET, address.host.c_str(), &number) != 1;
+}
+
+bool is_loopback(const std::string& target) {
+  if (target.starts_with("unix:") || target.starts_with("unix-abstract:")) return true;
+  if (target.starts_with("xds:")) return false;
+  const std::vector<std::string> hosts = hosts_of(target);
+  return !hosts.empty() && std::ranges::all_of(hosts, [](const std::string& host) {
+    return host == "localhost" || host.ends_with(".localhost") || is_loopback_number(host);
+  });
+}
+
+std::string proxy_variable(const std::string& target) {
+  if (is_loopback(target) || target.starts_with("xds:")) return "";
+  std::string proxy, exceptions;
+  const std::string name = first_variable(std::array{"grpc_proxy", "https_proxy", "http_proxy"}, proxy);
+  if (proxy.empty()) return "";
+  first_variable(std::array{"no_grpc_proxy", "no_proxy"}, exceptions);
+  const std::vector<std::string> hosts = hosts_of(target);
+  std::istringstream parts(exceptions);
+  for (std::string part; std::getline(parts, part, ',');) {
+    if (!hosts.empty() && !part.empty() && hosts.front().ends_with(host_of(part))) return "";
+  }
+  return name;
 }
 
 std::vector<std::string> look_up(const std::string& host, const std::string& port) {

@@ -53,14 +53,9 @@ bool is_local_socket(const Address& address) {
   return address.target.starts_with("unix:") || address.target.starts_with("unix-abstract:");
 }
 
-bool is_this_machine(const Address& address) {
-  return is_local_socket(address) || address.host == "localhost" || address.host.starts_with("127.") ||
-         address.host == "[::1]";
-}
-
 /// A server that refuses tokens in plain text does so when they have travelled already.
 void require_secret_way(const Address& address, bool with_tls) {
-  if (with_tls || is_this_machine(address)) return;
+  if (with_tls || is_loopback(address.target)) return;
   throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kCredentialsInvalid,
                     "the token would travel unencrypted to " + address.target +
                         ": give --ca, or https:// before the address, or leave out the token");
@@ -82,6 +77,7 @@ struct Site {
 
 std::shared_ptr<const Endpoint> endpoint_of(const Site& site, const std::string& target) {
   grpc::ChannelArguments arguments = channel_arguments();
+  if (is_loopback(target)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   if (target != site.address.target) arguments.SetString(GRPC_ARG_DEFAULT_AUTHORITY, site.address.target);
   return endpoint_at(target, grpc::CreateCustomChannel(target, site.credentials, arguments), site.token);
 }

@@ -55,6 +55,12 @@ client::ClientOptions connection_options(const CommonOptions& options) {
 
 /// What the user can do about servers of which none answers.
 std::string remedy_for(const client::ClientOptions& connection) {
+  for (const client::Address& address : client::parse_addresses(connection.addresses)) {
+    const std::string variable = client::proxy_variable(address.target);
+    if (variable.empty()) continue;
+    return "the way to " + address.target + " leads through the proxy that the environment's " + variable +
+           " names: unset it, or add the host to no_proxy, if that is wrong";
+  }
   const auto is_https = [](const std::string& address) { return address.starts_with("https://"); };
   if (!connection.tls && std::ranges::none_of(connection.addresses, is_https)) {
     return "start ccsliced there, or name another one with --server or CCSLICE_SERVER; if it serves TLS, give --ca";

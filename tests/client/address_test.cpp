@@ -60,6 +60,38 @@ TEST(Address, IsRefusedWithWhatWouldBeRight) {
   }
 }
 
+TEST(Address, OfThisMachineNeedsNoProxy) {
+  for (const char* target :
+       {"localhost:50051", "LOCALHOST:1", "localhost.:1", "a.localhost:1", "127.0.0.1:50051", "127.9.9.9:1", "[::1]:7",
+        "[::ffff:127.0.0.1]:7", "unix:/run/s.sock", "unix-abstract:s", "dns:///localhost:1", "dns:localhost:1",
+        "dns://8.8.8.8/localhost:1", "dns:localhost", "ipv4:127.0.0.1:50051,127.0.0.2:50051", "ipv6:[::1]:50051"}) {
+    EXPECT_TRUE(is_loopback(target)) << target;
+  }
+  for (const char* target : {"slicer:50051", "127.example:1", "localhost.example:1", "notlocalhost:1", "10.0.0.1:1",
+                             "128.0.0.1:1", "[fe80::1]:1", "[::]:1", "ipv4:127.0.0.1:1,10.0.0.1:1", "dns:///slicer:1",
+                             "xds:localhost", "dns://localhost/slicer:1", ""}) {
+    EXPECT_FALSE(is_loopback(target)) << target;
+  }
+}
+
+TEST(Address, NamesTheProxyOnTheWay) {
+  for (const char* name : {"grpc_proxy", "https_proxy", "http_proxy", "no_grpc_proxy", "no_proxy"}) unsetenv(name);
+  EXPECT_EQ(proxy_variable("slicer:50051"), "");
+  setenv("http_proxy", "http://proxy:3128", 1);
+  EXPECT_EQ(proxy_variable("slicer:50051"), "http_proxy");
+  EXPECT_EQ(proxy_variable("dns:///slicer:50051"), "http_proxy");
+  EXPECT_EQ(proxy_variable("localhost:50051"), "");
+  setenv("no_proxy", "other,.example", 1);
+  EXPECT_EQ(proxy_variable("slicer:50051"), "http_proxy");
+  EXPECT_EQ(proxy_variable("slicer.EXAMPLE:50051"), "");
+  setenv("no_grpc_proxy", "slicer", 1);
+  EXPECT_EQ(proxy_variable("slicer:50051"), "");
+  EXPECT_EQ(proxy_variable("slicer.example:50051"), "http_proxy");
+  setenv("grpc_proxy", "", 1);
+  EXPECT_EQ(proxy_variable("slicer.example:50051"), "") << "an empty one means none";
+  for (const char* name : {"grpc_proxy", "http_proxy", "no_grpc_proxy", "no_proxy"}) unsetenv(name);
+}
+
 TEST(Address, IsLookedUp) {
   EXPECT_THAT(look_up("localhost", "50051"), testing::ElementsAre("localhost:50051"))
       << "one server, whatever leads there";

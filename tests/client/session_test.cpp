@@ -74,6 +74,31 @@ TEST_F(SessionTest, AllDeadAreNamed) {
                                 HasSubstr("127.0.0.1:2: failed to connect"), HasSubstr("--server")));
 }
 
+// Nobody listens at the proxy.
+TEST_F(SessionTest, ProxiesAreNotAskedForTheWayToThisMachine) {
+  for (const char* variable : {"grpc_proxy", "https_proxy", "http_proxy"}) {
+    const std::string proxy = std::string(variable) + "=http://" + kNobody;
+    const std::string port = server_->address().substr(server_->address().rfind(':'));
+    for (const std::string& address : {"127.0.0.1" + port, "localhost" + port, "ipv4:127.0.0.1" + port,
+                                       std::string(kNobody) + ",127.0.0.1" + port}) {
+      const ProcessResult result = run_with({proxy}, {"info", "--server", address});
+      EXPECT_EQ(result.exit_code, cli::kExitOk) << variable << ' ' << address << ' ' << result.err;
+    }
+  }
+}
+
+TEST_F(SessionTest, AProxyOnTheWayIsNamed) {
+  const std::string proxy = std::string("http_proxy=http://") + kNobody;
+  const ProcessResult result = run_with({proxy}, {"info", "--server", "slicer.invalid:50051", "--patience", "0"});
+  EXPECT_EQ(result.exit_code, cli::kExitUnreachable);
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("through the proxy that the environment's http_proxy names"), HasSubstr("no_proxy")));
+  const ProcessResult around =
+      run_with({proxy, "no_proxy=.invalid"}, {"info", "--server", "slicer.invalid:50051", "--patience", "0"});
+  EXPECT_EQ(around.exit_code, cli::kExitUnreachable);
+  EXPECT_THAT(around.err, Not(HasSubstr("proxy")));
+}
+
 TEST_F(SessionTest, TheTokenOfTheFlagsOrTheVariablesFileGoesWithCalls) {
   FakeSlicer fake;
   const std::string token = write_token("s3cret\n");

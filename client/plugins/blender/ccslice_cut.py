@@ -25,13 +25,14 @@ from mathutils import Vector
 _PIXELS = 512
 _NAME = "ccslice cut"
 _state = {}
+_OPENER = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # `ccslice view` is on this machine.
 
 
 def _call(path, body=None):
     """An answer of `ccslice view`: its bytes and its headers. Raises urllib.error.HTTPError."""
     request = urllib.request.Request(_state["server"] + path, data=None if body is None else json.dumps(body).encode(),
                                      headers={"Authorization": "Bearer " + _state["token"]})
-    with urllib.request.urlopen(request, timeout=30) as answer:
+    with _OPENER.open(request, timeout=30) as answer:
         return answer.read(), answer.headers
 
 
