@@ -102,6 +102,7 @@ def check_meshes(commands):
     commands.run("convert", "convert", "box.ccmesh", "-o", "box.json", local=True)
     commands.give_regions("box.json", "regions.json")
     require(commands.run("info-file", "info", "regions.json", local=True)["cell_regions"], "no regions")
+    require("deviation" in commands.run("info-file", "info", "regions.json", "--full", local=True), "not in full")
     mesh = commands.run("upload", "upload", "box.ccmesh")["mesh"]["mesh_id"]
     commands.run("info-mesh", "info", mesh)
     commands.run("info-meshes", "info", "--meshes")

@@ -91,7 +91,7 @@ def check(ccslice, model, levels, tolerance):
                    check=True, stdout=subprocess.DEVNULL)
     subprocess.run([ccslice, "convert", mesh, "--bezier", str(levels), "-o", "limit.vtu", "--force", "--quiet"],
                    check=True, stdout=subprocess.DEVNULL)
-    info = json.loads(subprocess.run([ccslice, "info", mesh, "--json"], check=True, capture_output=True).stdout)
+    info = json.loads(subprocess.run([ccslice, "info", mesh, "--full", "--json"], check=True, capture_output=True).stdout)
     grid = read("limit.vtu")
     found, known = volume(grid), info["deviation"]["limit_volume_mm3"]
     print("%s, %d cells: %.9g mm^3, expected %.9g" % (model, grid.GetNumberOfCells(), found, known))

@@ -88,12 +88,12 @@ void write_large_box(const std::string& path) {
 
 TEST_F(CommandLine, TellsOfMuchMemory) {
   write_large_box(path("large.mesh"));
-  const ProcessResult info = run_alone({"info", path("large.mesh")});
+  const ProcessResult info = run_alone({"info", path("large.mesh"), "--full"});
   ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
   EXPECT_THAT(info.err,
               ContainsRegex("^preparing the mesh takes 1[0-9]{2}\\.[0-9] MB of memory, here or on a server\n"));
-  EXPECT_EQ(run_alone({"info", path("large.mesh"), "--quiet"}).err, "");
-  EXPECT_EQ(run_alone({"info", box_}).err, "") << "next to nothing";
+  EXPECT_EQ(run_alone({"info", path("large.mesh"), "--full", "--quiet"}).err, "");
+  EXPECT_EQ(run_alone({"info", box_, "--full"}).err, "") << "next to nothing";
 }
 
 /// A pipe in the file system that takes no more until it is read.
@@ -130,7 +130,7 @@ TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
   write_large_box(path("large.mesh"));
   const FullPipe notes(path("notes"));
   Process info(
-      {"/bin/bash", "-c", "exec \"$0\" info \"$1\" 2> \"$2\"", CCSLICE_BINARY, path("large.mesh"), notes.path()},
+      {"/bin/bash", "-c", "exec \"$0\" info --full \"$1\" 2> \"$2\"", CCSLICE_BINARY, path("large.mesh"), notes.path()},
       folder_.path());
   std::uint64_t peak = 0;
   for (int unchanged = 0; unchanged < 20; ++unchanged) {
@@ -151,9 +151,44 @@ TEST_F(CommandLine, TellsOfMuchMemoryBeforeItIsTaken) {
   EXPECT_GT(most, peak + 20'000'000) << "the mesh is read before the note, and prepared after it";
 }
 
+TEST_F(CommandLine, InfoOfAFilePreparesNothing) {
+  write_large_box(path("large.mesh"));
+  const ProcessResult quick = run_alone({"info", path("large.mesh")});
+  ASSERT_EQ(quick.exit_code, cli::kExitOk) << quick.err;
+  EXPECT_EQ(quick.err, "");
+  EXPECT_THAT(quick.out, testing::AllOf(HasSubstr("\n  left out   size and volume of the limit"), HasSubstr("--full"),
+                                        Not(HasSubstr("\n  moved")), Not(HasSubstr("\n  memory"))));
+  const std::string box = run_alone({"info", box_, "--json"}).out;
+  EXPECT_FALSE(json_at(box, "full").bool_value());
+  EXPECT_NEAR(json_at(box, "control_volume_mm3").number_value(), 3072, 1e-9);
+  EXPECT_THAT(box, Not(HasSubstr("deviation")));
+  const std::string full = run_alone({"info", box_, "--full", "--json"}).out;
+  EXPECT_TRUE(json_at(full, "full").bool_value());
+  EXPECT_EQ(json_at(full, "control_volume_mm3").number_value(), 3072);
+  EXPECT_THAT(run_alone({"info", box_, "--full"}).out, Not(HasSubstr("left out")));
+  for (const std::vector<std::string>& other : {std::vector<std::string>{"info", "--full"},
+                                                {"info", "--meshes", "--full"},
+                                                {"info", "sha256:" + std::string(64, '0'), "--full"}}) {
+    const ProcessResult refused = run(other);
+    EXPECT_EQ(refused.exit_code, cli::kExitUsage);
+    EXPECT_THAT(refused.err, HasSubstr("--full is for a mesh file"));
+  }
+}
+
+// Cells that the file lists inside out count as all others do.
+TEST_F(CommandLine, InfoMeasuresCellsInEitherOrder) {
+  ControlMesh box = make_box();
+  for (std::size_t c = 0; c < box.cell_vertices.size(); c += 16) {
+    std::swap_ranges(&box.cell_vertices[c], &box.cell_vertices[c] + 4, &box.cell_vertices[c] + 4);
+  }
+  cli::write_file(path("turned.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
+  EXPECT_NEAR(json_at(run_alone({"info", path("turned.ccmesh"), "--json"}).out, "control_volume_mm3").number_value(),
+              3072, 1e-9);
+}
+
 TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
   ASSERT_EQ(run_alone({"models", "coyote", "-o", path("coyote.ccmesh")}).exit_code, cli::kExitOk);
-  const std::string file = run_alone({"info", path("coyote.ccmesh"), "--json"}).out;
+  const std::string file = run_alone({"info", path("coyote.ccmesh"), "--full", "--json"}).out;
   const std::string uploaded = run({"upload", path("coyote.ccmesh"), "--json"}).out;
   const std::string plan = run({"plan", path("coyote.ccmesh"), "--pitch", "0.5", "--scale", "2", "--json"}).out;
   for (const char* name : {"control_volume_mm3", "limit_volume_mm3", "farthest_vertex", "farthest_distance_mm"}) {
@@ -167,15 +202,16 @@ TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
             "deviation");
   EXPECT_LT(json_at(file, "bounding_box.max_mm").list_value().values(0).number_value(),
             json_at(file, "deviation.control_box.max_mm").list_value().values(0).number_value());
-  for (const ProcessResult& text : {run_alone({"info", path("coyote.ccmesh")}), run({"upload", path("coyote.ccmesh")}),
-                                    run({"plan", path("coyote.ccmesh"), "--pitch", "0.5"})}) {
+  for (const ProcessResult& text :
+       {run_alone({"info", path("coyote.ccmesh"), "--full"}), run({"upload", path("coyote.ccmesh")}),
+        run({"plan", path("coyote.ccmesh"), "--pitch", "0.5"})}) {
     EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
                                          HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
   }
-  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary"}).out,
+  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary", "--full"}).out,
               ContainsRegex("mesh that it (interpolates|was fitted to) [0-9.]+ mm\\^3; between vertices the mesh is "
                             "flat, and the limit round\n"));
-  EXPECT_THAT(run_alone({"info", box_, "--interpolate"}).out, Not(HasSubstr("is flat"))) << "sharp";
+  EXPECT_THAT(run_alone({"info", box_, "--interpolate", "--full"}).out, Not(HasSubstr("is flat"))) << "sharp";
   EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
               testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
                              HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
@@ -187,22 +223,22 @@ TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
   box.interpolating = true;
   box.missed_vertices = {{0, box.positions[0] - Vec3(1, 0, 0)}};
   cli::write_file(path("missed.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::string missed = run_alone({"info", path("missed.ccmesh")}).out;
+  const std::string missed = run_alone({"info", path("missed.ccmesh"), "--full"}).out;
   EXPECT_THAT(missed, ContainsRegex("mm\\^3; most of it at vertices that the fit missed\n  moved "));
   EXPECT_THAT(missed, Not(HasSubstr("round")));
   box = make_box();
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
   cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate"};
+  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate", "--full"};
   EXPECT_THAT(run_alone(fitted).out,
               ContainsRegex("and the limit round\n  rounded    [0-9]+ edges where the mesh turns by 75 degrees or more "
                             "aren't sharp, and the limit bulges there; the most, by 90 degrees, near \\(.*\n  moved    "
                             "  no boundary vertex"));
-  EXPECT_GT(
-      json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--json"}).out, "deviation.rounded_edges")
-          .number_value(),
-      0);
+  EXPECT_GT(json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--full", "--json"}).out,
+                    "deviation.rounded_edges")
+                .number_value(),
+            0);
 }
 
 TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
@@ -242,7 +278,7 @@ TEST_F(CommandLine, InfoTellsTheMemoryThatAServerReserves) {
     const std::string mesh = path(std::string(model) + ".ccmesh");
     ASSERT_EQ(run_alone({"models", model, "-o", mesh}).exit_code, 0);
     const auto bytes = static_cast<std::uint64_t>(
-        json_at(run_alone({"info", mesh, "--json"}).out, "preparation_bytes").number_value());
+        json_at(run_alone({"info", mesh, "--full", "--json"}).out, "preparation_bytes").number_value());
     const auto upload = [&](std::uint64_t budget_bytes) {
       server::ServerOptions options = local_server_options();
       options.preparation_budget_bytes = budget_bytes;
