@@ -12,7 +12,8 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optio
 import grpc
 import numpy as np
 
-from .connection import Calls, Identity, is_mesh_id
+from .arguments import floats, number_pair, pair, triple, whole_numbers
+from .connection import Calls, Identity, is_mesh_id, proxy_hint
 from .errors import AnswerError, CallError, call_error, require_answer
 from .layers import Assembler, Layer
 from .local_server import LocalServer
@@ -53,19 +54,33 @@ def _has_zstandard() -> bool:
 
 
 def _triple(name: str, value: Any) -> Tuple[float, float, float]:
-    numbers = np.asarray(value, dtype=np.float64)
-    if numbers.shape == () and name == "pitch":
-        numbers = np.repeat(numbers, 3)
-    if numbers.shape != (3,):
-        raise ValueError(f"{name} takes three numbers{', or one for all' if name == 'pitch' else ''}, not {value!r}")
+    numbers = triple(name, value, or_one=name == "pitch")
     return float(numbers[0]), float(numbers[1]), float(numbers[2])
 
 
+def _counts(name: str, value: Any) -> Tuple[int, int, int]:
+    numbers = triple(name, value)
+    if not np.array_equal(numbers, np.floor(numbers)):
+        raise ValueError(f"{name} takes whole numbers, not {value!r}")
+    return int(numbers[0]), int(numbers[1]), int(numbers[2])
+
+
 def _points(name: str, points: Any) -> np.ndarray:
-    array = np.asarray(points, dtype=np.float64)
+    array = floats(name, points, "numbers of shape (n, 3)")
     if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name} has shape (n, 3), not {array.shape}")
+        raise ValueError(f"{name} must have shape (n, 3), not {array.shape}")
     return array
+
+
+def _checked_layers(layers: Any) -> Optional[range]:
+    """Two numbers could be the last layer or the one behind it, so they are refused."""
+    if layers is None:
+        return None
+    if not isinstance(layers, range):
+        raise ValueError(f"layers takes a range, such as range(0, 10) for layers 0 to 9, not {layers!r}")
+    if layers.step != 1 or len(layers) == 0 or layers[0] < 0:
+        raise ValueError(f"layers takes a range of step 1, from 0 on, that isn't empty, not {layers}")
+    return layers
 
 
 class _Attempts:
@@ -217,7 +232,7 @@ class Client:
 
         mesh: a Mesh, or the id of an uploaded one.
         pitch: of voxels in mm, three numbers or one for all; default: the profile's.
-        layers: a range of them, counted in the grid; default: all.
+        layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
         value_ranges: {channel: (low, high)} that integers stand for instead.
         outside: what channels hold outside the part, an integer as it is stored or a float; default: 0.
@@ -232,13 +247,12 @@ class Client:
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
         """
         contours = contours or contours_by_region
+        layers = _checked_layers(layers)
         plan_request = self._plan_request(mesh, pitch, contours=contours, **job)
         plan = self._call(lambda: self._stub.PlanSlices(plan_request))
         first = plan.region.first_layer if plan.HasField("region") else 0
         if layers is None:
             layers = range(first, first + plan.layer_count)
-        elif layers.step != 1 or len(layers) == 0:
-            raise ValueError(f"layers is a range of step 1 that isn't empty, not {layers}")
         request = slice_pb2.SliceRangeRequest(contours=contours, contours_by_region=contours_by_region)
         yield from self._slice_from(request, plan_request, plan, layers, on_progress)
 
@@ -270,9 +284,9 @@ class Client:
     def evaluate(self, mesh: Union[Mesh, str], limit_cells: Any, uvw: Any, *, placement: Any = None) -> Evaluation:
         """The limit at parameters (n, 3) in [0, 1] of limit cells (n,)."""
         parameters = _points("uvw", uvw)
-        cells = np.asarray(limit_cells)
-        if cells.shape != (len(parameters),) or not np.issubdtype(cells.dtype, np.integer):
-            raise ValueError(f"limit_cells has shape ({len(parameters)},) and whole numbers, not {cells.shape} and {cells.dtype}")
+        cells = whole_numbers("limit_cells", limit_cells, f"({len(parameters)},)")
+        if cells.shape != (len(parameters),):
+            raise ValueError(f"limit_cells must have shape ({len(parameters)},), not {cells.shape}")
         if cells.size and (cells.min() < 0 or cells.max() >= 1 << 32):
             raise ValueError(f"limit_cells are numbers from 0 to {(1 << 32) - 1}, not {cells.min()} to {cells.max()}")
         mesh_id = self._mesh_id(mesh)
@@ -319,13 +333,14 @@ class Client:
         """
         mesh_id = self._mesh_id(mesh)
         content = content_message(channel, colours, value_range, printing is not None, lines)
+        width, height = pair("size", size, "two numbers, width and height")
         shown = threading.Semaphore(1)
 
         wrong: List[Exception] = []
 
         def request(number: int, plane: Plane) -> preview_pb2.PreviewRequest:
-            message = preview_pb2.PreviewRequest(number=number, plane=plane_message(plane, mm_per_pixel), width=size[0],
-                                                 height=size[1], content=content, coarse=coarse, contours=contours,
+            message = preview_pb2.PreviewRequest(number=number, plane=plane_message(plane, mm_per_pixel), width=width,
+                                                 height=height, content=content, coarse=coarse, contours=contours,
                                                  encoding=preview_pb2.PREVIEW_ENCODING_RGBA)
             if number == 1:
                 message.mesh_id = mesh_id
@@ -359,7 +374,7 @@ class Client:
                     shown.release()
                 yield picture
         except grpc.RpcError as failed:
-            raise call_error(failed) from failed
+            raise self._call_error(failed) from failed
         finally:
             call.cancel()  # If nobody wants the rest.
             shown.release()
@@ -435,6 +450,13 @@ class Client:
                 last = now
                 on_preparation(answer)
 
+    def _call_error(self, failed: grpc.RpcError) -> CallError:
+        """What is said of a failure, and of a proxy that nobody may have thought of."""
+        error = call_error(failed)
+        if error.code == grpc.StatusCode.UNAVAILABLE and not error.reason:
+            error.args = (str(error) + proxy_hint(self.address), )
+        return error
+
     def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
         """Repeats what passes, and uploads what the server has lost."""
         attempts = attempts or _Attempts(self._channel, self._patience_s)
@@ -446,7 +468,7 @@ class Client:
                     missing = None
                 return body()
             except grpc.RpcError as failed:
-                error = call_error(failed)
+                error = self._call_error(failed)
                 missing = self._meshes.get(error.missing_mesh_id)
                 if missing is not None:
                     attempts.count_reupload(error)
@@ -475,13 +497,15 @@ class Client:
             origin.x, origin.y, origin.z = _triple("origin_mm", origin_mm)
         if extent is not None:
             size = request.grid.extent
-            size.columns, size.rows, size.layers = (int(count) for count in _triple("extent", extent))
+            size.columns, size.rows, size.layers = _counts("extent", extent)
         if region_mm is not None:
-            low, high = region_mm
+            low, high = pair("region_mm", region_mm, "two corners, ((x, y, z), (x, y, z))")
             for corner, values in ((request.region.box_mm.min_mm, low), (request.region.box_mm.max_mm, high)):
                 corner.x, corner.y, corner.z = _triple("region_mm", values)
         self._add_planes(request, channels, value_ranges or {}, occupancy, printing, cell_regions, contours)
         if outside is not None:
+            if not any(plane.WhichOneof("content") == "channel" for plane in request.planes):
+                raise ValueError("outside is what channels hold outside the part, and channels is empty")
             for plane in request.planes:
                 if plane.WhichOneof("content") == "channel":
                     plane.outside_sample = outside
@@ -499,6 +523,9 @@ class Client:
         if isinstance(channels, str):
             raise ValueError(f"channels takes a list of names, as in [{channels!r}]")
         types = dict(channels) if isinstance(channels, Mapping) else {name: "float32" for name in channels}
+        strangers = [name for name in value_ranges if name not in types]
+        if strangers:
+            raise ValueError(f"value_ranges names {strangers[0]!r}, which channels doesn't")
         # A server of this machine has no slow line before it.
         near = self._server is not None or self.address.startswith("unix:")
         encoding = slice_pb2.PLANE_ENCODING_RAW
@@ -510,11 +537,12 @@ class Client:
         for name, dtype in types.items():
             kind = np.dtype(dtype).name
             if kind not in _SAMPLE_TYPES:
-                raise ValueError(f"channels[{name!r}] is one of {', '.join(_SAMPLE_TYPES)}, not {kind}")
+                raise ValueError(f"channels[{name!r}] must be one of {', '.join(_SAMPLE_TYPES)}, not {kind}")
             plane = request.planes.add(encoding=encoding, sample_type=_SAMPLE_TYPES[kind])
             plane.channel.name = name
             if name in value_ranges:
-                plane.value_range.min, plane.value_range.max = value_ranges[name]
+                plane.value_range.min, plane.value_range.max = number_pair(
+                    f"value_ranges[{name!r}]", value_ranges[name], "two numbers, (low, high)")
         if cell_regions:
             request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).cell_regions.SetInParent()
         if printing is not None:
@@ -553,7 +581,7 @@ class Client:
                             on_progress(done, len(layers))
                         yield layer
                 except grpc.RpcError as failed:
-                    error = call_error(failed)
+                    error = self._call_error(failed)
                     if error.missing_mesh_id in self._meshes:
                         attempts.count_reupload(error)  # The next stream says so at once, if it is true.
                     else:
@@ -584,11 +612,11 @@ class Client:
 def _place(request: Any, placement: Any) -> None:
     if placement is None:
         return
-    matrix = np.asarray(placement, dtype=np.float64)
+    matrix = floats("placement", placement, "numbers of shape (3, 4) or (4, 4)")
     if matrix.shape not in ((3, 4), (4, 4)):
-        raise ValueError(f"placement has shape (3, 4) or (4, 4), not {matrix.shape}")
+        raise ValueError(f"placement must have shape (3, 4) or (4, 4), not {matrix.shape}")
     if matrix.shape == (4, 4) and not np.array_equal(matrix[3], (0, 0, 0, 1)):
-        raise ValueError(f"placement has the last row 0, 0, 0, 1, not {matrix[3].tolist()}")
+        raise ValueError(f"placement must have the last row 0, 0, 0, 1, not {matrix[3].tolist()}")
     request.placement.matrix.extend(matrix[:3].ravel().tolist())
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The connection to a server: TLS, and the metadata of calls."""
 
+import ipaddress
 import os
 import re
 from typing import Any, Iterator, List, Optional, Tuple
@@ -13,7 +14,6 @@ from .v1 import mesh_pb2, service_pb2_grpc
 
 _MESH_ID = re.compile(r"sha256:[0-9a-f]{64}")
 _MOST_TOKEN_BYTES = 4096
-_THIS_MACHINE = ("unix:", "localhost:", "127.", "[::1]:")
 _TLS_SCHEME = "https://"
 _GRPC_SCHEMES = ("unix:", "unix-abstract:", "dns:", "ipv4:", "ipv6:", "xds:")
 _HOST = r"(?:[^:/@?#\[\]\s]+|\[[^\[\]\s]+\])"
@@ -36,6 +36,49 @@ _OPTIONS = [
 
 def is_mesh_id(text: str) -> bool:
     return _MESH_ID.fullmatch(text) is not None
+
+
+def _hosts(target: str) -> List[str]:
+    """Those that a target of gRPC's names, in lower case: of dns://AUTHORITY/HOST:PORT, and of lists of numbers."""
+    if target.startswith(_GRPC_SCHEMES):
+        target = target.split(":", 1)[1]
+    hosts = []
+    for place in target.rpartition("/")[2].split(","):
+        if place.startswith("["):
+            host = place[1:].partition("]")[0]
+        else:
+            host = place.rpartition(":")[0] if place.count(":") == 1 else place
+        hosts.append(host.lower().rstrip("."))
+    return hosts
+
+
+def is_loopback(target: str) -> bool:
+    """Whether a target leads to this machine and no other. Proxies are never asked for the way there."""
+
+    def is_own(host: str) -> bool:
+        try:
+            number = ipaddress.ip_address(host)
+        except ValueError:
+            return host == "localhost" or host.endswith(".localhost")
+        return (getattr(number, "ipv4_mapped", None) or number).is_loopback
+
+    if target.startswith(("unix:", "unix-abstract:")):
+        return True
+    return not target.startswith("xds:") and all(map(is_own, _hosts(target)))
+
+
+def proxy_hint(address: str) -> str:
+    """What is to be said of a proxy on the way to a server that doesn't answer."""
+    target = address.split(",")[0]
+    target = target[len(_TLS_SCHEME):] if target.startswith(_TLS_SCHEME) else target
+    name = next((name for name in ("grpc_proxy", "https_proxy", "http_proxy") if name in os.environ), "")
+    if not os.environ.get(name) or is_loopback(target):
+        return ""
+    exceptions = os.environ.get("no_grpc_proxy", os.environ.get("no_proxy", ""))
+    if any(part and _hosts(target)[0].endswith(part.strip().lower()) for part in exceptions.split(",")):
+        return ""
+    return (f"; the way to {target} leads through the proxy that the environment's {name} names: unset it, or add the "
+            "host to no_proxy, if that is wrong")
 
 
 class Identity:
@@ -65,14 +108,18 @@ class Identity:
         if scheme == _TLS_SCHEME:
             address = host if ":" in host else host + ":443"
         elif address.startswith("unix:") or not (self.ca or self.cert):
-            if self.token_file and not address.startswith(_THIS_MACHINE):
+            if self.token_file and not is_loopback(address):
                 raise ValueError(f"the token would travel unencrypted to {address}: give ca, or https:// before it")
-            return grpc.insecure_channel(address, options=_OPTIONS)
+            return grpc.insecure_channel(address, options=_options(address))
         credentials = grpc.ssl_channel_credentials(*map(_content, (self.ca, self.key, self.cert)))
-        return grpc.secure_channel(address, credentials, options=_OPTIONS)
+        return grpc.secure_channel(address, credentials, options=_options(address))
 
     def metadata(self) -> List[Tuple[str, str]]:
         return [("authorization", "Bearer " + _token(self.token_file))] if self.token_file else []
+
+
+def _options(target: str) -> List[Tuple[str, int]]:
+    return _OPTIONS + [("grpc.enable_http_proxy", 0)] if is_loopback(target) else _OPTIONS
 
 
 def _content(path: Optional[str]) -> Optional[bytes]:

@@ -3,10 +3,11 @@
 """Control meshes, made of arrays."""
 
 import hashlib
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
+from .arguments import floats, refuse_masked, whole_numbers
 from .v1 import mesh_pb2
 
 _KINDS = {8: mesh_pb2.CELL_KIND_HEX, 4: mesh_pb2.CELL_KIND_TET, 6: mesh_pb2.CELL_KIND_WEDGE}
@@ -16,49 +17,49 @@ _CORNERS = {"hexahedron": 8, "tetra": 4, "wedge": 6, 12: 8, 10: 4, 13: 6}
 
 def _floats(name: str, array: Any, shape: str, matches) -> np.ndarray:
     """The array as numbers. Raises ValueError, naming it, unless its shape is right and all are finite."""
-    try:
-        numbers = np.asarray(array)
-        if np.iscomplexobj(numbers):
-            raise TypeError("complex numbers")
-        numbers = numbers.astype(np.float64)
-    except (TypeError, ValueError) as wrong:
-        raise ValueError(f"{name} takes numbers of shape {shape}") from wrong
+    numbers = floats(name, array, f"numbers of shape {shape}")
     if not matches(numbers.shape):
-        raise ValueError(f"{name} has shape {shape}, not {numbers.shape}")
+        raise ValueError(f"{name} must have shape {shape}, not {numbers.shape}")
     if not np.isfinite(numbers).all():
         raise ValueError(f"{name} holds a number that isn't finite, at {np.argwhere(~np.isfinite(numbers))[0].tolist()}")
     return numbers
 
 
 def _indices(name: str, array: Any, shape: str, matches, count: int) -> np.ndarray:
-    try:
-        indices = np.asarray(array)
-    except ValueError as wrong:
-        raise ValueError(f"{name} has shape {shape}: rows of one length") from wrong
-    if indices.size == 0:
-        indices = indices.astype(np.int64)
-    if not np.issubdtype(indices.dtype, np.integer):
-        raise ValueError(f"{name} takes whole numbers, not {indices.dtype}")
+    indices = whole_numbers(name, array, shape)
     if not matches(indices.shape):
-        raise ValueError(f"{name} has shape {shape}, not {indices.shape}")
+        raise ValueError(f"{name} must have shape {shape}, not {indices.shape}")
     if indices.size and (indices.min() < 0 or indices.max() >= count):
         raise ValueError(f"{name} names vertices from 0 to {count - 1}, not {indices.min()} to {indices.max()}")
     return indices.astype(np.uint32)
 
 
-def _blocks(cells: Any) -> Sequence[Any]:
-    """The arrays of cells, one for each kind."""
+def _blocks(cells: Any) -> Sequence[Tuple[str, Any]]:
+    """The arrays of cells, one for each kind, and their names."""
     if isinstance(cells, Mapping):
         unknown = [kind for kind in cells if kind not in _CORNERS]
         if unknown:
             raise ValueError(f"cells has the kinds hexahedron, tetra and wedge, not {unknown[0]!r}")
         for kind, block in cells.items():
             if np.ndim(block) == 2 and np.shape(block)[1] != _CORNERS[kind]:
-                raise ValueError(f"cells[{kind!r}] has shape (m, {_CORNERS[kind]}), not {np.shape(block)}")
-        return list(cells.values())
+                raise ValueError(f"cells[{kind!r}] must have shape (m, {_CORNERS[kind]}), not {np.shape(block)}")
+        return [(f"cells[{kind!r}]", block) for kind, block in cells.items()]
     if isinstance(cells, (list, tuple)) and len(cells) > 0 and all(np.ndim(block) == 2 for block in cells):
-        return cells
-    return [cells]
+        return [(f"cells[{i}]", block) for i, block in enumerate(cells)]
+    return [("cells", cells)]
+
+
+def _regions(regions: Any, cells: int) -> Tuple[np.ndarray, np.ndarray]:
+    """Their names, sorted, and the number of each cell's."""
+    refuse_masked("regions", regions)
+    try:
+        of_cells = np.asarray(regions)
+        names, numbers = np.unique(of_cells, return_inverse=True)
+    except (TypeError, ValueError) as wrong:
+        raise ValueError("regions takes names, or numbers, one for each cell") from wrong
+    if of_cells.shape != (cells,):
+        raise ValueError(f"regions must have shape ({cells},), one for each cell, not {of_cells.shape}")
+    return names, numbers
 
 
 class Mesh:
@@ -74,7 +75,7 @@ class Mesh:
     allow_folds: whether inverted cells are accepted. interpolating: says that the control points were fitted.
     as_meshed: the solid is the mesh itself, as finite elements have it; nothing is smoothed, and nothing can be sharp.
 
-    Raises ValueError for arrays that don't fit. What the server finds wrong with a mesh comes with its upload.
+    Raises ValueError for arrays that don't fit, and for masked values. What the server finds wrong with a mesh comes with its upload.
     """
 
     def __init__(self, points: Any, cells: Any, channels: Optional[Mapping[str, Any]] = None, *,
@@ -85,8 +86,8 @@ class Mesh:
         message = mesh_pb2.ControlMesh(allow_folds=allow_folds, interpolating=interpolating, as_meshed=as_meshed)
         message.positions_mm.extend(points.ravel().tolist())
         kinds = []
-        for block in _blocks(cells):
-            corners = _indices("cells", block, "(m, 8), (m, 6) or (m, 4)",
+        for name, block in _blocks(cells):
+            corners = _indices(name, block, "(m, 8), (m, 6) or (m, 4)",
                                lambda shape: len(shape) == 2 and shape[1] in _KINDS, count)
             kinds += [_KINDS[corners.shape[1]]] * len(corners)
             message.cell_vertices.extend(corners.ravel().tolist())
@@ -106,9 +107,7 @@ class Mesh:
         corners = _indices("sharp_vertices", sharp_vertices, "(k,)", lambda shape: len(shape) == 1, count)
         message.sharp_vertices.extend(corners.tolist())
         if regions is not None:
-            names, numbers = np.unique(np.asarray(regions), return_inverse=True)
-            if len(numbers) != len(kinds):
-                raise ValueError(f"regions has shape ({len(kinds)},), one for each cell, not ({len(numbers)},)")
+            names, numbers = _regions(regions, len(kinds))
             self.region_names = [str(name) for name in names]
             message.cell_region_names.extend(self.region_names)
             message.cell_regions.extend(numbers.tolist())
@@ -160,5 +159,5 @@ def _volume_cells(cells: Mapping[Any, Any]) -> Mapping[Any, Any]:
 
 
 def _scalars(point_data: Mapping[str, Any], count: int) -> Mapping[str, Any]:
-    arrays = {name: np.asarray(point_data[name]) for name in point_data.keys()}
+    arrays = {name: np.ma.asanyarray(point_data[name]) for name in point_data.keys()}  # With their masks.
     return {name: array for name, array in arrays.items() if array.shape == (count,) and array.dtype.kind in "fiu"}

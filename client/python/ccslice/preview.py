@@ -7,6 +7,7 @@ from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from .arguments import floats, number_pair, triple
 from .errors import require_answer
 from .v1 import preview_pb2
 
@@ -22,7 +23,7 @@ _POINTS_OF_AN_OUTLINE = 5  # As many as take its memory without points.
 
 
 def _unit(name: str, value: Any) -> np.ndarray:
-    vector = np.asarray(value, dtype=np.float64)
+    vector = floats(name, value, "three numbers")
     length = np.linalg.norm(vector) if vector.shape == (3,) else 0.0
     if not (np.isfinite(length) and length > 0):
         raise ValueError(f"{name} takes three numbers that aren't all 0, not {value!r}")
@@ -75,9 +76,7 @@ class Preview:
 
 def plane_message(plane: Plane, mm_per_pixel: float) -> preview_pb2.PreviewPlane:
     message = preview_pb2.PreviewPlane()
-    middle = np.asarray(plane.middle, dtype=np.float64)
-    if middle.shape != (3,):
-        raise ValueError(f"middle takes three numbers, not {plane.middle!r}")
+    middle = triple("middle", plane.middle)
     for vector, target in zip((middle, *plane.axes()), (message.free.middle_mm, message.free.across, message.free.up)):
         target.x, target.y, target.z = map(float, vector)
     message.free.across_mm_per_pixel = mm_per_pixel
@@ -95,7 +94,8 @@ def content_message(channel: Optional[str], colours: str, value_range: Optional[
         content.channel.channel = channel
         content.channel.colours = _COLOURS[colours]
         if value_range is not None:
-            content.channel.range.min, content.channel.range.max = map(float, value_range)
+            content.channel.range.min, content.channel.range.max = number_pair("value_range", value_range,
+                                                                               "two numbers, (low, high)")
     elif mixes:
         content.mix.SetInParent()
     else:

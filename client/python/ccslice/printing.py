@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of a printer, and how channels mix them."""
 
+import numbers as numbers_abc
 import string
 from typing import Mapping, Optional, Tuple, Union
 
@@ -52,8 +53,9 @@ def _rgba(colour: Colour) -> int:
             raise ValueError(f"a colour is '#RRGGBB' or '#RRGGBBAA', not {colour!r}")
         return int(digits if len(digits) == 8 else digits + "ff", 16)
     numbers = tuple(colour)
-    if len(numbers) not in (3, 4) or not all(0 <= number <= 255 for number in numbers):
-        raise ValueError(f"a colour has 3 or 4 numbers from 0 to 255, not {colour!r}")
+    whole = all(isinstance(number, numbers_abc.Integral) and 0 <= number <= 255 for number in numbers)
+    if len(numbers) not in (3, 4) or not whole:
+        raise ValueError(f"a colour has 3 or 4 whole numbers from 0 to 255, not {colour!r}")
     return int.from_bytes(bytes(numbers if len(numbers) == 4 else numbers + (255,)), "big")
 
 

@@ -25,7 +25,7 @@ import numpy as np
 import ccslice
 import ccslice.client
 import ccslice.errors
-from ccslice import layers, preview
+from ccslice import connection, layers, preview
 from ccslice.v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -338,7 +338,7 @@ class WrongArguments(unittest.TestCase):
         self.assertIn(text, str(caught.exception))
 
     def test_arrays(self):
-        self.refused("points has shape (n, 3), not (24,)", lambda: ccslice.Mesh(CORNERS.ravel(), HEXAHEDRON))
+        self.refused("points must have shape (n, 3), not (24,)", lambda: ccslice.Mesh(CORNERS.ravel(), HEXAHEDRON))
         self.refused("points takes numbers", lambda: ccslice.Mesh([["a", "b", "c"]], HEXAHEDRON))
         self.refused("isn't finite, at [3, 1]", lambda: ccslice.Mesh(
             np.where(np.arange(24).reshape(8, 3) == 10, np.nan, CORNERS), HEXAHEDRON))
@@ -346,13 +346,45 @@ class WrongArguments(unittest.TestCase):
         self.refused("whole numbers, not float64", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON + 0.5))
         self.refused("from 0 to 7", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON + 1))
         self.refused("from 0 to 7", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON - 1))
-        self.refused("channels['g'] has shape (8,), not (7,)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": np.zeros(7)}))
-        self.refused("sharp_edges has shape (k, 2)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, sharp_edges=[1, 2]))
+        self.refused("channels['g'] must have shape (8,), not (7,)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": np.zeros(7)}))
+        self.refused("sharp_edges must have shape (k, 2)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, sharp_edges=[1, 2]))
         self.refused("hexahedron, tetra and wedge, not 'quad'", lambda: ccslice.Mesh(CORNERS, {"quad": [[0, 1, 2, 3]]}))
-        self.refused("cells['tetra'] has shape (m, 4)", lambda: ccslice.Mesh(CORNERS, {"tetra": HEXAHEDRON}))
-        self.refused("cells has shape", lambda: ccslice.Mesh(CORNERS, [[0, 1, 2, 3], [4, 5, 6]]))
+        self.refused("cells['tetra'] must have shape (m, 4)", lambda: ccslice.Mesh(CORNERS, {"tetra": HEXAHEDRON}))
+        self.refused("cells must have shape", lambda: ccslice.Mesh(CORNERS, [[0, 1, 2, 3], [4, 5, 6]]))
         self.refused("points takes numbers", lambda: ccslice.Mesh(CORNERS * 1j, HEXAHEDRON))
         self.refused("one for each cell, not (2,)", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, regions=[1, 2]))
+
+    def test_masked_arrays(self):
+        column = CORNERS[:, 0] / 10
+        masked = np.ma.array(column, mask=column > 0.5, fill_value=1e20)
+        self.refused("channels['g'] holds 4 masked values, the first at [1]",
+                     lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": masked}))
+        self.refused("points holds 1 masked value, the first at [2, 0]", lambda: ccslice.Mesh(
+            np.ma.array(CORNERS, mask=np.arange(24).reshape(8, 3) == 6), HEXAHEDRON))
+        self.refused("points holds 1 masked value", lambda: ccslice.Mesh(
+            [np.ma.array(row, mask=[False, False, i == 3]) for i, row in enumerate(CORNERS)], HEXAHEDRON))
+        everything = np.ones_like(HEXAHEDRON, bool)
+        for cells in (np.ma.array(HEXAHEDRON, mask=everything), [np.ma.array(HEXAHEDRON, mask=everything)],
+                      {"hexahedron": np.ma.array(HEXAHEDRON, mask=everything)}):
+            self.refused("masked value", lambda: ccslice.Mesh(CORNERS, cells))
+        self.refused("regions holds 1 masked", lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, regions=np.ma.array([1], mask=[1])))
+        self.refused("sharp_edges holds 2 masked", lambda: ccslice.Mesh(
+            CORNERS, HEXAHEDRON, sharp_edges=np.ma.array([[0, 1]], mask=True)))
+        nothing = np.ma.array(column, mask=False)
+        self.assertEqual(ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": nothing}, sharp_edges=EDGES).id, cube().id)
+        self.assertEqual(ccslice.Mesh(CORNERS, HEXAHEDRON, {"g": masked.filled(1)}, sharp_edges=EDGES).id, cube().id)
+
+        class Looks:
+            points = CORNERS
+            point_data = {"g": masked}
+            cells_dict = {"hexahedron": HEXAHEDRON}
+
+        self.refused("channels['g'] holds 4 masked", lambda: ccslice.Mesh.from_meshio(Looks))
+
+    def test_regions(self):
+        self.refused("regions must have shape (1,), one for each cell, not (1, 1)",
+                     lambda: ccslice.Mesh(CORNERS, HEXAHEDRON, regions=[[1]]))
+        self.refused("regions takes names", lambda: ccslice.Mesh(CORNERS, np.repeat(HEXAHEDRON, 2, 0), regions=[1, None]))
 
     def test_any_layout_and_type_of_arrays(self):
         mesh = cube()
@@ -380,20 +412,47 @@ class WrongArguments(unittest.TestCase):
             mesh = cube()
             self.refused("give a pitch", lambda: client.plan(mesh))
             self.refused("pitch takes three numbers", lambda: client.plan(mesh, (1, 2)))
-            self.refused("placement has shape", lambda: client.plan(mesh, 1, placement=np.eye(3)))
+            self.refused("placement must have shape", lambda: client.plan(mesh, 1, placement=np.eye(3)))
             self.refused("list of names", lambda: client.plan(mesh, 1, channels="g"))
-            self.refused("is one of uint8", lambda: client.plan(mesh, 1, channels={"g": "float64"}))
+            self.refused("must be one of uint8", lambda: client.plan(mesh, 1, channels={"g": "float64"}))
             self.refused("mesh is a ccslice.Mesh", lambda: client.plan(CORNERS, 1))
             for text in ("part.ccmesh", "sha256:" + "0" * 63, "sha256:" + "F" * 64):
                 self.refused("Mesh.from_file reads .ccmesh files", lambda: client.plan(text, 1))
-            self.refused("isn't empty", lambda: list(client.slice(mesh, 1, layers=range(3, 3))))
-            self.refused("points_mm has shape (n, 3)", lambda: client.probe(mesh, [1, 2, 3]))
+            for layers in (range(3, 3), range(0, 9, 2), range(-1, 3)):
+                self.refused("a range of step 1, from 0 on, that isn't empty",
+                             lambda: list(client.slice(mesh, 1, layers=layers)))
+            for layers in ((0, 9), [0, 9], 5, slice(0, 9), "0..9"):
+                self.refused(f"layers takes a range, such as range(0, 10) for layers 0 to 9, not {layers!r}",
+                             lambda: list(client.slice(mesh, 1, layers=layers)))
+            self.refused("region_mm takes two corners", lambda: client.plan(mesh, 1, region_mm=(1, 2, 3)))
+            self.refused("region_mm takes three numbers", lambda: client.plan(mesh, 1, region_mm=((1, 2), (3, 4, 5))))
+            self.refused("extent takes whole numbers", lambda: client.plan(mesh, 1, extent=(2.5, 1, 1)))
+            self.refused("pitch takes three numbers, or one for all, not 'thin'", lambda: client.plan(mesh, "thin"))
+            self.refused("pitch holds 1 masked", lambda: client.plan(mesh, np.ma.array([1, 1, 1], mask=[0, 0, 1])))
+            self.refused("value_ranges['g'] takes two numbers",
+                         lambda: client.plan(mesh, 1, channels={"g": "uint8"}, value_ranges={"g": 1}))
+            self.refused("value_ranges names 'h', which channels doesn't",
+                         lambda: client.plan(mesh, 1, channels={"g": "uint8"}, value_ranges={"h": (0, 1)}))
+            self.refused("channels is empty", lambda: client.plan(mesh, 1, outside=1))
+            self.refused("placement holds 1 masked",
+                         lambda: client.plan(mesh, 1, placement=np.ma.array(np.eye(4), mask=np.eye(4) * [0, 0, 1, 0])))
+            self.refused("points_mm holds 3 masked", lambda: client.probe(mesh, np.ma.array([[1, 2, 3]], mask=True)))
+            self.refused("limit_cells holds 1 masked",
+                         lambda: client.evaluate(mesh, np.ma.array([0], mask=True), [[0.5, 0.5, 0.5]]))
+            self.refused("whole numbers, not float64", lambda: client.evaluate(mesh, [0.0], [[0.5, 0.5, 0.5]]))
+            self.refused("size takes two numbers", lambda: next(client.preview(mesh, [], 1, size=512)))
+            self.refused("middle takes three numbers",
+                         lambda: list(client.preview(mesh, [ccslice.Plane((1, 2))], 1)))
+            self.refused("normal takes three numbers",
+                         lambda: list(client.preview(mesh, [ccslice.Plane((1, 2, 3), "up")], 1)))
+            self.refused("points_mm must have shape (n, 3)", lambda: client.probe(mesh, [1, 2, 3]))
             for cell in (-1, 2**32):
                 self.refused("from 0 to 4294967295", lambda: client.evaluate(mesh, [cell], [[0.5, 0.5, 0.5]]))
-            self.refused("limit_cells has shape (1,)", lambda: client.evaluate(mesh, [0, 1], [[0.5, 0.5, 0.5]]))
+            self.refused("limit_cells must have shape (1,)", lambda: client.evaluate(mesh, [0, 1], [[0.5, 0.5, 0.5]]))
         for colour in ("red", "#+12345", "#12_456"):
             self.refused("'#RRGGBB'", lambda: ccslice.Printing({"a": colour}))
         self.refused("from 0 to 255", lambda: ccslice.Printing({"a": (0, 0, 256)}))
+        self.refused("whole numbers from 0 to 255", lambda: ccslice.Printing({"a": (0.1, 0.2, 0.3)}))
         self.refused("halftone is one of", lambda: ccslice.Printing({"a": "#ff0000"}, halftone="dots"))
         self.refused("no address", lambda: ccslice.Client("localhost:1", local=True))
         with tempfile.NamedTemporaryFile() as file:
@@ -906,6 +965,36 @@ class Connections(unittest.TestCase):
         self.assertEqual(len(self.seen), 2)
         with self.assertRaises(ValueError):
             ccslice.Client("localhost:1", cert=ca)
+
+
+class Proxies(unittest.TestCase):
+    """gRPC goes through the proxy that the environment names. Nobody listens at this one."""
+
+    def test_this_machine_is_reached_without_one(self):
+        with tempfile.TemporaryDirectory() as folder, Server(CCSLICED, pathlib.Path(folder)) as server:
+            for name in ("grpc_proxy", "https_proxy", "http_proxy"):
+                with mock.patch.dict(os.environ, {name: "http://127.0.0.1:1"}):
+                    address = server.address()
+                    for own in (address, address.replace("127.0.0.1", "localhost"), "ipv4:" + address):
+                        with ccslice.Client(own, patience_s=5) as client:
+                            self.assertGreater(client.server_info().threads, 0)
+
+    def test_which_addresses_are_this_machines(self):
+        for own in ("localhost:1", "LOCALHOST.:1", "a.localhost:1", "127.3.2.1:1", "[::1]:1", "[::ffff:127.0.0.1]:1",
+                    "unix:/x", "unix-abstract:x", "dns:///localhost:1", "dns:localhost", "ipv4:127.0.0.1:1,127.0.0.2:1"):
+            self.assertTrue(connection.is_loopback(own), own)
+        for other in ("slicer:1", "127.example:1", "localhost.example:1", "10.0.0.1:1", "[fe80::1]:1", "xds:localhost",
+                      "ipv4:127.0.0.1:1,10.0.0.1:1", "dns://localhost/slicer:1"):
+            self.assertFalse(connection.is_loopback(other), other)
+
+    def test_one_on_the_way_is_named(self):
+        for variables, named in (({"http_proxy": "http://127.0.0.1:1"}, True),
+                                 ({"http_proxy": "http://127.0.0.1:1", "no_proxy": "a,.invalid"}, False),
+                                 ({"grpc_proxy": "", "http_proxy": "http://127.0.0.1:1"}, False)):
+            with mock.patch.dict(os.environ, variables), ccslice.Client("slicer.invalid:1", patience_s=0) as client:
+                with self.assertRaises(ccslice.CallError) as caught:
+                    client.server_info()
+                self.assertEqual("the environment's http_proxy names" in str(caught.exception), named)
 
 
 class LocalServers(unittest.TestCase):
